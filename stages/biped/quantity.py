@@ -1,0 +1,69 @@
+"""What a number means: unit, symbol, description and bounds, kept beside the field that holds it.
+
+Parameters and results are frozen dataclasses. Their fields are declared with `parameter` and `quantity`,
+and everything that shows a number (error messages, HDF5 attributes, axis labels, tables) reads it from here.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Bound:
+    """Closed or open interval a parameter must lie in; `None` means no limit on that side."""
+
+    minimum: float | None = None
+    maximum: float | None = None
+    above: float | None = None
+    below: float | None = None
+
+    def holds(self, value: float) -> bool:
+        """Whether `value` lies inside. NaN never does, an infinity never does."""
+        return (
+            value - value == 0.0
+            and (self.minimum is None or value >= self.minimum)
+            and (self.maximum is None or value <= self.maximum)
+            and (self.above is None or value > self.above)
+            and (self.below is None or value < self.below)
+        )
+
+    def __str__(self) -> str:
+        limits = ((">=", self.minimum), (">", self.above), ("<=", self.maximum), ("<", self.below))
+        return " and ".join(f"{sign} {limit:g}" for sign, limit in limits if limit is not None) or "any finite number"
+
+
+@dataclass(frozen=True)
+class Broken:
+    """A rule between several values that does not hold: the key to blame, and what is allowed."""
+
+    key: str
+    allowed: str
+
+
+def parameter(
+    unit: str,
+    description: str,
+    *,
+    symbol: str = "",
+    bound: Bound | None = None,
+    choices: tuple[str, ...] = (),
+    default: Any = dataclasses.MISSING,
+) -> Any:
+    """A field of a parameter dataclass. `unit` is "1" for a pure number and "-" for a word."""
+    metadata = {
+        "unit": unit,
+        "description": description,
+        "symbol": symbol,
+        "bound": bound or Bound(),
+        "choices": choices,
+    }
+    return dataclasses.field(metadata=metadata, default=default)
+
+
+def quantity(unit: str, description: str, *, symbol: str = "", default: Any = dataclasses.MISSING) -> Any:
+    """A field of a result dataclass: what is stored, in which unit, under which symbol."""
+    metadata = {"unit": unit, "description": description, "symbol": symbol}
+    return dataclasses.field(metadata=metadata, default=default)

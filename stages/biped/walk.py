@@ -1,0 +1,41 @@
+"""A walk as every model reports it: one definition of its signals, so that models can be laid over each other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.biped.quantity import quantity
+
+
+@dataclass(frozen=True)
+class Walk:
+    """Sampled motion in the slope frame (x down-slope, y normal to the ground, z = x cross y).
+
+    The legs are physical ones, by column: 0 is the inner leg, which carries both sensors and stands at the start;
+    1 is the outer leg. `leg_angle` is positive with the foot ahead of the hip (psi of a swing leg, -theta of a
+    stance leg), which makes it the right-handed rotation about z and continuous when the legs change roles.
+
+    A sensor measures specific force, acceleration minus gravity, on the body axes of the inner leg:
+    first forward (cos, sin)(leg_angle), then upward along the leg (-sin, cos)(leg_angle).
+    """
+
+    time: np.ndarray = quantity("s", "time, shape (n,)", symbol="t")
+    hip_position: np.ndarray = quantity("m", "hip position x, y, shape (n, 2)", symbol="x_hip, y_hip")
+    hip_velocity: np.ndarray = quantity("m/s", "hip velocity x, y, shape (n, 2)", symbol="dx_hip/dt, dy_hip/dt")
+    leg_angle: np.ndarray = quantity("rad", "angle of each leg from the slope normal, shape (n, 2)", symbol="phi")
+    leg_rate: np.ndarray = quantity("rad/s", "rate of the leg angles, shape (n, 2)", symbol="dphi/dt")
+    leg_length: np.ndarray = quantity("m", "length of each leg, hip to bottom of foot, shape (n, 2)", symbol="L")
+    leg_length_rate: np.ndarray = quantity("m/s", "rate of the leg lengths, shape (n, 2)", symbol="dL/dt")
+    ground_reaction: np.ndarray = quantity(
+        "N", "force of the ground on each leg's foot: tangential x, normal y, shape (n, 2 legs, 2)", symbol="F_T, F_N"
+    )
+    hip_specific_force: np.ndarray = quantity("m/s^2", "specific force at the hip sensor, shape (n, 2)", symbol="f_hip")
+    hip_angular_velocity: np.ndarray = quantity("rad/s", "angular velocity at the hip sensor about z, shape (n,)")
+    foot_specific_force: np.ndarray = quantity("m/s^2", "specific force at the foot sensor, shape (n, 2)", symbol="f_foot")
+    foot_angular_velocity: np.ndarray = quantity("rad/s", "angular velocity at the foot sensor about z, shape (n,)")
+    heel_strike_time: np.ndarray = quantity("s", "times of heel strike, shape (s,)", symbol="t_HS")
+    heel_strike_leg: np.ndarray = quantity("1", "leg that lands at each heel strike, shape (s,)")
+    toe_off_time: np.ndarray = quantity("s", "times of toe-off, shape (o,)", symbol="t_TO")
+    toe_off_leg: np.ndarray = quantity("1", "leg that leaves the ground at each toe-off, shape (o,)")

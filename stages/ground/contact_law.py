@@ -1,0 +1,41 @@
+"""Parameters of the ground contact: normal force (eq. 9) and friction (eq. 10)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stages.biped.quantity import Bound, Broken, parameter
+
+
+@dataclass(frozen=True)
+class ContactLaw:
+    """Adams IMPACT normal force and Stribeck-like friction of one leg's foot.
+
+    `contact_stiffness` is in N/mm^e, as Adams and the paper give it, because its SI value depends on the exponent:
+    k_c [N/m^e] = contact_stiffness * 1000^e.
+    """
+
+    FILE: ClassVar[str] = "ground"
+
+    contact_stiffness: float = parameter("N/mm^e", "stiffness of the normal force", symbol="k_c", bound=Bound(above=0))
+    contact_exponent: float = parameter("1", "force exponent", symbol="e", bound=Bound(minimum=1))
+    contact_damping: float = parameter("N s/m", "largest contact damping", symbol="c_max", bound=Bound(minimum=0))
+    damping_depth: float = parameter("m", "penetration at which the damping is complete", symbol="d", bound=Bound(above=0))
+    static_friction: float = parameter("1", "static friction coefficient", symbol="mu_s", bound=Bound(minimum=0))
+    dynamic_friction: float = parameter("1", "dynamic friction coefficient", symbol="mu_d", bound=Bound(minimum=0))
+    stiction_velocity: float = parameter("m/s", "slip speed of the greatest friction", symbol="v_s", bound=Bound(above=0))
+    friction_velocity: float = parameter("m/s", "slip speed from which friction is dynamic", symbol="v_d", bound=Bound(above=0))
+
+    def broken_rules(self) -> Iterator[Broken]:
+        """Dynamic friction does not exceed static friction; the two transition velocities are in order."""
+        if self.dynamic_friction > self.static_friction:
+            yield Broken("dynamic_friction", f"<= static_friction = {self.static_friction:g}")
+        if self.stiction_velocity >= self.friction_velocity:
+            yield Broken("stiction_velocity", f"< friction_velocity = {self.friction_velocity:g} m/s")
+
+    @property
+    def stiffness_si(self) -> float:
+        """Contact stiffness in N/m^e."""
+        return self.contact_stiffness * 1000.0**self.contact_exponent
