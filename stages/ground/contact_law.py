@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
@@ -11,7 +12,7 @@ from stages.biped.quantity import Bound, Broken, parameter
 
 @dataclass(frozen=True)
 class ContactLaw:
-    """Adams IMPACT normal force and Stribeck-like friction of one leg's foot.
+    """Normal force and friction of one leg's foot; the defaults of the choices are the paper's laws.
 
     `contact_stiffness` is in N/mm^e, as Adams and the paper give it, because its SI value depends on the exponent:
     k_c [N/m^e] = contact_stiffness * 1000^e.
@@ -27,6 +28,16 @@ class ContactLaw:
     dynamic_friction: float = parameter("1", "dynamic friction coefficient", symbol="mu_d", bound=Bound(minimum=0))
     stiction_velocity: float = parameter("m/s", "slip speed of the greatest friction", symbol="v_s", bound=Bound(above=0))
     friction_velocity: float = parameter("m/s", "slip speed from which friction is dynamic", symbol="v_d", bound=Bound(above=0))
+    normal_force: str = parameter(
+        "-", "law of the normal force", choices=("impact", "restitution"), default="impact"
+    )
+    friction: str = parameter("-", "law of friction", choices=("stribeck", "coulomb", "none"), default="stribeck")
+    restitution: float = parameter(
+        "1", "part of impact_speed that is returned (law restitution only)", bound=Bound(above=0, maximum=1), default=0.1
+    )
+    impact_speed: float = parameter(
+        "m/s", "impact speed at which the restitution holds (law restitution only)", bound=Bound(above=0), default=0.3
+    )
 
     def broken_rules(self) -> Iterator[Broken]:
         """Dynamic friction does not exceed static friction; the two transition velocities are in order."""
@@ -39,3 +50,11 @@ class ContactLaw:
     def stiffness_si(self) -> float:
         """Contact stiffness in N/m^e."""
         return self.contact_stiffness * 1000.0**self.contact_exponent
+
+    def shared_by(self, feet: int) -> ContactLaw:
+        """The law of one of `feet` equal feet that stand side by side and together act as this law."""
+        return dataclasses.replace(
+            self,
+            contact_stiffness=self.contact_stiffness / feet,
+            contact_damping=self.contact_damping / feet,
+        )
