@@ -1,0 +1,89 @@
+"""Parameters of the synthetic campaign: how runs differ, what the sensors and the radio do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stages.biped.design import Biped
+from stages.biped.quantity import Bound, Broken, parameter
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+
+POSITIVE, NOT_NEGATIVE, SHARE = Bound(above=0), Bound(minimum=0), Bound(minimum=0, below=1)
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """How many runs there are and how they differ."""
+
+    FILE: ClassVar[str] = "campaign"
+
+    seed: int = parameter("1", "seed of every random draw", bound=NOT_NEGATIVE)
+    runs: int = parameter("1", "number of runs", bound=Bound(minimum=1))
+    steps: int = parameter("1", "heel strikes in a run", bound=Bound(minimum=4))
+    rest_s: float = parameter("s", "time the robot stands still before the push", bound=Bound(minimum=0.5))
+    push_s: float = parameter("s", "duration of the push", bound=Bound(minimum=0.1))
+    push_sd: float = parameter("1", "spread of the initial rates, relative", bound=NOT_NEGATIVE)
+    slope_sd_deg: float = parameter("deg", "spread of the ramp's inclination", bound=NOT_NEGATIVE)
+    slope_reading_sd_deg: float = parameter("deg", "error of reading the inclination off", bound=NOT_NEGATIVE)
+    stance_sd_deg: float = parameter("deg", "error of the still stand from normal to the ramp", bound=NOT_NEGATIVE)
+    outsole: float = parameter("m", "mean thickness of the rubber outsole", bound=NOT_NEGATIVE)
+    outsole_sd: float = parameter("m", "spread of the outsole's thickness", bound=NOT_NEGATIVE)
+    tolerance_sd: float = parameter("1", "spread of masses, stiffness and damping, relative", bound=NOT_NEGATIVE)
+
+
+@dataclass(frozen=True)
+class SensorSettings:
+    """The synthetic sensor."""
+
+    FILE: ClassVar[str] = "campaign"
+
+    rate_hz: float = parameter("Hz", "nominal sampling rate", bound=POSITIVE)
+    rate_error_sd_ppm: float = parameter("ppm", "spread of the sensor's clock rate", bound=NOT_NEGATIVE)
+    bandwidth_hz: float = parameter("Hz", "cut-off of the second-order low pass", bound=POSITIVE)
+    accelerometer_range_g: float = parameter("g", "full scale of the accelerometer", bound=POSITIVE)
+    gyroscope_range_deg_s: float = parameter("deg/s", "full scale of the gyroscope", bound=POSITIVE)
+    bits: int = parameter("1", "resolution of a count", bound=Bound(minimum=8, maximum=32))
+    misalignment_sd_deg: float = parameter("deg", "spread of the mounting about each axis", bound=NOT_NEGATIVE)
+    acceleration_gain_sd: float = parameter("1", "spread of the accelerometer's gain", bound=NOT_NEGATIVE)
+    angular_rate_gain_sd: float = parameter("1", "spread of the gyroscope's gain", bound=NOT_NEGATIVE)
+    acceleration_bias_sd: float = parameter("m/s^2", "spread of the accelerometer's bias", bound=NOT_NEGATIVE)
+    angular_rate_bias_sd_deg_s: float = parameter("deg/s", "spread of the gyroscope's bias", bound=NOT_NEGATIVE)
+    acceleration_noise_density: float = parameter("m/s^2/Hz^0.5", "accelerometer noise", bound=NOT_NEGATIVE)
+    angular_rate_noise_density_deg_s: float = parameter("deg/s/Hz^0.5", "gyroscope noise", bound=NOT_NEGATIVE)
+
+    def broken_rules(self) -> Iterator[Broken]:
+        """The low pass cuts off below half the sampling rate."""
+        if self.bandwidth_hz >= self.rate_hz / 2:
+            yield Broken("bandwidth_hz", f"< rate_hz / 2 = {self.rate_hz / 2:g} Hz")
+
+
+@dataclass(frozen=True)
+class RadioSettings:
+    """The synthetic radio link, phone and server."""
+
+    FILE: ClassVar[str] = "campaign"
+
+    batch_size: int = parameter("1", "samples in a packet", bound=Bound(minimum=1))
+    counter_modulus: int = parameter("1", "packet numbers before the counter wraps", bound=Bound(minimum=256))
+    connection_interval_s: float = parameter("s", "time between two connections of the radio", bound=POSITIVE)
+    latency_s: float = parameter("s", "smallest delay of a packet", bound=NOT_NEGATIVE)
+    jitter_s: float = parameter("s", "mean of the exponential delay on top", bound=NOT_NEGATIVE)
+    stall_share: float = parameter("1", "share of packets that stall", bound=SHARE)
+    stall_s: float = parameter("s", "mean length of a stall", bound=NOT_NEGATIVE)
+    loss_share: float = parameter("1", "share of packets that are lost", bound=SHARE)
+    upload_interval_s: float = parameter("s", "time between two uploads of the phone", bound=POSITIVE)
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """All the campaign depends on."""
+
+    biped: Biped
+    slope: Slope
+    contact: ContactLaw
+    runs: RunSettings
+    sensor: SensorSettings
+    radio: RadioSettings

@@ -1,0 +1,111 @@
+"""A synthetic inertial sensor: what a real one would report of a motion that is known exactly.
+
+Chain: second-order low pass, sampling at the sensor's own rate and phase, rotation onto misaligned axes, gain, bias,
+noise, clipping at full scale, rounding to counts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import butter, sosfilt, sosfilt_zi
+from scipy.spatial.transform import Rotation
+
+from stages.campaign.parameters import SensorSettings
+from stages.imu.frames import mounting
+from stages.imu.schema import Device
+
+STANDARD_GRAVITY = 9.80665  # m/s^2 in one g of a sensor's data sheet
+NOISE_BANDWIDTH = np.pi / (2 * np.sqrt(2))  # of a second-order Butterworth filter over its cut-off
+
+
+@dataclass(frozen=True)
+class SensorMotion:
+    """What a sensor feels on body axes forward, up, lateral, on a uniform grid.
+
+    time (n,) [s]; specific_force (n, 3) [m/s^2], acceleration minus gravity; angular_velocity (n, 3) [rad/s].
+    """
+
+    time: np.ndarray
+    specific_force: np.ndarray
+    angular_velocity: np.ndarray
+
+
+@dataclass(frozen=True)
+class SensorErrors:
+    """The truth about one sensor that the ingest must not know.
+
+    `rotation` (3, 3) takes body axes to sensor axes; gains (3,) are relative; biases (3,) in m/s^2 and rad/s;
+    `period` is the true sampling period [s].
+    """
+
+    rotation: np.ndarray
+    acceleration_gain: np.ndarray
+    angular_rate_gain: np.ndarray
+    acceleration_bias: np.ndarray
+    angular_rate_bias: np.ndarray
+    period: float
+
+
+@dataclass(frozen=True)
+class Readings:
+    """Counts (n, 3) as a sensor puts them out, with the true time of each sample (n,) [s]."""
+
+    time: np.ndarray
+    acceleration: np.ndarray
+    angular_rate: np.ndarray
+
+
+def draw_errors(settings: SensorSettings, device: Device, rng: np.random.Generator) -> SensorErrors:
+    """One sensor out of the bin: its misalignment, gains, biases and clock rate."""
+    tilt = Rotation.from_rotvec(rng.normal(scale=np.deg2rad(settings.misalignment_sd_deg), size=3)).as_matrix()
+    return SensorErrors(
+        rotation=tilt @ mounting(device).T,
+        acceleration_gain=1 + rng.normal(scale=settings.acceleration_gain_sd, size=3),
+        angular_rate_gain=1 + rng.normal(scale=settings.angular_rate_gain_sd, size=3),
+        acceleration_bias=rng.normal(scale=settings.acceleration_bias_sd, size=3),
+        angular_rate_bias=np.deg2rad(rng.normal(scale=settings.angular_rate_bias_sd_deg_s, size=3)),
+        period=1 / (settings.rate_hz * (1 + 1e-6 * rng.normal(scale=settings.rate_error_sd_ppm))),
+    )
+
+
+def low_pass(signal: np.ndarray, grid_rate_hz: float, bandwidth_hz: float) -> np.ndarray:
+    """Second-order Butterworth low pass of a signal (n, ...) along time, at rest in its first value."""
+    sections = butter(2, bandwidth_hz, fs=grid_rate_hz, output="sos")
+    state = sosfilt_zi(sections).reshape(-1, 2, *([1] * (signal.ndim - 1))) * signal[0]
+    return sosfilt(sections, signal, axis=0, zi=state)[0]
+
+
+def read(motion: SensorMotion, errors: SensorErrors, settings: SensorSettings, rng: np.random.Generator) -> Readings:
+    """The counts the sensor puts out over the whole motion, from a random phase of its own clock."""
+    grid_rate = 1 / (motion.time[1] - motion.time[0])
+    phase = rng.uniform(0, errors.period)
+    count = int((motion.time[-1] - motion.time[0] - phase) / errors.period) + 1
+    time = motion.time[0] + phase + errors.period * np.arange(count)
+
+    def channel(signal: np.ndarray, gain: np.ndarray, bias: np.ndarray, noise: float, full_scale: float) -> np.ndarray:
+        smooth = low_pass(signal, grid_rate, settings.bandwidth_hz)
+        sampled = np.column_stack([np.interp(time, motion.time, axis) for axis in smooth.T])
+        value = (sampled @ errors.rotation.T) * gain + bias + rng.normal(scale=noise, size=sampled.shape)
+        largest = 2 ** (settings.bits - 1)
+        return np.clip(np.rint(value / full_scale * largest), -largest, largest - 1).astype(np.int64)
+
+    root_bandwidth = np.sqrt(NOISE_BANDWIDTH * settings.bandwidth_hz)
+    return Readings(
+        time=time,
+        acceleration=channel(
+            motion.specific_force,
+            errors.acceleration_gain,
+            errors.acceleration_bias,
+            settings.acceleration_noise_density * root_bandwidth,
+            settings.accelerometer_range_g * STANDARD_GRAVITY,
+        ),
+        angular_rate=channel(
+            motion.angular_velocity,
+            errors.angular_rate_gain,
+            errors.angular_rate_bias,
+            np.deg2rad(settings.angular_rate_noise_density_deg_s) * root_bandwidth,
+            np.deg2rad(settings.gyroscope_range_deg_s),
+        ),
+    )

@@ -1,0 +1,132 @@
+"""The one schema of raw measurements: what a source must provide, whatever it is stored in.
+
+Three tables. `device` says what a sensor is, where it sits and what its numbers mean; `experiment` is one run;
+`sample` is one reading. A sample knows its packet, its position in the packet and up to three stamps:
+
+- device stamp: the sensor's own clock [s]; drifts, restarts with the sensor,
+- phone stamp: when the packet reached the phone [s]; late by the radio, never early,
+- server stamp: when the phone's upload reached the server [s]; later still.
+
+Any of packet, position and the stamps may be missing (NULL); what cannot be known then is reported, not guessed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+ACCELERATION_UNITS = {"counts": None, "m/s^2": 1.0, "g": 9.80665, "mg": 9.80665e-3}
+ANGULAR_RATE_UNITS = {"counts": None, "rad/s": 1.0, "deg/s": np.pi / 180.0}
+
+TABLES: dict[str, tuple[tuple[str, str, str], ...]] = {
+    "device": (
+        ("device_id", "INTEGER PRIMARY KEY", "identity"),
+        ("name", "TEXT", "what the lab calls it"),
+        ("place", "TEXT", "where it rides: hip or foot"),
+        ("rate_hz", "REAL", "nominal sampling rate [Hz]"),
+        ("bandwidth_hz", "REAL", "cut-off of its second-order low pass [Hz], NULL where unknown"),
+        ("accelerometer_range_g", "REAL", "full scale [g]"),
+        ("gyroscope_range_deg_s", "REAL", "full scale [deg/s]"),
+        ("accelerometer_unit", "TEXT", "counts, g, mg or m/s^2"),
+        ("gyroscope_unit", "TEXT", "counts, deg/s or rad/s"),
+        ("bits", "INTEGER", "resolution of counts [bit]"),
+        ("batch_size", "INTEGER", "samples in a packet"),
+        ("counter_modulus", "INTEGER", "packet number after which the counter starts at 0 again"),
+        ("forward_axis", "TEXT", "sensor axis nearest to the body's forward axis, such as +x"),
+        ("up_axis", "TEXT", "sensor axis nearest to the body's upward axis"),
+    ),
+    "experiment": (
+        ("experiment_id", "INTEGER PRIMARY KEY", "identity"),
+        ("name", "TEXT", "what the lab calls it"),
+        ("origin", "TEXT", "measured or synthetic"),
+        ("slope_deg", "REAL", "inclination of the ramp as read off [deg]"),
+    ),
+    "sample": (
+        ("sample_id", "INTEGER PRIMARY KEY", "order of arrival in the database"),
+        ("experiment_id", "INTEGER", "run it belongs to"),
+        ("device_id", "INTEGER", "sensor it comes from"),
+        ("packet", "INTEGER", "packet number"),
+        ("position", "INTEGER", "position in the packet, from 0"),
+        ("device_stamp", "REAL", "sensor's clock [s]"),
+        ("phone_stamp", "REAL", "arrival at the phone [s]"),
+        ("server_stamp", "REAL", "arrival at the server [s]"),
+        ("ax", "REAL", "specific force on sensor axis x"),
+        ("ay", "REAL", "specific force on sensor axis y"),
+        ("az", "REAL", "specific force on sensor axis z"),
+        ("gx", "REAL", "angular rate about sensor axis x"),
+        ("gy", "REAL", "angular rate about sensor axis y"),
+        ("gz", "REAL", "angular rate about sensor axis z"),
+    ),
+}
+SAMPLE_VALUES = tuple(name for name, _, _ in TABLES["sample"][3:])
+
+
+@dataclass(frozen=True)
+class Device:
+    """What a sensor is; fields as in table `device`, None where the source does not say."""
+
+    place: str
+    rate_hz: float
+    accelerometer_unit: str
+    gyroscope_unit: str
+    name: str = ""
+    bandwidth_hz: float | None = None
+    accelerometer_range_g: float | None = None
+    gyroscope_range_deg_s: float | None = None
+    bits: int | None = None
+    batch_size: int | None = None
+    counter_modulus: int | None = None
+    forward_axis: str | None = None
+    up_axis: str | None = None
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One run; fields as in table `experiment`."""
+
+    name: str
+    origin: str = "measured"
+    slope_deg: float | None = None
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Raw rows of one sensor in one run, in the order they were stored; NaN where the source has no number.
+
+    `acceleration` and `angular_rate` (n, 3) are in the device's declared units on the sensor's own axes.
+    """
+
+    experiment: Experiment
+    device: Device
+    packet: np.ndarray
+    position: np.ndarray
+    device_stamp: np.ndarray
+    phone_stamp: np.ndarray
+    server_stamp: np.ndarray
+    acceleration: np.ndarray
+    angular_rate: np.ndarray
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return len(self.packet)
+
+    def take(self, keep: np.ndarray) -> Recording:
+        """The same recording with the rows `keep` (indices or mask) only."""
+        columns = ("packet", "position", "device_stamp", "phone_stamp", "server_stamp", "acceleration", "angular_rate")
+        return Recording(self.experiment, self.device, *(getattr(self, name)[keep] for name in columns))
+
+
+def recording_from_columns(experiment: Experiment, device: Device, columns: np.ndarray) -> Recording:
+    """A recording from an array (n, 11) whose columns are those of `SAMPLE_VALUES`."""
+    return Recording(experiment, device, *columns[:, :5].T, columns[:, 5:8], columns[:, 8:11])
+
+
+def create_statements() -> tuple[str, ...]:
+    """SQL that creates the tables and the index the ingest reads by."""
+    tables = [
+        f"CREATE TABLE {table} ({', '.join(f'{name} {kind}' for name, kind, _ in columns)})"
+        for table, columns in TABLES.items()
+    ]
+    return (*tables, "CREATE INDEX sample_of_run ON sample (experiment_id, device_id)")
