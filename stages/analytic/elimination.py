@@ -1,0 +1,65 @@
+"""Closed-form solution of the 4 x 4 mass matrix and of the constrained system, written out for scalars.
+
+The swing leg's block of the mass matrix is diagonal (psi and L_2 are polar coordinates of one mass), so the
+elimination starts there and ends in a 2 x 2 system for the stance leg.
+"""
+
+from __future__ import annotations
+
+from stages.analytic.compiled import compiled
+
+
+@compiled
+def factor(m11, m12, m13, m14, m22, m23, m24, m33, m44):
+    """Factors of the symmetric mass matrix with m34 = 0, for `solve`."""
+    i33, i44 = 1.0 / m33, 1.0 / m44
+    a13, a14, a23, a24 = m13 * i33, m14 * i44, m23 * i33, m24 * i44
+    s11 = m11 - m13 * a13 - m14 * a14
+    s12 = m12 - m13 * a23 - m14 * a24
+    s22 = m22 - m23 * a23 - m24 * a24
+    inverse = 1.0 / (s11 * s22 - s12 * s12)
+    return i33, i44, a13, a14, a23, a24, s22 * inverse, -s12 * inverse, s11 * inverse
+
+
+@compiled
+def solve(factors, f1, f2, f3, f4):
+    """Solution of M x = f from the factors of M."""
+    i33, i44, a13, a14, a23, a24, c11, c12, c22 = factors
+    g1 = f1 - a13 * f3 - a14 * f4
+    g2 = f2 - a23 * f3 - a24 * f4
+    x1 = c11 * g1 + c12 * g2
+    x2 = c12 * g1 + c22 * g2
+    return x1, x2, i33 * f3 - a13 * x1 - a23 * x2, i44 * f4 - a14 * x1 - a24 * x2
+
+
+@compiled
+def dot(a, b):
+    """Scalar product of two 4-tuples."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
+
+
+@compiled
+def factor_constrained(factors, normal, roll):
+    """Factors of [[M, -Pi], [Pi^T, 0]] for Pi = (normal, roll): the two columns of M^-1 Pi and (Pi^T M^-1 Pi)^-1."""
+    y1 = solve(factors, normal[0], normal[1], normal[2], normal[3])
+    y2 = solve(factors, roll[0], roll[1], roll[2], roll[3])
+    s11, s12, s22 = dot(normal, y1), dot(normal, y2), dot(roll, y2)
+    inverse = 1.0 / (s11 * s22 - s12 * s12)
+    return y1, y2, s22 * inverse, -s12 * inverse, s11 * inverse
+
+
+@compiled
+def solve_constrained(factors, constrained, normal, roll, free, target1, target2):
+    """Solution of M x - Pi lambda = f, Pi^T x = target, given `free` = M^-1 f. Returns x and (lambda_1, lambda_2)."""
+    y1, y2, c11, c12, c22 = constrained
+    t1 = target1 - dot(normal, free)
+    t2 = target2 - dot(roll, free)
+    l1 = c11 * t1 + c12 * t2
+    l2 = c12 * t1 + c22 * t2
+    x = (
+        free[0] + y1[0] * l1 + y2[0] * l2,
+        free[1] + y1[1] * l1 + y2[1] * l2,
+        free[2] + y1[2] * l1 + y2[2] * l2,
+        free[3] + y1[3] * l1 + y2[3] * l2,
+    )
+    return x, (l1, l2)

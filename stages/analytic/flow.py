@@ -1,0 +1,152 @@
+"""Rates of the state in each phase, and of the variations carried with it.
+
+The state is y = (q, qd), followed by any number of variations dy, each as long as the state. Phases:
+rigid single stance, q = (theta, psi); compliant single and double stance, q = (theta, L_1, psi, L_2).
+In double stance the trailing foot's constraints hold at acceleration level; given a consistent start they only drift.
+"""
+
+from __future__ import annotations
+
+from stages.analytic.compiled import compiled
+
+from stages.analytic import equations as eq
+from stages.analytic.elimination import factor, factor_constrained, solve, solve_constrained
+
+RIGID, SINGLE_STANCE, DOUBLE_STANCE = 0, 1, 2
+
+
+@compiled
+def size_of(phase):
+    """Length of the state in a phase."""
+    return 4 if phase == RIGID else 8
+
+
+@compiled
+def rigid_acceleration(y, p):
+    """qdd of rigid single stance and the inverse of its mass matrix (i11, i12, i22)."""
+    m11, m12, m22, f1, f2 = eq.rigid_terms(y[0], y[1], y[2], y[3], p)
+    inverse = 1.0 / (m11 * m22 - m12 * m12)
+    i11, i12, i22 = m22 * inverse, -m12 * inverse, m11 * inverse
+    return (i11 * f1 + i12 * f2, i12 * f1 + i22 * f2), (i11, i12, i22)
+
+
+@compiled
+def single_acceleration(y, p):
+    """qdd of compliant single stance and the factors of its mass matrix."""
+    t = eq.compliant_terms(y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], p)
+    factors = factor(t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[9])
+    return solve(factors, t[10], t[11], t[12], t[13]), factors
+
+
+@compiled
+def contact_directions(y, p):
+    """Pi^T by rows and -dPi^T/dt qd: the acceleration the constraints ask for."""
+    c = eq.contact_terms(y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], p)
+    return (c[0], c[1], c[2], c[3]), (c[4], c[5], c[6], c[7]), -c[8], -c[9]
+
+
+@compiled
+def double_acceleration(y, p):
+    """qdd and lambda of double stance, with the factors that solve the same system again."""
+    free, factors = single_acceleration(y, p)
+    normal, roll, target1, target2 = contact_directions(y, p)
+    constrained = factor_constrained(factors, normal, roll)
+    qdd, force = solve_constrained(factors, constrained, normal, roll, free, target1, target2)
+    return qdd, force, factors, constrained, normal, roll
+
+
+@compiled
+def row_times(matrix, row, width, dy, start):
+    """One row of a matrix stored by rows in a tuple, times a variation stored from `start`."""
+    total = 0.0
+    for column in range(width):
+        total += matrix[row * width + column] * dy[start + column]
+    return total
+
+
+@compiled
+def double_jacobians(y, qdd, force, p):
+    """What `double_variation` needs at a point, the same for every variation."""
+    by_state = eq.compliant_residual_jacobian(
+        y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], qdd[0], qdd[1], qdd[2], qdd[3], p)
+    by_force = eq.contact_force_jacobian(y[0], y[1], y[2], y[3], force[0], force[1], p)
+    by_contact = eq.contact_acceleration_jacobian(
+        y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], qdd[0], qdd[1], qdd[2], qdd[3], p)
+    return by_state, by_force, by_contact
+
+
+@compiled
+def double_variation(jacobians, system, dy, start):
+    """Variations of qdd and lambda in double stance for the variation of the state stored from `start`."""
+    by_state, by_force, by_contact = jacobians
+    factors, constrained, normal, roll = system
+    free = solve(
+        factors,
+        row_times(by_force, 0, 4, dy, start) - row_times(by_state, 0, 8, dy, start),
+        row_times(by_force, 1, 4, dy, start) - row_times(by_state, 1, 8, dy, start),
+        row_times(by_force, 2, 4, dy, start) - row_times(by_state, 2, 8, dy, start),
+        row_times(by_force, 3, 4, dy, start) - row_times(by_state, 3, 8, dy, start),
+    )
+    return solve_constrained(
+        factors, constrained, normal, roll, free,
+        -row_times(by_contact, 0, 8, dy, start), -row_times(by_contact, 1, 8, dy, start))
+
+
+@compiled
+def rigid_rates(y, p, rates):
+    """Rates of state and variations, rigid single stance."""
+    qdd, inverse = rigid_acceleration(y, p)
+    rates[0], rates[1], rates[2], rates[3] = y[2], y[3], qdd[0], qdd[1]
+    if y.size > 4:
+        jacobian = eq.rigid_residual_jacobian(y[0], y[1], y[2], y[3], qdd[0], qdd[1], p)
+        for start in range(4, y.size, 4):
+            f1 = -row_times(jacobian, 0, 4, y, start)
+            f2 = -row_times(jacobian, 1, 4, y, start)
+            rates[start], rates[start + 1] = y[start + 2], y[start + 3]
+            rates[start + 2] = inverse[0] * f1 + inverse[1] * f2
+            rates[start + 3] = inverse[1] * f1 + inverse[2] * f2
+
+
+@compiled
+def store(rates, y, start, qdd):
+    """Rates of one 8-vector (q, qd) stored from `start`."""
+    for i in range(4):
+        rates[start + i] = y[start + 4 + i]
+    rates[start + 4], rates[start + 5], rates[start + 6], rates[start + 7] = qdd
+
+
+@compiled
+def single_rates(y, p, rates):
+    """Rates of state and variations, compliant single stance."""
+    qdd, factors = single_acceleration(y, p)
+    store(rates, y, 0, qdd)
+    if y.size > 8:
+        jacobian = eq.compliant_residual_jacobian(
+            y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], qdd[0], qdd[1], qdd[2], qdd[3], p)
+        for start in range(8, y.size, 8):
+            store(rates, y, start, solve(
+                factors, -row_times(jacobian, 0, 8, y, start), -row_times(jacobian, 1, 8, y, start),
+                -row_times(jacobian, 2, 8, y, start), -row_times(jacobian, 3, 8, y, start)))
+
+
+@compiled
+def double_rates(y, p, rates):
+    """Rates of state and variations, compliant double stance."""
+    qdd, force, factors, constrained, normal, roll = double_acceleration(y, p)
+    store(rates, y, 0, qdd)
+    if y.size > 8:
+        jacobians = double_jacobians(y, qdd, force, p)
+        for start in range(8, y.size, 8):
+            change, _ = double_variation(jacobians, (factors, constrained, normal, roll), y, start)
+            store(rates, y, start, change)
+
+
+@compiled
+def flow(phase, y, p, rates):
+    """Write dy/dt of the phase into `rates`."""
+    if phase == RIGID:
+        rigid_rates(y, p, rates)
+    elif phase == SINGLE_STANCE:
+        single_rates(y, p, rates)
+    else:
+        double_rates(y, p, rates)

@@ -1,0 +1,134 @@
+"""Integrates one phase to its event, which is located to the integrator's own accuracy.
+
+An event is found by taking the last step again with a shorter length until the guard is zero, so its state
+carries the error of a step of DOP853 and no interpolant comes in.
+"""
+
+from __future__ import annotations
+
+from math import cos
+
+import numpy as np
+from stages.analytic.compiled import compiled
+
+from stages.analytic.dop853 import STAGES, error_norm, step_factor, take_step
+from stages.analytic.flow import DOUBLE_STANCE, RIGID, flow, size_of
+from stages.analytic.transitions import clearance_variation, foot_clearance, hidden_crossing, toe_off_guard
+from stages.analytic.transitions import toe_off_variation
+
+EVENT, FALL, TIME_LIMIT, STEP_FLOOR, STEP_LIMIT = 0, 1, 2, 3, 4
+
+#: Cosine of the stance angle below which the walker has fallen.
+FALLEN = 0.3
+SMALLEST_STEP = 1e-14
+GUARD_STEP = 1e-7
+
+
+@compiled
+def guard(phase, y, p, rates):
+    """Guard of the phase, its rate along `rates`, and whether its fall through zero is the event.
+
+    Heel strike: clearance falls through zero with the swing foot ahead of the stance foot. The legs are equally
+    long, so the swing foot also falls below ground behind the stance foot and rises again; that is no heel strike.
+    """
+    if phase == DOUBLE_STANCE:
+        value, rate = toe_off_guard(y, p, rates)
+        return value, rate, True
+    value, rate, ahead = foot_clearance(phase, y, p)
+    return value, rate, ahead > 0.0
+
+
+@compiled
+def locate(phase, y, h, g0, d0, g1, p, stages, new):
+    """Shorten the step from `y` until the guard is zero at its end; leaves that state in `new`, returns its length."""
+    low, high = 0.0, h
+    length = h * g0 / (g0 - g1) if g1 < g0 else 0.5 * h
+    rates = np.empty(y.size)
+    for _ in range(60):
+        take_step(phase, y, length, p, stages, new)
+        flow(phase, new, p, rates)
+        value, rate, _ = guard(phase, new, p, rates)
+        if value > 0.0:
+            low = length
+        else:
+            high = length
+        change = -value / rate if rate < 0.0 else h
+        following = length + change
+        if not low <= following <= high:
+            following = 0.5 * (low + high)
+        if abs(following - length) <= 4e-16 * h + 1e-17:
+            break
+        length = following
+    return length
+
+
+@compiled
+def shift_to_event(phase, y, p):
+    """Turn variations at fixed time into variations at the event: dy + (dy/dt) dt with dt = -dg/(dg/dt), in place."""
+    base = size_of(phase)
+    if y.size == base:
+        return
+    rates = np.empty(base)
+    flow(phase, y[:base], p, rates)
+    _, rate, _ = guard(phase, y, p, rates)
+    for start in range(base, y.size, base):
+        if phase == DOUBLE_STANCE:
+            change = toe_off_variation(y, p, start)
+        else:
+            change = clearance_variation(phase, y, p, start)
+        delay = -change / rate
+        for i in range(base):
+            y[start + i] += rates[i] * delay
+
+
+@compiled
+def integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes, count):
+    """Integrate `y` in place to the event of the phase.
+
+    Returns (status, duration, last step size, nodes filled, evaluations). Each accepted step start is recorded as
+    (duration, phase, state) in `nodes` while there is room.
+    """
+    size, base = y.size, size_of(phase)
+    stages, new, rates = np.empty((STAGES, size)), np.empty(size), np.empty(size)
+    time, evaluations = 0.0, 1
+    flow(phase, y, p, stages[0])
+    g0, d0, _ = guard(phase, y, p, stages[0])
+    if phase == DOUBLE_STANCE and (g0 < 0.0 or (g0 == 0.0 and d0 < 0.0)):
+        return EVENT, 0.0, h, count, evaluations
+    for _ in range(step_limit):
+        if h < SMALLEST_STEP:
+            return STEP_FLOOR, time, h, count, evaluations
+        take_step(phase, y, h, p, stages, new)
+        evaluations += STAGES
+        error = error_norm(y, new, h, stages, tolerance)
+        if not error <= 1.0:  # written so that NaN is refused
+            h *= max(0.2, 0.9 * error ** (-1.0 / 8.0)) if error == error else 0.1
+            continue
+        flow(phase, new, p, rates)
+        g1, d1, armed = guard(phase, new, p, rates)
+        if armed and h > GUARD_STEP and hidden_crossing(g0, d0, g1, d1, h):
+            h *= 0.5
+            continue
+        if count < nodes.shape[0]:
+            nodes[count, 0], nodes[count, 1] = time, phase
+            nodes[count, 2 : 2 + base] = y[:base]
+            count += 1
+        if g0 > 0.0 and g1 <= 0.0:
+            length = locate(phase, y, h, g0, d0, g1, p, stages, new)
+            flow(phase, new, p, rates)
+            if guard(phase, new, p, rates)[2]:
+                y[:] = new
+                shift_to_event(phase, y, p)
+                return EVENT, time + length, h, count, evaluations
+            take_step(phase, y, h, p, stages, new)
+            flow(phase, new, p, rates)
+        time += h
+        y[:] = new
+        stages[0, :] = rates
+        g0, d0 = g1, d1
+        if not (cos(y[0]) > FALLEN) or abs(y[1 if phase == RIGID else 2]) > 3.0:
+            return FALL, time, h, count, evaluations
+        if time > time_limit:
+            return TIME_LIMIT, time, h, count, evaluations
+        h *= step_factor(error)
+    return STEP_LIMIT, time, h, count, evaluations

@@ -1,0 +1,82 @@
+"""The biped as the integrator sees it: dimensionless parameters, and the scales that lead back to SI.
+
+Mass is measured in total masses, length in leg lengths, time in sqrt(leg length / gravity). Tolerances then mean
+the same for every size of biped, and similar bipeds have the same numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.biped.design import Biped
+from stages.biped.gait import StanceState
+from stages.ground.slope import Slope
+
+Vector = np.ndarray
+
+
+@dataclass(frozen=True)
+class Walker:
+    """Dimensionless parameters `p` in the order of `derivation.PARAMETERS`, and the scales of the design."""
+
+    rigid: bool
+    p: tuple[float, ...]
+    mass: float
+    length: float
+    time: float
+
+    @property
+    def size(self) -> int:
+        """Length of the state (q, qd)."""
+        return 4 if self.rigid else 8
+
+    @property
+    def section_size(self) -> int:
+        """Number of section coordinates just after heel strike."""
+        return 3 if self.rigid else 5
+
+    @property
+    def force(self) -> float:
+        """Unit of force [N]."""
+        return self.mass * self.length / self.time**2
+
+    @property
+    def energy(self) -> float:
+        """Unit of energy [J]."""
+        return self.force * self.length
+
+    def scales(self) -> Vector:
+        """SI value of one dimensionless unit of each state entry, shape (4,) or (8,)."""
+        rate, speed = 1.0 / self.time, self.length / self.time
+        if self.rigid:
+            return np.array([1.0, 1.0, rate, rate])
+        return np.array([1.0, self.length, 1.0, self.length, rate, speed, rate, speed])
+
+    def stance_state(self, y: Vector) -> StanceState:
+        """The state in SI units under its names; rigid legs have their natural length."""
+        si = y[: self.size] * self.scales()
+        if self.rigid:
+            return StanceState(si[0], self.length, si[1], self.length, si[2], 0.0, si[3], 0.0)
+        return StanceState(*(float(value) for value in si))
+
+
+def build_walker(biped: Biped, slope: Slope) -> Walker:
+    """Scale a design to its own mass, leg length and pendulum time."""
+    mass, length = biped.total_mass, biped.leg_length
+    time = math.sqrt(length / slope.gravity)
+    p = (
+        biped.hip_mass / mass,
+        biped.foot_mass / mass,
+        1.0,
+        biped.foot_radius / length,
+        biped.foot_com / length,
+        biped.stiffness * time**2 / mass,
+        biped.damping * time / mass,
+        biped.leg_inertia / (mass * length**2),
+        math.sin(slope.angle),
+        -math.cos(slope.angle),
+    )
+    return Walker(biped.legs == "rigid", p, mass, length, time)
