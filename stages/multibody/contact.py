@@ -7,22 +7,18 @@ solver evaluates it.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from typing import Any
 
-os.environ.setdefault("EXUDYN_SUPPRESS_UI_WINDOW_OPEN", "1")  # the renderer aborts a process without a display
+from exudyn.utilities import CreateSymbolicUserFunction
 
-import exudyn  # noqa: E402
-from exudyn import symbolic  # noqa: E402
-from exudyn.utilities import CreateSymbolicUserFunction  # noqa: E402
+from stages.ground.contact_law import ContactLaw
+from stages.ground.friction import friction_coefficient, friction_slope
+from stages.ground.normal_force import normal_force
+from stages.ground.operations import SCALARS, Operations
+from stages.multibody.quiet_exudyn import exudyn
 
-from stages.ground.contact_law import ContactLaw  # noqa: E402
-from stages.ground.friction import friction_coefficient, friction_slope  # noqa: E402
-from stages.ground.normal_force import normal_force  # noqa: E402
-from stages.ground.operations import SCALARS, Operations  # noqa: E402
-
-exudyn.config.printToConsole = False
+symbolic = exudyn.symbolic
 
 CONNECTOR = "ObjectConnectorRigidBodySpringDamper"
 USER_FUNCTION = "springForceTorqueUserFunction"

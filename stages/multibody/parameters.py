@@ -1,0 +1,57 @@
+"""Settings of the multibody stage."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stages.biped.design import Biped
+from stages.biped.quantity import Bound, Broken, parameter
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How the multibody model is assembled, integrated and sampled."""
+
+    FILE: ClassVar[str] = "multibody"
+
+    assembly: str = parameter(
+        "-", "tree: minimal coordinates, explicit; joints: bodies and joints, implicit", choices=("tree", "joints")
+    )
+    steps: int = parameter("1", "steps to walk", bound=Bound(minimum=1, maximum=10000))
+    sampling_rate_hz: float = parameter("Hz", "rate of the sampled signals", bound=Bound(above=0, maximum=1e5))
+    tolerance: float = parameter(
+        "1", "absolute tolerance of the explicit solver in m, rad, m/s, rad/s", bound=Bound(minimum=1e-11, maximum=1e-3)
+    )
+    largest_step: float = parameter("s", "largest step of the explicit solver", bound=Bound(above=0, maximum=1e-2))
+    implicit_solver: str = parameter(
+        "-", "solver of the joints assembly", choices=("trapezoidal", "generalized_alpha")
+    )
+    rolling_step: float = parameter(
+        "s", "step of the implicit solver away from heel strike", bound=Bound(above=0, maximum=1e-2)
+    )
+    impact_step: float = parameter(
+        "s", "step of the implicit solver around heel strike", bound=Bound(above=0, maximum=1e-2)
+    )
+    impact_window: float = parameter("s", "time after heel strike with impact_step", bound=Bound(minimum=0, maximum=1))
+    longest_step: float = parameter(
+        "s", "time without a heel strike after which the walk counts as stalled", bound=Bound(above=0, maximum=100)
+    )
+
+    def broken_rules(self) -> Iterator[Broken]:
+        """The fine step is not coarser than the coarse one."""
+        if self.impact_step > self.rolling_step:
+            yield Broken("impact_step", f"<= rolling_step = {self.rolling_step:g} s")
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """All parameters the stage uses."""
+
+    biped: Biped
+    slope: Slope
+    contact: ContactLaw
+    settings: Settings

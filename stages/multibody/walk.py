@@ -1,0 +1,123 @@
+"""Let the planar multibody biped walk: the one entry for everything that needs such a walk."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from stages.biped.design import Biped
+from stages.biped.walk import Walk
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+from stages.multibody.events import Events, find_events
+from stages.multibody.parameters import Settings
+from stages.multibody.scuffing import Watch
+from stages.multibody.solver import Assembly, Run, integrate
+from stages.multibody.state import PlanarState
+from stages.multibody.trajectory import Trajectory
+
+
+def build(biped: Biped, slope: Slope, contact: ContactLaw, settings: Settings, *, compiled: bool = True) -> Assembly:
+    """The assembly that the settings choose. `compiled=False` evaluates the contact in Python, for benchmarks."""
+    if settings.assembly == "tree":
+        from stages.multibody.tree import Tree
+
+        return Tree(biped, slope, contact, compiled=compiled)
+    from stages.multibody.joints import Joints
+
+    return Joints(biped, slope, contact, compiled=compiled)
+
+
+def simulate(
+    biped: Biped,
+    slope: Slope,
+    contact: ContactLaw,
+    state: PlanarState,
+    settings: Settings,
+    *,
+    steps: int | None = None,
+    assembly: Assembly | None = None,
+) -> Run:
+    """Walk from `state` at t = 0 through `steps` heel strikes (default: the settings') to the mid-stance after them.
+
+    The walk ends in the solver step in which the hip passes over the foot that landed last. A fall, a standstill or a
+    failure of the solver ends it earlier and is told by the run's outcome. Pass a built `assembly` of the same design
+    to save building it again.
+    """
+    machine = assembly or build(biped, slope, contact, settings)
+    standing = _standing(state, biped.foot_radius)
+    watch = Watch(
+        walker=machine,
+        radius=biped.foot_radius,
+        natural_length=biped.leg_length,
+        longest_step=settings.longest_step,
+        heel_strikes_wanted=settings.steps if steps is None else steps,
+        in_play=list(state.in_play),
+        landed=standing,
+        last_landed=1 if standing == [False, True] else 0,
+    )
+    return integrate(machine, state, watch, settings)
+
+
+def _standing(state: PlanarState, radius: float) -> list[bool]:
+    """Which feet touch the ground while it acts on them."""
+    reach = [(length - radius) * math.cos(angle) for length, angle in zip(state.leg_length, state.leg_angle)]
+    return [acts and state.hip_position[1] - leg <= radius for acts, leg in zip(state.in_play, reach)]
+
+
+def state_at(trajectory: Trajectory, time: float) -> PlanarState:
+    """State at a time [s] within the trajectory."""
+    position, velocity = (row[0].tolist() for row in trajectory.at(np.array([time])))
+    held = trajectory.in_play(np.array([time]))[0]
+    return PlanarState(
+        hip_position=(position[0], position[1]),
+        hip_velocity=(velocity[0], velocity[1]),
+        leg_angle=(position[2], position[3]),
+        leg_rate=(velocity[2], velocity[3]),
+        leg_length=(position[4], position[5]),
+        leg_length_rate=(velocity[4], velocity[5]),
+        in_play=(bool(held[0]), bool(held[1])),
+    )
+
+
+def sample(trajectory: Trajectory, slope: Slope, radius: float, rate_hz: float) -> Walk:
+    """Signals on a uniform grid, with the exact times of heel strike and toe-off.
+
+    Motion by Hermite interpolation between the solver's steps; forces and accelerations, which have kinks, by monotone
+    cubics, so that a force is never negative between two steps.
+    """
+    count = int(np.floor(trajectory.time[-1] * rate_hz * (1.0 + 1e-12))) + 1
+    time = np.minimum(np.arange(count) / rate_hz, trajectory.time[-1])
+    position, velocity = trajectory.at(time)
+    gravity = np.array(slope.gravity_vector)
+    events: Events = find_events(trajectory, radius)
+
+    def between(values: np.ndarray) -> np.ndarray:
+        return PchipInterpolator(trajectory.time, values)(time)
+
+    return Walk(
+        time=time,
+        hip_position=position[:, :2],
+        hip_velocity=velocity[:, :2],
+        leg_angle=position[:, 2:4],
+        leg_rate=velocity[:, 2:4],
+        leg_length=position[:, 4:],
+        leg_length_rate=velocity[:, 4:],
+        ground_reaction=between(trajectory.ground_reaction),
+        hip_specific_force=on_leg_axes(between(trajectory.acceleration[:, :2]) - gravity, position[:, 2]),
+        hip_angular_velocity=velocity[:, 2].copy(),
+        foot_specific_force=on_leg_axes(between(trajectory.foot_acceleration) - gravity, position[:, 2]),
+        foot_angular_velocity=velocity[:, 2].copy(),
+        heel_strike_time=events.heel_strike_time,
+        heel_strike_leg=events.heel_strike_leg,
+        toe_off_time=events.toe_off_time,
+        toe_off_leg=events.toe_off_leg,
+    )
+
+
+def on_leg_axes(vector: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Components (n, 2) forward and up along a leg of a vector (n, 2) given in the slope frame."""
+    sine, cosine = np.sin(angle), np.cos(angle)
+    return np.column_stack([vector[:, 0] * cosine + vector[:, 1] * sine, vector[:, 1] * cosine - vector[:, 0] * sine])
