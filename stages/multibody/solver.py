@@ -51,16 +51,23 @@ class Run:
     joint_drift: float
 
     @property
+    def last_state(self) -> PlanarState:
+        """The last valid state."""
+        return self.trajectory.state_at(float(self.trajectory.time[-1]))
+
+    @property
     def completed(self) -> bool:
         """Whether the walker walked as long as it was asked to."""
         return self.outcome == COMPLETED
 
 
-def integrate(assembly: Assembly, state: PlanarState, watch: Watch, settings: Settings) -> Run:
-    """Integrate from `state` at t = 0 until the watch ends the run or the solver fails."""
+def integrate(
+    assembly: Assembly, state: PlanarState, watch: Watch, settings: Settings, duration: float | None = None
+) -> Run:
+    """Integrate from `state` at t = 0 until the watch ends the run, the solver fails or the duration [s] is over."""
     assembly.start(state)
     assembly.mbs.SetPreStepUserFunction(watch)
-    limit = settings.longest_step * (watch.heel_strikes_wanted + 2)
+    limit = settings.longest_step * (watch.heel_strikes_wanted + 2) if duration is None else duration
     segments: list[dict[str, np.ndarray]] = []
     drift, began = 0.0, clock.perf_counter()
     explicit = settings.assembly == "tree"
@@ -79,8 +86,8 @@ def integrate(assembly: Assembly, state: PlanarState, watch: Watch, settings: Se
         segments.append(assembly.recording())
         drift = max(drift, assembly.joint_drift())
         reached = float(segments[-1]["time"][-1])
-        if watch.outcome == RUNNING and reached >= limit - settings.largest_step:
-            watch.outcome, watch.message = STALLED, f"the walk was not over at t = {reached:.6g} s"
+        if watch.outcome == RUNNING and reached >= limit * (1.0 - 1e-9):
+            watch.outcome = STALLED if duration is None else COMPLETED
         if watch.outcome == RUNNING and not (math.isfinite(reached) and reached > moment):
             watch.outcome, watch.message = SOLVER_FAILED, f"the solver stopped at t = {reached:.6g} s without a word"
         moment = reached
@@ -117,9 +124,8 @@ def _simulation_settings(settings: Settings, start: float, end: float, fine: boo
         integration.newton.useModifiedNewton = True
         trapezoidal = settings.implicit_solver == "trapezoidal"
         kind = SOLVER.TrapezoidalIndex2 if trapezoidal else SOLVER.GeneralizedAlpha
-    count = math.ceil((end - start) / step)
-    integration.numberOfSteps = count
-    integration.endTime = start + count * step
+    integration.numberOfSteps = math.ceil((end - start) / step)
+    integration.endTime = end
     return wanted, kind
 
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.multibody.state import PlanarState
+
 
 @dataclass(frozen=True)
 class Trajectory:
@@ -33,6 +35,20 @@ class Trajectory:
         for moment, leg, acts in self.switches:
             held[time >= moment, leg] = acts
         return held
+
+    def state_at(self, time: float) -> PlanarState:
+        """State at a time [s] within the record."""
+        position, velocity = (row[0].tolist() for row in self.at(np.array([time])))
+        held = self.in_play(np.array([time]))[0]
+        return PlanarState(
+            hip_position=(position[0], position[1]),
+            hip_velocity=(velocity[0], velocity[1]),
+            leg_angle=(position[2], position[3]),
+            leg_rate=(velocity[2], velocity[3]),
+            leg_length=(position[4], position[5]),
+            leg_length_rate=(velocity[4], velocity[5]),
+            in_play=(bool(held[0]), bool(held[1])),
+        )
 
     def at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Position and velocity at the given times [s], each (n, 6), by Hermite interpolation between the steps.

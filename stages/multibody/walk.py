@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -38,13 +39,14 @@ def simulate(
     settings: Settings,
     *,
     steps: int | None = None,
+    duration: float | None = None,
     assembly: Assembly | None = None,
 ) -> Run:
     """Walk from `state` at t = 0 through `steps` heel strikes (default: the settings') to the mid-stance after them.
 
     The walk ends in the solver step in which the hip passes over the foot that landed last. A fall, a standstill or a
-    failure of the solver ends it earlier and is told by the run's outcome. Pass a built `assembly` of the same design
-    to save building it again.
+    failure of the solver ends it earlier and is told by the run's outcome. With `duration` [s] it ends at that very time
+    instead. Pass a built `assembly` of the same design to save building it again.
     """
     machine = assembly or build(biped, slope, contact, settings)
     standing = _standing(state, biped.foot_radius)
@@ -53,33 +55,18 @@ def simulate(
         radius=biped.foot_radius,
         natural_length=biped.leg_length,
         longest_step=settings.longest_step,
-        heel_strikes_wanted=settings.steps if steps is None else steps,
+        heel_strikes_wanted=(settings.steps if steps is None else steps) if duration is None else sys.maxsize,
         in_play=list(state.in_play),
         landed=standing,
         last_landed=1 if standing == [False, True] else 0,
     )
-    return integrate(machine, state, watch, settings)
+    return integrate(machine, state, watch, settings, duration)
 
 
 def _standing(state: PlanarState, radius: float) -> list[bool]:
     """Which feet touch the ground while it acts on them."""
     reach = [(length - radius) * math.cos(angle) for length, angle in zip(state.leg_length, state.leg_angle)]
     return [acts and state.hip_position[1] - leg <= radius for acts, leg in zip(state.in_play, reach)]
-
-
-def state_at(trajectory: Trajectory, time: float) -> PlanarState:
-    """State at a time [s] within the trajectory."""
-    position, velocity = (row[0].tolist() for row in trajectory.at(np.array([time])))
-    held = trajectory.in_play(np.array([time]))[0]
-    return PlanarState(
-        hip_position=(position[0], position[1]),
-        hip_velocity=(velocity[0], velocity[1]),
-        leg_angle=(position[2], position[3]),
-        leg_rate=(velocity[2], velocity[3]),
-        leg_length=(position[4], position[5]),
-        leg_length_rate=(velocity[4], velocity[5]),
-        in_play=(bool(held[0]), bool(held[1])),
-    )
 
 
 def sample(trajectory: Trajectory, slope: Slope, radius: float, rate_hz: float) -> Walk:
