@@ -59,8 +59,8 @@ class Walker:
         """The state in SI units under its names; rigid legs have their natural length."""
         si = y[: self.size] * self.scales()
         if self.rigid:
-            return StanceState(si[0], self.length, si[1], self.length, si[2], 0.0, si[3], 0.0)
-        return StanceState(*(float(value) for value in si))
+            si = np.array([si[0], self.length, si[1], self.length, si[2], 0.0, si[3], 0.0])
+        return StanceState(*si.tolist())
 
 
 def build_walker(biped: Biped, slope: Slope) -> Walker:

@@ -1,0 +1,11 @@
+"""What the analytic stage refuses, with its reason."""
+
+from __future__ import annotations
+
+
+class NoGait(ValueError):
+    """The design has no gait of the kind asked for; the message says why."""
+
+
+class StepFailed(ValueError):
+    """A step did not reach its heel strike; the message says what happened instead."""

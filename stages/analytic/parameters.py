@@ -1,0 +1,32 @@
+"""What the analytic stage needs to know."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stages.biped.design import Biped
+from stages.biped.quantity import Bound, parameter
+from stages.ground.slope import Slope
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Accuracy of the integration and what is recorded."""
+
+    FILE: ClassVar[str] = "analytic"
+
+    tolerance: float = parameter(
+        "1", "absolute and relative tolerance of a step, in leg lengths and pendulum times",
+        bound=Bound(minimum=1e-14, maximum=1e-3))
+    steps: int = parameter("1", "steps of the recorded walk", bound=Bound(minimum=1, maximum=10_000))
+    sampling_rate_hz: float = parameter("Hz", "sampling rate of the recorded walk", bound=Bound(above=0, maximum=1e6))
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Parameters of the analytic stage."""
+
+    biped: Biped
+    slope: Slope
+    settings: Settings

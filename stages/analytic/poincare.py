@@ -1,0 +1,158 @@
+"""The Poincare map just after heel strike, its exact derivative, its fixed points and their multipliers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.analytic import equations as eq
+from stages.analytic.compiled import compiled
+from stages.analytic.errors import StepFailed
+from stages.analytic.flow import DOUBLE_STANCE
+from stages.analytic.phase import EVENT, FALL, STEP_FLOOR, TIME_LIMIT
+from stages.analytic.step import NO_NODES, section_coordinates, section_state, walk_step
+from stages.analytic.walker import Vector, Walker
+
+#: Longest phase, in pendulum times sqrt(L/g); a step takes about 2.6.
+TIME_LIMIT_OF_A_PHASE = 30.0
+STEP_LIMIT_OF_A_PHASE = 400_000
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of the map: section coordinates after it, its period and double stance time (dimensionless)."""
+
+    z: Vector
+    state: Vector
+    period: float
+    double_stance: float
+    evaluations: int
+
+
+def step_failure(status: int, phase: int) -> str:
+    """Why a step has no end, in words."""
+    where = "double stance" if phase == DOUBLE_STANCE else "single stance"
+    reasons = {
+        FALL: f"the walker falls in {where}",
+        TIME_LIMIT: f"{where} does not end: the walker stands still or rocks",
+        STEP_FLOOR: f"the step size falls to the round-off floor in {where}",
+    }
+    return reasons.get(status, f"{where} needs more than {STEP_LIMIT_OF_A_PHASE} integration steps")
+
+
+def poincare_map(walker: Walker, z: Vector, tolerance: float) -> Step:
+    """Image of section coordinates `z`, shape (3,) or (5,), after one step.
+
+    Raises StepFailed if the walker falls or stands still.
+    """
+    y = section_state(walker.rigid, np.asarray(z, dtype=float), walker.p)
+    if not np.isfinite(y).all():
+        raise StepFailed("the trailing foot cannot reach the ground")
+    status, phase, double, period, _, evaluations = walk_step(
+        walker.rigid, y, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, NO_NODES)
+    if status != EVENT:
+        raise StepFailed(step_failure(status, phase))
+    return Step(section_coordinates(walker.rigid, y), y, period, double, evaluations)
+
+
+@compiled
+def section_tangent(rigid, y, p):
+    """Derivative of `section_state` at its value y, columns stored one after another, shape (j * size,).
+
+    Compliant: the clearance fixes dpsi, then both constraint rates, Pi^T qd = 0, fix the variations of two rates.
+    """
+    if rigid:
+        tangent = np.zeros((3, 4))
+        tangent[0, 0], tangent[0, 1] = 1.0, 1.0 if y[0] < 0.0 else -1.0
+        tangent[1, 2] = 1.0
+        tangent[2, 3] = 1.0
+        return tangent.ravel()
+    c = eq.contact_terms(y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], p)
+    by_state = eq.contact_acceleration_jacobian(
+        y[0], y[1], y[2], y[3], 0.0, 0.0, 0.0, 0.0, y[4], y[5], y[6], y[7], p)
+    inverse = 1.0 / (c[2] * c[7] - c[3] * c[6])
+    tangent = np.zeros((5, 8))
+    for column, entry in enumerate((0, 1, 3, 4, 5)):
+        d = tangent[column]
+        d[entry] = 1.0
+        d[2] = -(c[0] * d[0] + c[1] * d[1] + c[3] * d[3]) / c[2]
+        f1 = -(c[0] * d[4] + c[1] * d[5])
+        f2 = -(c[4] * d[4] + c[5] * d[5])
+        for i in range(4):
+            f1 -= by_state[i] * d[i]
+            f2 -= by_state[8 + i] * d[i]
+        d[6] = inverse * (f1 * c[7] - c[3] * f2)
+        d[7] = inverse * (c[2] * f2 - c[6] * f1)
+    return tangent.ravel()
+
+
+def poincare_derivative(walker: Walker, z: Vector, tolerance: float) -> tuple[Step, np.ndarray]:
+    """The map and its exact derivative, shape (j, j), by variational equations and event shifts (saltation).
+
+    Raises StepFailed like `poincare_map`.
+    """
+    start = section_state(walker.rigid, np.asarray(z, dtype=float), walker.p)
+    if not np.isfinite(start).all():
+        raise StepFailed("the trailing foot cannot reach the ground")
+    y = np.concatenate([start, section_tangent(walker.rigid, start, walker.p)])
+    status, phase, double, period, _, evaluations = walk_step(
+        walker.rigid, y, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, NO_NODES)
+    if status != EVENT:
+        raise StepFailed(step_failure(status, phase))
+    columns = y.reshape(-1, walker.size)
+    derivative = np.column_stack([section_coordinates(walker.rigid, column) for column in columns[1:]])
+    return Step(section_coordinates(walker.rigid, y), columns[0].copy(), period, double, evaluations), derivative
+
+
+def iterate(walker: Walker, z: Vector, steps: int, tolerance: float) -> tuple[list[Step], np.ndarray]:
+    """`steps` steps in a row from `z` and the derivative of the whole, shape (j, j)."""
+    taken, derivative = [], np.eye(walker.section_size)
+    for _ in range(steps):
+        step, one = poincare_derivative(walker, z, tolerance)
+        taken.append(step)
+        derivative = one @ derivative
+        z = step.z
+    return taken, derivative
+
+
+@dataclass(frozen=True)
+class FixedPoint:
+    """A fixed point of the `cycle`-step map: where it is, its steps, its derivative and how well it closes."""
+
+    z: Vector
+    steps: tuple[Step, ...]
+    monodromy_matrix: np.ndarray
+    residual: float
+
+    @property
+    def floquet_multipliers(self) -> np.ndarray:
+        """Eigenvalues of the monodromy matrix, largest first, shape (j,); conjugates stay together."""
+        values = np.linalg.eigvals(self.monodromy_matrix).astype(complex)
+        return values[np.lexsort((-values.imag, -np.round(np.abs(values), 12)))]
+
+
+def fixed_point(walker: Walker, z: Vector, tolerance: float, cycle: int = 1, iterations: int = 25) -> FixedPoint | None:
+    """Newton's method on P^cycle(z) = z with the exact derivative; None if it does not converge from `z`.
+
+    Converged means that the residual no longer falls and is within the accuracy of the map itself.
+    """
+    best: FixedPoint | None = None
+    z = np.asarray(z, dtype=float)
+    for _ in range(iterations):
+        try:
+            steps, derivative = iterate(walker, z, cycle, tolerance)
+        except StepFailed:
+            break
+        gap = steps[-1].z - z
+        residual = float(np.abs(gap).max())
+        if best is not None and residual >= best.residual:
+            if best.residual <= 1e-10:
+                break
+            if residual > 4 * best.residual:
+                break
+        if best is None or residual < best.residual:
+            best = FixedPoint(z, tuple(steps), derivative, residual)
+        change = np.linalg.solve(np.eye(z.size) - derivative, gap)
+        z = z + change * min(1.0, 0.3 / max(np.abs(change).max(), 1e-300))
+    return best if best is not None and best.residual <= max(1e-10, 10 * tolerance) else None

@@ -1,0 +1,131 @@
+"""A walk kept as the integrator's own steps, and its state at any time.
+
+The state between two accepted steps is computed by one shorter step from the earlier one, so a sample is as
+accurate as the integration itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.analytic.compiled import compiled
+from stages.analytic.dop853 import STAGES, take_step
+from stages.analytic.errors import StepFailed
+from stages.analytic.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE, flow
+from stages.analytic.phase import EVENT, integrate
+from stages.analytic.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, step_failure
+from stages.analytic.step import section_state
+from stages.analytic.transitions import heel_strike_reset
+from stages.analytic.walker import Vector, Walker
+
+ROOM = 4096
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One phase of a walk (dimensionless): its nodes, when and where it starts, who stands, and its end state.
+
+    `times` (n,) and `states` (n, size) are the accepted step starts; `origin` is x_0 of eq. (7).
+    """
+
+    phase: int
+    start: float
+    duration: float
+    stance_leg: int
+    origin: float
+    times: np.ndarray
+    states: np.ndarray
+    end: np.ndarray
+
+
+def integrate_segment(
+    walker: Walker, phase: int, y: Vector, start: float, stance_leg: int, origin: float, tolerance: float
+) -> Segment:
+    """Integrate one phase from `y` to its event, keeping its nodes.
+
+    Raises StepFailed if the event does not come.
+    """
+    nodes = np.empty((ROOM, 10))
+    y = y.copy()
+    status, duration, _, count, _ = integrate(
+        phase, y, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, 0.02, nodes, 0)
+    if status != EVENT:
+        raise StepFailed(step_failure(status, phase))
+    if count == ROOM:
+        raise StepFailed(f"a recorded phase takes more than {ROOM} integration steps")
+    kept = nodes[:count] if count else np.concatenate([[0.0, phase], y, np.zeros(8 - y.size)])[None, :]
+    return Segment(
+        phase, start, duration, stance_leg, origin, kept[:, 0].copy(), kept[:, 2 : 2 + walker.size].copy(), y)
+
+
+def next_origin(walker: Walker, segment: Segment) -> float:
+    """x_0 of the step after heel strike: the new stance foot's centre, less its own rolling, eq. (7)."""
+    p, y = walker.p, segment.end
+    theta, psi = y[0], y[1 if walker.rigid else 2]
+    stance, swing = (p[2], p[2]) if walker.rigid else (y[1], y[3])
+    centre = segment.origin + p[3] * theta + (stance - p[3]) * np.sin(theta) + (swing - p[3]) * np.sin(psi)
+    return float(centre + p[3] * psi)
+
+
+def record(walker: Walker, y: Vector, heel_strikes: int, tolerance: float, phase: int) -> list[Segment]:
+    """Segments of a walk that starts in `phase` at state `y` with leg 0 standing, up to the given heel strike.
+
+    Raises StepFailed if the walker does not get there.
+    """
+    segments: list[Segment] = []
+    start, leg, origin, strikes = 0.0, 0, 0.0, 0
+    while strikes < heel_strikes:
+        segment = integrate_segment(walker, phase, y, start, leg, origin, tolerance)
+        segments.append(segment)
+        start += segment.duration
+        y = segment.end.copy()
+        if phase == DOUBLE_STANCE:
+            phase = SINGLE_STANCE
+            continue
+        heel_strike_reset(phase, y, walker.p)
+        origin, leg, strikes = next_origin(walker, segment), 1 - leg, strikes + 1
+        phase = RIGID if walker.rigid else DOUBLE_STANCE
+    return segments
+
+
+@compiled
+def states_at(phase, node_times, node_states, times, p):
+    """States at `times` (n,) inside a segment, by one step from the last node before each, shape (n, size)."""
+    size = node_states.shape[1]
+    stages, new = np.empty((STAGES, size)), np.empty(size)
+    states = np.empty((times.size, size))
+    node = 0
+    for i in range(times.size):
+        while node + 1 < node_times.size and node_times[node + 1] <= times[i]:
+            node += 1
+        flow(phase, node_states[node], p, stages[0])
+        take_step(phase, node_states[node], times[i] - node_times[node], p, stages, new)
+        states[i] = new
+    return states
+
+
+def crossing_state(walker: Walker, z: Vector, tolerance: float) -> np.ndarray:
+    """State at mid-stance, stance angle zero in single stance, on the step from section coordinates `z`.
+
+    Raises StepFailed if the walker does not vault over its stance leg.
+    """
+    start = section_state(walker.rigid, z, walker.p)
+    segment = record(walker, start, 1, tolerance, RIGID if walker.rigid else DOUBLE_STANCE)[-1]
+    before = np.flatnonzero(segment.states[:, 0] < 0)
+    if not before.size or segment.end[0] <= 0:
+        raise StepFailed("the stance leg is never upright in single stance")
+    node = before[-1]
+    rate = walker.size // 2
+    time = segment.times[node]
+    state = segment.states[node]
+    for _ in range(50):
+        change = -state[0] / state[rate]
+        time += change
+        state = states_at(segment.phase, segment.times[node:node + 1], segment.states[node:node + 1],
+                          np.array([time]), walker.p)[0]
+        if abs(change) < 1e-15:
+            break
+    state[0] = 0.0
+    return state

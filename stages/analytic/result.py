@@ -1,0 +1,32 @@
+"""What the analytic stage hands on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.analytic.energy import EnergyAudit
+from stages.analytic.validity import Validity
+from stages.biped.gait import Gait, StanceState
+from stages.biped.quantity import quantity
+from stages.biped.walk import Walk
+
+
+@dataclass(frozen=True)
+class Result:
+    """The constraint model's gait and a walk on it that starts at mid-stance."""
+
+    gait: Gait = quantity("-", "the most stable gait of the design")
+    mid_stance: StanceState = quantity("-", "state of that gait with the stance leg upright, single stance")
+    residual: float = quantity("1", "how far the fixed point moves in one step, in leg lengths and pendulum times")
+    monodromy_matrix: np.ndarray = quantity("1", "derivative of the step map at the fixed point, dimensionless, (j, j)")
+    energy: EnergyAudit = quantity("-", "energy audit of one step")
+    validity: Validity = quantity("-", "what the gait asks of the ground")
+    walk: Walk = quantity("-", "walk from mid-stance, leg 0 standing")
+
+    def summary(self) -> str:
+        """What was found, in one line."""
+        largest = float(np.hypot(*self.gait.floquet_multipliers[0]))
+        kind = "stable" if self.gait.stable else "unstable"
+        return f"{kind} gait: {self.gait.step_frequency_hz:.3f} Hz, |multiplier| {largest:.3f}"

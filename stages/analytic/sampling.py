@@ -1,0 +1,127 @@
+"""Turns a recorded walk into the signals of `Walk`: hip motion, legs, ground reactions, virtual sensors."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stages.analytic import equations as eq
+from stages.analytic.compiled import compiled
+from stages.analytic.flow import DOUBLE_STANCE, RIGID, double_acceleration, rigid_acceleration, single_acceleration
+from stages.analytic.recording import Segment, states_at
+from stages.analytic.walker import Walker
+from stages.biped.frames import specific_force
+from stages.biped.kinematics import (
+    Coordinate,
+    Motion,
+    constant,
+    hip_motion,
+    shifted,
+    stance_mass_motion,
+    swing_point_motion,
+)
+from stages.biped.walk import Walk
+
+#: Columns of `accelerations_and_forces`: qdd (4), stance foot's force (tangential, normal), swing foot's force.
+COLUMNS = 8
+
+
+@compiled
+def accelerations_and_forces(phase, states, p):
+    """Accelerations and both feet's ground reactions at states of one phase, shape (n, 8)."""
+    rows = np.zeros((states.shape[0], 8))
+    for i in range(states.shape[0]):
+        y, row = states[i], rows[i]
+        if phase == RIGID:
+            qdd, _ = rigid_acceleration(y, p)
+            row[0], row[2] = qdd
+            row[4], row[5] = eq.rigid_reaction(y[0], y[1], y[2], y[3], qdd[0], qdd[1], p)
+            continue
+        if phase == DOUBLE_STANCE:
+            qdd, force, _, _, _, _ = double_acceleration(y, p)
+            row[6], row[7] = force[1], force[0]
+        else:
+            qdd, _ = single_acceleration(y, p)
+        row[0], row[1], row[2], row[3] = qdd
+        tangential, normal = eq.compliant_reaction(
+            y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], qdd[0], qdd[1], qdd[2], qdd[3], p)
+        row[4], row[5] = tangential - row[6], normal - row[7]
+    return rows
+
+
+def coordinates(walker: Walker, states: np.ndarray, rows: np.ndarray) -> tuple[Coordinate, ...]:
+    """theta, L_1, psi, L_2 with their rates, dimensionless."""
+    if walker.rigid:
+        theta = Coordinate(states[:, 0], states[:, 2], rows[:, 0])
+        psi = Coordinate(states[:, 1], states[:, 3], rows[:, 2])
+        length = constant(walker.p[2], theta)
+        return theta, length, psi, length
+    return tuple(Coordinate(states[:, i], states[:, 4 + i], rows[:, i]) for i in range(4))
+
+
+def sample_segment(walker: Walker, segment: Segment, times: np.ndarray) -> dict[str, np.ndarray]:
+    """Dimensionless signals of one segment at `times` since its start, keyed by the fields of `Walk`."""
+    states = states_at(segment.phase, segment.times, segment.states, times, walker.p)
+    rows = accelerations_and_forces(segment.phase, states, walker.p)
+    theta, stance_length, psi, swing_length = coordinates(walker, states, rows)
+    radius, com = walker.p[3], walker.p[4]
+    origin = np.full(times.size, segment.origin)
+    hip = hip_motion(theta, stance_length, radius, origin)
+    foot: Motion
+    if segment.stance_leg == 0:
+        foot = stance_mass_motion(theta, com, radius, origin)
+        angle, rate = -theta.value, -theta.rate
+    else:
+        foot = swing_point_motion(hip, psi, shifted(swing_length, com))
+        angle, rate = psi.value, psi.rate
+    gravity = (walker.p[8], walker.p[9])
+    order = [0, 1] if segment.stance_leg == 0 else [1, 0]
+    return {
+        "hip_position": hip.position,
+        "hip_velocity": hip.velocity,
+        "leg_angle": np.stack([-theta.value, psi.value], axis=-1)[:, order],
+        "leg_rate": np.stack([-theta.rate, psi.rate], axis=-1)[:, order],
+        "leg_length": np.stack([stance_length.value, swing_length.value], axis=-1)[:, order],
+        "leg_length_rate": np.stack([stance_length.rate, swing_length.rate], axis=-1)[:, order],
+        "ground_reaction": rows[:, 4:8].reshape(-1, 2, 2)[:, order],
+        "hip_specific_force": specific_force(hip.acceleration, angle, gravity),
+        "hip_angular_velocity": rate,
+        "foot_specific_force": specific_force(foot.acceleration, angle, gravity),
+        "foot_angular_velocity": rate,
+    }
+
+
+def signal_scales(walker: Walker) -> dict[str, float]:
+    """SI value of one dimensionless unit of each signal."""
+    length, time = walker.length, walker.time
+    return {
+        "hip_position": length, "hip_velocity": length / time, "leg_angle": 1.0, "leg_rate": 1 / time,
+        "leg_length": length, "leg_length_rate": length / time, "ground_reaction": walker.force,
+        "hip_specific_force": length / time**2, "hip_angular_velocity": 1 / time,
+        "foot_specific_force": length / time**2, "foot_angular_velocity": 1 / time,
+    }
+
+
+def sample_walk(walker: Walker, segments: list[Segment], sampling_rate: float) -> Walk:
+    """The walk in SI units on a uniform grid at `sampling_rate` [Hz], from its first segment's start to the last end."""
+    end = segments[-1].start + segments[-1].duration
+    times = np.arange(int(np.floor(end * walker.time * sampling_rate)) + 1) / sampling_rate / walker.time
+    pieces = []
+    for index, segment in enumerate(segments):
+        last = index == len(segments) - 1
+        after = times >= segment.start
+        before = (times <= end) if last else (times < segments[index + 1].start)
+        pieces.append(sample_segment(walker, segment, times[after & before] - segment.start))
+    signals = {
+        name: scale * np.concatenate([piece[name] for piece in pieces])
+        for name, scale in signal_scales(walker).items()
+    }
+    strikes = [s for s in segments if s.phase != DOUBLE_STANCE]
+    lifts = [s for s in segments if s.phase == DOUBLE_STANCE] if not walker.rigid else strikes
+    return Walk(
+        time=times * walker.time,
+        **signals,
+        heel_strike_time=np.array([(s.start + s.duration) * walker.time for s in strikes]),
+        heel_strike_leg=np.array([1 - s.stance_leg for s in strikes]),
+        toe_off_time=np.array([(s.start + s.duration) * walker.time for s in lifts]),
+        toe_off_leg=np.array([1 - s.stance_leg for s in lifts] if not walker.rigid else [s.stance_leg for s in lifts]),
+    )

@@ -1,0 +1,125 @@
+"""Whether a gait of the constraint model keeps the assumptions the model makes.
+
+The constraints are two-sided and stick at any force; ground is one-sided and slips. The report says by how much a
+gait relies on forces that the ground could not give.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.analytic import equations as eq
+from stages.analytic.flow import DOUBLE_STANCE, RIGID
+from stages.analytic.recording import Segment, states_at
+from stages.analytic.sampling import accelerations_and_forces
+from stages.analytic.transitions import heel_strike_reset, landing_impulse, without_forces
+from stages.analytic.walker import Walker
+from stages.biped.quantity import quantity
+
+SAMPLES_PER_STEP = 6
+
+
+@dataclass(frozen=True)
+class Validity:
+    """Forces the gait asks of the ground, and its scuffing. Friction is |tangential| / normal; infinite for a pull."""
+
+    least_normal_force_stance: float = quantity("N", "least normal force of the leading or only stance foot")
+    least_normal_force_trailing: float = quantity("N", "least normal force of the trailing foot in double stance")
+    friction_single_stance: float = quantity("1", "largest friction used in single stance")
+    friction_double_stance: float = quantity("1", "largest friction used by either foot in double stance")
+    impulse_friction_landing: float = quantity("1", "friction the impulse needs at the landing foot")
+    impulse_friction_trailing: float = quantity("1", "friction the impulse needs at the trailing foot")
+    impulse_normal_trailing: float = quantity("N s", "normal impulse on the trailing foot; negative is a pull")
+    deepest_scuff: float = quantity("m", "depth of the swing foot below ground at mid-swing")
+    deepest_scuff_angle: float = quantity("rad", "stance angle at the deepest scuff")
+    feet_push_only: bool = quantity("1", "whether every normal force and impulse pushes")
+
+    def broken_assumptions(self, friction: float) -> list[str]:
+        """The assumptions that do not hold on ground with the given friction coefficient, in words."""
+        broken = []
+        if self.least_normal_force_stance < 0:
+            broken.append(f"the ground would pull the stance foot with {-self.least_normal_force_stance:.3g} N")
+        if self.impulse_normal_trailing < 0:
+            broken.append("the impact would need the ground to pull the trailing foot")
+        for needed, where in (
+            (self.friction_single_stance, "single stance"),
+            (self.friction_double_stance, "double stance"),
+            (self.impulse_friction_landing, "the impulse on the landing foot"),
+            (self.impulse_friction_trailing, "the impulse on the trailing foot"),
+        ):
+            if needed > friction:
+                broken.append(f"{where} needs friction {needed:.3g}, the ground has {friction:.3g}")
+        if self.deepest_scuff > 0:
+            broken.append(f"the swing foot passes {1e3 * self.deepest_scuff:.2g} mm below ground: it needs stepping blocks")
+        return broken
+
+
+def friction_used(forces: np.ndarray) -> float:
+    """Largest |tangential| / normal of forces (n, 2); infinite where the ground would pull, 0 without force."""
+    loaded = forces[np.abs(forces).max(axis=1) > 1e-12]
+    if not loaded.size:
+        return 0.0
+    if (loaded[:, 1] <= 0).any():
+        return float("inf")
+    return float((np.abs(loaded[:, 0]) / loaded[:, 1]).max())
+
+
+def dense_states(walker: Walker, segment: Segment) -> np.ndarray:
+    """States of a segment at several points between the integrator's steps, and at its end."""
+    edges = np.append(segment.times, segment.duration)
+    fractions = np.linspace(0, 1, SAMPLES_PER_STEP, endpoint=False)
+    times = (edges[:-1, None] + (edges[1:] - edges[:-1])[:, None] * fractions).ravel()
+    return np.vstack([states_at(segment.phase, segment.times, segment.states, times, walker.p), segment.end])
+
+
+def impulses(walker: Walker, before: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Impulses (tangential, normal) on the landing and on the trailing foot at heel strike, dimensionless."""
+    inertia = without_forces(walker.p)
+    after = before.copy()
+    if walker.rigid:
+        heel_strike_reset(RIGID, after, walker.p)
+        # Momentum of the whole walker before and after, each in the names of its own step; only one foot is hit.
+        def momentum(y: np.ndarray) -> np.ndarray:
+            return np.array(eq.rigid_reaction(y[0], y[1], 0.0, 0.0, y[2], y[3], inertia))
+        return momentum(after) - momentum(before), np.zeros(2)
+    velocities, landing, *_ = landing_impulse(before, walker.p)
+    jump = np.asarray(velocities) - before[4:]
+    total = np.array(eq.compliant_reaction(*before[:4], 0.0, 0.0, 0.0, 0.0, *jump, inertia))
+    landing_force = np.array([landing[1], landing[0]])
+    return landing_force, total - landing_force
+
+
+def assess(walker: Walker, segments: list[Segment]) -> Validity:
+    """Report on the segments of one step, from heel strike to heel strike."""
+    single = next(segment for segment in segments if segment.phase != DOUBLE_STANCE)
+    states = dense_states(walker, single)
+    alone = accelerations_and_forces(single.phase, states, walker.p)[:, 4:6]
+    both = np.zeros((0, 4))
+    for segment in segments:
+        if segment.phase == DOUBLE_STANCE:
+            both = accelerations_and_forces(DOUBLE_STANCE, dense_states(walker, segment), walker.p)[:, 4:8]
+    landing, trailing = impulses(walker, single.end)
+    column = (0, 0, 1, 1) if walker.rigid else (0, 1, 2, 3)
+    leg = walker.p[2] - walker.p[3]
+    stance = leg if walker.rigid else states[:, column[1]] - walker.p[3]
+    swing = leg if walker.rigid else states[:, column[3]] - walker.p[3]
+    clearance = stance * np.cos(states[:, 0]) - swing * np.cos(states[:, column[2]])
+    lowest = int(np.argmin(clearance))
+    unit = walker.force
+    # At toe-off the trailing foot's normal force is zero by definition: the last sample says nothing on friction.
+    return Validity(
+        least_normal_force_stance=float(min(alone[:, 1].min(), both[:, 1].min(initial=np.inf)) * unit),
+        least_normal_force_trailing=float(both[:, 3].min(initial=np.inf) * unit) if both.size else 0.0,
+        friction_single_stance=friction_used(alone),
+        friction_double_stance=max(friction_used(both[:, :2]), friction_used(both[:-1, 2:])) if both.size else 0.0,
+        impulse_friction_landing=friction_used(landing[None, :]),
+        impulse_friction_trailing=friction_used(trailing[None, :]),
+        impulse_normal_trailing=float(trailing[1] * walker.mass * walker.length / walker.time),
+        deepest_scuff=float(max(-clearance[lowest], 0.0) * walker.length),
+        deepest_scuff_angle=float(states[lowest, 0]),
+        feet_push_only=bool(
+            min(alone[:, 1].min(), both[:, 1].min(initial=0.0), landing[1]) >= -1e-9 and trailing[1] >= -1e-9
+        ),
+    )
