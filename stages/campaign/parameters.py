@@ -68,7 +68,7 @@ class RadioSettings:
 
     batch_size: int = parameter("1", "samples in a packet", bound=Bound(minimum=1))
     counter_modulus: int = parameter("1", "packet numbers before the counter wraps", bound=Bound(minimum=256))
-    connection_interval_s: float = parameter("s", "time between two connections of the radio", bound=POSITIVE)
+    connection_interval_s: float = parameter("s", "time between two connections, 0: at once", bound=NOT_NEGATIVE)
     latency_s: float = parameter("s", "smallest delay of a packet", bound=NOT_NEGATIVE)
     jitter_s: float = parameter("s", "mean of the exponential delay on top", bound=NOT_NEGATIVE)
     stall_share: float = parameter("1", "share of packets that stall", bound=SHARE)

@@ -43,9 +43,7 @@ def transmit(
     delay = settings.latency_s + rng.exponential(settings.jitter_s, packets)
     stalled = rng.random(packets) < settings.stall_share
     delay += np.where(stalled, rng.exponential(settings.stall_s, packets), 0.0)
-    connection = rng.uniform(0, settings.connection_interval_s)
-    event = np.ceil((ready - connection) / settings.connection_interval_s) * settings.connection_interval_s + connection
-    phone = np.maximum.accumulate(event + delay)
+    phone = np.maximum.accumulate(_next_connection(ready, settings.connection_interval_s, rng) + delay)
     uploaded = np.ceil(phone / settings.upload_interval_s) * settings.upload_interval_s
     server = np.maximum.accumulate(uploaded + settings.latency_s + rng.exponential(settings.jitter_s, packets))
     kept = np.repeat(rng.random(packets) >= settings.loss_share, batch)
@@ -66,3 +64,11 @@ def transmit(
         angular_rate=readings.angular_rate[: packets * batch][kept],
         row=row[kept],
     )
+
+
+def _next_connection(ready: np.ndarray, interval: float, rng: np.random.Generator) -> np.ndarray:
+    """When packets that are `ready` leave, if the radio connects every `interval` [s]; at once where that is 0."""
+    if interval == 0:
+        return ready
+    first = rng.uniform(0, interval)
+    return np.ceil((ready - first) / interval) * interval + first

@@ -71,7 +71,7 @@ def index_samples(recording: Recording) -> IndexedRecording:
     new[1:] = (np.diff(segment) != 0) | (np.diff(index) != 0)
     stored_rank = np.empty(len(rows), dtype=np.int64)
     stored_rank[rows] = np.arange(len(rows))
-    out_of_order = int((stored_rank < np.maximum.accumulate(stored_rank, initial=0)[1:]).sum()) if len(rows) else 0
+    out_of_order = int((stored_rank < np.maximum.accumulate(stored_rank)).sum()) if len(rows) else 0
     key_duplicates = int((~new).sum())
     segment, index, rows = segment[new], index[new], rows[new]
     for life in np.unique(segment):

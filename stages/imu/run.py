@@ -1,0 +1,106 @@
+"""The ingest: from a database of measurements to curves that can be compared.
+
+Knows nothing of where the measurements come from, synthetic or not: it reads the database, read-only, and its settings.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stages.biped.progress import Progress, ignore
+from stages.imu.ensemble import ensemble_of
+from stages.imu.parameters import Parameters, Settings
+from stages.imu.refusal import SourceRefused
+from stages.imu.result import Result, Run, SensorSignals
+from stages.imu.schema import Experiment, Recording
+from stages.imu.source_sqlite import SqliteSource
+from stages.imu.trial import SIGNALS, BodySensor, Trial, read_trial
+
+
+def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
+    """Ingest inputs["measurements"], the path of an SQLite database. Raises SourceRefused, in one sentence."""
+    with SqliteSource(Path(inputs["measurements"])) as source:
+        return collect(trials(source.runs(), parameters.settings, progress), parameters.settings)
+
+
+def trials(
+    runs: Iterable[tuple[Experiment, tuple[Recording, ...]]], settings: Settings, progress: Progress = ignore
+) -> Iterator[Trial]:
+    """Each run of a source as a trial, one at a time."""
+    for number, (experiment, recordings) in enumerate(runs):
+        progress(1 - 1 / (1 + number / 10), f"run {experiment.name}")
+        yield read_trial(experiment, recordings, settings)
+
+
+def collect(found: Iterable[Trial], settings: Settings) -> Result:
+    """All trials as one result. Raises SourceRefused if none can be used."""
+    reports, rejected, runs = [], [], []
+    for trial in found:
+        reports.extend(trial.reports)
+        if trial.accepted:
+            runs.append(run_of(trial))
+        else:
+            rejected.append(f"{trial.experiment.name}: {trial.reason}")
+    if not runs:
+        raise SourceRefused(f"no run can be used; the first was turned down because of {_first_reason(rejected, reports)}")
+    strides = np.concatenate([one.strides for one in runs])
+    frequency = np.array([one.step_frequency for one in runs])
+    origins = {one.origin for one in runs}
+    return Result(
+        origin=origins.pop() if len(origins) == 1 else "mixed",
+        signals=SIGNALS,
+        reports=tuple(reports),
+        rejected=tuple(rejected),
+        runs=tuple(runs),
+        ensemble=ensemble_of(strides),
+        step_frequency=float(np.mean(frequency)),
+        step_frequency_spread=float(np.std(frequency, ddof=1)) if len(runs) > 1 else math.nan,
+    )
+
+
+def _first_reason(rejected: list[str], reports: list[Any]) -> str:
+    reasons = next((report.reasons for report in reports if not report.accepted), ())
+    return "; ".join(reasons) or (rejected[0] if rejected else "no run at all")
+
+
+def run_of(trial: Trial) -> Run:
+    """A trial as it is stored, its times counted from the first heel strike."""
+    start = float(trial.strikes.time[0])
+    return Run(
+        name=trial.experiment.name,
+        origin=trial.experiment.origin,
+        slope_deg=math.nan if trial.experiment.slope_deg is None else trial.experiment.slope_deg,
+        start=start,
+        hip=signals_of(trial.sensors.get("hip"), start),
+        foot=signals_of(trial.sensors.get("foot"), start),
+        foot_lag=trial.foot_lag,
+        lever_arm=trial.lever_arm,
+        heel_strike_time=trial.strikes.time - start,
+        heel_strike_leg=trial.strikes.leg,
+        step_frequency=trial.frequency.value,
+        step_frequency_error=trial.frequency.standard_error,
+        strides=trial.strides,
+    )
+
+
+def signals_of(sensor: BodySensor | None, start: float) -> SensorSignals:
+    """A sensor as it is stored; empty arrays for one that is missing."""
+    if sensor is None:
+        none, vectors = np.empty(0), np.empty((0, 3))
+        return SensorSignals(none, none, none, none, none, vectors, vectors, np.full((3, 3), np.nan))
+    indexed = sensor.trace.indexed
+    return SensorSignals(
+        segment=indexed.segment,
+        index=indexed.index,
+        packet=indexed.recording.packet,
+        position=indexed.recording.position,
+        time=sensor.time - start,
+        specific_force=sensor.force,
+        angular_velocity=sensor.rate,
+        rotation=sensor.frame.rotation,
+    )

@@ -1,0 +1,90 @@
+"""What the numbers of a sensor mean: from declared units to SI, and what the numbers themselves say about it.
+
+A sensor at rest measures gravity, whatever its axes: the magnitude tells g from m/s^2, mg and counts. A gyroscope
+has no such standard, but when a sensor turns, gravity turns the other way in its axes, du/dt = -omega x u: the
+factor between the two sides is 1 for rad/s and 0.01745 for deg/s.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from stages.imu.refusal import SourceRefused
+from stages.imu.schema import ACCELERATION_UNITS, ANGULAR_RATE_UNITS, Device
+
+STANDARD_GRAVITY = ACCELERATION_UNITS["g"] or math.nan
+GAIN_TOLERANCE = 0.15  # a sensor whose gravity is further off is broken or its unit is another
+USUAL_RANGES_G = (2.0, 4.0, 8.0, 16.0)
+
+
+@dataclass(frozen=True)
+class Scale:
+    """SI value of one raw unit, and full scale in raw units (infinite where the source does not say)."""
+
+    acceleration: float
+    angular_rate: float
+    acceleration_full_scale: float
+    angular_rate_full_scale: float
+
+
+def scale_of(device: Device) -> Scale:
+    """The scale the device declares. Raises SourceRefused for counts without range or resolution."""
+    acceleration, rate = ACCELERATION_UNITS[device.accelerometer_unit], ANGULAR_RATE_UNITS[device.gyroscope_unit]
+    largest_a = (device.accelerometer_range_g or math.inf) * STANDARD_GRAVITY
+    largest_w = math.radians(device.gyroscope_range_deg_s or math.inf)
+    if acceleration is None:
+        acceleration = largest_a / _counts(device, device.accelerometer_range_g, "accelerometer_range_g")
+    if rate is None:
+        rate = largest_w / _counts(device, device.gyroscope_range_deg_s, "gyroscope_range_deg_s")
+    return Scale(acceleration, rate, largest_a / acceleration, largest_w / rate)
+
+
+def _counts(device: Device, full_scale: float | None, key: str) -> float:
+    if full_scale is None or device.bits is None:
+        raise SourceRefused(f"sensor at the {device.place} gives counts; its {key} and bits must be known")
+    return float(2 ** (device.bits - 1))
+
+
+def implied_acceleration_unit(static_magnitude: float, device: Device) -> str:
+    """The unit in which a static reading is gravity: g, m/s^2, mg, counts (with the full scale), or "none"."""
+    candidates = {unit: STANDARD_GRAVITY / size for unit, size in ACCELERATION_UNITS.items() if size}
+    largest = 2 ** ((device.bits or 16) - 1)
+    for full_scale in sorted({device.accelerometer_range_g or 4.0, *USUAL_RANGES_G}):
+        candidates[f"counts of {full_scale:g} g full scale"] = largest / full_scale
+    near = {unit: abs(static_magnitude / size - 1) for unit, size in candidates.items()}
+    unit = min(near, key=lambda name: near[name] if math.isfinite(near[name]) else math.inf)
+    return unit if near[unit] < GAIN_TOLERANCE else "none"
+
+
+def agrees_with_gravity(implied: str, device: Device) -> bool:
+    """Whether the implied unit is the declared one."""
+    if device.accelerometer_unit == "counts":
+        return implied == f"counts of {device.accelerometer_range_g or 0:g} g full scale"
+    return implied == device.accelerometer_unit
+
+
+def angular_rate_factor(
+    specific_force: np.ndarray, angular_rate: np.ndarray, rate_hz: float, cut_off_hz: float = 2.0
+) -> tuple[float, float]:
+    """Factor by which the turning of gravity exceeds the angular rate, and the share of the turning it explains.
+
+    specific_force, angular_rate: (n, 3), evenly sampled, no NaN, bias removed. Both sides of du/dt = -omega x u pass
+    the same low pass, which leaves the equation valid and removes most of the body's acceleration.
+    """
+    if len(angular_rate) < 4 * rate_hz / cut_off_hz:
+        return math.nan, 0.0
+    length = np.linalg.norm(specific_force, axis=1, keepdims=True)
+    direction = specific_force / np.where(length > 0, length, 1.0)
+    low_pass = butter(2, min(cut_off_hz, 0.4 * rate_hz), fs=rate_hz, output="sos")
+    turning = np.gradient(sosfiltfilt(low_pass, direction, axis=0), 1 / rate_hz, axis=0)
+    expected = sosfiltfilt(low_pass, -np.cross(angular_rate, direction), axis=0)
+    power = float(np.sum(expected * expected))
+    if power == 0.0:
+        return math.nan, 0.0
+    factor = float(np.sum(expected * turning)) / power
+    explained = factor**2 * power / max(float(np.sum(turning * turning)), 1e-30)
+    return factor, explained

@@ -1,0 +1,96 @@
+"""A stand-in for the twin: planar leg kinematics with known steps, sent through the synthetic sensor and radio."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from stages.biped.design import Biped
+from stages.campaign.database import database_bytes
+from stages.campaign.parameters import RadioSettings, SensorSettings
+from stages.campaign.radio import Transmitted, transmit
+from stages.campaign.standing import joined, rolling_leg, stand_and_push
+from stages.campaign.virtual_sensor import Readings, SensorErrors, SensorMotion, draw_errors, read
+from stages.ground.slope import Slope
+from stages.imu.parameters import Settings
+from stages.imu.schema import Device, Experiment
+
+GRID = 1 / 5000
+BIPED = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)
+SLOPE = Slope(2.0, 9.81)
+SENSOR = SensorSettings(100.0, 2000.0, 40.0, 4.0, 2000.0, 16, 2.0, 0.005, 0.005, 0.02, 0.5, 1.77e-3, 0.007)
+RADIO = RadioSettings(3, 65536, 0.0, 0.008, 0.015, 0.02, 0.2, 0.01, 0.25)
+ROUGH_RADIO = dataclasses.replace(RADIO, stall_share=0.10, loss_share=0.05)
+SETTINGS = Settings(9.81, 0.0, 0.5, 3.0, 0.3, 200.0, 1.5, 3, 6, 101, 0.8, 4.0, 0.05, 0.005, 0.3)
+
+
+def device(place: str) -> Device:
+    axes = {"hip": ("+y", "-x"), "foot": ("-z", "+x")}[place]
+    return Device(place, 100.0, "counts", "counts", place, 40.0, 4.0, 2000.0, 16, 3, 65536, *axes)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What really happened in a run, by true time."""
+
+    strikes: np.ndarray
+    legs: np.ndarray
+    readings: tuple[Readings, Readings]
+    errors: tuple[SensorErrors, SensorErrors]
+    sent: tuple[Transmitted, Transmitted]
+
+
+def walking(steps: int, period: float, amplitude: float = 0.24) -> tuple[SensorMotion, SensorMotion, np.ndarray]:
+    """Inner leg standing and swinging in turn from mid-stance at t = 0; strikes (s,), the outer leg's first."""
+    strikes = (np.arange(steps) + 0.5) * period
+    time = np.arange(0, strikes[-1] + 0.4 * period, GRID)
+    wide = np.arange(-200, len(time) + 200) * GRID
+    number = np.floor(wide / period + 0.5).astype(int)
+    phase = wide / period + 0.5 - number
+    theta = amplitude * (2 * phase - 1 + 0.16 * np.sin(2 * np.pi * phase))  # standing leg, hip ahead positive
+    psi = amplitude * (2 * phase - 1 - 0.28 * np.sin(2 * np.pi * phase))  # swinging leg, foot ahead positive
+    phi = gaussian_filter1d(np.where(number % 2 == 0, -theta, psi), 0.0015 / GRID)
+    r, length = BIPED.foot_radius, BIPED.leg_length
+    step = 2 * (r * amplitude + (length - r) * np.sin(amplitude))
+    x = number * step + r * theta + (length - r) * np.sin(theta)
+    y = r + (length - r) * np.cos(theta)
+    hip = gaussian_filter1d(np.stack([x, y], axis=1), 0.0015 / GRID, axis=0)
+    foot = hip + (length - BIPED.foot_com) * np.stack([np.sin(phi), -np.cos(phi)], axis=1)
+    forward, up = np.stack([np.cos(phi), np.sin(phi)], axis=1), np.stack([-np.sin(phi), np.cos(phi)], axis=1)
+    rate = np.gradient(phi, GRID)
+    inside = slice(200, 200 + len(time))
+
+    def felt(position: np.ndarray) -> SensorMotion:
+        force = np.gradient(np.gradient(position, GRID, axis=0), GRID, axis=0) - np.array(SLOPE.gravity_vector)
+        zero = np.zeros(len(rate))
+        on_body = np.stack([(force * forward).sum(axis=1), (force * up).sum(axis=1), zero], axis=1)
+        turning = np.stack([zero, zero, rate], axis=1)
+        return SensorMotion(time, on_body[inside], turning[inside])
+
+    return felt(hip), felt(foot), strikes
+
+
+def make_run(
+    seed: int, radio: RadioSettings = RADIO, steps: int = 12, period: float = 0.48, rest_s: float = 2.5
+) -> tuple[Experiment, Truth]:
+    rng = np.random.default_rng(seed)
+    period *= 1 + 0.01 * rng.normal()
+    hip, foot, strikes = walking(steps, period)
+    rate = hip.angular_velocity[:, 2]
+    time, leg = stand_and_push(0.0, (0.0, rate[0], (rate[1] - rate[0]) / GRID), rest_s, 0.4, GRID)
+    before = rolling_leg(tuple(leg), BIPED, SLOPE, time)
+    readings, errors, sent = [], [], []
+    start = 1.6e9 + 100.0 * seed
+    for place, motion, rest in zip(("hip", "foot"), (hip, foot), before):
+        errors.append(draw_errors(SENSOR, device(place), rng))
+        readings.append(read(joined(rest, motion), errors[-1], SENSOR, rng))
+        sent.append(transmit(readings[-1], start, 100.0, radio, rng))
+    truth = Truth(strikes, (np.arange(steps) + 1) % 2, tuple(readings), tuple(errors), tuple(sent))
+    return Experiment(f"run {seed}", "synthetic", SLOPE.slope_deg), truth
+
+
+def make_database(runs: list[tuple[Experiment, Truth]]) -> bytes:
+    return database_bytes([device("hip"), device("foot")], [(experiment, truth.sent) for experiment, truth in runs])
