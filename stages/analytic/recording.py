@@ -13,11 +13,11 @@ import numpy as np
 from stages.analytic.compiled import compiled
 from stages.analytic.dop853 import STAGES, take_step
 from stages.analytic.errors import StepFailed
-from stages.analytic.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE, flow
+from stages.analytic.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE, contact_directions, flow
 from stages.analytic.phase import EVENT, integrate
 from stages.analytic.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, step_failure
 from stages.analytic.step import section_state
-from stages.analytic.transitions import heel_strike_reset
+from stages.analytic.transitions import foot_clearance, heel_strike_reset
 from stages.analytic.walker import Vector, Walker
 
 ROOM = 4096
@@ -129,3 +129,18 @@ def crossing_state(walker: Walker, z: Vector, tolerance: float) -> np.ndarray:
             break
     state[0] = 0.0
     return state
+
+
+def constraint_drift(walker: Walker, segments: list[Segment]) -> np.ndarray:
+    """Clearance, its rate and the slip velocity of the trailing foot at toe-off, dimensionless, shape (3,).
+
+    All three are zero at heel strike; what they are at toe-off is the drift of constraints that are held at
+    acceleration level. Zero for rigid legs, which have no double stance.
+    """
+    for segment in segments:
+        if segment.phase == DOUBLE_STANCE:
+            y = segment.end
+            _, roll, _, _ = contact_directions(y, walker.p)
+            clearance, rate, _ = foot_clearance(DOUBLE_STANCE, y, walker.p)
+            return np.array([clearance, rate, float(np.dot(roll, y[4:8]))])
+    return np.zeros(3)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.analytic.energy import EnergyAudit
+from stages.analytic.sensitivity import Variation
 from stages.analytic.validity import Validity
 from stages.biped.gait import Gait, StanceState
 from stages.biped.quantity import quantity
@@ -22,6 +23,9 @@ class Result:
     residual: float = quantity("1", "how far the fixed point moves in one step, in leg lengths and pendulum times")
     monodromy_matrix: np.ndarray = quantity("1", "derivative of the step map at the fixed point, dimensionless, (j, j)")
     energy: EnergyAudit = quantity("-", "energy audit of one step")
+    constraint_drift: np.ndarray = quantity(
+        "1", "clearance, normal and slip velocity of the trailing foot at toe-off, dimensionless, shape (3,)")
+    variations: tuple[Variation, ...] = quantity("-", "largest multiplier with one design parameter changed")
     validity: Validity = quantity("-", "what the gait asks of the ground")
     walk: Walk = quantity("-", "walk from mid-stance, leg 0 standing")
 

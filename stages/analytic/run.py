@@ -12,9 +12,10 @@ from stages.analytic.energy import audit
 from stages.analytic.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE
 from stages.analytic.gait_search import describe, find_gait, step_length
 from stages.analytic.parameters import Parameters
-from stages.analytic.recording import crossing_state, record
+from stages.analytic.recording import constraint_drift, crossing_state, record
 from stages.analytic.result import Result
 from stages.analytic.sampling import sample_walk
+from stages.analytic.sensitivity import vary_design
 from stages.analytic.step import section_state
 from stages.analytic.validity import assess
 from stages.biped.progress import Progress, ignore
@@ -41,6 +42,8 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
         residual=point.residual,
         monodromy_matrix=point.monodromy_matrix,
         energy=audit(walker, one_step, step_length(walker, point)),
+        constraint_drift=constraint_drift(walker, one_step),
+        variations=vary_design(parameters.biped, parameters.slope, point.z, tolerance),
         validity=assess(walker, one_step),
         walk=sample_walk(walker, segments, parameters.settings.sampling_rate_hz),
     )
