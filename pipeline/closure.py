@@ -1,0 +1,88 @@
+"""The source files a stage can reach by importing, found from their text alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from pipeline import durable
+from pipeline.syntax import SyntaxMemo
+
+_DATA = (".csv", ".html", ".json", ".mplstyle", ".sql", ".txt")
+
+
+@dataclass(frozen=True)
+class Closure:
+    """Files by path from the code root with the hash of what they mean, and the foreign modules they import."""
+
+    files: dict[str, str]
+    foreign: tuple[str, ...]
+
+
+class Sources:
+    """The package of stages under `code_root`; reads every file afresh each time a closure is asked for."""
+
+    def __init__(self, code_root: Path, package: str, memo: SyntaxMemo) -> None:
+        self.code_root, self.package, self.memo = code_root, package, memo
+
+    def closure(self, modules: Iterable[str]) -> Closure:
+        """Everything `modules` import, at any depth and also inside functions, with the packages around them.
+
+        Files beside them that are not Python (style sheets, templates, tables) belong to it as well.
+        """
+        files: dict[str, str] = {}
+        foreign: set[str] = set()
+        seen: set[str] = set()
+        waiting = list(modules)
+        while waiting:
+            module = waiting.pop()
+            if module in seen:
+                continue
+            seen.add(module)
+            path = self.path(module)
+            if path is None:
+                continue
+            content = durable.read(path) or b""
+            meaning = self.memo.meaning(content)
+            files[path.relative_to(self.code_root).as_posix()] = meaning.tree
+            for level, name, names in meaning.imports:
+                target = _absolute(module, path.name == "__init__.py", level, name)
+                if target.split(".")[0] == self.package:
+                    waiting.extend(_with_parents(target, names))
+                elif target:
+                    foreign.add(target.split(".")[0])
+        files.update(self._beside(files))
+        return Closure(dict(sorted(files.items())), tuple(sorted(foreign)))
+
+    def path(self, module: str) -> Path | None:
+        """File of a module of the package, or None if there is none (an imported name need not be a module)."""
+        base = self.code_root.joinpath(*module.split("."))
+        for path in (base.with_name(base.name + ".py"), base / "__init__.py"):
+            if path.is_file():
+                return path
+        return None
+
+    def _beside(self, files: dict[str, str]) -> Iterator[tuple[str, str]]:
+        for folder in {(self.code_root / file).parent for file in files}:
+            for path in folder.iterdir():
+                if path.suffix in _DATA and not path.name.startswith("."):
+                    yield path.relative_to(self.code_root).as_posix(), durable.digest(durable.read(path) or b"")
+
+
+def _absolute(module: str, is_package: bool, level: int, name: str) -> str:
+    """Full name of what `from {level dots}{name} import ...` means inside `module`."""
+    if level == 0:
+        return name
+    parts = module.split(".")
+    base = parts[: len(parts) - level + (1 if is_package else 0)]
+    return ".".join([*base, name] if name else base)
+
+
+def _with_parents(target: str, names: tuple[str, ...]) -> Iterator[str]:
+    """The module, the packages it lies in, and each imported name in case it is a module itself."""
+    parts = target.split(".")
+    for end in range(1, len(parts) + 1):
+        yield ".".join(parts[:end])
+    for name in names:
+        yield f"{target}.{name}"

@@ -1,0 +1,35 @@
+"""`bipedstudy run STAGE`."""
+
+from __future__ import annotations
+
+import click
+
+from pipeline import options
+from pipeline.study import Study
+
+
+@click.command("run")
+@click.argument("stages", nargs=-1, required=True, metavar="STAGE...")
+@options.study
+@options.running
+@options.as_json
+def command(
+    study: Study,
+    stages: tuple[str, ...],
+    jobs: int | None,
+    force: bool,
+    dry_run: bool,
+    wait: bool,
+    as_json: bool,
+    verbose: bool,
+) -> None:
+    """Bring stages, and first everything they read, up to date; --force applies to the named stages only."""
+    from pipeline.commands.running import run_stages
+
+    for stage in stages:
+        study.graph.stage(stage)
+    names = study.graph.needed_for(stages)
+    forced = stages if force else ()
+    run_stages(
+        study, names, forced=forced, jobs=jobs, dry_run=dry_run, wait=wait, as_json=as_json, verbose=verbose
+    )

@@ -1,0 +1,25 @@
+"""`bipedstudy run-all`."""
+
+from __future__ import annotations
+
+import click
+
+from pipeline import options
+from pipeline.study import Study
+
+
+@click.command("run-all")
+@options.study
+@options.running
+@options.as_json
+def command(
+    study: Study, jobs: int | None, force: bool, dry_run: bool, wait: bool, as_json: bool, verbose: bool
+) -> None:
+    """Bring every stage up to date."""
+    from pipeline.commands.running import run_stages
+
+    names = tuple(study.graph.stages)
+    forced = names if force else ()
+    run_stages(
+        study, names, forced=forced, jobs=jobs, dry_run=dry_run, wait=wait, as_json=as_json, verbose=verbose
+    )

@@ -1,0 +1,56 @@
+"""What `run` and `run-all` have in common: lock, plan, run, report."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import time
+from collections.abc import Iterable
+
+from pipeline import display, lock
+from pipeline.commands.status import print_survey
+from pipeline.executor import Outcome, bring_up_to_date
+from pipeline.options import print_json
+from pipeline.planning import Planner
+from pipeline.study import Study
+
+
+def run_stages(
+    study: Study,
+    names: tuple[str, ...],
+    *,
+    forced: Iterable[str],
+    jobs: int | None,
+    dry_run: bool,
+    wait: bool,
+    as_json: bool,
+    verbose: bool,
+) -> None:
+    """Bring `names` up to date under the results folder's lock, or say what that would take."""
+    if dry_run:
+        survey = Planner(study, study.parameters(names)).survey(names)
+        print_survey(study, survey, as_json, frozenset(forced))
+        return
+    began = time.perf_counter()
+    shows = display.for_terminal(verbose, as_json)
+    command = " ".join(["bipedstudy", *sys.argv[1:]])
+    study.parameters(names)
+    with lock.held(study.results, command, wait, shows.note):
+        with contextlib.suppress(OSError):
+            study.store.sweep()
+        outcomes = bring_up_to_date(study, names, shows, force=forced, jobs=jobs or os.cpu_count() or 1)
+    seconds = time.perf_counter() - began
+    if as_json:
+        print_json({"stages": [_plain(outcome) for outcome in outcomes], "seconds": round(seconds, 3)})
+
+
+def _plain(outcome: Outcome) -> dict[str, object]:
+    return {
+        "stage": outcome.stage,
+        "how": outcome.how,
+        "summary": outcome.summary,
+        "seconds": round(outcome.seconds, 3),
+        "reasons": list(outcome.reasons),
+        "key": outcome.key,
+    }

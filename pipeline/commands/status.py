@@ -1,0 +1,46 @@
+"""`bipedstudy status`: which stages are stale, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import click
+
+from pipeline import options
+from pipeline.planning import Assessment, State
+from pipeline.study import Study
+
+_WORDS = {
+    State.CURRENT: "current",
+    State.RESTORABLE: "in cache",
+    State.STALE: "stale",
+    State.WAITING: "waiting",
+}
+
+
+@click.command("status")
+@options.study
+@options.as_json
+def command(study: Study, as_json: bool) -> None:
+    """Say which stages are current, and why the others are not. Runs nothing."""
+    from pipeline.planning import Planner
+
+    names = tuple(study.graph.stages)
+    print_survey(study, Planner(study, study.parameters(names)).survey(names), as_json)
+
+
+def print_survey(
+    study: Study, survey: Iterable[Assessment], as_json: bool, forced: frozenset[str] = frozenset()
+) -> None:
+    """Print the state and the reasons of each stage; `forced` stages would run in any case."""
+    study.sources.memo.save()
+    rows = []
+    for item in survey:
+        state = _WORDS[State.STALE] if item.name in forced else _WORDS[item.state]
+        reasons = ("asked for by --force",) if item.name in forced else item.reasons
+        rows.append({"stage": item.name, "state": state, "reasons": list(reasons)})
+    if as_json:
+        options.print_json(rows)
+        return
+    for row in rows:
+        click.echo(f"{row['stage']:<12} {row['state']:<9} {'; '.join(row['reasons'])}".rstrip())

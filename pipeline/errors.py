@@ -1,0 +1,39 @@
+"""What the pipeline says when it cannot do what was asked: sentences, an exit code, never a traceback."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+BAD_INPUT = 2
+FAILED = 1
+
+
+class StudyError(Exception):
+    """Something the user can put right: wrong parameters, a damaged file, a results folder in use.
+
+    `sentences` holds one clear sentence for each thing that is wrong.
+    """
+
+    exit_code = BAD_INPUT
+
+    def __init__(self, sentences: str | Iterable[str]) -> None:
+        self.sentences = (sentences,) if isinstance(sentences, str) else tuple(sentences)
+        super().__init__("\n".join(self.sentences))
+
+
+class StageFailed(StudyError):
+    """A stage did not finish: it raised, crashed, or could not write. What was there before is unchanged."""
+
+    exit_code = FAILED
+
+
+class ArtefactError(StudyError):
+    """A file of results that cannot be read: truncated, edited, or made by something else."""
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """The clause `; did you mean "x"?` for the known name closest to `name`, or nothing if none is close."""
+    import difflib
+
+    close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
+    return f'; did you mean "{close[0]}"?' if close else ""

@@ -1,0 +1,172 @@
+"""The graph of the study, read from dvc.yaml: the one register of stages, their inputs, parameters and outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from pipeline import yaml_text
+from pipeline.errors import StudyError, nearest
+
+FILE_NAME = "dvc.yaml"
+_KEYS = ("cmd", "deps", "params", "outs")
+_RESULTS = "results"
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One stage: what it reads and what it makes, as dvc.yaml declares it. Paths are relative to the study's root."""
+
+    name: str
+    code: tuple[str, ...]
+    inputs: tuple[str, ...]
+    parameters: Mapping[str, tuple[str, ...] | None]
+    outs: tuple[str, ...]
+
+    @property
+    def artefact(self) -> str:
+        """The HDF5 file of the stage's result: results/<name>.h5."""
+        return f"{_RESULTS}/{self.name}.h5"
+
+
+@dataclass(frozen=True)
+class Graph:
+    """All stages in an order in which each comes after those it depends on."""
+
+    stages: Mapping[str, Stage]
+
+    def maker(self, path: str) -> str:
+        """Name of the stage that makes the result `path`."""
+        return next(stage.name for stage in self.stages.values() if path in stage.outs)
+
+    def upstream(self, name: str) -> tuple[str, ...]:
+        """Names of the stages whose results stage `name` reads."""
+        return tuple(dict.fromkeys(self.maker(path) for path in self.stages[name].inputs))
+
+    def needed_for(self, names: tuple[str, ...]) -> tuple[str, ...]:
+        """`names` and everything upstream of them, in order."""
+        wanted = set(names)
+        for name in reversed(self.stages):
+            if name in wanted:
+                wanted.update(self.upstream(name))
+        return tuple(name for name in self.stages if name in wanted)
+
+    def stage(self, name: str) -> Stage:
+        """The stage called `name`; raises `StudyError` with the nearest name if there is none."""
+        if name not in self.stages:
+            known = ", ".join(self.stages)
+            raise StudyError(f'there is no stage "{name}" (stages: {known}){nearest(name, self.stages)}')
+        return self.stages[name]
+
+
+def read(root: Path) -> Graph:
+    """Read `root`/dvc.yaml; raises `StudyError` naming every line this pipeline does not understand."""
+    where = FILE_NAME
+    tree = yaml_text.read(root / FILE_NAME, where)
+    problems: list[str] = []
+    top = tree.value if isinstance(tree.value, dict) else {}
+    if set(top) != {"stages"} or not isinstance(top["stages"].value, dict) or not top["stages"].value:
+        raise StudyError(f'{root / FILE_NAME}: expected the one key "stages" with the stages under it')
+    stages = [_stage(name, node, where, problems) for name, node in top["stages"].value.items()]
+    if problems:
+        raise StudyError(problems)
+    _check_paths(stages, where)
+    return Graph({stage.name: stage for stage in _sorted(stages, where)})
+
+
+def _stage(name: str, node: yaml_text.Node, where: str, problems: list[str]) -> Stage:
+    entry = node.value if isinstance(node.value, dict) else {}
+    for key in entry:
+        if key not in _KEYS:
+            problems.append(
+                f'{where}:{entry[key].line}: stage {name}: the key "{key}" is not understood here '
+                f"(only {', '.join(_KEYS)}){nearest(key, _KEYS)}"
+            )
+    command = entry["cmd"].plain() if "cmd" in entry else None
+    if command != f"bipedstudy run {name}":
+        problems.append(f'{where}:{node.line}: stage {name}: cmd must be "bipedstudy run {name}", not {command!r}')
+    deps = _paths(name, "deps", entry, where, problems)
+    outs = _paths(name, "outs", entry, where, problems)
+    if f"{_RESULTS}/{name}.h5" not in outs:
+        problems.append(f"{where}:{node.line}: stage {name}: outs must list {_RESULTS}/{name}.h5")
+    return Stage(
+        name,
+        code=tuple(path for path in deps if not _is_result(path)),
+        inputs=tuple(path for path in deps if _is_result(path)),
+        parameters=_parameters(name, entry, where, problems),
+        outs=outs,
+    )
+
+
+def _paths(
+    name: str, key: str, entry: dict[str, yaml_text.Node], where: str, problems: list[str]
+) -> tuple[str, ...]:
+    items = entry[key].value if key in entry else []
+    paths: list[str] = []
+    for item in items if isinstance(items, list) else [entry[key]]:
+        if isinstance(item.value, str):
+            path = PurePosixPath(item.value)
+            paths.append(path.as_posix())
+            if path.is_absolute() or ".." in path.parts or (key == "outs" and not _is_result(paths[-1])):
+                problems.append(f"{where}:{item.line}: stage {name}: {key}: {item.value} lies outside the study")
+        else:
+            problems.append(f"{where}:{item.line}: stage {name}: {key} must be a list of plain paths")
+    return tuple(paths)
+
+
+def _parameters(
+    name: str, entry: dict[str, yaml_text.Node], where: str, problems: list[str]
+) -> dict[str, tuple[str, ...] | None]:
+    """File stem -> keys, or None for every key of the file. Entries look like `params/ground.yaml: [gravity]`."""
+    files: dict[str, tuple[str, ...] | None] = {}
+    for item in entry["params"].value if "params" in entry else []:
+        pairs: dict[str, Any] = item.plain() if isinstance(item.value, dict) else {str(item.value): None}
+        for file, keys in pairs.items():
+            path = PurePosixPath(file)
+            if path.suffix != ".yaml" or path.parent.as_posix() != "params" or not isinstance(keys, (list, type(None))):
+                problems.append(
+                    f"{where}:{item.line}: stage {name}: params must be lines like "
+                    f'"params/ground.yaml: [gravity]" or "params/biped.yaml:" for the whole file'
+                )
+            else:
+                files[path.stem] = None if keys is None else tuple(str(key) for key in keys)
+    return files
+
+
+def _is_result(path: str) -> bool:
+    return path.startswith(_RESULTS + "/")
+
+
+def _check_paths(stages: list[Stage], where: str) -> None:
+    maker: dict[str, str] = {}
+    problems = []
+    for stage in stages:
+        for out in stage.outs:
+            if out in maker:
+                problems.append(f"{where}: {out} is made by both {maker[out]} and {stage.name}")
+            maker[out] = stage.name
+    for stage in stages:
+        problems += [
+            f"{where}: stage {stage.name} reads {path}, which no stage makes{nearest(path, maker)}"
+            for path in stage.inputs
+            if path not in maker
+        ]
+    if problems:
+        raise StudyError(problems)
+
+
+def _sorted(stages: list[Stage], where: str) -> list[Stage]:
+    """Kahn's order, keeping the file's order among stages that do not depend on each other."""
+    waiting = list(stages)
+    made: set[str] = set()
+    ordered: list[Stage] = []
+    while waiting:
+        ready = next((stage for stage in waiting if made.issuperset(stage.inputs)), None)
+        if ready is None:
+            raise StudyError(f"{where}: these stages wait for each other: {', '.join(s.name for s in waiting)}")
+        waiting.remove(ready)
+        ordered.append(ready)
+        made.update(ready.outs)
+    return ordered

@@ -1,0 +1,51 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import click
+
+from pipeline.study import Study, locate
+
+Command = Callable[..., Any]
+
+
+def study(function: Command) -> Command:
+    """`--params`, `--results` and `--set`; the command gets a `Study` as its first argument."""
+
+    @click.option("--params", metavar="DIR", help="Folder of the parameter files (default: the study's params).")
+    @click.option("--results", metavar="DIR", help="Folder of the results (default: the study's results).")
+    @click.option("--set", "settings", metavar="FILE.KEY=VALUE", multiple=True, help="Change a parameter; repeatable.")
+    @functools.wraps(function)
+    def with_study(params: str | None, results: str | None, settings: tuple[str, ...], **options: Any) -> Any:
+        found: Study = locate(params, results, settings)
+        return function(found, **options)
+
+    return with_study
+
+
+def running(function: Command) -> Command:
+    """`--jobs`, `--force`, `--dry-run`, `--wait`, `-v`: how stages are run."""
+    for option in (
+        click.option("--jobs", "-j", metavar="N", type=click.IntRange(min=1), help="Stages side by side (default: cores)."),
+        click.option("--force", is_flag=True, help="Compute anew even what is current."),
+        click.option("--dry-run", is_flag=True, help="Say what would run and why; run nothing."),
+        click.option("--wait", is_flag=True, help="Wait for another run in the same results folder."),
+        click.option("-v", "--verbose", is_flag=True, help="Say why each stage runs."),
+    ):
+        function = option(function)
+    return function
+
+
+as_json = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+"""`--json`: the answer as JSON on standard output, and nothing else there."""
+
+
+def print_json(value: Any) -> None:
+    """Print a value as JSON."""
+    import json
+
+    click.echo(json.dumps(value, indent=2, ensure_ascii=False))

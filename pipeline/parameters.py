@@ -1,0 +1,156 @@
+"""Builds the stages' parameters from the YAML files and `--set`, and reports every error at once.
+
+A stage's `Parameters` is a dataclass whose fields are parameter classes; each names its file by `FILE`. Two classes
+may share a file. A key is known if a class of any stage declares it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pipeline import yaml_text
+from pipeline.errors import StudyError, nearest
+from pipeline.overrides import Override, applied, parsed
+from pipeline.parameter_value import Refused, allowed, broken_rules, declared, shown, value_of, with_unit
+from pipeline.yaml_text import Node
+
+
+def load(
+    folder: Path, settings: Sequence[str], wanted: Mapping[str, type], known: Iterable[type], shown_as: str | None = None
+) -> dict[str, Any]:
+    """Parameters of each stage in `wanted` (stage name -> its `Parameters` class).
+
+    `settings` are the texts given to `--set`; `known` are the `Parameters` classes of all stages, which decide what a
+    known key is; `shown_as` is how messages name the folder. Raises `StudyError` with one sentence for each error.
+    """
+    return _Loading(folder, shown_as or str(folder), known).load(settings, wanted)
+
+
+def as_plain(parameters: Any) -> dict[str, dict[str, Any]]:
+    """File -> key -> value of a stage's parameters, with tables as lists of mappings: what a key is made from."""
+    plain: dict[str, dict[str, Any]] = {}
+    for field in dataclasses.fields(parameters):
+        section = getattr(parameters, field.name)
+        values = {name: _plain_value(getattr(section, name)) for name in declared(type(section))}
+        plain.setdefault(section.FILE, {}).update(values)
+    return plain
+
+
+def sections(classes: Iterable[type]) -> dict[str, list[type]]:
+    """File -> parameter classes that read it, over all these `Parameters` classes."""
+    files: dict[str, list[type]] = {}
+    for cls in classes:
+        for _, kind in declared(cls).values():
+            readers = files.setdefault(kind.FILE, [])
+            if kind not in readers:
+                readers.append(kind)
+    return files
+
+
+class _Loading:
+    """One load: the folder it reads, what is known, and the problems found so far."""
+
+    def __init__(self, folder: Path, shown_as: str, known: Iterable[type]) -> None:
+        self.folder, self.shown_as = folder, shown_as
+        self.classes = sections(known)
+        self.problems: list[tuple[str, int, str]] = []
+        self.overrides: dict[str, list[Override]] = {}
+
+    def load(self, settings: Sequence[str], wanted: Mapping[str, type]) -> dict[str, Any]:
+        self._read_settings(settings)
+        built: dict[type, Any] = {}
+        for file, classes in sections(wanted.values()).items():
+            entries = self._entries(file)
+            if entries is not None:
+                built.update({cls: self._build(cls, file, entries) for cls in classes})
+        stages: dict[str, Any] = {}
+        if not self.problems:
+            stages = {name: self._stage(cls, built) for name, cls in wanted.items()}
+        if self.problems:
+            raise StudyError(sentence for _, _, sentence in sorted(dict.fromkeys(self.problems)))
+        return stages
+
+    def _read_settings(self, settings: Sequence[str]) -> None:
+        known = {file: [key for cls in classes for key in declared(cls)] for file, classes in self.classes.items()}
+        for setting in settings:
+            try:
+                override = parsed(setting, known)
+                self.overrides.setdefault(override.file, []).append(override)
+            except StudyError as error:
+                self.problems += [("", 0, sentence) for sentence in error.sentences]
+
+    def _entries(self, file: str) -> dict[str, Node] | None:
+        where = f"{self.shown_as}/{file}.yaml"
+        try:
+            tree = yaml_text.read(self.folder / f"{file}.yaml", where)
+            if not isinstance(tree.value, dict):
+                raise StudyError(f"{where}: expected lines of the form key: value")
+        except StudyError as error:
+            self.problems += [(file, 0, sentence) for sentence in error.sentences]
+            return None
+        known = [key for cls in self.classes[file] for key in declared(cls)]
+        for key, node in tree.value.items():
+            if key not in known:
+                self._problem(file, node.line, f'there is no parameter "{key}"{nearest(key, known)}')
+        entries: dict[str, Node] = dict(tree.value)
+        for override in self.overrides.get(file, ()):
+            try:
+                entries[override.key] = applied(override, entries.get(override.key))
+            except StudyError as error:
+                self.problems += [("", 0, sentence) for sentence in error.sentences]
+        return entries
+
+    def _build(self, cls: type, file: str, entries: dict[str, Node]) -> Any:
+        """An instance of `cls`, or None if a value or a rule between values is refused."""
+        values: dict[str, Any] = {}
+        complete = True
+        for name, (field, kind) in declared(cls).items():
+            if name not in entries:
+                if field.default is dataclasses.MISSING:
+                    complete = False
+                    self._problem(file, 0, f"{name} is missing; allowed: {allowed(field)}")
+                continue
+            try:
+                values[name] = value_of(entries[name], field, kind)
+            except Refused as refused:
+                complete = False
+                gap = "" if refused.reason.startswith(("[", ":")) else " "
+                self._problem(file, refused.line, f"{name}{gap}{refused.reason}", name)
+        if not complete:
+            return None
+        instance = cls(**values)
+        for broken in broken_rules(instance):
+            self._broken(file, broken, instance, entries)
+        return instance
+
+    def _broken(self, file: str, broken: Any, instance: Any, entries: dict[str, Node]) -> None:
+        field, _ = declared(type(instance))[broken.key]
+        value = with_unit(shown(_plain_value(getattr(instance, broken.key))), field)
+        line = entries[broken.key].line if broken.key in entries else 0
+        self._problem(file, line, f"{broken.key} = {value} is not allowed; allowed: {broken.allowed}", broken.key)
+
+    def _stage(self, cls: type, built: Mapping[type, Any]) -> Any:
+        instance = cls(**{name: built[kind] for name, (_, kind) in declared(cls).items()})
+        for broken in broken_rules(instance):
+            file, _, key = broken.key.rpartition(".")
+            self._problem(file or "params", 0, f"{key} is not allowed; allowed: {broken.allowed}", key)
+        return instance
+
+    def _problem(self, file: str, line: int, text: str, key: str = "") -> None:
+        overrides = [override for override in self.overrides.get(file, ()) if override.key == key]
+        if line == 0 and overrides:
+            self.problems.append(("", 0, f"--set {overrides[-1].text}: {text}"))
+        else:
+            place = f"{self.shown_as}/{file}.yaml" + (f":{line}" if line else "")
+            self.problems.append((file, line, f"{place}: {text}"))
+
+
+def _plain_value(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return [_plain_value(item) for item in value]
+    if dataclasses.is_dataclass(value):
+        return {field.name: _plain_value(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    return value

@@ -1,0 +1,125 @@
+"""A study on disk: its root with dvc.yaml, its parameters, its results, and the package of stages it runs."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import os
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from pipeline import graph, parameters
+from pipeline.closure import Sources
+from pipeline.errors import StudyError
+from pipeline.graph import Graph, Stage
+from pipeline.store import Store
+from pipeline.syntax import SyntaxMemo
+
+
+@dataclass(frozen=True)
+class Study:
+    """Where everything is. `settings` are the texts given to `--set`."""
+
+    root: Path
+    params: Path
+    results: Path
+    settings: tuple[str, ...] = ()
+    package: str = "stages"
+
+    @cached_property
+    def graph(self) -> Graph:
+        """The stages, read from dvc.yaml."""
+        return graph.read(self.root)
+
+    @cached_property
+    def store(self) -> Store:
+        """The cache of the results folder."""
+        return Store(self.results)
+
+    @cached_property
+    def code_root(self) -> Path:
+        """The folder that holds the package of stages: the study's own, or else the installed one."""
+        if (self.root / self.package).is_dir():
+            return self.root
+        spec = importlib.util.find_spec(self.package)
+        if spec is None or not spec.submodule_search_locations:
+            raise StudyError(f'{self.root}: there is no package "{self.package}" to take the stages from')
+        return Path(next(iter(spec.submodule_search_locations))).parent
+
+    @cached_property
+    def sources(self) -> Sources:
+        """The source files of the stages."""
+        return Sources(self.code_root, self.package, SyntaxMemo(self.store.folder / "syntax.json"))
+
+    def parameters(self, names: Iterable[str]) -> dict[str, Any]:
+        """Checked parameters of these stages. Raises `StudyError` with a sentence for each error."""
+        known = {name: self.parameters_class(stage) for name, stage in self.graph.stages.items()}
+        wanted = {name: cls for name in names if (cls := known[name]) is not None}
+        for name in names:
+            if name not in wanted:
+                raise StudyError(f"stage {name}: there is no module {self.package}.{name}.parameters")
+        problems = [text for name, cls in wanted.items() for text in _undeclared(self.graph.stages[name], cls)]
+        if problems:
+            raise StudyError(problems)
+        classes = [cls for cls in known.values() if cls is not None]
+        return parameters.load(self.params, self.settings, wanted, classes, shown(self.params))
+
+    def parameters_class(self, stage: Stage) -> type | None:
+        """The stage's `Parameters` class, or None if it has no such module."""
+        name = f"{self.package}.{stage.name}.parameters"
+        if self.sources.path(name) is None:
+            return None
+        if str(self.code_root) not in sys.path:
+            sys.path.insert(0, str(self.code_root))
+        try:
+            cls: type = importlib.import_module(name).Parameters
+        except (ImportError, AttributeError, SyntaxError, NameError, TypeError) as error:
+            raise StudyError(f"stage {stage.name}: {name} cannot be used: {error}") from None
+        return cls
+
+
+def locate(
+    params: str | None = None, results: str | None = None, settings: Iterable[str] = (), start: Path | None = None
+) -> Study:
+    """The study around the folder `start` (default: the working folder), else the checkout this package stands in."""
+    here = (start or Path.cwd()).resolve()
+    home = Path(__file__).resolve().parent.parent
+    root = next((folder for folder in (here, *here.parents, home) if (folder / graph.FILE_NAME).is_file()), None)
+    if root is None:
+        raise StudyError(f"there is no {graph.FILE_NAME} in {here} or above it; run this inside a study")
+    return Study(
+        root,
+        Path(params).absolute() if params else root / "params",
+        Path(results).absolute() if results else root / "results",
+        tuple(settings),
+    )
+
+
+def shown(path: Path) -> str:
+    """A path as messages show it: relative to the working folder where it lies inside."""
+    relative = os.path.relpath(path)
+    return str(path) if relative.startswith("..") else Path(relative).as_posix()
+
+
+def _undeclared(stage: Stage, cls: type) -> list[str]:
+    """dvc.yaml and the stage's parameter classes must agree, or a change of a parameter would go unseen."""
+    read = {
+        file: [key for kind in kinds for key in parameters.declared(kind)]
+        for file, kinds in parameters.sections([cls]).items()
+    }
+    problems = []
+    for file in {**read, **stage.parameters}:
+        listed = stage.parameters.get(file, ())
+        for key in read.get(file, ()):
+            if listed is not None and key not in listed:
+                problems.append(f"dvc.yaml: stage {stage.name} reads {key} of {file}.yaml, which its params do not list")
+        for key in listed or ():
+            if key not in read.get(file, ()):
+                problems.append(f"dvc.yaml: stage {stage.name} lists {key} of {file}.yaml, which it does not read")
+        if listed is None and file not in read:
+            problems.append(f"dvc.yaml: stage {stage.name} lists {file}.yaml, which it does not read")
+    return problems
