@@ -23,17 +23,24 @@ class ContactLaw:
     contact_stiffness: float = parameter("N/mm^e", "stiffness of the normal force", symbol="k_c", bound=Bound(above=0))
     contact_exponent: float = parameter("1", "force exponent", symbol="e", bound=Bound(minimum=1))
     contact_damping: float = parameter("N s/m", "largest contact damping", symbol="c_max", bound=Bound(minimum=0))
-    damping_depth: float = parameter("m", "penetration at which the damping is complete", symbol="d", bound=Bound(above=0))
+    damping_depth: float = parameter(
+        "m", "penetration at which the damping is complete", symbol="d", bound=Bound(above=0)
+    )
     static_friction: float = parameter("1", "static friction coefficient", symbol="mu_s", bound=Bound(minimum=0))
     dynamic_friction: float = parameter("1", "dynamic friction coefficient", symbol="mu_d", bound=Bound(minimum=0))
-    stiction_velocity: float = parameter("m/s", "slip speed of the greatest friction", symbol="v_s", bound=Bound(above=0))
-    friction_velocity: float = parameter("m/s", "slip speed from which friction is dynamic", symbol="v_d", bound=Bound(above=0))
-    normal_force: str = parameter(
-        "-", "law of the normal force", choices=("impact", "restitution"), default="impact"
+    stiction_velocity: float = parameter(
+        "m/s", "slip speed of greatest friction", symbol="v_s", bound=Bound(above=0)
     )
+    friction_velocity: float = parameter(
+        "m/s", "least slip speed of dynamic friction", symbol="v_d", bound=Bound(above=0)
+    )
+    normal_force: str = parameter("-", "law of the normal force", choices=("impact", "restitution"), default="impact")
     friction: str = parameter("-", "law of friction", choices=("stribeck", "coulomb", "none"), default="stribeck")
     restitution: float = parameter(
-        "1", "part of impact_speed that is returned (law restitution only)", bound=Bound(above=0, maximum=1), default=0.1
+        "1",
+        "part of impact_speed that is returned (law restitution only)",
+        bound=Bound(minimum=0.05, maximum=1),
+        default=0.1,
     )
     impact_speed: float = parameter(
         "m/s", "impact speed at which the restitution holds (law restitution only)", bound=Bound(above=0), default=0.3

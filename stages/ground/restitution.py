@@ -3,6 +3,7 @@
 The damping is proportional to the spring force, F = k_c p^e (1 + a dp/dt). Such an impact has a closed solution: a mass
 that arrives with speed v leaves with speed w where, with x = a v and y = a w, x - ln(1 + x) = -y - ln(1 - y),
 whatever the mass, the stiffness and the exponent. The factor a is chosen so that w = restitution * v at `impact_speed`.
+Adams offers a law of this name too but does not print its formula; this one keeps the promise of the name.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from stages.ground.operations import ARRAYS, Operations
 
 @lru_cache(maxsize=64)
 def damping_factor(restitution: float, impact_speed: float) -> float:
-    """Factor a [s/m] that gives `restitution` (0 < restitution <= 1) at `impact_speed` [m/s]."""
+    """Factor a [s/m] that gives `restitution` (0.05 to 1; below, y is 1 to the last bit) at `impact_speed` [m/s]."""
     if restitution == 1.0:
         return 0.0
 

@@ -48,7 +48,13 @@ def point_force(
 
 
 def disc_force(
-    law: ContactLaw, radius: float, height: Any, velocity_x: Any, velocity_y: Any, angular_velocity: Any, ops: Operations
+    law: ContactLaw,
+    radius: float,
+    height: Any,
+    velocity_x: Any,
+    velocity_y: Any,
+    angular_velocity: Any,
+    ops: Operations = SYMBOLS,
 ) -> tuple[Any, Any]:
     """Force [N] (x, y) of the ground on an upright disc whose centre is at `height` [m] above the ground.
 
@@ -66,9 +72,7 @@ def planar_connector_law(law: ContactLaw, radius: float, ops: Operations = SYMBO
     def ground(  # the signature is Exudyn's
         mbs, t, item, displacement, rotation, velocity, angularVelocity, stiffness, damping, rotJ0, rotJ1, offset
     ):
-        tangential, normal = disc_force(
-            law, radius, displacement[1], velocity[0], velocity[1], angularVelocity[2], ops
-        )
+        tangential, normal = disc_force(law, radius, displacement[1], velocity[0], velocity[1], angularVelocity[2], ops)
         return [-tangential, -normal, 0.0, 0.0, 0.0, -(radius * tangential)]
 
     return ground
@@ -76,6 +80,7 @@ def planar_connector_law(law: ContactLaw, radius: float, ops: Operations = SYMBO
 
 def symbolic_user_function(mbs: Any, function: Callable[..., list[Any]]) -> Any:
     """Compile a connector law. Keep the returned object alive as long as the system: it owns the expression."""
+    symbolic.SetRecording(True)  # Exudyn's default; a compiled law evaluates wrongly while it is off
     return CreateSymbolicUserFunction(mbs, function, USER_FUNCTION, itemTypeName=CONNECTOR)
 
 

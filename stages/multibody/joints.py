@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from exudyn.itemInterface import (
+    LoadMassProportional,
     MarkerBodyMass,
     MarkerBodyPosition,
     MarkerBodyRigid,
@@ -24,7 +25,6 @@ from exudyn.itemInterface import (
     SensorNode,
     SensorObject,
 )
-from exudyn.itemInterface import LoadMassProportional as Gravity
 
 from stages.biped.design import Biped
 from stages.ground.contact_law import ContactLaw
@@ -46,8 +46,8 @@ COORDINATES = (
 class Joints:
     """Assembled system; see `stages.multibody.solver.Assembly`.
 
-    Coordinates: x, y, angle of the hip, then of each foot, at the mass centres. The hip's angle is idle: the joint wants
-    a body with an orientation, but no moment acts on it and it stays zero.
+    Coordinates: x, y, angle of the hip, then of each foot, at the mass centres. The hip's angle is idle: the joint
+    wants a body with an orientation, but no moment acts on it and it stays zero.
     """
 
     exact_acceleration = False
@@ -74,7 +74,7 @@ class Joints:
             bodies.append(mbs.AddObject(ObjectRigidBody2D(mass=mass, inertia=inertia, nodeNumber=node)))
         for body in bodies:
             marker = mbs.AddMarker(MarkerBodyMass(bodyNumber=body))
-            mbs.AddLoad(Gravity(markerNumber=marker, loadVector=[*slope.gravity_vector, 0.0]))
+            mbs.AddLoad(LoadMassProportional(markerNumber=marker, loadVector=[*slope.gravity_vector, 0.0]))
         return bodies
 
     def _add_legs(self) -> None:

@@ -27,9 +27,7 @@ class Settings:
         "1", "absolute tolerance of the explicit solver in m, rad, m/s, rad/s", bound=Bound(minimum=1e-11, maximum=1e-3)
     )
     largest_step: float = parameter("s", "largest step of the explicit solver", bound=Bound(above=0, maximum=1e-2))
-    implicit_solver: str = parameter(
-        "-", "solver of the joints assembly", choices=("trapezoidal", "generalized_alpha")
-    )
+    implicit_solver: str = parameter("-", "solver of the joints assembly", choices=("trapezoidal", "generalized_alpha"))
     rolling_step: float = parameter(
         "s", "step of the implicit solver away from heel strike", bound=Bound(above=0, maximum=1e-2)
     )

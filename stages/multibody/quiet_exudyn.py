@@ -6,7 +6,7 @@ import os
 
 os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")  # such settings would make runs differ between machines
 
-import exudyn  # noqa: E402
+import exudyn
 
 exudyn.config.printToConsole = False
 exudyn.special.userInterface.SuppressAll(True)  # its renderer aborts a process that has no display

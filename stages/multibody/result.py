@@ -45,7 +45,7 @@ class Result:
     message: str = quantity("-", "what the solver said if it failed")
     steps: int = quantity("1", "heel strikes")
     walk: Walk = quantity("1", "the walk from the analytic gait's mid-stance")
-    penetration: np.ndarray = quantity("m", "penetration of each foot where the ground acts on it, shape (n, 2)", symbol="p")
+    penetration: np.ndarray = quantity("m", "penetration of each foot in contact, else 0, shape (n, 2)", symbol="p")
     slip_velocity: np.ndarray = quantity("m/s", "slip of each foot in contact, else 0, shape (n, 2)", symbol="v")
     cycle: Cycle = quantity("1", "the settled cycle")
     energy: EnergyBalance = quantity("1", "energy balance over the last whole step")

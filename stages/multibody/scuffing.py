@@ -1,9 +1,9 @@
 """The ideal ground of a walker with equal legs, and the watch over a run.
 
-Legs of equal length scuff at mid-swing; the machine walks on stepping blocks for that reason. The ideal rule: the ground
-ceases to act on a foot once it is in the air behind the other foot and swings forward, and acts again once the foot is
-in the air ahead of the other. Both switches happen in the air, so the force never jumps. The rule, and the watch for
-falls and for a solver that gets nowhere, run once a step, before it; the forces themselves involve no Python.
+Legs of equal length scuff at mid-swing; the machine walks on stepping blocks for that reason. The ideal rule: the
+ground ceases to act on a foot once it is in the air behind the other foot and swings forward, and acts again once the
+foot is in the air ahead of the other. Both switches happen in the air, so the force never jumps. The rule and the
+watch for falls and for a stuck solver run once a step, before it; the forces themselves involve no Python.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ SOLVER_FAILED = "solver failed"
 FALLEN = 0.5
 #: Calls at one and the same time after which the solver is stuck (an explicit solver at its smallest step never ends).
 STUCK = 60
-#: Solver steps without a heel strike after which it is stuck as well: a thousand times those of a usual step.
-MOST_CALLS = 2_000_000
+#: Solver steps without a heel strike after which it is stuck as well: some hundred times those of a usual step.
+MOST_CALLS = 500_000
 
 
 class Walker(Protocol):

@@ -129,9 +129,7 @@ def _simulation_settings(settings: Settings, start: float, end: float, fine: boo
     return wanted, kind
 
 
-def _trajectory(
-    segments: list[dict[str, np.ndarray]], watch: Watch, state: PlanarState, exact: bool
-) -> Trajectory:
+def _trajectory(segments: list[dict[str, np.ndarray]], watch: Watch, state: PlanarState, exact: bool) -> Trajectory:
     """Join the segments, each from where the last ended; stop before the first value that is not finite."""
     joined = {name: np.concatenate([segment[name] for segment in segments]) for name in segments[0]}
     later = np.concatenate([[True], np.diff(np.maximum.accumulate(joined["time"])) > 0.0])
@@ -141,9 +139,7 @@ def _trajectory(
     if exact and len(kept["time"]) > 1:
         for name in ("acceleration", "foot_acceleration"):
             kept[name][0] = kept[name][1]
-    return Trajectory(
-        **kept, in_play_at_start=state.in_play, switches=tuple(watch.switches), exact_acceleration=exact
-    )
+    return Trajectory(**kept, in_play_at_start=state.in_play, switches=tuple(watch.switches), exact_acceleration=exact)
 
 
 def _first_sentence(error: Exception) -> str:

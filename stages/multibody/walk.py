@@ -44,9 +44,9 @@ def simulate(
 ) -> Run:
     """Walk from `state` at t = 0 through `steps` heel strikes (default: the settings') to the mid-stance after them.
 
-    The walk ends in the solver step in which the hip passes over the foot that landed last. A fall, a standstill or a
-    failure of the solver ends it earlier and is told by the run's outcome. With `duration` [s] it ends at that very time
-    instead. Pass a built `assembly` of the same design to save building it again.
+    The walk ends in the solver step in which the hip passes over the foot that landed last, or after `duration` [s] if
+    that is given. A fall, a standstill or a failure of the solver ends it earlier and is told by the run's outcome.
+    Pass a built `assembly` of the same design to save building it again.
     """
     machine = assembly or build(biped, slope, contact, settings)
     standing = _standing(state, biped.foot_radius)

@@ -1,0 +1,171 @@
+"""Properties of the contact laws: limits, continuity, oddness, monotony, sign of the losses."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from stages.ground.contact_law import ContactLaw
+from stages.ground.friction import friction_coefficient, friction_slope
+from stages.ground.normal_force import normal_force, static_penetration
+from stages.ground.operations import ARRAYS, SCALARS, rise, smoothstep
+from stages.ground.restitution import damping_factor
+
+ADAMS = ContactLaw(
+    contact_stiffness=1e5,
+    contact_exponent=2.2,
+    contact_damping=1e4,
+    damping_depth=1e-4,
+    static_friction=1.1,
+    dynamic_friction=1.0,
+    stiction_velocity=0.1,
+    friction_velocity=1.0,
+)
+NORMAL_LAWS = [dataclasses.replace(ADAMS, normal_force=name) for name in ("impact", "restitution")]
+FRICTION_LAWS = [dataclasses.replace(ADAMS, friction=name) for name in ("stribeck", "coulomb", "none")]
+both_normal = pytest.mark.parametrize("law", NORMAL_LAWS, ids=lambda law: law.normal_force)
+all_friction = pytest.mark.parametrize("law", FRICTION_LAWS, ids=lambda law: law.friction)
+
+
+def adams_step(x, x0, h0, x1, h1):
+    """STEP as the Adams manual writes it, piece by piece."""
+    s = (x - x0) / (x1 - x0)
+    return np.where(x <= x0, h0, np.where(x >= x1, h1, h0 + (h1 - h0) * s**2 * (3 - 2 * s)))
+
+
+def test_smoothstep_is_the_cubic_of_adams():
+    s = np.linspace(-0.5, 1.5, 4001)
+    assert np.allclose(smoothstep(s, ARRAYS), adams_step(s, 0, 0, 1, 1), atol=4e-16, rtol=0)
+    assert smoothstep(0.0, SCALARS) == 0.0 and smoothstep(1.0, SCALARS) == 1.0
+    assert rise(-1.0, SCALARS) == -1.0 and rise(1.0, SCALARS) == 1.0 and rise(0.0, SCALARS) == 0.0
+
+
+def test_stiffness_in_si_units():
+    assert ADAMS.stiffness_si == pytest.approx(3.98107e11, rel=1e-6)
+    one_millimetre = dataclasses.replace(ADAMS, contact_damping=0.0)
+    assert normal_force(one_millimetre, 1e-3, 0.0) == pytest.approx(1e5, rel=1e-12)
+
+
+def test_impact_is_the_formula_of_the_paper_where_it_does_not_pull():
+    depth = np.linspace(1e-6, 3e-4, 200)[:, None]
+    rate = np.linspace(-0.4, 0.4, 81)[None, :]
+    raw = ADAMS.stiffness_si * depth**2.2 + adams_step(depth, 0, 0, 1e-4, 1e4) * rate
+    assert np.allclose(normal_force(ADAMS, depth, rate), np.maximum(raw, 0.0), rtol=1e-12, atol=1e-10)
+    assert raw.min() < -1000.0  # the maximum matters on this grid
+
+
+def test_stribeck_is_the_piecewise_law_of_adams():
+    slip = np.linspace(-2.0, 2.0, 8001)
+    speed = np.abs(slip)
+    creeping = adams_step(slip, -0.1, -1.1, 0.1, 1.1)
+    sliding = np.sign(slip) * adams_step(speed, 0.1, 1.1, 1.0, 1.0)
+    expected = np.where(speed < 0.1, creeping, sliding)
+    assert np.allclose(friction_coefficient(ADAMS, slip), expected, atol=1e-15, rtol=0)
+
+
+@both_normal
+@settings(max_examples=300, deadline=None)
+@given(gap=st.floats(0.0, 1.0), rate=st.floats(-5.0, 5.0))
+def test_no_force_out_of_contact(law, gap, rate):
+    assert normal_force(law, -gap, rate, SCALARS) == 0.0
+
+
+@both_normal
+@settings(max_examples=300, deadline=None)
+@given(depth=st.floats(0.0, 1e-2), rate=st.floats(-5.0, 5.0))
+def test_the_ground_never_pulls_and_its_damping_never_gives_energy(law, depth, rate):
+    force = normal_force(law, depth, rate, SCALARS)
+    elastic = law.stiffness_si * depth**law.contact_exponent
+    assert force >= 0.0
+    assert (force - elastic) * rate >= -1e-12 * elastic * abs(rate)
+
+
+@both_normal
+def test_normal_force_grows_with_depth_and_rate(law):
+    depth, rate = np.linspace(0.0, 5e-4, 400), np.linspace(0.0, 1.0, 50)
+    force = normal_force(law, depth[:, None], rate[None, :])
+    assert np.all(np.diff(force, axis=0) > 0.0)
+    assert np.all(np.diff(force, axis=1) >= 0.0) and np.all(np.diff(force[1:], axis=1) > 0.0)
+
+
+@both_normal
+@pytest.mark.parametrize("rate", [-0.5, 0.0, 0.5])
+def test_normal_force_is_continuous(law, rate):
+    depth = np.linspace(-1e-5, 3e-4, 200_001)
+    jumps = np.abs(np.diff(normal_force(law, depth, np.full_like(depth, rate))))
+    slope = law.stiffness_si * law.contact_exponent * 3e-4 ** (law.contact_exponent - 1) * 20 + 1.5 * 1e4 / 1e-4
+    assert jumps.max() < slope * (depth[1] - depth[0])
+
+
+@pytest.mark.parametrize("name", ["impact", "restitution"])
+@pytest.mark.parametrize("force", [1e-3, 10.0, 500.0])
+def test_static_penetration_carries_the_force(name, force):
+    law = dataclasses.replace(ADAMS, normal_force=name)
+    assert normal_force(law, static_penetration(law, force), 0.0) == pytest.approx(force, rel=1e-12)
+
+
+@all_friction
+def test_friction_is_odd_bounded_and_against_the_slip(law):
+    slip = np.concatenate([np.logspace(-12, 2, 3000), [0.05, 0.1, 0.55, 1.0]])
+    forward, backward = friction_coefficient(law, slip), friction_coefficient(law, -slip)
+    assert np.array_equal(forward, -backward)
+    assert friction_coefficient(law, 0.0) == 0.0
+    assert np.all(forward * slip >= 0.0) and forward.max() <= law.static_friction
+
+
+def test_friction_limits():
+    stribeck, coulomb, none = FRICTION_LAWS
+    assert friction_coefficient(stribeck, 0.1) == 1.1 and friction_coefficient(stribeck, 7.0) == 1.0
+    assert friction_coefficient(coulomb, 7.0) == 1.1
+    assert friction_coefficient(none, 7.0) == 0.0
+    assert friction_coefficient(stribeck, 1e-6) / 1e-6 == pytest.approx(1.5 * 1.1 / 0.1, rel=1e-6)
+
+
+@all_friction
+def test_friction_is_continuous_and_rises_only_below_the_stiction_velocity(law):
+    slip = np.linspace(0.0, 1.5, 300_001)
+    change = np.diff(friction_coefficient(law, slip))
+    assert np.abs(change).max() <= 1.5 * 1.1 / 0.1 * (slip[1] - slip[0]) * (1 + 1e-9)
+    assert np.all(change[slip[1:] > 0.1] <= 1e-15) and np.all(change >= -1.5 * 0.1 / 0.9 * 5.1e-6)
+
+
+@all_friction
+@settings(max_examples=200, deadline=None)
+@given(angle=st.floats(0.0, 6.3), speed=st.floats(0.0, 3.0))
+def test_friction_in_two_directions_points_along_the_slip(law, angle, speed):
+    x, z = speed * np.cos(angle), speed * np.sin(angle)
+    slope = friction_slope(law, x, z, SCALARS)
+    assert slope * speed == pytest.approx(friction_coefficient(law, speed, SCALARS), abs=1e-9)
+
+
+@settings(max_examples=100, deadline=None)
+@given(restitution=st.floats(0.05, 1.0), speed=st.floats(0.01, 10.0))
+def test_restitution_factor_solves_its_equation(restitution, speed):
+    x = damping_factor(restitution, speed) * speed
+    y = restitution * x
+    assert x - np.log1p(x) == pytest.approx(-y - np.log1p(-y), rel=1e-7, abs=1e-12)
+
+
+@pytest.mark.parametrize("restitution", [0.1, 0.5, 0.9, 1.0])
+@pytest.mark.parametrize("mass", [0.3, 30.0])
+def test_a_ball_bounces_back_with_the_restitution(restitution, mass):
+    law = dataclasses.replace(ADAMS, normal_force="restitution", restitution=restitution, impact_speed=0.3)
+
+    def free(_, state):
+        return [state[1], -normal_force(law, state[0], state[1], SCALARS) / mass]
+
+    def left(time, state):
+        return state[0] if time > 1e-7 else 1.0
+
+    left.terminal, left.direction = True, -1
+    flight = solve_ivp(free, (0, 1), [0.0, 0.3], rtol=1e-10, atol=1e-14, events=left, max_step=1e-4)
+    assert -flight.y[1, -1] == pytest.approx(restitution * 0.3, rel=1e-4)
+
+
+def test_feet_that_share_a_law_act_as_it():
+    half = ADAMS.shared_by(2)
+    assert 2 * normal_force(half, 3e-5, 0.1) == pytest.approx(normal_force(ADAMS, 3e-5, 0.1), rel=1e-14)
+    assert half.static_friction == ADAMS.static_friction

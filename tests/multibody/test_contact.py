@@ -1,0 +1,107 @@
+"""The compiled contact is the law of stages.ground, on a grid and through a walk."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stages.ground.normal_force import static_penetration
+from stages.ground.operations import ARRAYS, SCALARS
+from stages.multibody.contact import SYMBOLS, disc_force, point_force, symbolic
+from stages.multibody.state import PlanarState
+from stages.multibody.walk import build, simulate
+
+LAWS = [(normal, friction) for normal in ("impact", "restitution") for friction in ("stribeck", "coulomb", "none")]
+
+
+@pytest.fixture
+def recording():
+    """Operations on symbols build expressions only while recording."""
+    before = symbolic.GetRecording()
+    symbolic.SetRecording(True)
+    yield
+    symbolic.SetRecording(before)
+
+
+def contact_grid():
+    generator = np.random.default_rng(7)
+    depth = generator.uniform(-1, 1, 2000) * 10.0 ** generator.uniform(-7, -3, 2000)
+    slip = generator.normal(size=2000) * 10.0 ** generator.uniform(-5, 0.5, 2000)
+    return depth, generator.normal(size=2000) * 0.3, slip, generator.normal(size=2000)
+
+
+@pytest.mark.parametrize(("normal", "friction"), LAWS)
+def test_symbols_floats_and_arrays_agree(recording, contact, normal, friction):
+    law = dataclasses.replace(contact, normal_force=normal, friction=friction)
+    depth, rate, slip, turn = contact_grid()
+    arguments = 0.083 - depth, slip, rate, turn
+    names = [symbolic.Real(name, 0.0) for name in ("height", "along", "upward", "turn")]
+    expressions = disc_force(law, 0.083, *names, SYMBOLS)
+    compiled, plain = [], []
+    for row in zip(*arguments):
+        for name, value in zip(names, row):
+            name.SetValue(float(value))
+        compiled.append([expression.Evaluate() for expression in expressions])
+        plain.append(disc_force(law, 0.083, *map(float, row), SCALARS))
+    arrays = np.column_stack(disc_force(law, 0.083, *arguments, ARRAYS))
+    assert np.array_equal(compiled, plain)
+    assert np.allclose(arrays, plain, rtol=1e-12, atol=1e-12)
+    assert np.count_nonzero(arrays[:, 1]) > 500
+
+
+def test_spatial_force_with_slip_in_one_direction_is_the_planar_one(contact):
+    depth, rate, slip, _ = contact_grid()
+    height = 0.083 - depth
+    x, normal, z = point_force(contact, 0.083 - height, rate, slip, 0.0 * slip, ARRAYS)
+    planar, same_normal = disc_force(contact, 0.083, height, slip, -rate, 0.0, ARRAYS)
+    assert np.array_equal(normal, same_normal)
+    assert np.allclose(x, planar, rtol=1e-9, atol=1e-6) and np.all(z == 0.0)
+
+
+def test_a_walk_with_the_compiled_law_has_the_bits_of_one_with_python(biped, slope, contact, start, settings):
+    runs = [
+        simulate(
+            biped,
+            slope,
+            contact,
+            start,
+            settings,
+            steps=1,
+            assembly=build(biped, slope, contact, settings, compiled=compiled),
+        ).trajectory
+        for compiled in (True, False)
+    ]
+    assert np.array_equal(runs[0].time, runs[1].time)
+    assert np.array_equal(runs[0].position, runs[1].position)
+    assert np.array_equal(runs[0].ground_reaction, runs[1].ground_reaction)
+
+
+def test_recorded_forces_are_the_law_at_the_recorded_state(two_steps, biped, contact):
+    trajectory = two_steps.trajectory
+    held = trajectory.in_play(trajectory.time)
+    for leg in (0, 1):
+        angle, rate = trajectory.position[:, 2 + leg], trajectory.velocity[:, 2 + leg]
+        reach, reach_rate = trajectory.position[:, 4 + leg] - biped.foot_radius, trajectory.velocity[:, 4 + leg]
+        height = trajectory.position[:, 1] - reach * np.cos(angle)
+        along = trajectory.velocity[:, 0] + reach_rate * np.sin(angle) + reach * rate * np.cos(angle)
+        upward = trajectory.velocity[:, 1] - reach_rate * np.cos(angle) + reach * rate * np.sin(angle)
+        law = np.column_stack(disc_force(contact, biped.foot_radius, height, along, upward, rate, ARRAYS))
+        law[~held[:, leg]] = 0.0
+        assert np.allclose(trajectory.ground_reaction[:, leg], law, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("assembly", ["tree", "joints"])
+def test_standing_still_sinks_to_the_static_penetration(biped, slope, contact, settings, assembly):
+    level = dataclasses.replace(slope, slope_deg=0.0)
+    carried = 0.5 * biped.total_mass * level.gravity
+    squeezed = 0.5 * biped.hip_mass * level.gravity / biped.stiffness
+    standing = PlanarState((0.0, 0.333), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.333, 0.333), (0.0, 0.0), (True, True))
+    coarse = dataclasses.replace(settings, assembly=assembly, impact_step=2e-4)
+    run = simulate(biped, level, contact, standing, coarse, duration=1.5)
+    assert run.completed
+    end = run.last_state
+    assert end.leg_length == pytest.approx([0.333 - squeezed] * 2, abs=1e-9)
+    sunk = end.leg_length[0] - end.hip_position[1]
+    assert sunk == pytest.approx(static_penetration(contact, carried), rel=1e-4)
+    assert run.trajectory.ground_reaction[-1, :, 1] == pytest.approx([carried] * 2, rel=1e-5)
+    assert abs(run.trajectory.ground_reaction[-1, :, 0]).max() < 1e-9

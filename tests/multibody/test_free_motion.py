@@ -1,0 +1,86 @@
+"""Both assemblies away from the ground, against textbook solutions."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stages.multibody.energy import kinetic_energy, mass_moment, spring_energy
+from stages.multibody.state import PlanarState
+from stages.multibody.walk import simulate
+
+ASSEMBLIES = pytest.mark.parametrize("assembly", ["tree", "joints"])
+LEGS = pytest.mark.parametrize("legs", ["compliant", "rigid"])
+TUMBLING = PlanarState((0.0, 1.0), (0.3, 0.5), (0.2, -0.3), (3.0, -2.0), (0.333, 0.333), (0.0, 0.0), (False, False))
+
+
+def fly(biped, slope, contact, settings, assembly, state=TUMBLING, duration=0.15):
+    fine = dataclasses.replace(settings, assembly=assembly, rolling_step=1e-4)
+    high = dataclasses.replace(state, hip_position=(0.0, 5.0))
+    run = simulate(biped, slope, contact, high, fine, duration=duration)
+    assert run.completed
+    return run
+
+
+@ASSEMBLIES
+@LEGS
+def test_mass_centre_falls_on_a_parabola(biped, slope, contact, settings, assembly, legs):
+    design = dataclasses.replace(biped, legs=legs, leg_inertia=2e-3)
+    flight = fly(design, slope, contact, settings, assembly).trajectory
+    centre = mass_moment(design, flight.position) / design.total_mass
+    gravity, t = np.array(slope.gravity_vector), flight.time[:, None]
+    thrown = moving_masses(design, flight.position, flight.velocity)
+    start_velocity = sum(mass * velocity[0] for mass, _, velocity in thrown) / design.total_mass
+    parabola = centre[0] + start_velocity * t + 0.5 * gravity * t**2
+    assert np.abs(centre - parabola).max() < 1e-6
+
+
+@ASSEMBLIES
+@LEGS
+def test_undamped_flight_keeps_its_energy_and_spin(biped, slope, contact, settings, assembly, legs):
+    design = dataclasses.replace(biped, legs=legs, leg_inertia=2e-3, damping=0.0)
+    flight = fly(design, slope, contact, settings, assembly).trajectory
+    position, velocity = flight.position, flight.velocity
+    energy = kinetic_energy(design, position, velocity) + spring_energy(design, position)
+    energy = energy - mass_moment(design, position) @ np.array(slope.gravity_vector)
+    assert np.abs(energy - energy[0]).max() < 1e-5 * kinetic_energy(design, position, velocity)[0]
+    spin = spin_about_mass_centre(design, position, velocity)
+    assert np.abs(spin - spin[0]).max() < 1e-6 * abs(spin[0])
+
+
+@ASSEMBLIES
+def test_legs_ring_like_two_masses_on_a_damped_spring(biped, slope, contact, settings, assembly):
+    stretched = dataclasses.replace(
+        TUMBLING, hip_velocity=(0.0, 0.0), leg_angle=(0.0, 0.0), leg_rate=(0.0, 0.0), leg_length=(0.343, 0.343)
+    )
+    level = dataclasses.replace(slope, slope_deg=0.0)
+    flight = fly(biped, level, contact, settings, assembly, stretched, duration=0.1).trajectory
+    compliance = 1.0 / biped.hip_mass + 0.5 / biped.foot_mass  # one hip against two feet
+    decay = biped.damping * compliance
+    ringing = np.sqrt(2 * biped.stiffness * compliance - decay**2 + 0j)
+    t = flight.time
+    expected = (0.01 * np.exp(-decay * t) * (np.cos(ringing * t) + decay / ringing * np.sin(ringing * t))).real
+    assert np.abs(flight.position[:, 4] - 0.333 - expected).max() < (1e-8 if assembly == "tree" else 2e-5)
+
+
+def moving_masses(biped, position, velocity):
+    """Mass, position and velocity of hip and feet."""
+    masses = [(biped.hip_mass, position[:, :2], velocity[:, :2])]
+    for leg in (0, 1):
+        angle, rate = position[:, 2 + leg, None], velocity[:, 2 + leg, None]
+        arm, arm_rate = position[:, 4 + leg, None] - biped.foot_com, velocity[:, 4 + leg, None]
+        along, across = np.hstack([np.sin(angle), -np.cos(angle)]), np.hstack([np.cos(angle), np.sin(angle)])
+        foot, foot_velocity = arm * along, arm_rate * along + arm * rate * across
+        masses.append((biped.foot_mass, position[:, :2] + foot, velocity[:, :2] + foot_velocity))
+    return masses
+
+
+def spin_about_mass_centre(biped, position, velocity):
+    masses = moving_masses(biped, position, velocity)
+    centre = sum(mass * place for mass, place, _ in masses) / biped.total_mass
+    drift = sum(mass * motion for mass, _, motion in masses) / biped.total_mass
+    spin = biped.leg_inertia * velocity[:, 2:4].sum(axis=1)
+    for mass, place, motion in masses:
+        lever, speed = place - centre, motion - drift
+        spin = spin + mass * (lever[:, 0] * speed[:, 1] - lever[:, 1] * speed[:, 0])
+    return spin
