@@ -1,0 +1,87 @@
+"""How far the models agree: constraint model with Exudyn's, simple model with the twin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.integrate import trapezoid
+
+from stages.biped.quantity import quantity
+from stages.biped.walk import Walk
+from stages.comparison.hip_motion import HipDifference, between_cycles, from_same_start, overlay
+from stages.comparison.parameters import Settings
+from stages.comparison.stride import last_stride, normalised_rms, step_periods, steps_to_settle
+
+#: Full scale of the paper's accelerometer [m/s^2] (section 7.2).
+FOUR_G = 4 * 9.80665
+
+
+@dataclass(frozen=True)
+class ModelAgreement:
+    """Constraint model against the penalty model."""
+
+    same_start: HipDifference = quantity("-", "largest difference over one step from the same mid-stance state")
+    same_start_median_velocity: np.ndarray = quantity("m/s", "median velocity difference over that step, shape (2,)")
+    settled: HipDifference = quantity("-", "largest difference of the settled cycles at equal phase")
+    period_difference: float = quantity("s", "step period of the penalty model minus the constraint model's")
+    step_length_difference: float = quantity("m", "step length of the penalty model minus the constraint model's")
+    creep_velocity: float = quantity("m/s", "mean slip velocity of the loaded foot in the penalty model's single stance")
+    energy_residual: float = quantity("1", "what the penalty model's energy balance does not close")
+
+
+def compare_models(analytic: Any, multibody: Any, settings: Settings) -> ModelAgreement:
+    """Agreement of the results of the analytic and the multibody stage."""
+    period = analytic.gait.period_s
+    laid = overlay(analytic.walk, multibody.walk, period)
+    return ModelAgreement(
+        same_start=from_same_start(analytic.walk, multibody.walk, period),
+        same_start_median_velocity=np.median(np.abs(laid.velocity), axis=0),
+        settled=between_cycles(
+            last_stride(analytic.walk, settings.phase_points), last_stride(multibody.walk, settings.phase_points)),
+        period_difference=multibody.cycle.period_s - period,
+        step_length_difference=multibody.cycle.step_length_m - analytic.gait.step_length_m,
+        creep_velocity=creep_velocity(multibody.walk, multibody.slip_velocity),
+        energy_residual=multibody.energy.relative_residual,
+    )
+
+
+def creep_velocity(walk: Walk, slip: np.ndarray) -> float:
+    """Mean slip speed [m/s] of the one foot on the ground, from the slip velocities (n, 2) of both."""
+    loaded = walk.ground_reaction[:, :, 1] > 0
+    alone = loaded.sum(axis=1) == 1
+    return float(np.abs(np.where(loaded, slip, 0.0).sum(axis=1))[alone].mean()) if alone.any() else 0.0
+
+
+@dataclass(frozen=True)
+class TwinAgreement:
+    """The twin against the simple (planar multibody) model."""
+
+    steps_to_settle: int = quantity("1", "steps until the step period stays within the tolerance; -1 if never")
+    step_frequency: float = quantity("Hz", "step frequency over the twin's last stride")
+    normalised_rms: np.ndarray = quantity("1", "rms difference over range of six sensor signals at equal phase, (6,)")
+    peak_specific_force: float = quantity("m/s^2", "largest specific force at the twin's hip sensor, last stride")
+    peak_foot_specific_force: float = quantity("m/s^2", "largest specific force at the twin's foot sensor, last stride")
+    peak_rate: float = quantity("rad/s", "largest angular velocity of the twin's sensors, last stride")
+    time_above_range: float = quantity("s", "time a step that a component of the twin's specific force is above 4 g")
+
+
+def compare_twin(twin: Any, multibody: Any, settings: Settings) -> TwinAgreement:
+    """Agreement of the results of the twin and the multibody stage, both settled."""
+    ours = last_stride(twin.walk, settings.phase_points)
+    simple = last_stride(multibody.walk, settings.phase_points)
+    walk, start = twin.walk, twin.walk.heel_strike_time[-3]
+    last = walk.time >= start
+    hip, foot = (np.abs(force[last]).max(axis=1) for force in (walk.hip_specific_force, walk.foot_specific_force))
+    above = np.maximum(hip, foot) > FOUR_G
+    steps = int((walk.heel_strike_time >= start).sum()) - 1
+    return TwinAgreement(
+        steps_to_settle=steps_to_settle(walk, settings.settling_tolerance),
+        step_frequency=float(1 / np.mean(step_periods(walk)[-2:])),
+        normalised_rms=normalised_rms(ours.signals, simple.signals),
+        peak_specific_force=float(hip.max()),
+        peak_foot_specific_force=float(foot.max()),
+        peak_rate=float(np.abs(walk.hip_angular_velocity[last]).max()),
+        time_above_range=float(trapezoid(above.astype(float), walk.time[last]) / steps),
+    )

@@ -1,0 +1,68 @@
+"""One look for all figures: colour-blind-safe, readable in grey, the same bytes from the same data."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt  # noqa: E402 - the backend has to be chosen first
+from matplotlib.axes import Axes  # noqa: E402
+from matplotlib.figure import Figure  # noqa: E402
+
+#: Okabe and Ito's palette, one colour a source.
+ANALYTIC, MULTIBODY, TWIN, MEASURED, GROUND = "#0072B2", "#D55E00", "#000000", "#999999", "#8C6D46"
+SECOND, THIRD = "#009E73", "#CC79A7"
+
+ONE_COLUMN, TWO_COLUMNS = 3.5, 7.2  # inches
+
+RULES = {
+    "font.family": "DejaVu Sans",
+    "font.size": 8,
+    "axes.titlesize": 8,
+    "axes.labelsize": 8,
+    "legend.fontsize": 7,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.linewidth": 0.4,
+    "grid.color": "#DDDDDD",
+    "axes.axisbelow": True,
+    "lines.linewidth": 1.2,
+    "legend.frameon": False,
+    "figure.constrained_layout.use": True,
+    "svg.hashsalt": "bipedstudy",
+    "pdf.fonttype": 42,
+    "pdf.compression": 9,
+}
+
+
+@contextmanager
+def drawing() -> Iterator[None]:
+    """Draw under the study's rules, whatever the user's own defaults are."""
+    with plt.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(RULES)
+        yield
+
+
+def panel_label(axes: Axes, letter: str) -> None:
+    """A panel's letter, at its upper left corner outside the axes."""
+    axes.set_title(f"({letter})", loc="left", fontweight="bold")
+
+
+def pictures(name: str, figure: Figure, dpi: int) -> dict[str, bytes]:
+    """The figure as PNG and PDF, keyed by the path relative to the results folder; closes the figure."""
+    files = {}
+    for suffix, metadata in (("png", {"Software": None}), ("pdf", {"CreationDate": None, "Producer": None, "Creator": None})):
+        buffer = io.BytesIO()
+        figure.savefig(buffer, format=suffix, dpi=dpi, metadata=metadata)
+        files[f"figures/{name}.{suffix}"] = buffer.getvalue()
+    plt.close(figure)
+    return files

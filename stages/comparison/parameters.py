@@ -1,0 +1,43 @@
+"""Settings of the comparison."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stages.biped.design import Biped
+from stages.biped.quantity import Bound, parameter
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What counts as agreement, and how pictures are made."""
+
+    FILE: ClassVar[str] = "comparison"
+
+    frequency_tolerance: float = parameter(
+        "1", "largest relative difference of step frequencies called equal", bound=Bound(above=0, maximum=1))
+    position_limit: float = parameter("m", "largest hip difference the paper states", bound=Bound(above=0))
+    velocity_limit: float = parameter("m/s", "largest hip velocity difference the paper states", bound=Bound(above=0))
+    settling_tolerance: float = parameter(
+        "1", "relative difference of step periods below which the twin has settled", bound=Bound(above=0, below=1))
+    similarity_limit: float = parameter(
+        "1", "rms difference over range below which two curves are called nearly identical",
+        bound=Bound(above=0, maximum=1))
+    enclosure_share: float = parameter(
+        "1", "share of the stride from which the measurements are said to enclose a curve",
+        bound=Bound(above=0, maximum=1))
+    phase_points: int = parameter("1", "points of a stride", bound=Bound(minimum=11, maximum=100_001))
+    resolution_dpi: int = parameter("1/inch", "resolution of the PNG figures", bound=Bound(minimum=50, maximum=1200))
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Parameters of the comparison stage."""
+
+    biped: Biped
+    slope: Slope
+    contact: ContactLaw
+    settings: Settings

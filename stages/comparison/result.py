@@ -1,0 +1,30 @@
+"""What the comparison hands on: numbers, claims and figures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stages.biped.quantity import quantity
+from stages.comparison.agreement import ModelAgreement, TwinAgreement
+from stages.comparison.claims import Claim
+from stages.comparison.measurement import MeasurementAgreement
+
+
+@dataclass(frozen=True)
+class Result:
+    """Agreement of all sources, and the paper's claims with their verdicts."""
+
+    models: ModelAgreement = quantity("-", "constraint model against penalty model")
+    twin: TwinAgreement = quantity("-", "twin against simple model")
+    measurement: MeasurementAgreement = quantity("-", "measurements against twin")
+    claims: tuple[Claim, ...] = quantity("-", "the paper's claims")
+    files: dict[str, bytes] = quantity("-", "figures and claims, by path in the results folder")
+
+    def summary(self) -> str:
+        """Verdicts counted, in one line."""
+        verdicts = [claim.holds for claim in self.claims]
+        pictures = sum(name.endswith(".png") for name in self.files)
+        return (
+            f"{verdicts.count(True)} claims hold, {verdicts.count(False)} do not, {verdicts.count(None)} undecided; "
+            f"{pictures} figures"
+        )

@@ -1,0 +1,82 @@
+"""Comparison stage: how far all sources agree, the paper's claims with verdicts, and its figures.
+
+Inputs: the results of all other stages. Settings: params/comparison.yaml. Outputs: `Result`, figures, claims.yaml.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from stages.biped.progress import Progress, ignore
+from stages.comparison import claims
+from stages.comparison.agreement import ModelAgreement, TwinAgreement, compare_models, compare_twin
+from stages.comparison.figures import figure_02, figure_07, figure_08, figure_10, figure_16, style
+from stages.comparison.measurement import MeasurementAgreement, compare_measurement
+from stages.comparison.parameters import Parameters
+from stages.comparison.result import Result
+from stages.comparison.stride import last_stride
+
+
+def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
+    """Compare, judge and draw.
+
+    Raises ValueError if one of the walks is too short to hold a whole stride.
+    """
+    settings = parameters.settings
+    models = compare_models(inputs["analytic"], inputs["multibody"], settings)
+    twin = compare_twin(inputs["twin"], inputs["multibody"], settings)
+    stride = last_stride(inputs["twin"].walk, settings.phase_points)
+    measured = compare_measurement(inputs["imu"], stride, twin.step_frequency)
+    progress(0.2, "judging the claims")
+    verdicts = judge(parameters, inputs, models, twin, measured)
+    progress(0.3, "drawing")
+    files = {"claims.yaml": claims.as_yaml(verdicts), **draw_all(parameters, inputs)}
+    return Result(models, twin, measured, verdicts, files)
+
+
+def judge(
+    parameters: Parameters,
+    inputs: Mapping[str, Any],
+    models: ModelAgreement,
+    twin: TwinAgreement,
+    measured: MeasurementAgreement,
+) -> tuple[claims.Claim, ...]:
+    """All claims in the paper's order."""
+    analytic, settings = inputs["analytic"], parameters.settings
+    return (
+        claims.step_frequency(analytic, settings),
+        claims.stable_gait(analytic),
+        claims.multipliers_minimised(analytic),
+        claims.twice_differentiated_constraints(analytic),
+        claims.rolling_without_slip(analytic, parameters.contact.static_friction),
+        claims.hip_displacement(models, settings),
+        claims.hip_velocity(models, settings),
+        claims.integration_tolerance(analytic, models),
+        claims.twin_settles(twin),
+        claims.twin_like_simple(twin, settings),
+        claims.ramp_length(analytic),
+        claims.sensor_range(twin),
+        claims.measurement_encloses(measured, settings),
+        claims.measurement_slower(measured),
+    )
+
+
+def draw_all(parameters: Parameters, inputs: Mapping[str, Any]) -> dict[str, bytes]:
+    """All figures as files, by path in the results folder."""
+    settings, radius = parameters.settings, parameters.biped.foot_radius
+    analytic, multibody, twin, imu = (inputs[name] for name in ("analytic", "multibody", "twin", "imu"))
+    points, dpi = settings.phase_points, settings.resolution_dpi
+    limits = (settings.position_limit, settings.velocity_limit)
+    files: dict[str, bytes] = {}
+    with style.drawing():
+        for name, figure in (
+            (figure_02.NAME, figure_02.draw(analytic.walk, multibody.walk)),
+            (figure_07.NAME, figure_07.draw(multibody.walk, radius, parameters.slope.angle)),
+            (figure_08.NAME, figure_08.draw(analytic.walk, multibody.walk, 2 * analytic.gait.period_s, limits)),
+            (figure_10.NAME, figure_10.draw(twin.walk, twin.lanes, radius)),
+            (figure_16.NAME, figure_16.draw(
+                imu.ensemble_strides, imu.origin, last_stride(twin.walk, points), last_stride(multibody.walk, points))),
+        ):
+            files |= style.pictures(name, figure, dpi)
+    return files

@@ -1,0 +1,88 @@
+"""Strides of a simulated walk, stretched to a common phase so that walks of different period can be compared."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.biped.walk import Walk
+
+#: The six signals of a registered stride, in the order the ingest of measurements uses.
+SIGNALS = (
+    "hip_forward_force", "hip_up_force", "hip_lateral_rate", "foot_forward_force", "foot_up_force", "foot_lateral_rate")
+
+
+@dataclass(frozen=True)
+class Stride:
+    """One stride, heel strike to heel strike of the inner leg, at `phase` (p,) from 0 to 1.
+
+    `hip_position` (p, 2) starts at x = 0; `signals` (p, 6) are the sensors' in the order of `SIGNALS`.
+    """
+
+    phase: np.ndarray
+    period: float
+    hip_position: np.ndarray
+    hip_velocity: np.ndarray
+    signals: np.ndarray
+
+
+def sensor_signals(walk: Walk) -> np.ndarray:
+    """Both sensors' planar signals of a walk, (n, 6), in the order of `SIGNALS`."""
+    return np.column_stack([
+        walk.hip_specific_force, walk.hip_angular_velocity, walk.foot_specific_force, walk.foot_angular_velocity])
+
+
+def stride_bounds(walk: Walk) -> list[tuple[float, float]]:
+    """Start and end [s] of every whole stride of the inner leg."""
+    strikes = walk.heel_strike_time[walk.heel_strike_leg == 0]
+    inside = strikes[(strikes >= walk.time[0]) & (strikes <= walk.time[-1])]
+    return list(zip(inside[:-1].tolist(), inside[1:].tolist(), strict=True))
+
+
+def last_stride(walk: Walk, points: int) -> Stride:
+    """The last whole stride of a walk.
+
+    Raises ValueError if the walk has none.
+    """
+    bounds = stride_bounds(walk)
+    if not bounds:
+        raise ValueError("the walk is too short for a whole stride: nothing to compare")
+    start, end = bounds[-1]
+    phase = np.linspace(0, 1, points)
+    times = start + (end - start) * phase
+
+    def at(signal: np.ndarray) -> np.ndarray:
+        columns = signal.reshape(len(walk.time), -1)
+        return np.column_stack([np.interp(times, walk.time, column) for column in columns.T])
+
+    position = at(walk.hip_position)
+    position[:, 0] -= position[0, 0]
+    return Stride(phase, end - start, position, at(walk.hip_velocity), at(sensor_signals(walk)))
+
+
+def step_periods(walk: Walk) -> np.ndarray:
+    """Durations of all whole steps, (s - 1,) [s]."""
+    return np.diff(walk.heel_strike_time)
+
+
+def steps_to_settle(walk: Walk, tolerance: float) -> int:
+    """Number of steps after which the step period stays within `tolerance` (relative) of its last value; -1 if never.
+
+    The last value must itself be shown twice: the last two periods have to agree to the tolerance.
+    """
+    periods = step_periods(walk)
+    if len(periods) < 3:
+        return -1
+    settled = np.abs(periods / periods[-1] - 1) <= tolerance
+    if not settled[-2]:
+        return -1
+    unsettled = np.flatnonzero(~settled)
+    return int(unsettled[-1]) + 2 if unsettled.size else 1
+
+
+def normalised_rms(curve: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    """Rms difference of two sets of curves (p, k) over the range of the reference, (k,); NaN for a constant one."""
+    extent = np.ptp(reference, axis=0)
+    rms = np.sqrt(np.mean((curve - reference) ** 2, axis=0))
+    return np.divide(rms, extent, out=np.full_like(rms, np.nan), where=extent > 0)
