@@ -1,9 +1,10 @@
 """Heel strikes in the signals of the inner leg.
 
-The leg turns backward while it stands and forward while it swings, so its rate changes sign near every heel strike:
-from forward to backward when the inner leg lands, from backward to forward when the outer one does. The strike itself
-is where the specific force changes fastest near that crossing. Its time is then refined: all strikes of the same leg
-look alike, and each is shifted until it lies best on the mean of them.
+The leg rolls backward while it stands and turns forward while it swings. It turns round shortly before it lands, and
+again shortly after the other leg has landed: each turn has one heel strike near it, and its direction tells the leg.
+The strike itself is a short pulse of specific force. Its time is then refined: all strikes of the same leg look alike
+in all signals, and each is shifted until it lies best on the mean of them. A strike whose pulse fell into a hole of
+the recording is expected between its neighbours and placed by what is left of it.
 """
 
 from __future__ import annotations
@@ -15,9 +16,13 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.signal import find_peaks
 
 INNER, OUTER = 0, 1
+PULSE_S = 0.02  # longer than the pulse a heel strike leaves behind the sensor's low pass
 WINDOW_S = (-0.05, 0.07)  # around a strike, for the template
+SHIFTS_S = np.arange(-0.025, 0.0251, 0.001)
 REFINEMENTS = 4
-SEARCH_STEPS = 0.3  # half width of the search around a crossing, in steps
+SEARCH_STEPS = 0.3  # half width of the search around a turn, in steps
+LOBE_STEPS = 0.45  # how soon before and after a turn the leg must have moved, in steps
+FAINT = 0.6  # of a leg's median pulse: a fainter one is not the strike, which then lies in a hole
 QUIET_RATE = 0.25  # of the typical peak rate: below it the leg does not walk
 
 
@@ -33,30 +38,59 @@ NO_STRIKES = HeelStrikes(np.empty(0), np.empty(0, dtype=np.int64))
 
 
 def find_heel_strikes(
-    time: np.ndarray, force: np.ndarray, lateral_rate: np.ndarray, step_band_hz: tuple[float, float]
+    time: np.ndarray, force: np.ndarray, lateral_rate: np.ndarray, others: np.ndarray, step_band_hz: tuple[float, float]
 ) -> HeelStrikes:
-    """Heel strikes from an even grid: specific force (n, k) [m/s^2], rate about the lateral axis (n,) [rad/s]; NaN allowed."""
+    """Heel strikes from an even grid (n,) [s]; NaN marks holes.
+
+    force (n, k) [m/s^2] is searched for pulses; lateral_rate (n,) [rad/s] gives the turns of the inner leg; force and
+    `others` (n, j), any further signals, refine the times.
+    """
     dt = time[1] - time[0] if len(time) > 1 else 1.0
     period = step_period(lateral_rate, dt, step_band_hz)
     if not np.isfinite(period):
         return NO_STRIKES
     smooth = gaussian_filter1d(filled(lateral_rate), 0.06 * period / dt)
-    change = change_of_force(force, dt)
-    crossings = _crossings(smooth, period, dt)
+    sharpness = pulse_sharpness(np.column_stack([filled(axis) for axis in force.T]), dt)
     half = max(1, int(SEARCH_STEPS * period / dt))
-    rows, legs = [], []
-    for crossing, leg in crossings:
-        window = change[max(0, crossing - half) : crossing + half + 1]
-        if np.isfinite(window).any():
-            rows.append(max(0, crossing - half) + int(np.nanargmax(window)))
-            legs.append(leg)
-    if not rows:
+    found = turns(smooth, period, dt)
+    if not found:
         return NO_STRIKES
-    at, leg = time[rows], np.array(legs)
+    first = [max(0, turn - half) for turn, _ in found]
+    rows = np.array([start + np.argmax(sharpness[start : turn + half + 1]) for start, (turn, _) in zip(first, found)])
+    at, leg = time[rows], np.array([leg for _, leg in found])
+    hidden = in_hole(force, rows, max(1, round(0.75 * PULSE_S / dt)))
     for which in (INNER, OUTER):
-        at[leg == which] = refine(time, force, at[leg == which])
+        height = sharpness[rows[leg == which]]
+        hidden[leg == which] |= height < FAINT * np.median(height) if len(height) else False
+    signals = np.column_stack((force, others))
+    for which in (INNER, OUTER):
+        mine = leg == which
+        expected = expect_hidden(at[mine], hidden[mine], period)
+        at[mine] = refine(time, signals, expected, hidden[mine])
     order = np.argsort(at)
     return HeelStrikes(at[order], leg[order])
+
+
+def in_hole(force: np.ndarray, rows: np.ndarray, reach: int) -> np.ndarray:
+    """Whether each row (s,) has a hole of the signals within `reach` rows."""
+    hole = ~np.isfinite(force).all(axis=1)
+    count = np.append(0, np.cumsum(hole))
+    return count[np.minimum(rows + reach + 1, len(hole))] > count[np.maximum(rows - reach, 0)]
+
+
+def expect_hidden(at: np.ndarray, hidden: np.ndarray, period: float) -> np.ndarray:
+    """Times of one leg's strikes with those hidden in a hole put where the others expect them, two steps apart."""
+    seen = np.flatnonzero(~hidden)
+    if not hidden.any() or len(seen) < 2:
+        return at
+    number = np.append(0, np.cumsum(np.maximum(1, np.rint(np.diff(at) / (2 * period)))))
+    expected = at.copy()
+    for i in np.flatnonzero(hidden):
+        near = seen[np.argsort(np.abs(number[seen] - number[i]), kind="stable")[:4]]
+        slope, offset = np.polyfit(number[near] - number[i], at[near], 1)
+        if abs(offset - at[i]) < 0.5 * period:
+            expected[i] = offset
+    return expected
 
 
 def step_period(lateral_rate: np.ndarray, dt: float, step_band_hz: tuple[float, float]) -> float:
@@ -84,67 +118,71 @@ def filled(signal: np.ndarray) -> np.ndarray:
     return np.interp(row, row[known], signal[known])
 
 
-def change_of_force(force: np.ndarray, dt: float) -> np.ndarray:
-    """Magnitude (n,) of the rate of change of specific force [m/s^3]; NaN beside a hole."""
-    change = np.full(len(force), np.nan)
-    change[1:-1] = np.linalg.norm(force[2:] - force[:-2], axis=1) / (2 * dt)
-    return change
+def pulse_sharpness(force: np.ndarray, dt: float) -> np.ndarray:
+    """How far the force (n, k) stands out against itself a pulse length earlier and later, (n,) [m/s^2]."""
+    lag = max(1, round(PULSE_S / dt))
+    sharpness = np.zeros(len(force))
+    if len(force) > 2 * lag:
+        sharpness[lag:-lag] = np.linalg.norm(2 * force[lag:-lag] - force[2 * lag :] - force[: -2 * lag], axis=1)
+    return sharpness
 
 
-def _crossings(rate: np.ndarray, period: float, dt: float) -> list[tuple[int, int]]:
-    """Rows where the walking leg turns round, with the leg that lands there."""
+def turns(rate: np.ndarray, period: float, dt: float) -> list[tuple[int, int]]:
+    """Rows where the walking leg turns round, each with the leg that lands there."""
     peaks = np.abs(rate[find_peaks(np.abs(rate), distance=max(1, int(0.5 * period / dt)))[0]])
     if not len(peaks):
         return []
-    typical = np.quantile(peaks, 0.75)
-    sign = np.sign(rate)
-    turns = np.flatnonzero(sign[1:] * sign[:-1] < 0)
-    reach = int(0.6 * period / dt)
+    enough = QUIET_RATE * np.quantile(peaks, 0.75)
+    reach = max(1, int(LOBE_STEPS * period / dt))
     found = []
-    for turn in turns:
+    for turn in np.flatnonzero(rate[1:] * rate[:-1] < 0):
+        direction = np.sign(rate[turn])
         before, after = rate[max(0, turn - reach) : turn + 1], rate[turn + 1 : turn + 1 + reach]
-        if min(np.abs(before).max(), np.abs(after).max() if len(after) else 0.0) > QUIET_RATE * typical:
-            found.append((int(turn), INNER if rate[turn] > 0 else OUTER))
+        if (direction * before).max() > enough and (-direction * after).max() > enough:
+            found.append((int(turn), INNER if direction > 0 else OUTER))
     return found
 
 
-def refine(time: np.ndarray, force: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Times shifted so that the force around each strike lies best, in least squares, on the mean of all of them.
+def refine(time: np.ndarray, signals: np.ndarray, at: np.ndarray, hidden: np.ndarray) -> np.ndarray:
+    """Times (s,) shifted so that the signals (n, k) around each lie best, in least squares, on the mean of all.
 
-    The mean shift is kept at zero: what is refined is the spacing of the strikes.
+    The mean is that of the strikes that were seen, and their mean shift is kept at zero: what is refined is the
+    spacing of the strikes.
     """
-    if len(at) < 3:
+    seen = ~hidden
+    if seen.sum() < 3:
         return at
-    dt = time[1] - time[0]
-    offset = np.arange(WINDOW_S[0], WINDOW_S[1], dt)
-    shifts = np.arange(-0.012, 0.0121, 0.001)
+    offset = np.arange(WINDOW_S[0], WINDOW_S[1], time[1] - time[0])
+    scale = np.nanstd(_windows(time, signals, at[seen, None] + offset), axis=(0, 1))
+    scaled = signals / np.where(scale > 0, scale, 1.0)
     for _ in range(REFINEMENTS):
-        windows = _windows(time, force, at[:, None] + offset)
-        count = np.isfinite(windows).all(axis=2).sum(axis=0)
-        template = np.nansum(windows, axis=0) / np.maximum(count, 1)[:, None]
-        template[count == 0] = np.nan
-        moved = np.array([_best_shift(time, force, t + offset, template, shifts) for t in at])
-        at = at + moved - moved.mean()
+        windows = _windows(time, scaled, at[seen, None] + offset)
+        known = np.isfinite(windows)
+        count = known.sum(axis=0)
+        template = np.where(count > 0, np.where(known, windows, 0).sum(axis=0) / np.maximum(count, 1), np.nan)
+        moved = np.array([_best_shift(time, scaled, t + offset, template) for t in at])
+        at = at + moved - moved[seen].mean()
     return at
 
 
-def _windows(time: np.ndarray, force: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Force at the wanted times, by straight lines on the grid: shape wanted.shape + (k,)."""
-    return np.stack([np.interp(wanted, time, axis, left=np.nan, right=np.nan) for axis in force.T], axis=-1)
+def _windows(time: np.ndarray, signals: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Signals at the wanted times, by straight lines on the grid: shape wanted.shape + (k,)."""
+    return np.stack([np.interp(wanted, time, axis, left=np.nan, right=np.nan) for axis in signals.T], axis=-1)
 
 
-def _best_shift(
-    time: np.ndarray, force: np.ndarray, window: np.ndarray, template: np.ndarray, shifts: np.ndarray
-) -> float:
-    error = ((_windows(time, force, window + shifts[:, None]) - template) ** 2).sum(axis=2)
-    seen = np.isfinite(error).sum(axis=1)
-    cost = np.where(seen >= 0.5 * len(window), np.nansum(error, axis=1) / np.maximum(seen, 1), np.inf)
+def _best_shift(time: np.ndarray, signals: np.ndarray, window: np.ndarray, template: np.ndarray) -> float:
+    """Shift [s] at which the signals lie best on the template, refined by a parabola; 0 where little is left of them."""
+    error = (_windows(time, signals, window + SHIFTS_S[:, None]) - template) ** 2
+    known = np.isfinite(error).sum(axis=(1, 2))
+    enough = known >= 0.25 * template.size
+    cost = np.where(enough, np.nansum(error, axis=(1, 2)) / np.maximum(known, 1), np.inf)
     best = int(np.argmin(cost))
-    if not 0 < best < len(shifts) - 1 or not np.isfinite(cost[best - 1 : best + 2]).all():
-        return float(shifts[best]) if np.isfinite(cost[best]) else 0.0
+    if not 0 < best < len(cost) - 1 or not np.isfinite(cost[best - 1 : best + 2]).all():
+        return 0.0
     left, middle, right = cost[best - 1 : best + 2]
     curvature = left - 2 * middle + right
-    return float(shifts[best] + (0.5 * (left - right) / curvature if curvature > 0 else 0.0) * (shifts[1] - shifts[0]))
+    step = SHIFTS_S[1] - SHIFTS_S[0]
+    return float(SHIFTS_S[best] + (0.5 * (left - right) / curvature * step if curvature > 0 else 0.0))
 
 
 @dataclass(frozen=True)

@@ -201,15 +201,17 @@ def lever_arm(sensors: dict[str, BodySensor], settings: Settings) -> float:
 
 
 def strikes_of(sensors: dict[str, BodySensor], settings: Settings) -> HeelStrikes:
-    """Heel strikes of the run from the hip sensor, which seldom clips, else from the foot's."""
-    place = next((place for place in PLACES if place in sensors), None)
-    if place is None:
+    """Heel strikes of the run from the hip sensor, which seldom clips, with the foot's help; else from the foot's."""
+    present = [place for place in PLACES if place in sensors]
+    if not present:
         return NO_STRIKES
-    sensor = sensors[place]
-    grid = common_grid({place: sensor}, settings)
-    values = on_grid(sensor, grid, settings)
+    first, *rest = present
+    grid = common_grid({first: sensors[first]}, settings)
+    values = on_grid(sensors[first], grid, settings)
+    others = [values[:, [3 + LATERAL]]]
+    others += [on_grid(sensors[place], grid, settings)[:, [FORWARD, UP, 3 + LATERAL]] for place in rest]
     band = (settings.slowest_step_hz, settings.fastest_step_hz)
-    return find_heel_strikes(grid, values[:, [FORWARD, UP]], values[:, 3 + LATERAL], band)
+    return find_heel_strikes(grid, values[:, [FORWARD, UP]], values[:, 3 + LATERAL], np.hstack(others), band)
 
 
 def registered(sensors: dict[str, BodySensor], bounds: np.ndarray, settings: Settings) -> np.ndarray:

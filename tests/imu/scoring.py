@@ -9,7 +9,8 @@ import numpy as np
 from stages.imu.events import HeelStrikes, step_frequency
 from stages.imu.frames import angle_between
 from stages.imu.result import Run
-from tests.imu.stand_in import SETTINGS, Truth
+from stages.imu.sensor import filter_delay
+from tests.imu.stand_in import SENSOR, SETTINGS, Truth
 
 
 @dataclass(frozen=True)
@@ -28,10 +29,13 @@ class Score:
 def score(run: Run, truth: Truth) -> Score:
     clock, frame, delay = [], [], []
     for which, signals in enumerate((run.hip, run.foot)):
+        if not len(signals.time):
+            continue
         sent = truth.sent[which]
         row = {key: i for key, i in zip(zip(sent.packet, sent.position), sent.row)}
         rows = [row[key] for key in zip(signals.packet.astype(int), signals.position.astype(int))]
-        error = signals.time - truth.readings[which].time[rows]
+        # The time of a signal is that of its sample less the delay of the low pass.
+        error = signals.time + filter_delay(SENSOR.bandwidth_hz) - truth.readings[which].time[rows]
         clock.append(np.std(error))
         delay.append(np.mean(error))
         frame.append(angle_between(signals.rotation, truth.errors[which].rotation.T))
@@ -42,6 +46,6 @@ def score(run: Run, truth: Truth) -> Score:
     matched = len(set(np.abs(run.heel_strike_time[hit, None] - true).argmin(axis=1)))
     exact = step_frequency(HeelStrikes(truth.strikes[SETTINGS.skipped_steps :], truth.legs[SETTINGS.skipped_steps :]))
     return Score(
-        max(clock), delay[0], max(frame), matched / len(true), matched / len(error), float(np.abs(error[hit]).max()),
+        max(clock), delay[0], max(frame), matched / len(true), matched / len(error), float(np.abs(error[hit]).max(initial=0)),
         float(np.mean(error[hit])), bool((legs == run.heel_strike_leg)[hit].all()), run.step_frequency / exact.value - 1,
     )
