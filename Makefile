@@ -15,7 +15,7 @@ install: $(STUDY)
 study: $(STUDY)
 	$(BIN)/bipedstudy run-all
 
-test: $(TEST) check
+test: $(TEST)
 	$(PYTEST)
 
 test-slow: $(TEST)

@@ -11,7 +11,7 @@ import io
 import types
 import typing
 from collections.abc import Iterator, Mapping
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -29,7 +29,9 @@ T = TypeVar("T")
 
 def encode(result: Any, provenance: Mapping[str, str]) -> bytes:
     """The HDF5 file of a result dataclass. `provenance` becomes the attributes of the group `provenance`."""
-    with h5py.File("artefact", "w", driver="core", backing_store=False, libver=("v110", "v110"), track_order=True) as file:
+    with h5py.File(
+        "artefact", "w", driver="core", backing_store=False, libver=("v110", "v110"), track_order=True
+    ) as file:
         file.attrs["format"] = FORMAT
         _write_fields(file, result)
         group = file.create_group(_PROVENANCE)
@@ -107,14 +109,14 @@ def _opened(content: bytes, name: str) -> Any:
     return file
 
 
-@lru_cache(maxsize=None)
+@cache
 def _declared(cls: type) -> dict[str, tuple[Mapping[str, Any], Any]]:
     hints = typing.get_type_hints(cls)
     return {field.name: (field.metadata, hints[field.name]) for field in dataclasses.fields(cls)}
 
 
 def _write_fields(group: Any, result: Any) -> None:
-    for name, (metadata, _) in _declared(type(result)).items():
+    for name, (metadata, _) in _declared(result.__class__).items():
         if name != "files":
             _write(group, name, getattr(result, name), metadata)
 
@@ -165,13 +167,14 @@ def _read(group: Any, name: str, kind: Any) -> Any:
             return None
         kind = next(option for option in typing.get_args(kind) if option is not type(None))
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
-    if dataclasses.is_dataclass(kind) and isinstance(kind, type):
-        return _read_fields(group[name], kind)
+    if dataclasses.is_dataclass(kind):
+        return _read_fields(group[name], typing.cast(type, kind))
     if origin is dict or origin is Mapping:
         return {key: _read(group[name], key, arguments[1]) for key in group[name]}
     if origin is tuple and dataclasses.is_dataclass(arguments[0]):
         item = group[name]
-        return tuple(_read_fields(item[key], arguments[0]) for key in item) if isinstance(item, h5py.Group) else ()
+        row: Any = arguments[0]
+        return tuple(_read_fields(item[key], row) for key in item) if isinstance(item, h5py.Group) else ()
     value = _python_value(group[name])
     if kind in (float, int, bool, str):
         return kind(value)

@@ -81,7 +81,22 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     except OSError as error:
         about = f"{error.filename}: " if error.filename else ""
         code = _say([f"{about}{error.strerror or error}"], FAILED)
+    except Exception as error:
+        code = _say([f"unexpected {type(error).__name__}: {error}; {_account()}"], FAILED)
     sys.exit(code)
+
+
+def _account() -> str:
+    """Keep the traceback of the error being handled in a file, and say where."""
+    import tempfile
+    import traceback
+
+    try:
+        with tempfile.NamedTemporaryFile("w", prefix="bipedstudy-", suffix=".log", delete=False) as file:
+            traceback.print_exc(file=file)
+    except OSError:
+        return "its full account could not be kept"
+    return f"the full account is in {file.name}"
 
 
 def _say(sentences: Any, code: int) -> int:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import re
 import sys
 from collections.abc import Iterable
 from functools import lru_cache
+from pathlib import Path
 
 _NAME_OF_MODULE = {"sksundae": "scikit-sundae", "PIL": "pillow", "yaml": "pyyaml", "mpl_toolkits": "matplotlib"}
 _BENEATH = {
@@ -50,7 +50,7 @@ def _installed() -> dict[str, str]:
     found: dict[str, str] = {}
     for folder in sys.path:
         try:
-            names = os.listdir(folder or ".")
+            names = [path.name for path in Path(folder or ".").iterdir()]
         except OSError:
             continue
         for entry in names:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import queue
 import shutil
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -40,18 +40,16 @@ class Outcome:
 
 
 def bring_up_to_date(
-    study: Study, names: Iterable[str], display: Display, *, force: Iterable[str] = (), jobs: int = 1
+    study: Study, values: Mapping[str, Any], display: Display, *, force: Iterable[str] = (), jobs: int = 1
 ) -> list[Outcome]:
-    """Make the results of `names` (in order, with everything upstream) current; stages in `force` are computed anew.
+    """Make the results of the stages in `values` current; those in `force` are computed anew.
 
-    Call it under the results folder's lock. Raises `StudyError` for wrong parameters before anything runs, and
-    `StageFailed` after everything that could be done was done.
+    `values` maps each stage, in order and with everything upstream, to its checked parameters. Call it under the
+    results folder's lock. Raises `StageFailed` after everything that could be done was done.
     """
-    ordered = tuple(names)
-    planner = Planner(study, study.parameters(ordered))
-    run = _Run(study, planner, display, frozenset(force), max(1, jobs))
+    run = _Run(study, Planner(study, values), display, frozenset(force), max(1, jobs))
     try:
-        run.all(list(ordered))
+        run.all(list(values))
     finally:
         run.close()
     if run.failures:
@@ -59,7 +57,7 @@ def bring_up_to_date(
         failed = StageFailed(run.failures)
         failed.exit_code = code
         raise failed
-    return [run.outcomes[name] for name in ordered]
+    return [run.outcomes[name] for name in values]
 
 
 class _Run:
@@ -99,7 +97,7 @@ class _Run:
         return all(above in self.entries for above in self.study.graph.upstream(name))
 
     def _guarded(self, name: str, action: Any, *arguments: Any) -> None:
-        """Carry out one step of a stage; a failing disk ends the stage with a sentence, not the run with a traceback."""
+        """Carry out one step of a stage; a failing disk ends the stage with a sentence."""
         try:
             action(name, *arguments)
         except OSError as error:
@@ -174,7 +172,9 @@ class _Run:
         worker.log.unlink(missing_ok=True)
         store = self.study.store
         if store.keep(worker.log.parent, entry):
-            self.display.note(f"{name}: computing it again gave other bytes than before; the stage is not deterministic")
+            self.display.note(
+                f"{name}: computing it again gave other bytes than before; the stage is not deterministic"
+            )
         if not store.put_in_place(entry):
             store.drop(entry.key)
             self._fail(name, f"stage {name}: its result was damaged on its way to the disk; run again")

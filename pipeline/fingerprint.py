@@ -70,16 +70,17 @@ def changes(old: Ingredients, new: Ingredients) -> Iterator[str]:
 def compact(value: Any) -> str:
     """A value in few letters: 1e5 rather than 100000.0; a table or a long list only by its length."""
     if isinstance(value, bool) or value is None:
-        return {True: "true", False: "false", None: "none"}[value]
+        return "none" if value is None else str(value).lower()
     if isinstance(value, (int, float)):
         plain = f"{value:.15g}" if isinstance(value, float) else str(value)
         mantissa, _, exponent = f"{value:.14e}".partition("e")
         scientific = f"{mantissa.rstrip('0').rstrip('.')}e{int(exponent)}"
-        short = scientific if len(scientific) < len(plain) else plain
-        return short if float(short) == value else repr(value)
+        shorter = scientific if len(scientific) < len(plain) else plain
+        return shorter if float(shorter) == value else repr(value)
     if isinstance(value, list):
-        short = len(value) <= 4 and not any(isinstance(item, dict) for item in value)
-        return "[" + ", ".join(compact(item) for item in value) + "]" if short else f"({len(value)} entries)"
+        if len(value) > 4 or any(isinstance(item, dict) for item in value):
+            return f"({len(value)} entries)"
+        return "[" + ", ".join(compact(item) for item in value) + "]"
     return str(value)
 
 

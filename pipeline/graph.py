@@ -48,7 +48,7 @@ class Graph:
     def needed_for(self, names: tuple[str, ...]) -> tuple[str, ...]:
         """`names` and everything upstream of them, in order."""
         wanted = set(names)
-        for name in reversed(self.stages):
+        for name in reversed(list(self.stages)):
             if name in wanted:
                 wanted.update(self.upstream(name))
         return tuple(name for name in self.stages if name in wanted)
@@ -100,9 +100,7 @@ def _stage(name: str, node: yaml_text.Node, where: str, problems: list[str]) -> 
     )
 
 
-def _paths(
-    name: str, key: str, entry: dict[str, yaml_text.Node], where: str, problems: list[str]
-) -> tuple[str, ...]:
+def _paths(name: str, key: str, entry: dict[str, yaml_text.Node], where: str, problems: list[str]) -> tuple[str, ...]:
     items = entry[key].value if key in entry else []
     paths: list[str] = []
     for item in items if isinstance(items, list) else [entry[key]]:

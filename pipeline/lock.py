@@ -26,9 +26,11 @@ def held(folder: Path, command: str, wait: bool, waiting: Callable[[str], None])
     path = folder / ".cache" / "lock"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        file = open(path, "a+b")
+        file = open(path, "a+b")  # noqa: SIM115
     except OSError as error:
-        raise StudyError(f"{folder}: cannot be written ({error.strerror}); choose another folder with --results") from None
+        raise StudyError(
+            f"{folder}: cannot be written ({error.strerror}); choose another folder with --results"
+        ) from None
     with file:
         told = False
         while not _try(file):

@@ -30,7 +30,9 @@ def study(function: Command) -> Command:
 def running(function: Command) -> Command:
     """`--jobs`, `--force`, `--dry-run`, `--wait`, `-v`: how stages are run."""
     for option in (
-        click.option("--jobs", "-j", metavar="N", type=click.IntRange(min=1), help="Stages side by side (default: cores)."),
+        click.option(
+            "--jobs", "-j", metavar="N", type=click.IntRange(min=1), help="Stages side by side (default: cores)."
+        ),
         click.option("--force", is_flag=True, help="Compute anew even what is current."),
         click.option("--dry-run", is_flag=True, help="Say what would run and why; run nothing."),
         click.option("--wait", is_flag=True, help="Wait for another run in the same results folder."),

@@ -49,7 +49,8 @@ def applied(override: Override, entry: Node | None) -> Node:
         return override.value
     if entry is None:
         raise StudyError(f"--set {override.text}: {override.key} has no rows in the file")
-    table = entry.value.get("rows", entry.value.get("value", entry)) if isinstance(entry.value, dict) else entry
+    parts: dict[str, Node] = entry.value if isinstance(entry.value, dict) else {}
+    table = parts.get("rows") or parts.get("value") or entry
     return _replaced(table, override.inner, override)
 
 

@@ -1,7 +1,7 @@
 """One parameter: from what stands in the YAML file to a checked Python value.
 
 A parameter is declared by a dataclass field whose metadata carries unit, bound and choices. In the file it is
-`key: {value: 0.3, unit: kg, source: "..."}`, or `key: 0.3`, or, for a table, `key: {source: "...", rows: [{...}, ...]}`.
+`key: {value: 0.3, unit: kg, source: "..."}`, or `key: 0.3`; a table is `key: {source: "...", rows: [{...}, ...]}`.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import types
 import typing
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
 from pipeline.errors import nearest
@@ -26,7 +26,7 @@ class Refused(Exception):
         super().__init__(reason)
 
 
-@lru_cache(maxsize=None)
+@cache
 def declared(cls: type) -> dict[str, tuple[dataclasses.Field[Any], Any]]:
     """Name -> (field, type) of a parameter dataclass."""
     hints = typing.get_type_hints(cls)

@@ -19,7 +19,11 @@ from pipeline.yaml_text import Node
 
 
 def load(
-    folder: Path, settings: Sequence[str], wanted: Mapping[str, type], known: Iterable[type], shown_as: str | None = None
+    folder: Path,
+    settings: Sequence[str],
+    wanted: Mapping[str, type],
+    known: Iterable[type],
+    shown_as: str | None = None,
 ) -> dict[str, Any]:
     """Parameters of each stage in `wanted` (stage name -> its `Parameters` class).
 
@@ -34,7 +38,7 @@ def as_plain(parameters: Any) -> dict[str, dict[str, Any]]:
     plain: dict[str, dict[str, Any]] = {}
     for field in dataclasses.fields(parameters):
         section = getattr(parameters, field.name)
-        values = {name: _plain_value(getattr(section, name)) for name in declared(type(section))}
+        values = {name: _plain_value(getattr(section, name)) for name in declared(section.__class__)}
         plain.setdefault(section.FILE, {}).update(values)
     return plain
 
@@ -127,7 +131,7 @@ class _Loading:
         return instance
 
     def _broken(self, file: str, broken: Any, instance: Any, entries: dict[str, Node]) -> None:
-        field, _ = declared(type(instance))[broken.key]
+        field, _ = declared(instance.__class__)[broken.key]
         value = with_unit(shown(_plain_value(getattr(instance, broken.key))), field)
         line = entries[broken.key].line if broken.key in entries else 0
         self._problem(file, line, f"{broken.key} = {value} is not allowed; allowed: {broken.allowed}", broken.key)

@@ -16,6 +16,7 @@ from pipeline import graph, parameters
 from pipeline.closure import Sources
 from pipeline.errors import StudyError
 from pipeline.graph import Graph, Stage
+from pipeline.parameter_value import declared
 from pipeline.store import Store
 from pipeline.syntax import SyntaxMemo
 
@@ -58,10 +59,12 @@ class Study:
     def parameters(self, names: Iterable[str]) -> dict[str, Any]:
         """Checked parameters of these stages. Raises `StudyError` with a sentence for each error."""
         known = {name: self.parameters_class(stage) for name, stage in self.graph.stages.items()}
-        wanted = {name: cls for name in names if (cls := known[name]) is not None}
+        wanted: dict[str, type] = {}
         for name in names:
-            if name not in wanted:
+            cls = known[name]
+            if cls is None:
                 raise StudyError(f"stage {name}: there is no module {self.package}.{name}.parameters")
+            wanted[name] = cls
         problems = [text for name, cls in wanted.items() for text in _undeclared(self.graph.stages[name], cls)]
         if problems:
             raise StudyError(problems)
@@ -108,15 +111,16 @@ def shown(path: Path) -> str:
 def _undeclared(stage: Stage, cls: type) -> list[str]:
     """dvc.yaml and the stage's parameter classes must agree, or a change of a parameter would go unseen."""
     read = {
-        file: [key for kind in kinds for key in parameters.declared(kind)]
-        for file, kinds in parameters.sections([cls]).items()
+        file: [key for kind in kinds for key in declared(kind)] for file, kinds in parameters.sections([cls]).items()
     }
     problems = []
     for file in {**read, **stage.parameters}:
         listed = stage.parameters.get(file, ())
         for key in read.get(file, ()):
             if listed is not None and key not in listed:
-                problems.append(f"dvc.yaml: stage {stage.name} reads {key} of {file}.yaml, which its params do not list")
+                problems.append(
+                    f"dvc.yaml: stage {stage.name} reads {key} of {file}.yaml, which its params do not list"
+                )
         for key in listed or ():
             if key not in read.get(file, ()):
                 problems.append(f"dvc.yaml: stage {stage.name} lists {key} of {file}.yaml, which it does not read")

@@ -57,7 +57,9 @@ def _carry_out(order: Order, messages: TextIO) -> dict[str, Any]:
     result = stage.run(parameters, inputs, _reporter(messages))
     for _, file, sha256 in order.inputs:
         if durable.digest(durable.read(Path(file)) or b"") != sha256:
-            raise Refusal(f"its input {Path(file).name} was changed while it ran, so its result was not kept; run again")
+            raise Refusal(
+                f"its input {Path(file).name} was changed while it ran, so its result was not kept; run again"
+            )
     _check_code(order, observed)
     files = _files(order, result)
     content = {name: durable.digest(data) for name, data in files.items()}
@@ -136,7 +138,7 @@ def _send(messages: TextIO, message: dict[str, Any]) -> None:
 
 
 def _end_with_parent() -> None:
-    while sys.stdin.buffer.read1(4096):
+    while os.read(0, 4096):
         pass
     if hasattr(os, "killpg") and os.getpgrp() == os.getpid():
         os.killpg(0, signal.SIGKILL)

@@ -30,6 +30,4 @@ def command(
         study.graph.stage(stage)
     names = study.graph.needed_for(stages)
     forced = stages if force else ()
-    run_stages(
-        study, names, forced=forced, jobs=jobs, dry_run=dry_run, wait=wait, as_json=as_json, verbose=verbose
-    )
+    run_stages(study, names, forced=forced, jobs=jobs, dry_run=dry_run, wait=wait, as_json=as_json, verbose=verbose)

@@ -20,6 +20,4 @@ def command(
 
     names = tuple(study.graph.stages)
     forced = names if force else ()
-    run_stages(
-        study, names, forced=forced, jobs=jobs, dry_run=dry_run, wait=wait, as_json=as_json, verbose=verbose
-    )
+    run_stages(study, names, forced=forced, jobs=jobs, dry_run=dry_run, wait=wait, as_json=as_json, verbose=verbose)

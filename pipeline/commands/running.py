@@ -28,18 +28,18 @@ def run_stages(
     verbose: bool,
 ) -> None:
     """Bring `names` up to date under the results folder's lock, or say what that would take."""
+    values = study.parameters(names)
     if dry_run:
-        survey = Planner(study, study.parameters(names)).survey(names)
+        survey = Planner(study, values).survey(names)
         print_survey(study, survey, as_json, frozenset(forced))
         return
     began = time.perf_counter()
     shows = display.for_terminal(verbose, as_json)
     command = " ".join(["bipedstudy", *sys.argv[1:]])
-    study.parameters(names)
     with lock.held(study.results, command, wait, shows.note):
         with contextlib.suppress(OSError):
             study.store.sweep()
-        outcomes = bring_up_to_date(study, names, shows, force=forced, jobs=jobs or os.cpu_count() or 1)
+        outcomes = bring_up_to_date(study, values, shows, force=forced, jobs=jobs or os.cpu_count() or 1)
     seconds = time.perf_counter() - began
     if as_json:
         print_json({"stages": [_plain(outcome) for outcome in outcomes], "seconds": round(seconds, 3)})
