@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from stages.biped.progress import Progress, ignore
 from stages.comparison import claims
 from stages.comparison.agreement import ModelAgreement, TwinAgreement, compare_models, compare_twin
@@ -76,7 +78,7 @@ def draw_all(parameters: Parameters, inputs: Mapping[str, Any]) -> dict[str, byt
             (figure_08.NAME, figure_08.draw(analytic.walk, multibody.walk, 2 * analytic.gait.period_s, limits)),
             (figure_10.NAME, figure_10.draw(twin.walk, twin.lanes, radius)),
             (figure_16.NAME, figure_16.draw(
-                imu.ensemble_strides, imu.origin, last_stride(twin.walk, points), last_stride(multibody.walk, points))),
+                np.concatenate([run.strides for run in imu.runs]), imu.origin, last_stride(twin.walk, points), last_stride(multibody.walk, points))),
         ):
             files |= style.pictures(name, figure, dpi)
     return files
