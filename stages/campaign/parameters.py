@@ -10,6 +10,7 @@ from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
+from stages.twin.parameters import Settings as TwinSettings
 
 POSITIVE, NOT_NEGATIVE, SHARE = Bound(above=0), Bound(minimum=0), Bound(minimum=0, below=1)
 
@@ -32,6 +33,9 @@ class RunSettings:
     outsole: float = parameter("m", "mean thickness of the rubber outsole", bound=NOT_NEGATIVE)
     outsole_sd: float = parameter("m", "spread of the outsole's thickness", bound=NOT_NEGATIVE)
     tolerance_sd: float = parameter("1", "spread of masses, stiffness and damping, relative", bound=NOT_NEGATIVE)
+    length_sd: float = parameter("m", "spread of each leg's length", bound=NOT_NEGATIVE)
+    solver_tolerance: float = parameter("1", "tolerance of the twin's solver", bound=Bound(minimum=1e-11, maximum=1e-4))
+    motion_rate_hz: float = parameter("Hz", "rate of the motion a sensor is given", bound=Bound(minimum=1000, maximum=1e5))
 
 
 @dataclass(frozen=True)
@@ -84,6 +88,7 @@ class Parameters:
     biped: Biped
     slope: Slope
     contact: ContactLaw
+    twin: TwinSettings
     runs: RunSettings
     sensor: SensorSettings
     radio: RadioSettings

@@ -62,7 +62,8 @@ def index_samples(recording: Recording) -> IndexedRecording:
     recording, stamp = recording.take(usable), stamp[usable]
     batch, position = _positions(recording)
 
-    order = np.argsort(stamp, kind="stable") if stamp_name != "none" else np.arange(recording.rows)
+    # Packets held back by a stall arrive together: among equal stamps the numbers tell the order.
+    order = np.lexsort((recording.packet, stamp)) if stamp_name != "none" else np.arange(recording.rows)
     segment, packet = unwrap_counter(recording.packet[order].astype(np.int64), recording.device.counter_modulus)
     index = packet * batch + position[order]
     in_sequence = np.lexsort((index, segment))
@@ -125,6 +126,8 @@ def unwrap_counter(counter: np.ndarray, modulus: int | None) -> tuple[np.ndarray
                 wraps += modulus
             else:
                 number -= modulus
+        elif modulus and number - newest > modulus // 2 and wraps:
+            number -= modulus  # late, from before the wrap
         if number < newest and _restarted(packets[i : i + LOOK_AHEAD], raw, newest - wraps, seen, wraps):
             segment, wraps, number = segment + 1, 0, raw
             seen, newest = set(), raw

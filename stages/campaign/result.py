@@ -1,0 +1,73 @@
+"""The truth behind the synthetic measurements: for scoring the ingest, never for the ingest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.biped.quantity import quantity
+
+
+@dataclass(frozen=True)
+class SensorTruth:
+    """One synthetic sensor in one run."""
+
+    place: str = quantity("-", "hip or foot")
+    rotation: np.ndarray = quantity("1", "rotation from body to sensor axes, shape (3, 3)", symbol="R")
+    acceleration_gain: np.ndarray = quantity("1", "gain of each accelerometer axis, shape (3,)")
+    angular_rate_gain: np.ndarray = quantity("1", "gain of each gyroscope axis, shape (3,)")
+    acceleration_bias: np.ndarray = quantity("m/s^2", "bias of each accelerometer axis, shape (3,)")
+    angular_rate_bias: np.ndarray = quantity("rad/s", "bias of each gyroscope axis, shape (3,)")
+    period: float = quantity("s", "true sampling period")
+    packet: np.ndarray = quantity("1", "packet number of each row that arrived, shape (n,)")
+    position: np.ndarray = quantity("1", "its position in the packet, shape (n,)")
+    sample_time: np.ndarray = quantity("s", "true time at which it was sampled, shape (n,)", symbol="t")
+    lost_packets: int = quantity("1", "packets that did not arrive")
+    peak: float = quantity("m/s^2", "median over the strikes of the greatest specific force, as simulated")
+    peak_filtered: float = quantity("m/s^2", "the same behind the sensor's low pass")
+    peak_sampled: float = quantity("m/s^2", "the same in the sensor's samples")
+
+
+@dataclass(frozen=True)
+class RunTruth:
+    """One synthetic run."""
+
+    name: str = quantity("-", "experiment, as in the database")
+    clock_start: float = quantity("s", "what the phone's clock showed at true time zero")
+    slope_deg: float = quantity("deg", "true inclination")
+    stance_push: float = quantity("1", "factor on the stance leg's initial rate")
+    swing_push: float = quantity("1", "factor on the swing leg's initial rate")
+    outsole: float = quantity("m", "thickness of the outsole")
+    failed_attempts: int = quantity("1", "pushes after which the twin did not walk to the end")
+    heel_strike_time: np.ndarray = quantity("s", "true times of heel strike, shape (s,)", symbol="t_HS")
+    heel_strike_leg: np.ndarray = quantity("1", "pair that lands, 0 inner, 1 outer, shape (s,)")
+    hip: SensorTruth = quantity("-", "hip sensor")
+    foot: SensorTruth = quantity("-", "foot sensor")
+
+
+@dataclass(frozen=True)
+class Result:
+    """The synthetic campaign: the truth of every run, and the database a lab would have."""
+
+    origin: str = quantity("-", "always synthetic")
+    runs: tuple[RunTruth, ...] = quantity("-", "all runs")
+    files: dict[str, bytes] = quantity("-", "measurements.sqlite, the synthetic measurements")
+
+    def summary(self) -> str:
+        """What was made, in one line."""
+        strikes = sum(len(run.heel_strike_time) for run in self.runs)
+        failed = sum(run.failed_attempts for run in self.runs)
+        rows = sum(len(sensor.sample_time) for run in self.runs for sensor in (run.hip, run.foot))
+        again = f", {failed} failed attempts" if failed else ""
+        return f"{len(self.runs)} synthetic runs of the twin, {strikes} heel strikes, {rows} rows{again}"
+
+    def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
+        """What the sensor makes of the spike at heel strike: (title, columns, rows)."""
+        rows = []
+        for place in ("hip", "foot"):
+            sensors = [getattr(run, place) for run in self.runs]
+            peaks = [(s.peak, s.peak_filtered, s.peak_sampled) for s in sensors]
+            rows.append((place, *(f"{value:.1f}" for value in np.median(peaks, axis=0))))
+        columns = ("sensor", "simulated m/s^2", "behind the low pass m/s^2", "in the samples m/s^2")
+        return [("Spike at heel strike (synthetic)", columns, rows)]

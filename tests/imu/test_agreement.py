@@ -1,0 +1,90 @@
+"""Agreement metrics against an independent library, closed forms and their own limits."""
+
+import math
+
+import numpy as np
+import pandas as pd
+import pingouin
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from stages.imu.agreement import (
+    agreement,
+    bland_altman,
+    envelope_share,
+    frequency_difference,
+    intraclass_correlation,
+    multiple_correlation,
+    nrmse,
+    rmse,
+)
+
+
+@pytest.mark.parametrize(("targets", "raters", "seed"), [(6, 2, 1), (20, 3, 2), (101, 5, 3)])
+def test_icc_is_that_of_pingouin(targets: int, raters: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    ratings = rng.normal(size=(targets, 1)) + 0.5 * rng.normal(size=raters) + 0.4 * rng.normal(size=(targets, raters))
+    target, rater = np.indices(ratings.shape)
+    table = pd.DataFrame({"target": target.ravel(), "rater": rater.ravel(), "rating": ratings.ravel()})
+    oracle = pingouin.intraclass_corr(table, "target", "rater", "rating")
+    single = float(oracle.loc[oracle["Type"].isin(["ICC(A,1)", "ICC2"]), "ICC"].iloc[0])
+    assert intraclass_correlation(ratings) == pytest.approx(single, abs=1e-9)
+
+
+def test_icc_of_shrout_and_fleiss() -> None:
+    """The worked example of Shrout and Fleiss (1979): ICC(2,1) = 0.29."""
+    ratings = np.array([[9, 2, 5, 8], [6, 1, 3, 2], [8, 4, 6, 8], [7, 1, 2, 6], [10, 5, 6, 9], [6, 2, 4, 7]], float)
+    assert intraclass_correlation(ratings) == pytest.approx(0.29, abs=0.005)
+
+
+curves = arrays(float, 20, elements=st.floats(-100, 100))
+
+
+@given(curves, st.floats(-50, 50))
+def test_a_shifted_curve_has_the_shift_as_rmse_and_bias(curve: np.ndarray, shift: float) -> None:
+    assert rmse(curve + shift, curve) == pytest.approx(abs(shift), abs=1e-9)
+    bias, lower, upper = bland_altman(curve + shift, curve)
+    assert bias == pytest.approx(shift, abs=1e-9)
+    assert upper - lower == pytest.approx(0, abs=1e-9)
+
+
+@given(curves)
+def test_cmc_lies_between_zero_and_one_or_is_undefined(curve: np.ndarray) -> None:
+    other = curve[::-1]
+    value = multiple_correlation(np.stack([curve, other]))
+    assert math.isnan(value) or 0 <= value <= 1
+
+
+def test_cmc_of_equal_waveforms_is_one_and_of_opposite_ones_undefined() -> None:
+    wave = np.sin(np.linspace(0, 6, 50))
+    assert multiple_correlation(np.stack([wave, wave, wave])) == pytest.approx(1)
+    assert math.isnan(multiple_correlation(np.stack([wave, -wave])))
+
+
+def test_undefined_correlation_is_flagged() -> None:
+    wave = np.sin(np.linspace(0, 2 * np.pi, 50))
+    found = agreement(-wave, wave, wave - 0.1, wave + 0.1)
+    assert not found.correlation_defined
+    assert math.isnan(found.correlation)
+
+
+def test_a_flat_measurement_has_no_normalised_error() -> None:
+    assert math.isnan(nrmse(np.ones(5), np.zeros(5)))
+
+
+def test_envelope_share_counts_phases_inside() -> None:
+    lower, upper = np.zeros(10), np.ones(10)
+    curve = np.linspace(-0.45, 1.35, 10)
+    assert envelope_share(curve, lower, upper) == pytest.approx(np.mean((curve >= 0) & (curve <= 1)))
+    upper[:5] = np.nan
+    assert envelope_share(np.full(10, 0.5), lower, upper) == 1
+    assert math.isnan(envelope_share(curve, lower, np.full(10, np.nan)))
+
+
+def test_confidence_interval_covers_the_truth_as_often_as_it_says() -> None:
+    rng = np.random.default_rng(5)
+    found = [frequency_difference(rng.normal(2.05, 0.02, 30), 2.08) for _ in range(2000)]
+    covered = np.mean([one.lower <= -0.03 <= one.upper for one in found])
+    assert covered == pytest.approx(0.95, abs=0.015)
