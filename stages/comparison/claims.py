@@ -52,6 +52,9 @@ def stable_gait(analytic: AnalyticResult) -> Claim:
     )
 
 
+MINIMISED = "Table 1 minimises the magnitude of the multipliers (section 2.2)"
+
+
 def multipliers_minimised(analytic: AnalyticResult) -> Claim:
     now = float(np.hypot(*analytic.gait.floquet_multipliers[0]))
     options = [
@@ -60,11 +63,15 @@ def multipliers_minimised(analytic: AnalyticResult) -> Claim:
         for value, sign in ((variation.multiplier_below, "-"), (variation.multiplier_above, "+"))
         if np.isfinite(value)
     ]
+    if not options:
+        return Claim(
+            "multipliers_minimised", MINIMISED, f"largest multiplier {now:.3f}", None,
+            "no gait was found with any parameter changed: the design cannot be compared with its neighbours")
     best, how = min(options)
     improves = best < 0.99 * now
     return Claim(
         "multipliers_minimised",
-        "Table 1 minimises the magnitude of the multipliers (section 2.2)",
+        MINIMISED,
         f"largest multiplier {now:.3f}; {best:.3f} with {how}",
         not improves,
         "one parameter changed alone lowers it further: Table 1 is not a minimum of the largest multiplier; the paper "

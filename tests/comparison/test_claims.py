@@ -1,0 +1,90 @@
+"""Every verdict must be able to fall either way."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import yaml
+
+from stages.comparison import claims
+from stages.comparison.agreement import ModelAgreement, TwinAgreement
+from stages.comparison.claims import Claim
+from stages.comparison.hip_motion import HipDifference
+from stages.comparison.measurement import MeasurementAgreement
+from stages.comparison.parameters import Settings
+
+SETTINGS = Settings(0.01, 3e-4, 5e-3, 0.01, 0.05, 0.95, 101, 100)
+
+
+def analytic(frequency=2.08, stable=True, multiplier=0.6, neighbour=0.7, drift=0.0, needed=0.3, residual=1e-12, length=0.16):
+    return SimpleNamespace(
+        gait=SimpleNamespace(
+            step_frequency_hz=frequency, stable=stable, floquet_multipliers=np.array([[multiplier, 0.0]]),
+            step_length_m=length),
+        variations=(SimpleNamespace(name="hip_mass", change=0.05, multiplier_below=neighbour, multiplier_above=0.9),),
+        constraint_drift=np.full(3, drift),
+        validity=SimpleNamespace(
+            impulse_friction_trailing=needed, friction_double_stance=needed, friction_single_stance=0.1),
+        energy=SimpleNamespace(residual=residual),
+    )
+
+
+def models(position=1e-4, velocity=1e-3, energy=1e-8):
+    difference = HipDifference(np.full(2, position), np.full(2, velocity))
+    return ModelAgreement(difference, np.full(2, velocity), difference, 0.0, 0.0, 0.005, energy)
+
+
+def twin(steps=4, rms=0.01, above=0.0):
+    return TwinAgreement(steps, 2.0, np.full(6, rms), 20.0, 30.0, 3.0, above)
+
+
+def measured(origin="measured", share=1.0, frequency=1.9):
+    return MeasurementAgreement(origin, 30, frequency, 0.01, 2.0, np.full(6, share))
+
+
+CASES = [
+    (claims.step_frequency(analytic(), SETTINGS), claims.step_frequency(analytic(frequency=2.2), SETTINGS)),
+    (claims.stable_gait(analytic()), claims.stable_gait(analytic(stable=False))),
+    (claims.multipliers_minimised(analytic()), claims.multipliers_minimised(analytic(neighbour=0.5))),
+    (claims.twice_differentiated_constraints(analytic(drift=1e-3)), claims.twice_differentiated_constraints(analytic())),
+    (claims.rolling_without_slip(analytic(), 1.1), claims.rolling_without_slip(analytic(needed=6.0), 1.1)),
+    (claims.hip_displacement(models(), SETTINGS), claims.hip_displacement(models(position=1e-3), SETTINGS)),
+    (claims.hip_velocity(models(), SETTINGS), claims.hip_velocity(models(velocity=1e-2), SETTINGS)),
+    (claims.integration_tolerance(analytic(residual=0.1), models()), claims.integration_tolerance(analytic(), models())),
+    (claims.twin_settles(twin()), claims.twin_settles(twin(steps=-1))),
+    (claims.twin_like_simple(twin(), SETTINGS), claims.twin_like_simple(twin(rms=0.2), SETTINGS)),
+    (claims.ramp_length(analytic()), claims.ramp_length(analytic(length=0.4))),
+    (claims.sensor_range(twin()), claims.sensor_range(twin(above=1e-3))),
+    (claims.measurement_encloses(measured(), SETTINGS), claims.measurement_encloses(measured(share=0.5), SETTINGS)),
+    (claims.measurement_slower(measured()), claims.measurement_slower(measured(frequency=2.1))),
+]
+
+
+@pytest.mark.parametrize(("holding", "failing"), CASES, ids=[case[0].id for case in CASES])
+def test_a_verdict_follows_the_numbers(holding, failing):
+    assert holding.holds is True
+    assert failing.holds is False
+    assert holding.found != failing.found or holding.id == "stable_gait"
+
+
+def test_synthetic_measurements_decide_nothing():
+    assert claims.measurement_encloses(measured("synthetic"), SETTINGS).holds is None
+    assert claims.measurement_slower(measured("synthetic")).holds is None
+    assert "synthetic" in claims.measurement_encloses(measured("synthetic"), SETTINGS).why
+
+
+def test_a_design_without_neighbouring_gaits_still_gets_an_answer():
+    lonely = analytic()
+    lonely.variations = (
+        SimpleNamespace(name="hip_mass", change=0.05, multiplier_below=float("nan"), multiplier_above=float("nan")),)
+    assert claims.multipliers_minimised(lonely).holds is None
+
+
+def test_claims_survive_yaml():
+    awkward = Claim("an_id", 'quotes " and: colons', "µ ≤ 3 # not a comment", None, "line\nbreak")
+    read = yaml.safe_load(claims.as_yaml([awkward, CASES[0][0]]))
+    assert read[0] == {
+        "id": "an_id", "stated": awkward.stated, "found": awkward.found, "holds": None, "why": awkward.why}
+    assert read[1]["holds"] is True

@@ -1,0 +1,80 @@
+from __future__ import annotations
+
+import io
+
+import matplotlib.image
+import numpy as np
+import pytest
+from made_up import make_walk
+
+from stages.comparison.figures import figure_02, figure_07, figure_08, figure_10, figure_16, style
+from stages.comparison.stride import last_stride
+
+
+def figures():
+    """Every figure of made-up walks, by name."""
+    analytic, other = make_walk(), make_walk(period=0.51)
+    stride = last_stride(analytic, 101)
+    strides = np.stack([stride.signals * (1 + 0.01 * i) for i in range(-3, 4)])
+    return {
+        figure_02.NAME: lambda: figure_02.draw(analytic, other),
+        figure_07.NAME: lambda: figure_07.draw(other, 0.083, np.radians(2)),
+        figure_08.NAME: lambda: figure_08.draw(analytic, other, 1.0, (3e-4, 5e-3)),
+        figure_10.NAME: lambda: figure_10.draw(other, (0.04, 0.09), 0.083),
+        figure_16.NAME: lambda: figure_16.draw(strides, "synthetic", stride, last_stride(other, 101)),
+    }
+
+
+@pytest.mark.parametrize("name", figures())
+def test_a_figure_is_drawn_twice_with_the_same_bytes(name):
+    with style.drawing():
+        first = style.pictures(name, figures()[name](), 80)
+        second = style.pictures(name, figures()[name](), 80)
+    assert set(first) == {f"figures/{name}.png", f"figures/{name}.pdf"}
+    assert first == second
+    picture = matplotlib.image.imread(io.BytesIO(first[f"figures/{name}.png"]))
+    assert picture.std() > 0.05, "the picture is not empty"
+
+
+def labels(figure):
+    return [text for axes in figure.get_axes() if axes.axison for text in (axes.get_xlabel(), axes.get_ylabel()) if text]
+
+
+@pytest.mark.parametrize("name", figures())
+def test_every_axis_label_carries_a_unit(name):
+    with style.drawing():
+        figure = figures()[name]()
+    assert all("[" in label and "]" in label for label in labels(figure)), labels(figure)
+
+
+def test_figure_08_shows_the_walks_and_their_difference_in_millimetres():
+    analytic, other = make_walk(), make_walk(speed=0.31)
+    with style.drawing():
+        figure = figure_08.draw(analytic, other, 1.0, (3e-4, 5e-3))
+    position, difference = figure.get_axes()[0], figure.get_axes()[2]
+    time, shown = position.lines[0].get_data()
+    assert shown == pytest.approx(analytic.hip_position[: len(time), 0])
+    time, shown = difference.lines[0].get_data()
+    assert shown == pytest.approx(1e3 * 0.01 * time, abs=1e-6)
+
+
+def test_figure_16_says_what_is_synthetic():
+    stride = last_stride(make_walk(), 101)
+    with style.drawing():
+        synthetic = figure_16.draw(stride.signals[None], "synthetic", stride, stride)
+        measured = figure_16.draw(stride.signals[None], "measured", stride, stride)
+
+    def words(figure):
+        return " ".join(text.get_text() for axes in figure.get_axes() for text in axes.texts)
+
+    assert "SYNTHETIC" in words(synthetic)
+    assert "SYNTHETIC" not in words(measured)
+
+
+def test_figure_02_takes_one_whole_contact():
+    walk = make_walk()
+    contact = figure_02.contact(walk, 1, 0)
+    landed = walk.heel_strike_time[walk.heel_strike_leg == 1][0]
+    lifted = walk.toe_off_time[(walk.toe_off_leg == 1) & (walk.toe_off_time > landed)][0]
+    assert contact.time[0] == pytest.approx(-0.01, abs=1e-3)
+    assert contact.time[-1] == pytest.approx(lifted - landed + 0.02, abs=1e-3)

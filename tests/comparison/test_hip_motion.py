@@ -1,0 +1,67 @@
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from made_up import make_walk
+
+from stages.comparison.agreement import creep_velocity
+from stages.comparison.hip_motion import between_cycles, from_same_start, overlay
+from stages.comparison.stride import last_stride
+
+
+def moved(walk, position=(0.0, 0.0), velocity=(0.0, 0.0)):
+    return dataclasses.replace(
+        walk,
+        hip_position=walk.hip_position + np.array(position),
+        hip_velocity=walk.hip_velocity + np.array(velocity),
+    )
+
+
+def test_a_walk_does_not_differ_from_itself():
+    walk = make_walk()
+    difference = from_same_start(walk, walk, 1.0)
+    assert difference.position.max() == 0.0
+    assert difference.velocity.max() == 0.0
+
+
+def test_a_known_offset_is_found_with_its_sign_and_axis():
+    walk = make_walk()
+    other = moved(walk, position=(-2e-3, 1e-3), velocity=(0.01, -0.02))
+    laid = overlay(walk, other, 1.0)
+    assert laid.position[:, 0] == pytest.approx(-2e-3)
+    assert laid.velocity[:, 1] == pytest.approx(-0.02)
+    assert from_same_start(walk, other, 1.0).position == pytest.approx([2e-3, 1e-3])
+
+
+def test_only_the_asked_duration_counts():
+    walk = make_walk()
+    late = walk.hip_position.copy()
+    late[walk.time > 1.0, 0] += 1.0
+    other = dataclasses.replace(walk, hip_position=late)
+    assert from_same_start(walk, other, 0.9).position[0] == pytest.approx(0.0, abs=1e-12)
+    assert from_same_start(walk, other, 1.5).position[0] == pytest.approx(1.0)
+
+
+def test_different_sampling_does_not_make_a_difference_of_straight_motion():
+    walk = make_walk()
+    rows = np.sort(np.random.default_rng(0).choice(len(walk.time), 3000, replace=False))
+    rows = np.unique(np.r_[0, rows, len(walk.time) - 1])
+    thin = dataclasses.replace(
+        walk, time=walk.time[rows], hip_position=walk.hip_position[rows], hip_velocity=walk.hip_velocity[rows])
+    assert from_same_start(walk, thin, 1.0).position[0] < 1e-12
+
+
+def test_cycles_are_compared_at_equal_phase_and_from_equal_start():
+    fast, slow = make_walk(period=0.5, speed=0.3), make_walk(period=0.5, speed=0.31)
+    difference = between_cycles(last_stride(fast, 101), last_stride(slow, 101))
+    assert difference.position[0] == pytest.approx(0.01, rel=1e-6), "0.01 m/s over a stride of 1 s"
+
+
+def test_creep_is_the_slip_of_the_one_loaded_foot():
+    walk = make_walk()
+    slip = np.full((len(walk.time), 2), 0.005)
+    assert creep_velocity(walk, slip) == pytest.approx(0.005)
+    both = dataclasses.replace(walk, ground_reaction=np.ones_like(walk.ground_reaction))
+    assert creep_velocity(both, slip) == 0.0, "double stance is not counted"

@@ -1,0 +1,51 @@
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from made_up import make_walk
+
+from stages.comparison.stride import last_stride, normalised_rms, step_periods, steps_to_settle
+
+
+def test_a_stride_runs_between_heel_strikes_of_the_inner_leg():
+    walk = make_walk(period=0.5, steps=8)
+    stride = last_stride(walk, 101)
+    assert stride.period == pytest.approx(1.0)
+    assert stride.hip_position[0, 0] == 0.0
+    assert stride.hip_position[-1, 0] == pytest.approx(0.3, rel=1e-9)
+    # the made-up signals are sines of the stride's phase
+    assert stride.signals[:, 0] == pytest.approx(np.sin(2 * np.pi * stride.phase), abs=1e-4)
+
+
+def test_strides_of_different_period_lie_on_each_other():
+    slow, fast = last_stride(make_walk(period=0.6), 101), last_stride(make_walk(period=0.4), 101)
+    assert slow.signals == pytest.approx(fast.signals, abs=1e-4)
+
+
+def test_a_walk_without_a_stride_is_refused():
+    walk = make_walk(steps=3)
+    with pytest.raises(ValueError, match="too short"):
+        last_stride(dataclasses.replace(walk, heel_strike_leg=np.array([1, 0, 1])), 101)
+
+
+def test_settling_counts_the_steps_of_the_transient():
+    assert steps_to_settle(make_walk(steps=8), 0.01) == 1
+    assert steps_to_settle(make_walk(steps=8, first_periods=(0.6, 0.55)), 0.01) == 3
+    assert steps_to_settle(make_walk(steps=8, first_periods=(0.6, 0.55)), 0.15) == 2
+
+
+def test_a_walk_whose_last_periods_differ_has_not_settled():
+    walk = make_walk(steps=5, first_periods=(0.5, 0.5, 0.5, 0.6))
+    assert step_periods(walk)[-1] == pytest.approx(0.6)
+    assert steps_to_settle(walk, 0.01) == -1
+
+
+def test_rms_over_range_of_a_shifted_sine_is_known():
+    phase = np.linspace(0, 2 * np.pi, 100_001)
+    reference = np.column_stack([np.sin(phase), np.ones_like(phase)])
+    shifted = reference + np.array([0.1, 0.1])
+    result = normalised_rms(shifted, reference)
+    assert result[0] == pytest.approx(0.05, rel=1e-9)
+    assert np.isnan(result[1]), "a constant reference has no range"
