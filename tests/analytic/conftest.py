@@ -1,0 +1,34 @@
+"""The gait of Table 1, found once for all tests."""
+
+import pytest
+
+from stages.analytic.flow import DOUBLE_STANCE
+from stages.analytic.gait_search import find_gait, find_gaits
+from stages.analytic.recording import record
+from stages.analytic.step import section_state
+from tests.analytic.designs import SLOPE, TABLE_1, TABLE_1_RIGID
+
+
+@pytest.fixture(scope="session")
+def table_1_gait():
+    """(walker, fixed point) of Table 1 at tolerance 1e-12."""
+    return find_gait(TABLE_1, SLOPE, 1e-12)
+
+
+@pytest.fixture(scope="session")
+def rigid_gait():
+    """(walker, fixed point) of Table 1 with rigid legs at tolerance 1e-12."""
+    return find_gait(TABLE_1_RIGID, SLOPE, 1e-12)
+
+
+@pytest.fixture(scope="session")
+def table_1_gaits(table_1_gait):
+    """All gaits found for Table 1, most stable first."""
+    return find_gaits(table_1_gait[0], 1e-11, unstable=True)
+
+
+@pytest.fixture(scope="session")
+def table_1_step(table_1_gait):
+    """Segments of one step of the gait of Table 1: double stance, single stance."""
+    walker, point = table_1_gait
+    return record(walker, section_state(False, point.z, walker.p), 1, 1e-12, DOUBLE_STANCE)

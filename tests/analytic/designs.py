@@ -1,0 +1,49 @@
+"""Designs the tests walk with."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from stages.analytic.walker import Walker, build_walker
+from stages.biped.design import Biped
+from stages.ground.slope import Slope
+
+#: Table 1 of the paper.
+TABLE_1 = Biped(
+    legs="compliant", hip_mass=0.316, foot_mass=0.335, leg_length=0.333, foot_radius=0.083, foot_com=0.100,
+    stiffness=2800.0, damping=58.35, leg_inertia=0.0)
+TABLE_1_RIGID = dataclasses.replace(TABLE_1, legs="rigid")
+#: Every parameter at work: leg inertia too.
+HEAVY_LEGS = dataclasses.replace(TABLE_1, leg_inertia=2e-3)
+SLOPE = Slope(slope_deg=2.0, gravity=9.81)
+
+
+def changed(design: Biped, **values: object) -> Biped:
+    """The design with some parameters replaced."""
+    return dataclasses.replace(design, **values)  # type: ignore[arg-type]
+
+
+def walker_of(design: Biped = TABLE_1, slope_deg: float = 2.0) -> Walker:
+    """The dimensionless walker of a design on Earth."""
+    return build_walker(design, Slope(slope_deg=slope_deg, gravity=9.81))
+
+
+def random_states(walker: Walker, count: int, seed: int = 0) -> np.ndarray:
+    """Unconstrained states in the range a gait passes through, shape (count, size)."""
+    rng = np.random.default_rng(seed)
+    if walker.rigid:
+        return rng.uniform([-0.5, -0.6, -1.0, -2.0], [0.5, 0.6, 1.0, 2.0], (count, 4))
+    low = [-0.5, 0.95, -0.6, 0.95, -1.0, -0.3, -2.0, -0.3]
+    high = [0.5, 1.05, 0.6, 1.05, 1.0, 0.3, 2.0, 0.3]
+    return rng.uniform(low, high, (count, 8))
+
+
+def double_stance_states(walker: Walker, count: int, seed: int = 0) -> np.ndarray:
+    """States of a compliant walker that keep the trailing foot on the ground and rolling, shape (count, 8)."""
+    from stages.analytic.step import section_state
+
+    rng = np.random.default_rng(seed)
+    low, high = [-0.45, 0.985, 0.99, 0.1, -0.3], [-0.25, 1.01, 1.01, 0.8, 0.1]
+    return np.array([section_state(False, z, walker.p) for z in rng.uniform(low, high, (count, 5))])

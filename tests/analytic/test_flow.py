@@ -1,0 +1,71 @@
+"""Energy and momentum in the compiled flow."""
+
+import numpy as np
+import pytest
+
+from stages.analytic import equations as eq
+from stages.analytic.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE, double_acceleration, flow
+from tests.analytic.designs import HEAVY_LEGS, TABLE_1_RIGID, changed, double_stance_states, random_states, walker_of
+
+
+def energy(walker, y):
+    return sum((eq.rigid_energy if walker.rigid else eq.compliant_energy)(*y, walker.p))
+
+
+def energy_rate(phase, walker, y):
+    """dE/dt along the flow, by a central difference in time."""
+    rates, h = np.empty(y.size), 1e-5
+    flow(phase, y, walker.p, rates)
+    return (energy(walker, y + h * rates) - energy(walker, y - h * rates)) / (2 * h)
+
+
+@pytest.mark.parametrize("design, phase", [
+    (TABLE_1_RIGID, RIGID),
+    (changed(TABLE_1_RIGID, leg_inertia=2e-3, hip_mass=0.0, foot_radius=0.0), RIGID),
+    (changed(HEAVY_LEGS, damping=0.0), SINGLE_STANCE),
+], ids=["rigid", "rigid without hip mass and with point feet", "undamped springs"])
+def test_undamped_single_stance_keeps_its_energy(design, phase):
+    walker = walker_of(design)
+    for y in random_states(walker, 50):
+        assert abs(energy_rate(phase, walker, y)) <= 2e-8
+
+
+def test_energy_falls_by_what_the_dampers_take():
+    walker = walker_of(HEAVY_LEGS)
+    for phase, states in ((SINGLE_STANCE, random_states(walker, 50)), (DOUBLE_STANCE, double_stance_states(walker, 50))):
+        for y in states:
+            assert energy_rate(phase, walker, y) == pytest.approx(-walker.p[6] * (y[5] ** 2 + y[7] ** 2), abs=1e-7)
+
+
+def test_rolling_feet_feel_all_the_force_that_moves_the_mass_centre():
+    """The reaction of both feet together is what Newton's law needs for the common mass centre."""
+    walker = walker_of(HEAVY_LEGS)
+    hip_mass, foot_mass, _, radius, com = walker.p[:5]
+    gravity = np.array(walker.p[8:10])
+
+    def momentum(y):
+        """Of hip and feet, by finite differences of their positions."""
+        def positions(q):
+            theta, stance, psi, swing = q
+            up, down = np.array([np.sin(theta), np.cos(theta)]), np.array([np.sin(psi), -np.cos(psi)])
+            centre = np.array([radius * theta, radius])
+            hip = centre + (stance - radius) * up
+            return hip_mass * hip + foot_mass * (centre + (com - radius) * up) + foot_mass * (hip + (swing - com) * down)
+        h = 1e-6
+        return (positions(y[:4] + h * y[4:]) - positions(y[:4] - h * y[4:])) / (2 * h)
+
+    rates, h = np.empty(8), 1e-4
+    for y in double_stance_states(walker, 20):
+        flow(DOUBLE_STANCE, y, walker.p, rates)
+        force = (momentum(y + h * rates) - momentum(y - h * rates)) / (2 * h) - gravity
+        found = eq.compliant_reaction(*y, *rates[4:], walker.p)
+        assert np.allclose(found, force, atol=2e-5)
+
+
+def test_double_stance_accelerations_keep_the_second_foot_rolling():
+    walker = walker_of(HEAVY_LEGS)
+    for y in double_stance_states(walker, 50):
+        qdd, *_ = double_acceleration(y, walker.p)
+        c = eq.contact_terms(*y, walker.p)
+        assert abs(np.dot(c[0:4], qdd) + c[8]) <= 1e-12
+        assert abs(np.dot(c[4:8], qdd) + c[9]) <= 1e-12

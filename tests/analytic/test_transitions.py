@@ -1,0 +1,227 @@
+"""Heel strike and toe-off: where they fire, what the impact conserves, and the derivative of the reset."""
+
+import numpy as np
+import pytest
+
+from stages.analytic import equations as eq
+from stages.analytic.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE, flow
+from stages.analytic.phase import EVENT, guard, integrate
+from stages.analytic.recording import record, states_at
+from stages.analytic.step import NO_NODES
+from stages.analytic.transitions import foot_clearance, heel_strike_reset, landing_impulse
+from stages.analytic.validity import dense_states, impulses
+from tests.analytic.designs import HEAVY_LEGS, TABLE_1, TABLE_1_RIGID, changed, random_states, walker_of
+
+
+def guard_of(phase, y, p):
+    rates = np.empty(y.size)
+    flow(phase, y, p, rates)
+    return guard(phase, y, p, rates)
+
+
+def landing_states(walker, count):
+    """States with the swing foot just on the ground ahead of the stance foot, moving down."""
+    states = []
+    for y in random_states(walker, 4000, seed=5):
+        if not walker.rigid:
+            psi = np.cos(y[0]) * (y[1] - walker.p[3]) / (y[3] - walker.p[3])
+            if abs(psi) > 1 or y[0] < 0.05:
+                continue
+            y[2] = np.arccos(psi)
+        else:
+            y[0] = abs(y[0])
+            y[1] = y[0]
+        phase = RIGID if walker.rigid else SINGLE_STANCE
+        if foot_clearance(phase, y, walker.p)[1] < 0:
+            states.append(y)
+    return np.array(states[:count])
+
+
+# --- heel strike ---------------------------------------------------------------------------------------------------
+
+def test_guard_changes_sign_at_heel_strike(table_1_step, table_1_gait):
+    """Positive just before, negative just after, with the foot ahead; the event state itself is on the ground."""
+    walker, _ = table_1_gait
+    single = table_1_step[-1]
+    value, rate, armed = guard_of(SINGLE_STANCE, single.end, walker.p)
+    assert abs(value) <= 1e-14 and rate < -0.1 and armed
+    for shift, sign in ((-1e-4, 1), (1e-4, -1)):
+        y = states_at(SINGLE_STANCE, single.times[-1:], single.states[-1:],
+                      np.array([single.duration + shift]), walker.p)[0]
+        assert np.sign(guard_of(SINGLE_STANCE, y, walker.p)[0]) == sign
+
+
+def test_guard_changes_sign_at_toe_off(table_1_step, table_1_gait):
+    walker, _ = table_1_gait
+    double = table_1_step[0]
+    value, rate, _ = guard_of(DOUBLE_STANCE, double.end, walker.p)
+    assert abs(value) <= 1e-14 and rate < 0
+    for shift, sign in ((-1e-5, 1), (1e-5, -1)):
+        y = states_at(DOUBLE_STANCE, double.times[-1:], double.states[-1:],
+                      np.array([double.duration + shift]), walker.p)[0]
+        assert np.sign(guard_of(DOUBLE_STANCE, y, walker.p)[0]) == sign
+
+
+def naive_guard(phase, y, p):
+    """Trap 1: the foot counts as landed when it is at or below ground once the swing leg has passed upright."""
+    height, _, _ = foot_clearance(phase, y, p)
+    return height <= 0 and y[1 if phase == RIGID else 2] > 0
+
+
+@pytest.mark.parametrize("legs", ["compliant", "rigid"])
+def test_scuffing_is_no_heel_strike(legs, table_1_step, table_1_gait, rigid_gait):
+    """After mid-swing the foot is still below ground for a while: a naive guard fires there at once.
+
+    The clearance must first have become positive and must fall through zero; a start inside the scuff reaches the
+    same heel strike as the whole step does.
+    """
+    if legs == "compliant":
+        walker, segment = table_1_gait[0], table_1_step[-1]
+    else:
+        walker = rigid_gait[0]
+        segment = record(walker, rigid_gait[1].steps[0].state, 1, 1e-12, RIGID)[-1]
+    phase = segment.phase
+    inside = [y for y in dense_states(walker, segment)[:-1] if naive_guard(phase, y, walker.p)
+              and foot_clearance(phase, y, walker.p)[0] < 0]
+    assert inside, "the gait must scuff for this test to mean anything"
+    for start in inside:
+        y = start.copy()
+        assert naive_guard(phase, y, walker.p)
+        status, duration, *_ = integrate(phase, y, walker.p, 1e-12, 30.0, 100_000, 0.02, NO_NODES, 0)
+        assert status == EVENT and duration > 0.5
+        assert np.abs(y - segment.end).max() <= 1e-9
+        assert foot_clearance(phase, y, walker.p)[1] < 0
+
+
+def test_foot_that_falls_behind_the_stance_foot_is_no_heel_strike(table_1_step, table_1_gait):
+    """The swing foot goes down through the ground behind the stance foot, once a step, and the walk goes on."""
+    walker, _ = table_1_gait
+    states = dense_states(walker, table_1_step[-1])
+    heights = np.array([foot_clearance(SINGLE_STANCE, y, walker.p)[0] for y in states])
+    crossings = states[:-1][(heights[:-1] > 1e-12) & (heights[1:] <= 1e-12)]
+    assert len(crossings) == 2
+    assert [foot_clearance(SINGLE_STANCE, y, walker.p)[2] > 0 for y in crossings] == [False, True]
+
+
+@pytest.mark.parametrize("largest_step", [0.02, 0.3, 1.0])
+def test_heel_strike_does_not_depend_on_the_first_step_size(largest_step, table_1_gait, table_1_step):
+    walker, _ = table_1_gait
+    single = table_1_step[-1]
+    y = single.states[0].copy()
+    status, duration, *_ = integrate(
+        SINGLE_STANCE, y, walker.p, 1e-12, 30.0, 100_000, largest_step, NO_NODES, 0)
+    assert status == EVENT
+    assert duration == pytest.approx(single.duration, rel=1e-11)
+
+
+# --- impact --------------------------------------------------------------------------------------------------------
+
+def velocities(walker, q, qd):
+    """Velocities of hip, stance mass and swing mass, and both leg rates about z, with their positions."""
+    theta, stance, psi, swing = (q[0], 1.0, q[1], 1.0) if walker.rigid else q
+    dtheta, dstance, dpsi, dswing = (qd[0], 0.0, qd[1], 0.0) if walker.rigid else qd
+    radius, com = walker.p[3], walker.p[4]
+    up, across = np.array([np.sin(theta), np.cos(theta)]), np.array([np.cos(theta), -np.sin(theta)])
+    down, along = np.array([np.sin(psi), -np.cos(psi)]), np.array([np.cos(psi), np.sin(psi)])
+    centre, rolling = np.array([radius * theta, radius]), np.array([radius * dtheta, 0.0])
+    hip = centre + (stance - radius) * up
+    dhip = rolling + dstance * up + (stance - radius) * dtheta * across
+    places = [hip, centre + (com - radius) * up, hip + (swing - com) * down]
+    speeds = [dhip, rolling + (com - radius) * dtheta * across, dhip + dswing * down + (swing - com) * dpsi * along]
+    landing = hip + (swing - radius) * down - np.array([0.0, radius])
+    return places, speeds, (-dtheta, dpsi), landing
+
+
+def cross(a, b):
+    """z component of the product of two plane vectors."""
+    return a[0] * b[1] - a[1] * b[0]
+
+
+def angular_momentum(walker, places, speeds, rates, point):
+    """About z through `point`, of the masses and the legs' own inertia."""
+    masses = (walker.p[0], walker.p[1], walker.p[1])
+    orbital = sum(
+        mass * cross(a - point, v)
+        for mass, a, v in zip(masses, places, speeds, strict=True))
+    return orbital + walker.p[7] * sum(rates)
+
+
+@pytest.mark.parametrize("design", [
+    TABLE_1_RIGID, changed(TABLE_1_RIGID, leg_inertia=2e-3), changed(TABLE_1_RIGID, foot_radius=0.0, hip_mass=0.0),
+], ids=["Table 1", "leg inertia", "point feet, no hip mass"])
+def test_rigid_impact_keeps_angular_momentum_about_the_landing_contact(design):
+    """Of the whole walker about the new contact, and of the old stance leg about the hip (it feels no impulse)."""
+    walker = walker_of(design)
+    for y in landing_states(walker, 40):
+        places, speeds, rates, landing = velocities(walker, y[:2], y[2:])
+        before = angular_momentum(walker, places, speeds, rates, landing)
+        trailing = walker.p[1] * cross(places[1] - places[0], speeds[1]) + walker.p[7] * rates[0]
+        after = y.copy()
+        heel_strike_reset(RIGID, after, walker.p)
+        places2, speeds2, rates2, _ = velocities(walker, after[:2], after[2:])
+        contact = np.array([walker.p[3] * after[0], 0.0])
+        assert angular_momentum(walker, places2, speeds2, rates2, contact) == pytest.approx(before, abs=1e-13)
+        leg = walker.p[1] * cross(places2[2] - places2[0], speeds2[2]) + walker.p[7] * rates2[1]
+        assert leg == pytest.approx(trailing, abs=1e-13)
+
+
+def test_compliant_impact_keeps_momentum_in_every_direction_the_constraints_leave_free():
+    """M (qd+ - qd-) has no component along motions that keep both feet rolling, and both feet do roll after."""
+    walker = walker_of(HEAVY_LEGS)
+    for y in landing_states(walker, 40):
+        after, *_ = landing_impulse(y, walker.p)
+        t = eq.compliant_terms(*y[:4], 0.0, 0.0, 0.0, 0.0, walker.p)
+        mass = np.zeros((4, 4))
+        mass[np.triu_indices(4)] = t[:10]
+        mass += np.triu(mass, 1).T
+        pi = np.array(eq.contact_terms(*y[:4], 0.0, 0.0, 0.0, 0.0, walker.p)[:8]).reshape(2, 4)
+        free = np.linalg.svd(pi)[2][2:]
+        jump = np.asarray(after) - y[4:]
+        assert np.abs(free @ mass @ jump).max() <= 1e-13
+        assert np.abs(pi @ after).max() <= 1e-13
+
+
+@pytest.mark.parametrize("design", [HEAVY_LEGS, changed(TABLE_1_RIGID, leg_inertia=2e-3)], ids=["compliant", "rigid"])
+def test_impulses_of_the_feet_are_the_change_of_momentum(design):
+    walker = walker_of(design)
+    half, masses = walker.size // 2, np.array([walker.p[0], walker.p[1], walker.p[1]])
+    phase = RIGID if walker.rigid else SINGLE_STANCE
+    for y in landing_states(walker, 20):
+        after = y.copy()
+        heel_strike_reset(phase, after, walker.p)
+        before = masses @ np.array(velocities(walker, y[:half], y[half:])[1])
+        later = masses[[0, 2, 1]] @ np.array(velocities(walker, after[:half], after[half:])[1])[[0, 2, 1]]
+        landing, trailing = impulses(walker, y)
+        assert np.abs(landing + trailing - (later - before)).max() <= 1e-13
+
+
+@pytest.mark.parametrize("design", [HEAVY_LEGS, TABLE_1_RIGID], ids=["compliant", "rigid"])
+def test_impact_never_gains_energy(design):
+    walker = walker_of(design)
+    phase, kinetic = (RIGID, eq.rigid_energy) if walker.rigid else (SINGLE_STANCE, eq.compliant_energy)
+    for y in landing_states(walker, 100):
+        after = y.copy()
+        heel_strike_reset(phase, after, walker.p)
+        assert kinetic(*after, walker.p)[0] < kinetic(*y, walker.p)[0]
+
+
+def test_names_change_at_heel_strike():
+    """theta+ = -psi, psi+ = -theta, the lengths swap: the hip and both feet stay where they are."""
+    walker = walker_of(TABLE_1)
+    y = landing_states(walker, 1)[0]
+    after = y.copy()
+    heel_strike_reset(SINGLE_STANCE, after, walker.p)
+    assert after[:4].tolist() == [-y[2], y[3], -y[0], y[1]]
+
+
+@pytest.mark.parametrize("design", [HEAVY_LEGS, changed(TABLE_1_RIGID, leg_inertia=2e-3)], ids=["compliant", "rigid"])
+def test_derivative_of_the_reset(design):
+    """Variations through the impact equal central differences of it."""
+    walker = walker_of(design)
+    phase, size, h = (RIGID, 4, 1e-6) if walker.rigid else (SINGLE_STANCE, 8, 1e-6)
+    directions = np.random.default_rng(2).normal(size=(20, size))
+    for y, direction in zip(landing_states(walker, 20), directions, strict=True):
+        both, plus, minus = np.concatenate([y, direction]), y + h * direction, y - h * direction
+        for state in (both, plus, minus):
+            heel_strike_reset(phase, state, walker.p)
+        assert np.abs(both[size:] - (plus - minus) / (2 * h)).max() <= 1e-8

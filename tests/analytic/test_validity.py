@@ -1,0 +1,85 @@
+"""The report on what a gait asks of the ground."""
+
+import numpy as np
+import pytest
+
+from stages.analytic.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE
+from stages.analytic.recording import record
+from stages.analytic.sampling import accelerations_and_forces
+from stages.analytic.step import section_state
+from stages.analytic.validity import assess, friction_used
+
+
+@pytest.fixture(scope="module")
+def report(table_1_gait, table_1_step):
+    return assess(table_1_gait[0], table_1_step)
+
+
+def test_trailing_foot_would_slip_at_heel_strike(report):
+    """Trap 4: the impulse the trailing foot needs is mostly tangential, far outside the cone of the paper's mu = 1.1."""
+    assert report.impulse_friction_trailing > 10
+    broken = report.broken_assumptions(1.1)
+    assert any("impulse on the trailing foot needs friction" in text for text in broken)
+    assert not any("landing foot needs" in text for text in broken)
+
+
+def test_more_friction_than_any_needed_breaks_no_friction_assumption(report):
+    assert not any("needs friction" in text for text in report.broken_assumptions(1e3))
+
+
+def test_scuffing_is_reported(report):
+    """The legs are equally long: the swing foot passes millimetres below ground near the upright stance leg."""
+    assert 1e-3 < report.deepest_scuff < 2e-2
+    assert abs(report.deepest_scuff_angle) < 0.1
+    assert any("stepping blocks" in text for text in report.broken_assumptions(1.1))
+
+
+def test_ground_only_pushes_in_the_gait_of_table_1(report):
+    assert report.feet_push_only
+    assert report.least_normal_force_stance > 0
+
+
+def test_pull_on_a_foot_is_infinite_friction():
+    assert friction_used(np.array([[0.1, 1.0], [0.2, -0.1]])) == float("inf")
+    assert friction_used(np.array([[0.3, 1.0], [-0.5, 1.0]])) == pytest.approx(0.5)
+    assert friction_used(np.zeros((3, 2))) == 0.0
+
+
+def test_pulling_ground_is_reported(table_1_gait):
+    """A walker that vaults too fast would leave the ground; the constraint holds it down and the report says so."""
+    walker, _ = table_1_gait
+    fast = np.array([-0.25, 1.0, 0.99, 1.25, -0.3])
+    segments = record(walker, section_state(False, fast, walker.p), 1, 1e-10, DOUBLE_STANCE)
+    report = assess(walker, segments)
+    assert report.least_normal_force_stance < 0 and not report.feet_push_only
+    assert any("pull the stance foot" in text for text in report.broken_assumptions(1.1))
+
+
+def test_forces_of_both_feet_carry_the_weight_on_average(table_1_gait, table_1_step):
+    """Over a periodic step the impulse of the ground is weight times period, normal and tangential, impacts included."""
+    from stages.analytic.recording import states_at
+    from stages.analytic.validity import impulses
+
+    walker, point = table_1_gait
+    points, weights = np.polynomial.legendre.leggauss(8)
+    total = sum(impulses(walker, table_1_step[-1].end))
+    for segment in table_1_step:
+        edges = np.append(segment.times, segment.duration)
+        middle, half = (edges[1:] + edges[:-1]) / 2, (edges[1:] - edges[:-1]) / 2
+        times = (middle[:, None] + half[:, None] * points).ravel()
+        states = states_at(segment.phase, segment.times, segment.states, times, walker.p)
+        forces = accelerations_and_forces(segment.phase, states, walker.p)[:, 4:].reshape(-1, 2, 2).sum(axis=1)
+        total = total + (forces * (half[:, None] * weights).ravel()[:, None]).sum(axis=0)
+    weight = -np.array(walker.p[8:10])
+    assert np.abs(total - weight * point.steps[0].period).max() <= 1e-9
+
+
+def test_single_stance_foot_carries_everything(table_1_gait, table_1_step):
+    rows = accelerations_and_forces(SINGLE_STANCE, table_1_step[-1].states, table_1_gait[0].p)
+    assert (rows[:, 6:8] == 0).all()
+
+
+def test_rigid_report_has_no_double_stance(rigid_gait):
+    walker, point = rigid_gait
+    report = assess(walker, record(walker, section_state(True, point.z, walker.p), 1, 1e-12, RIGID))
+    assert report.friction_double_stance == 0 and report.impulse_friction_trailing == 0
