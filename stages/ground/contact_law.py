@@ -28,9 +28,7 @@ class ContactLaw:
     )
     static_friction: float = parameter("1", "static friction coefficient", symbol="mu_s", bound=Bound(minimum=0))
     dynamic_friction: float = parameter("1", "dynamic friction coefficient", symbol="mu_d", bound=Bound(minimum=0))
-    stiction_velocity: float = parameter(
-        "m/s", "slip speed of greatest friction", symbol="v_s", bound=Bound(above=0)
-    )
+    stiction_velocity: float = parameter("m/s", "slip speed of greatest friction", symbol="v_s", bound=Bound(above=0))
     friction_velocity: float = parameter(
         "m/s", "least slip speed of dynamic friction", symbol="v_d", bound=Bound(above=0)
     )

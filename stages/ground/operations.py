@@ -24,6 +24,7 @@ class Operations:
     sqrt: Callable[[Any], Any]
     sign: Callable[[Any], Any]
     absolute: Callable[[Any], Any]
+    round: Callable[[Any], Any]
     power: Callable[[Any, float], Any]
     minimum: Callable[[Any, float], Any]
     maximum: Callable[[Any, float], Any]
@@ -33,8 +34,8 @@ def _sign(x: float) -> float:
     return float((x > 0) - (x < 0))
 
 
-SCALARS = Operations(math.sin, math.asin, math.sqrt, _sign, abs, math.pow, min, max)
-ARRAYS = Operations(np.sin, np.arcsin, np.sqrt, np.sign, np.abs, np.power, np.minimum, np.maximum)
+SCALARS = Operations(math.sin, math.asin, math.sqrt, _sign, abs, round, math.pow, min, max)
+ARRAYS = Operations(np.sin, np.arcsin, np.sqrt, np.sign, np.abs, np.round, np.power, np.minimum, np.maximum)
 
 
 def rise(u: Any, ops: Operations) -> Any:

@@ -12,6 +12,7 @@ from typing import Any
 
 from exudyn.utilities import CreateSymbolicUserFunction
 
+from stages.ground.blocks import Lane
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import friction_coefficient, friction_slope
 from stages.ground.normal_force import normal_force
@@ -29,6 +30,7 @@ SYMBOLS = Operations(
     sqrt=symbolic.sqrt,
     sign=symbolic.sign,
     absolute=symbolic.abs,
+    round=symbolic.round,
     power=lambda x, exponent: symbolic.pow(x, symbolic.Real(exponent)),
     minimum=lambda x, limit: symbolic.min(x, symbolic.Real(limit)),
     maximum=lambda x, limit: symbolic.max(x, symbolic.Real(limit)),
@@ -66,13 +68,21 @@ def disc_force(
     return -friction, normal
 
 
-def planar_connector_law(law: ContactLaw, radius: float, ops: Operations = SYMBOLS) -> Callable[..., list[Any]]:
-    """User function of a planar foot: what marker 0 feels, the negative of the force and torque on the foot."""
+def planar_connector_law(
+    law: ContactLaw, radius: float, lane: Lane | None = None, ops: Operations = SYMBOLS
+) -> Callable[..., list[Any]]:
+    """User function of a planar foot: what marker 0 feels, the negative of the force and torque on the foot.
+
+    With a lane the ground exists on its blocks only; their edges are not modelled.
+    """
 
     def ground(  # the signature is Exudyn's
         mbs, t, item, displacement, rotation, velocity, angularVelocity, stiffness, damping, rotJ0, rotJ1, offset
     ):
         tangential, normal = disc_force(law, radius, displacement[1], velocity[0], velocity[1], angularVelocity[2], ops)
+        if lane is not None:
+            there = lane.presence(displacement[0], ops)
+            tangential, normal = there * tangential, there * normal
         return [-tangential, -normal, 0.0, 0.0, 0.0, -(radius * tangential)]
 
     return ground
@@ -84,8 +94,8 @@ def symbolic_user_function(mbs: Any, function: Callable[..., list[Any]]) -> Any:
     return CreateSymbolicUserFunction(mbs, function, USER_FUNCTION, itemTypeName=CONNECTOR)
 
 
-def planar_ground(mbs: Any, law: ContactLaw, radius: float, *, compiled: bool = True) -> Any:
+def planar_ground(mbs: Any, law: ContactLaw, radius: float, lane: Lane | None = None, *, compiled: bool = True) -> Any:
     """User function of one planar foot; `compiled=False` calls Python instead, to measure what that costs."""
     if compiled:
-        return symbolic_user_function(mbs, planar_connector_law(law, radius))
-    return planar_connector_law(law, radius, SCALARS)
+        return symbolic_user_function(mbs, planar_connector_law(law, radius, lane))
+    return planar_connector_law(law, radius, lane, SCALARS)

@@ -27,6 +27,7 @@ from exudyn.itemInterface import (
 )
 
 from stages.biped.design import Biped
+from stages.ground.blocks import Lane
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.contact import planar_ground
@@ -42,6 +43,8 @@ COORDINATES = (
     ("acceleration", OUTPUT.Coordinates_tt),
 )
 
+Lanes = tuple[Lane, Lane] | None
+
 
 class Joints:
     """Assembled system; see `stages.multibody.solver.Assembly`.
@@ -52,13 +55,15 @@ class Joints:
 
     exact_acceleration = False
 
-    def __init__(self, biped: Biped, slope: Slope, contact: ContactLaw, *, compiled: bool = True) -> None:
+    def __init__(
+        self, biped: Biped, slope: Slope, contact: ContactLaw, lanes: Lanes = None, *, compiled: bool = True
+    ) -> None:
         self.container = exudyn.SystemContainer()
         self.mbs = self.container.AddSystem()
         self.biped = biped
         self.bodies = self._add_bodies(slope)
         self._add_legs()
-        self.contacts = self._add_ground(contact, compiled)
+        self.contacts = self._add_ground(contact, lanes, compiled)
         self.sensors = self._add_sensors()
         self.mbs.Assemble()
 
@@ -109,12 +114,13 @@ class Joints:
                 )
             )
 
-    def _add_ground(self, contact: ContactLaw, compiled: bool) -> list[Any]:
+    def _add_ground(self, contact: ContactLaw, lanes: Lanes, compiled: bool) -> list[Any]:
         mbs, biped = self.mbs, self.biped
         plane = mbs.AddMarker(MarkerBodyRigid(bodyNumber=mbs.AddObject(ObjectGround())))
-        self.law = planar_ground(mbs, contact, biped.foot_radius, compiled=compiled)
+        radius = biped.foot_radius
+        self.laws = [planar_ground(mbs, contact, radius, lane, compiled=compiled) for lane in lanes or (None, None)]
         contacts = []
-        for foot in self.bodies[1:]:
+        for foot, law in zip(self.bodies[1:], self.laws):
             centre = [0.0, biped.foot_radius - biped.foot_com, 0.0]
             disc = mbs.AddMarker(MarkerBodyRigid(bodyNumber=foot, localPosition=centre))
             contacts.append(
@@ -123,7 +129,7 @@ class Joints:
                         markerNumbers=[plane, disc],
                         stiffness=np.zeros((6, 6)),
                         damping=np.zeros((6, 6)),
-                        springForceTorqueUserFunction=self.law,
+                        springForceTorqueUserFunction=law,
                     )
                 )
             )

@@ -39,6 +39,11 @@ class Settings:
         "s", "time without a heel strike after which the walk counts as stalled", bound=Bound(above=0, maximum=100)
     )
 
+    scene: str = parameter(
+        "-", "ideal: no scuffing; blocks: stepping blocks one step apart", choices=("ideal", "blocks"), default="ideal"
+    )
+    block_length: float = parameter("m", "length of a stepping block", bound=Bound(above=0), default=0.08)
+
     def broken_rules(self) -> Iterator[Broken]:
         """The fine step is not coarser than the coarse one."""
         if self.impact_step > self.rolling_step:

@@ -9,6 +9,7 @@ import numpy as np
 
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import Walk
+from stages.ground.blocks import lanes
 from stages.multibody.energy import EnergyBalance, energy_balance
 from stages.multibody.parameters import Parameters, Settings
 from stages.multibody.quiet_exudyn import exudyn
@@ -22,7 +23,8 @@ SETTLED_STEPS = 4
 
 
 def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
-    """Walk and measure. inputs["analytic"] gives the mid-stance state and the normal force of its first sample.
+    """Walk and measure. inputs["analytic"] gives the mid-stance state, the normal force of its first sample and, for
+    stepping blocks, the step length.
 
     A fall or a failed solver is a result whose `outcome` says so, with the walk up to there.
     """
@@ -31,7 +33,8 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
     standing_force = float(analytic.walk.ground_reaction[0, 0, 1])
     state = rolling_state(biped, contact, analytic.mid_stance, standing_force)
     progress(0.0, f"walking {settings.steps} steps in Exudyn ({settings.assembly})")
-    walked = simulate(biped, slope, contact, state, settings)
+    blocks = lanes(analytic.gait.step_length_m, settings.block_length) if settings.scene == "blocks" else None
+    walked = simulate(biped, slope, contact, state, settings, lanes=blocks)
     progress(0.8, "sampling the walk")
     walk = sample(walked.trajectory, slope, biped.foot_radius, settings.sampling_rate_hz)
     penetration, slip = contact_signals(walked, walk, biped.foot_radius)

@@ -13,6 +13,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from stages.ground.blocks import Lane
+from stages.ground.operations import SCALARS
+
 Pose = tuple[float, float, tuple[float, float], tuple[float, float]]
 
 COMPLETED = "completed"
@@ -49,6 +52,7 @@ class Watch:
     """Called before every solver step; `outcome` and `message` tell why the run ended.
 
     `landed` tells which feet stand on the ground at the start; `refine` may ask for a pause to change the step size.
+    With `lanes` the ideal rule is off: the ground itself ends between the blocks.
     """
 
     walker: Walker
@@ -58,6 +62,7 @@ class Watch:
     heel_strikes_wanted: int
     in_play: list[bool]
     landed: list[bool]
+    lanes: tuple[Lane, Lane] | None = None
     refine: Callable[[float], bool] | None = None
     outcome: str = RUNNING
     switches: list[tuple[float, int, bool]] = field(default_factory=list)
@@ -86,6 +91,8 @@ class Watch:
         if time - self.last_heel_strike > self.longest_step:
             return self._end(STALLED, f"no heel strike for {self.longest_step:g} s at t = {time:.6g} s")
         self._switch(time, x, y, angles, lengths)
+        if self.outcome != RUNNING:
+            return False
         if self.heel_strikes >= self.heel_strikes_wanted and self._mid_stance(angles):
             return self._end(COMPLETED)
         return self.refine is None or self.refine(time)
@@ -103,8 +110,12 @@ class Watch:
         for leg in (0, 1):
             clearance = y - reach[leg] * math.cos(angles[leg]) - self.radius
             ahead = place[leg] > place[1 - leg]
+            if self.lanes:
+                self._cross_edge(time, leg, place[leg], clearance)
             if clearance > 0.0:
-                if self.in_play[leg] and not ahead and self.walker.leg_rate(leg) > 0.0:
+                if self.lanes:
+                    pass
+                elif self.in_play[leg] and not ahead and self.walker.leg_rate(leg) > 0.0:
                     self._set(time, leg, False)
                 elif not self.in_play[leg] and ahead:
                     self._set(time, leg, True)
@@ -117,11 +128,22 @@ class Watch:
             if self.in_play[leg] and not self.landed[leg]:
                 self.approach = clearance
 
+    def _cross_edge(self, time: float, leg: int, place: float, clearance: float) -> None:
+        """A foot passes the edge of a block: fine in the air, the end of the walk otherwise."""
+        over = self.lanes is not None and self.lanes[leg].presence(place, SCALARS) > 0.5
+        if over == self.in_play[leg]:
+            return
+        if clearance <= 0.0:
+            what = "struck the side of a block" if over else "stepped off its block"
+            self._end(FELL, f"foot {leg} {what} at t = {time:.6g} s")
+        self._set(time, leg, over)
+
     def _set(self, time: float, leg: int, acts: bool) -> None:
         self.in_play[leg] = acts
         self.landed[leg] = False
         self.switches.append((time, leg, acts))
-        self.walker.set_in_play(leg, acts)
+        if self.lanes is None:
+            self.walker.set_in_play(leg, acts)
 
     def _mid_stance(self, angles: tuple[float, float]) -> bool:
         return angles[self.last_landed] <= 0.0

@@ -66,6 +66,9 @@ def integrate(
 ) -> Run:
     """Integrate from `state` at t = 0 until the watch ends the run, the solver fails or the duration [s] is over."""
     assembly.start(state)
+    if watch.lanes:  # the ground itself ends between blocks
+        assembly.set_in_play(0, True)
+        assembly.set_in_play(1, True)
     assembly.mbs.SetPreStepUserFunction(watch)
     limit = settings.longest_step * (watch.heel_strikes_wanted + 2) if duration is None else duration
     segments: list[dict[str, np.ndarray]] = []

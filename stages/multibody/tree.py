@@ -22,6 +22,7 @@ from exudyn.itemInterface import (
 )
 
 from stages.biped.design import Biped
+from stages.ground.blocks import Lane
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.contact import planar_ground
@@ -32,19 +33,23 @@ from stages.multibody.state import PlanarState
 JOINT = exudyn.JointType
 OUTPUT = exudyn.OutputVariableType
 
+Lanes = tuple[Lane, Lane] | None
+
 
 class Tree:
     """Assembled system; see `stages.multibody.solver.Assembly` for what it offers."""
 
     exact_acceleration = True
 
-    def __init__(self, biped: Biped, slope: Slope, contact: ContactLaw, *, compiled: bool = True) -> None:
+    def __init__(
+        self, biped: Biped, slope: Slope, contact: ContactLaw, lanes: Lanes = None, *, compiled: bool = True
+    ) -> None:
         self.container = exudyn.SystemContainer()
         self.mbs = self.container.AddSystem()
         self.compliant = biped.legs == "compliant"
         self.natural_length = biped.leg_length
         self.tree, self.feet = self._add_bodies(biped, slope)
-        self.contacts = self._add_ground(biped, contact, compiled)
+        self.contacts = self._add_ground(biped, contact, lanes, compiled)
         self.sensors = self._add_sensors(biped)
         self.mbs.Assemble()
 
@@ -93,11 +98,14 @@ class Tree:
         )
         return self.mbs.AddObject(tree), feet
 
-    def _add_ground(self, biped: Biped, contact: ContactLaw, compiled: bool) -> list[Any]:
+    def _add_ground(self, biped: Biped, contact: ContactLaw, lanes: Lanes, compiled: bool) -> list[Any]:
         plane = self.mbs.AddMarker(MarkerBodyRigid(bodyNumber=self.mbs.AddObject(ObjectGround())))
-        self.law = planar_ground(self.mbs, contact, biped.foot_radius, compiled=compiled)
+        radius = biped.foot_radius
+        self.laws = [
+            planar_ground(self.mbs, contact, radius, lane, compiled=compiled) for lane in lanes or (None, None)
+        ]
         contacts = []
-        for foot in self.feet:
+        for foot, law in zip(self.feet, self.laws):
             disc = MarkerKinematicTreeRigid(objectNumber=self.tree, linkNumber=foot, localPosition=self.disc_centre)
             contacts.append(
                 self.mbs.AddObject(
@@ -105,7 +113,7 @@ class Tree:
                         markerNumbers=[plane, self.mbs.AddMarker(disc)],
                         stiffness=np.zeros((6, 6)),
                         damping=np.zeros((6, 6)),
-                        springForceTorqueUserFunction=self.law,
+                        springForceTorqueUserFunction=law,
                     )
                 )
             )

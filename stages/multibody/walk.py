@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import sys
 
@@ -10,7 +11,9 @@ from scipy.interpolate import PchipInterpolator
 
 from stages.biped.design import Biped
 from stages.biped.walk import Walk
+from stages.ground.blocks import Lane
 from stages.ground.contact_law import ContactLaw
+from stages.ground.operations import SCALARS
 from stages.ground.slope import Slope
 from stages.multibody.events import Events, find_events
 from stages.multibody.parameters import Settings
@@ -20,15 +23,23 @@ from stages.multibody.state import PlanarState
 from stages.multibody.trajectory import Trajectory
 
 
-def build(biped: Biped, slope: Slope, contact: ContactLaw, settings: Settings, *, compiled: bool = True) -> Assembly:
+def build(
+    biped: Biped,
+    slope: Slope,
+    contact: ContactLaw,
+    settings: Settings,
+    lanes: tuple[Lane, Lane] | None = None,
+    *,
+    compiled: bool = True,
+) -> Assembly:
     """The assembly that the settings choose. `compiled=False` evaluates the contact in Python, for benchmarks."""
     if settings.assembly == "tree":
         from stages.multibody.tree import Tree
 
-        return Tree(biped, slope, contact, compiled=compiled)
+        return Tree(biped, slope, contact, lanes, compiled=compiled)
     from stages.multibody.joints import Joints
 
-    return Joints(biped, slope, contact, compiled=compiled)
+    return Joints(biped, slope, contact, lanes, compiled=compiled)
 
 
 def simulate(
@@ -40,15 +51,19 @@ def simulate(
     *,
     steps: int | None = None,
     duration: float | None = None,
+    lanes: tuple[Lane, Lane] | None = None,
     assembly: Assembly | None = None,
 ) -> Run:
     """Walk from `state` at t = 0 through `steps` heel strikes (default: the settings') to the mid-stance after them.
 
     The walk ends in the solver step in which the hip passes over the foot that landed last, or after `duration` [s] if
     that is given. A fall, a standstill or a failure of the solver ends it earlier and is told by the run's outcome.
-    Pass a built `assembly` of the same design to save building it again.
+    With `lanes` the feet stand on stepping blocks instead of the ideal ground, see `stages.multibody.scuffing`.
+    Pass a built `assembly` of the same design (and the same lanes) to save building it again.
     """
-    machine = assembly or build(biped, slope, contact, settings)
+    machine = assembly or build(biped, slope, contact, settings, lanes)
+    if lanes:
+        state = dataclasses.replace(state, in_play=_over_blocks(state, biped.foot_radius, lanes))
     standing = _standing(state, biped.foot_radius)
     watch = Watch(
         walker=machine,
@@ -58,6 +73,7 @@ def simulate(
         heel_strikes_wanted=(settings.steps if steps is None else steps) if duration is None else sys.maxsize,
         in_play=list(state.in_play),
         landed=standing,
+        lanes=lanes,
         last_landed=1 if standing == [False, True] else 0,
     )
     return integrate(machine, state, watch, settings, duration)
@@ -67,6 +83,12 @@ def _standing(state: PlanarState, radius: float) -> list[bool]:
     """Which feet touch the ground while it acts on them."""
     reach = [(length - radius) * math.cos(angle) for length, angle in zip(state.leg_length, state.leg_angle)]
     return [acts and state.hip_position[1] - leg <= radius for acts, leg in zip(state.in_play, reach)]
+
+
+def _over_blocks(state: PlanarState, radius: float, lanes: tuple[Lane, Lane]) -> tuple[bool, bool]:
+    legs = zip(lanes, state.leg_length, state.leg_angle)
+    place = [state.hip_position[0] + (length - radius) * math.sin(angle) for _, length, angle in legs]
+    return lanes[0].presence(place[0], SCALARS) > 0.5, lanes[1].presence(place[1], SCALARS) > 0.5
 
 
 def sample(trajectory: Trajectory, slope: Slope, radius: float, rate_hz: float) -> Walk:

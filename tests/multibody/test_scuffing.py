@@ -1,0 +1,40 @@
+"""The ideal rule against scuffing, and stepping blocks that do the same."""
+
+import numpy as np
+import pytest
+
+from stages.ground.blocks import Lane, lanes
+from stages.ground.operations import SCALARS
+from stages.multibody.scuffing import FELL
+from stages.multibody.walk import sample, simulate
+
+
+def test_blocks_of_a_lane():
+    lane = Lane(first=0.1, spacing=0.4, length=0.1)
+    x = np.array([-0.36, -0.34, -0.26, -0.24, 0.04, 0.06, 0.1, 0.14, 0.16, 0.46, 0.54, 0.56])
+    assert lane.presence(x).tolist() == [0, 1, 1, 0, 0, 1, 1, 1, 0, 1, 1, 0]
+    assert [lane.presence(value, SCALARS) for value in x.tolist()] == lane.presence(x).tolist()
+    inner, outer = lanes(0.16, 0.08)
+    assert inner.presence(0.0) == 1.0 and outer.presence(0.16) == 1.0 and inner.presence(0.16) == 0.0
+
+
+def test_blocks_under_the_feet_give_the_walk_of_the_ideal_rule(two_steps, biped, slope, contact, start, settings):
+    run = simulate(biped, slope, contact, start, settings, lanes=lanes(0.16, 0.1))
+    assert run.completed
+    assert np.array_equal(run.trajectory.position, two_steps.trajectory.position)
+    on_blocks, ideal = (sample(each.trajectory, slope, biped.foot_radius, 500.0) for each in (run, two_steps))
+    assert np.array_equal(on_blocks.heel_strike_time, ideal.heel_strike_time)
+    assert np.array_equal(on_blocks.toe_off_time, ideal.toe_off_time)
+
+
+@pytest.mark.parametrize(("step", "length"), [(0.3, 0.05), (0.16, 0.03)])
+def test_a_missed_block_is_told(biped, slope, contact, start, settings, step, length):
+    run = simulate(biped, slope, contact, start, settings, lanes=lanes(step, length))
+    assert run.outcome == FELL and run.message
+
+
+def test_without_the_rule_the_swing_foot_scuffs(biped, slope, contact, start, settings):
+    """The rule is needed: on plain ground under both feet the same start does not get through two steps."""
+    endless = (Lane(0.0, 2.0, 2.0), Lane(0.0, 2.0, 2.0))
+    run = simulate(biped, slope, contact, start, settings, lanes=endless)
+    assert not run.completed
