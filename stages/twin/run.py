@@ -1,0 +1,77 @@
+"""The twin stage: the spatial machine, built from its parts, walking from the simple model's fixed point."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from stages.biped.progress import Progress, ignore
+from stages.biped.walk import Walk
+from stages.twin.bill import sums
+from stages.twin.energy import EnergyBalance, energy_balance
+from stages.twin.machine import build
+from stages.twin.parameters import Parameters
+from stages.twin.parts import Part
+from stages.twin.result import PartRow, Result, SumRow
+from stages.twin.settling import settling
+from stages.twin.shapes import solid
+from stages.twin.signals import sample
+from stages.twin.simulate import rolling_start, simulate_twin
+from stages.twin.snapshots import snapshots
+
+#: Poses kept for the figure: this many, evenly over the last two strides.
+POSES = 13
+
+
+def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
+    """Build, walk, measure. inputs["analytic"] gives the mid-stance state and the normal force of its first sample.
+
+    A fall or a failed solver is a result whose `outcome` says so, with the walk up to there. Raises ValueError if the
+    parts do not add up to the design.
+    """
+    biped, slope, contact, settings = parameters.biped, parameters.slope, parameters.contact, parameters.settings
+    analytic = inputs["analytic"]
+    machine = build(biped, settings)
+    start = rolling_start(machine, contact, analytic.mid_stance, float(analytic.walk.ground_reaction[0, 0, 1]))
+    progress(0.0, f"walking {settings.steps} steps in space")
+    record = simulate_twin(machine, slope, contact, start, settings)
+    progress(0.8, "sampling the walk")
+    signals = sample(
+        record, machine, biped, slope, contact, settings.sampling_rate_hz, settings.hip_socket, settings.foot_socket
+    )
+    strikes = signals.walk.heel_strike_time
+    last_step = tuple(strikes[-2:]) if len(strikes) > 1 else ()
+    closed = energy_balance(record, machine, slope, contact, *last_step) if last_step else EnergyBalance(*[np.nan] * 6)
+    return Result(
+        outcome=record.outcome,
+        reason=record.reason,
+        steps=record.heel_strikes,
+        signals=signals,
+        settling=settling(record, signals.walk),
+        energy=closed,
+        snapshots=snapshots(record, machine, pose_times(signals.walk)),
+        parts=tuple(part_row(part) for part in settings.parts),
+        sums=tuple(SumRow(what, float(found), wanted) for what, found, wanted, _ in sums(settings.parts, biped)),
+        solver_steps=len(record.time) - 1,
+    )
+
+
+def pose_times(walk: Walk) -> np.ndarray:
+    """Times evenly over the last two strides, or over the whole walk if it is shorter [s]."""
+    strikes = walk.heel_strike_time
+    begin = strikes[-5] if len(strikes) >= 5 else walk.time[0]
+    end = strikes[-1] if len(strikes) >= 5 else walk.time[-1]
+    return np.linspace(begin, end, POSES)
+
+
+def part_row(part: Part) -> PartRow:
+    """The row with the inertia that follows from its shape."""
+    shape = solid(part.shape, part.size, part.axis)
+    size = " x ".join(f"{1e3 * value:g}" for value in part.size)
+    place = [a + b for a, b in zip(part.position, shape.centroid, strict=True)]
+    words = f"{part.shape} {part.axis} {size}" if part.shape in ("cylinder", "tube") else f"{part.shape} {size}"
+    return PartRow(
+        part.name, part.group, part.material, words.strip(), part.pieces, part.mass, *place, *shape.inertia(part.mass)
+    )
