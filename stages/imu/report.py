@@ -11,19 +11,11 @@ from stages.biped.quantity import quantity
 from stages.imu.frames import Frame
 from stages.imu.parameters import Settings
 from stages.imu.sensor import SensorTrace
-from stages.imu.units import (
-    GAIN_TOLERANCE,
-    STANDARD_GRAVITY,
-    agrees_with_gravity,
-    angular_rate_factor,
-    implied_acceleration_unit,
-)
+from stages.imu.units import agrees_with_gravity, implied_acceleration_unit, implied_angular_rate_unit, turning_ratio
 
 FEWEST_ROWS = 50
 AXIS_NAMES = ("ax", "ay", "az", "gx", "gy", "gz")
 NOT_OBSERVABLE = -1
-RATE_UNITS = {"rad/s": 1.0, "deg/s": math.pi / 180}
-UNIT_EVIDENCE = 0.3  # share of gravity's turning the rate must explain before its unit is judged
 
 
 @dataclass(frozen=True)
@@ -72,7 +64,7 @@ def report_sensor(
     indexed, clock, device = trace.indexed, trace.clock, trace.indexed.recording.device
     reading = static_reading(trace)
     unit = implied_acceleration_unit(reading, device)
-    rate_unit = implied_angular_rate_unit(trace)
+    rate_unit = angular_rate_unit(trace)
     raw = np.hstack((indexed.recording.acceleration, indexed.recording.angular_rate))
     dead = dead_axes(raw)
     refused = tuple(_refusals(trace, settings, dead, reading, unit, rate_unit))
@@ -152,20 +144,14 @@ def static_reading(trace: SensorTrace) -> float:
     return float(np.median(size[np.isfinite(size)])) if np.isfinite(size).any() else math.nan
 
 
-def implied_angular_rate_unit(trace: SensorTrace) -> str:
-    """The unit in which the angular rate turns gravity at factor 1, or "unclear" where the motion does not tell."""
+def angular_rate_unit(trace: SensorTrace) -> str:
+    """The unit in which the angular rate explains how gravity turns, or "unclear" where nothing turns."""
     known = np.isfinite(trace.specific_force).all(axis=1) & np.isfinite(trace.angular_rate).all(axis=1)
     if known.sum() < FEWEST_ROWS or not math.isfinite(trace.rate_hz) or trace.rate_hz <= 0:
         return "unclear"
     rate = trace.angular_rate[known] - trace.bias()
-    factor, explained = angular_rate_factor(trace.specific_force[known], rate, trace.rate_hz)
-    if not factor > 0 or explained < UNIT_EVIDENCE:
-        return "unclear"
-    declared = _declared_rate_unit(trace.indexed.recording.device.gyroscope_unit)
-    # A factor of 57 says the stored numbers are 57 times larger in SI than declared, and the reverse.
-    sizes = {unit: abs(math.log(factor * RATE_UNITS[declared] / size)) for unit, size in RATE_UNITS.items()}
-    unit = min(sizes, key=lambda name: sizes[name])
-    return unit if sizes[unit] < math.log(3) else "unclear"
+    ratio = turning_ratio(trace.specific_force[known], rate, trace.rate_hz)
+    return implied_angular_rate_unit(ratio, _declared_rate_unit(trace.indexed.recording.device.gyroscope_unit))
 
 
 def _declared_rate_unit(unit: str) -> str:
@@ -189,6 +175,3 @@ def quantisation_step(raw: np.ndarray) -> float:
         difference = np.diff(np.unique(axis[np.isfinite(axis)]))
         steps.extend(difference[difference > 0].min(keepdims=True) if len(difference) else [])
     return float(min(steps)) if steps else math.nan
-
-
-__all__ = ["GAIN_TOLERANCE", "NOT_OBSERVABLE", "STANDARD_GRAVITY", "SensorReport", "report_sensor"]

@@ -1,0 +1,168 @@
+"""The synthetic measurement campaign: walks of the twin through a sensor model into a database. Nothing is measured."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from stages.biped.gait import StanceState
+from stages.biped.progress import Progress, ignore
+from stages.campaign.database import database_bytes
+from stages.campaign.parameters import Parameters
+from stages.campaign.radio import Transmitted, transmit
+from stages.campaign.result import Result, RunTruth, SensorTruth
+from stages.campaign.twin_run import TwinRun, first_state, walk_twin
+from stages.campaign.variation import generator
+from stages.campaign.virtual_sensor import (
+    STANDARD_GRAVITY,
+    Readings,
+    SensorErrors,
+    SensorMotion,
+    draw_errors,
+    low_pass,
+    read,
+)
+from stages.imu.schema import Device, Experiment
+
+SYNTHETIC = "synthetic"
+FIRST_RUN_AT = 1_600_000_000.0  # s, what the phone's clock shows at the first run: any date does
+BETWEEN_RUNS = 120.0  # s
+SENSOR_STREAM = 1000  # numbers of the random streams of the sensors; those of the attempts lie below
+AROUND_STRIKE = (-0.005, 0.03)  # s, where the spike of a heel strike is looked for
+
+#: Sensor axis nearest to the body's forward and upward axis, for each place.
+MOUNTING = {"hip": ("+y", "-x"), "foot": ("-z", "+x")}
+
+
+def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
+    """Walk, sense, send, store. inputs["twin"] gives the state in which the twin's own walk begins.
+
+    The result is the truth; its file is what a lab would have. Raises NoWalk if the twin falls at every attempt.
+    """
+    state, normal_force = first_state(inputs["twin"].walk)
+    truths: dict[int, RunTruth] = {}
+    stored: dict[int, tuple[Experiment, tuple[Transmitted, ...]]] = {}
+    count = parameters.runs.runs
+    for number, experiment, truth, sent in _runs(parameters, state, normal_force):
+        truths[number], stored[number] = truth, (experiment, sent)
+        progress(len(truths) / (count + 1), f"synthetic run {len(truths)} of {count}")
+    devices = [device(place, parameters) for place in MOUNTING]
+    database = database_bytes(devices, (stored[number] for number in range(count)))
+    return Result(SYNTHETIC, tuple(truths[number] for number in range(count)), {"measurements.sqlite": database})
+
+
+def _runs(
+    parameters: Parameters, state: StanceState, normal_force: float
+) -> Iterator[tuple[int, Experiment, RunTruth, tuple[Transmitted, ...]]]:
+    """All runs as they get ready, each computed in a process of its own pool; the order is arbitrary."""
+    one = partial(synthetic_run, state=state, normal_force=normal_force, parameters=parameters)
+    workers = min(parameters.runs.runs, os.cpu_count() or 1)
+    if workers == 1:
+        for number in range(parameters.runs.runs):
+            yield (number, *one(number))
+        return
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=context) as pool:
+        waiting = {pool.submit(one, number): number for number in range(parameters.runs.runs)}
+        try:
+            for done in as_completed(waiting):
+                yield (waiting[done], *done.result())
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def device(place: str, parameters: Parameters) -> Device:
+    """The synthetic sensor at a place, as the database describes it."""
+    sensor, radio = parameters.sensor, parameters.radio
+    forward, up = MOUNTING[place]
+    return Device(
+        place=place,
+        rate_hz=sensor.rate_hz,
+        accelerometer_unit="counts",
+        gyroscope_unit="counts",
+        name=f"{SYNTHETIC} sensor at the {place}",
+        bandwidth_hz=sensor.bandwidth_hz,
+        accelerometer_range_g=sensor.accelerometer_range_g,
+        gyroscope_range_deg_s=sensor.gyroscope_range_deg_s,
+        bits=sensor.bits,
+        batch_size=radio.batch_size,
+        counter_modulus=radio.counter_modulus,
+        forward_axis=forward,
+        up_axis=up,
+    )
+
+
+def synthetic_run(
+    number: int, state: StanceState, normal_force: float, parameters: Parameters
+) -> tuple[Experiment, RunTruth, tuple[Transmitted, ...]]:
+    """One run: its experiment, its truth, and what its two sensors sent."""
+    walked = walk_twin(number, state, normal_force, parameters)
+    variation = walked.variation
+    experiment = Experiment(f"{SYNTHETIC} run {number + 1:02d}", SYNTHETIC, variation.slope_read_deg)
+    clock_start = FIRST_RUN_AT + BETWEEN_RUNS * number
+    truths, sent = {}, []
+    for stream, (place, motion) in enumerate((("hip", walked.hip), ("foot", walked.foot))):
+        rng = generator(parameters.runs.seed, number, SENSOR_STREAM + stream)
+        errors = draw_errors(parameters.sensor, device(place, parameters), rng)
+        readings = read(motion, errors, parameters.sensor, rng)
+        sent.append(transmit(readings, clock_start, parameters.sensor.rate_hz, parameters.radio, rng))
+        truths[place] = sensor_truth(place, motion, walked, errors, readings, sent[-1], parameters)
+    truth = RunTruth(
+        name=experiment.name,
+        clock_start=clock_start,
+        slope_deg=variation.slope_deg,
+        stance_push=variation.stance_push,
+        swing_push=variation.swing_push,
+        outsole=variation.build.outsole,
+        failed_attempts=walked.attempts - 1,
+        heel_strike_time=walked.heel_strike_time,
+        heel_strike_leg=walked.heel_strike_leg,
+        hip=truths["hip"],
+        foot=truths["foot"],
+    )
+    return experiment, truth, tuple(sent)
+
+
+def sensor_truth(
+    place: str,
+    motion: SensorMotion,
+    walked: TwinRun,
+    errors: SensorErrors,
+    readings: Readings,
+    sent: Transmitted,
+    parameters: Parameters,
+) -> SensorTruth:
+    """The truth about one sensor, with the spike of the inner pair's heel strikes before and behind the sensor."""
+    smooth = low_pass(motion.specific_force, parameters.runs.motion_rate_hz, parameters.sensor.bandwidth_hz)
+    size = parameters.sensor.accelerometer_range_g * STANDARD_GRAVITY / 2 ** (parameters.sensor.bits - 1)
+    strikes = walked.heel_strike_time[walked.heel_strike_leg == 0]
+    return SensorTruth(
+        place=place,
+        rotation=errors.rotation,
+        acceleration_gain=errors.acceleration_gain,
+        angular_rate_gain=errors.angular_rate_gain,
+        acceleration_bias=errors.acceleration_bias,
+        angular_rate_bias=errors.angular_rate_bias,
+        period=errors.period,
+        packet=sent.packet,
+        position=sent.position,
+        sample_time=readings.time[sent.row],
+        lost_packets=len(readings.time) // parameters.radio.batch_size - len(sent.row) // parameters.radio.batch_size,
+        peak=peak(motion.time, motion.specific_force, strikes),
+        peak_filtered=peak(motion.time, smooth, strikes),
+        peak_sampled=peak(readings.time, readings.acceleration * size, strikes),
+    )
+
+
+def peak(time: np.ndarray, force: np.ndarray, strikes: np.ndarray) -> float:
+    """Median over the strikes [s] of the greatest magnitude of a force (n, 3) shortly after each."""
+    before, after = AROUND_STRIKE
+    magnitude = np.linalg.norm(force, axis=1)
+    spans = [magnitude[(time >= strike + before) & (time <= strike + after)] for strike in strikes]
+    return float(np.median([span.max() for span in spans if len(span)]))

@@ -1,0 +1,100 @@
+"""One walk of the twin, with a still stand and a push before it, as its two sensors feel it."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.biped.gait import StanceState
+from stages.biped.walk import Walk
+from stages.campaign.parameters import Parameters
+from stages.campaign.standing import joined, rolling_leg, stand_and_push
+from stages.campaign.variation import Variation, draw_variation, generator
+from stages.campaign.virtual_sensor import SensorMotion
+from stages.ground.slope import Slope
+from stages.twin.machine import build
+from stages.twin.signals import Signals, sample
+from stages.twin.simulate import rolling_start, simulate_twin
+
+MOST_ATTEMPTS = 10
+
+
+class NoWalk(RuntimeError):
+    """The twin falls however often it is pushed."""
+
+
+@dataclass(frozen=True)
+class TwinRun:
+    """What the two sensors feel in one run, the true heel strikes, and what was different.
+
+    The walk begins at time 0; `attempts` counts the pushes it took.
+    """
+
+    hip: SensorMotion
+    foot: SensorMotion
+    heel_strike_time: np.ndarray
+    heel_strike_leg: np.ndarray
+    variation: Variation
+    attempts: int
+
+
+def first_state(walk: Walk) -> tuple[StanceState, float]:
+    """State of a walk at its first sample, by role of the legs, and the normal force [N] on the standing inner leg."""
+    state = StanceState(
+        stance_angle=-float(walk.leg_angle[0, 0]),
+        stance_length=float(walk.leg_length[0, 0]),
+        swing_angle=float(walk.leg_angle[0, 1]),
+        swing_length=float(walk.leg_length[0, 1]),
+        stance_rate=-float(walk.leg_rate[0, 0]),
+        stance_length_rate=float(walk.leg_length_rate[0, 0]),
+        swing_rate=float(walk.leg_rate[0, 1]),
+        swing_length_rate=float(walk.leg_length_rate[0, 1]),
+    )
+    return state, float(walk.ground_reaction[0, 0, 1])
+
+
+def walk_twin(number: int, state: StanceState, normal_force: float, parameters: Parameters) -> TwinRun:
+    """Run `number` of the campaign: push until the twin walks to the end of the ramp. Raises NoWalk."""
+    settings = parameters.runs
+    for attempt in range(MOST_ATTEMPTS):
+        variation = draw_variation(settings, parameters.slope, generator(settings.seed, number, attempt))
+        slope = dataclasses.replace(parameters.slope, slope_deg=variation.slope_deg)
+        signals = _signals(variation, slope, state, normal_force, parameters)
+        if signals is not None:
+            hip, foot = _with_stand(signals, variation, slope, parameters)
+            walk = signals.walk
+            return TwinRun(hip, foot, walk.heel_strike_time, walk.heel_strike_leg, variation, attempt + 1)
+    raise NoWalk(f"synthetic run {number}: the twin fell after each of {MOST_ATTEMPTS} pushes; are push_sd or slope too far off?")
+
+
+def _signals(
+    variation: Variation, slope: Slope, state: StanceState, normal_force: float, parameters: Parameters
+) -> Signals | None:
+    """The twin's walk on a fine grid, or None if it did not reach the end."""
+    twin = dataclasses.replace(parameters.twin, tolerance=parameters.runs.solver_tolerance)
+    machine = build(parameters.biped, twin, variation.build)
+    start = rolling_start(machine, parameters.contact, variation.start(state), normal_force)
+    record = simulate_twin(machine, slope, parameters.contact, start, twin, steps=parameters.runs.steps)
+    if not record.completed:
+        return None
+    rate = parameters.runs.motion_rate_hz
+    return sample(record, machine, parameters.biped, slope, parameters.contact, rate, twin.hip_socket, twin.foot_socket)
+
+
+def _with_stand(
+    signals: Signals, variation: Variation, slope: Slope, parameters: Parameters
+) -> tuple[SensorMotion, SensorMotion]:
+    """Both sensors' motion from the still stand to the end of the walk."""
+    settings, walk = parameters.runs, signals.walk
+    grid = 1 / settings.motion_rate_hz
+    angle, rate = float(walk.leg_angle[0, 0]), walk.leg_rate[:, 0]
+    end = (angle, float(rate[0]), float((rate[1] - rate[0]) / grid))
+    time, leg = stand_and_push(variation.stand_angle, end, settings.rest_s, settings.push_s, grid)
+    before = rolling_leg((leg[0], leg[1], leg[2]), parameters.biped, slope, time)
+    after = (
+        SensorMotion(walk.time, signals.hip_imu_specific_force, signals.hip_imu_angular_velocity),
+        SensorMotion(walk.time, signals.foot_imu_specific_force, signals.foot_imu_angular_velocity),
+    )
+    return joined(before[0], after[0]), joined(before[1], after[1])
