@@ -1,0 +1,63 @@
+"""A design as one object whose parameters are reached by name: what continuation and design search vary."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+from stages.analytic.walker import Walker, build_walker
+from stages.biped.design import Biped
+from stages.biped.quantity import Bound
+from stages.ground.slope import Slope
+
+
+@dataclass(frozen=True)
+class DesignPoint:
+    """A biped on a slope. Names are those of the parameter files: "biped.hip_mass", "ground.slope_deg"."""
+
+    biped: Biped
+    slope: Slope
+
+    def walker(self) -> Walker:
+        """The design as the integrator sees it."""
+        return build_walker(self.biped, self.slope)
+
+    def value(self, name: str) -> float:
+        """Value of a parameter. Raises KeyError with the known names."""
+        owner, key = self._owner(name)
+        return float(getattr(owner, key))
+
+    def with_value(self, name: str, value: float) -> DesignPoint:
+        """The design with one parameter changed; no rule is checked. Raises KeyError with the known names."""
+        owner, key = self._owner(name)
+        changed = dataclasses.replace(owner, **{key: float(value)})
+        return DesignPoint(changed, self.slope) if owner is self.biped else DesignPoint(self.biped, changed)
+
+    def bound(self, name: str) -> Bound:
+        """The range the parameter files allow. Raises KeyError with the known names."""
+        owner, key = self._owner(name)
+        field = next(field for field in dataclasses.fields(owner) if field.name == key)
+        bound: Bound = field.metadata["bound"]
+        return bound
+
+    def is_legal(self) -> bool:
+        """Whether every value lies in its bounds and all rules hold."""
+        fields = [(owner, field) for owner in (self.biped, self.slope) for field in dataclasses.fields(owner)]
+        inside = all(
+            field.metadata["bound"].holds(getattr(owner, field.name)) for owner, field in fields if field.type == "float")
+        return inside and not list(self.biped.broken_rules())
+
+    def _owner(self, name: str) -> tuple[Biped | Slope, str]:
+        file, _, key = name.partition(".")
+        for owner in (self.biped, self.slope):
+            names = {field.name for field in dataclasses.fields(owner) if field.type == "float"}
+            if owner.FILE == file and key in names:
+                return owner, key
+        raise KeyError(f"{name}: not a number of the design; known are {', '.join(parameter_names())}")
+
+
+def parameter_names() -> tuple[str, ...]:
+    """Every numeric design parameter that can be varied."""
+    return tuple(
+        f"{owner.FILE}.{field.name}" for owner in (Biped, Slope) for field in dataclasses.fields(owner)
+        if field.type == "float")
