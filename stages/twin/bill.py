@@ -1,4 +1,4 @@
-"""What the bill of parts adds up to: rigid bodies, and the check against Table 1."""
+"""The bill of parts put together: six rigid bodies."""
 
 from __future__ import annotations
 
@@ -7,13 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.biped.design import Biped
 from stages.twin.parts import FRAMES, Part
 from stages.twin.shapes import solid
-
-#: How far the sums may be from Table 1, whose values have three decimals: mass [kg], mass centre [m].
-MASS_ROUNDING = 5e-5
-CENTRE_ROUNDING = 5e-5
 
 
 @dataclass(frozen=True)
@@ -57,30 +52,3 @@ def bodies(parts: Iterable[Part]) -> tuple[Body, ...]:
             side = 0 if part.group in FRAMES else (1 if piece.centre[2] > 0.0 else 2)
             gathered[first + side].append(piece)
     return tuple(join(group) for group in gathered)
-
-
-def sums(parts: Iterable[Part], biped: Biped) -> list[tuple[str, float, float, float]]:
-    """Rows (what, sum of the bill, Table 1, largest difference allowed) in kg and m."""
-    frame, left, right, outer, outer_left, outer_right = bodies(parts)
-    inner_pair, outer_pair = join((left, right)), join((outer_left, outer_right))
-    bottom = -biped.leg_length
-    return [
-        ("hip mass [kg]", frame.mass + outer.mass, biped.hip_mass, MASS_ROUNDING),
-        ("foot mass, inner pair [kg]", inner_pair.mass, biped.foot_mass, MASS_ROUNDING),
-        ("foot mass, outer pair [kg]", outer_pair.mass, biped.foot_mass, MASS_ROUNDING),
-        ("mass centre, inner pair [m]", inner_pair.centre[1] - bottom, biped.foot_com, CENTRE_ROUNDING),
-        ("mass centre, outer pair [m]", outer_pair.centre[1] - bottom, biped.foot_com, CENTRE_ROUNDING),
-        ("mass centre off the leg line, inner pair [m]", float(inner_pair.centre[0]), 0.0, CENTRE_ROUNDING),
-        ("mass centre off the leg line, outer pair [m]", float(outer_pair.centre[0]), 0.0, CENTRE_ROUNDING),
-    ]
-
-
-def check(parts: Iterable[Part], biped: Biped) -> None:
-    """Raise ValueError, in one sentence, if the bill does not add up to the biped's design parameters."""
-    wrong = [
-        f"{what} is {found:.5g} instead of {wanted:.5g}"
-        for what, found, wanted, allowed in sums(parts, biped)
-        if abs(found - wanted) > allowed
-    ]
-    if wrong:
-        raise ValueError("the parts in twin.yaml do not add up to the design in biped.yaml: " + "; ".join(wrong))

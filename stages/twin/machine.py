@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.design import Biped
-from stages.twin.bill import Body, bodies, check
+from stages.twin.bill import Body, bodies
 from stages.twin.parameters import Settings
+from stages.twin.table_one import check
 
 #: Legs in order. "Left" is the side of z > 0, as seen against the walking direction; leg // 2 is its pair, 0 inner.
 LEGS = ("inner left", "inner right", "outer left", "outer right")
@@ -68,7 +69,7 @@ def build(biped: Biped, settings: Settings, departure: Build = AS_DRAWN) -> Mach
     if settings.inertia == "planar":
         drawn = planar_equivalent(biped, settings)
     else:
-        check(settings.parts, biped)
+        check(settings.parts, settings.materials, biped)
         drawn = bodies(settings.parts)
     scaled = tuple(
         Body(factor * body.mass, body.centre, factor * body.inertia)

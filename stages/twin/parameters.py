@@ -10,7 +10,8 @@ from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.twin.parts import FEET, FRAMES, Material, Part
+from stages.twin.parts import Material, Part
+from stages.twin.table_one import faults
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class Settings:
     parts: tuple[Part, ...] = parameter("-", "bill of parts")
 
     def broken_rules(self) -> Iterator[Broken]:
-        """Places are points, lanes do not overlap, every group has parts, and every part is possible."""
+        """Places are points and lanes do not overlap."""
         for key in ("hip_socket", "foot_socket"):
             if len(getattr(self, key)) != 3:
                 yield Broken(key, "three numbers: x, y, z")
@@ -53,13 +54,6 @@ class Settings:
             yield Broken("foot_width", f"<= 2 inner_lane = {2.0 * self.inner_lane:g} m, or the inner feet overlap")
         if self.outer_lane - self.inner_lane < self.foot_width:
             yield Broken("outer_lane", f">= inner_lane + foot_width = {self.inner_lane + self.foot_width:g} m")
-        density = {material.name: material.density for material in self.materials}
-        for part in self.parts:
-            for fault in part.faults(density):
-                yield Broken("parts", f"{part.name} must have {fault}")
-        for group in FRAMES + FEET:
-            if all(part.group != group for part in self.parts):
-                yield Broken("parts", f"at least one part of group {group}")
 
 
 @dataclass(frozen=True)
@@ -70,3 +64,9 @@ class Parameters:
     slope: Slope
     contact: ContactLaw
     settings: Settings
+
+    def broken_rules(self) -> Iterator[Broken]:
+        """The bill of parts is possible and adds up to the design; point masses need no bill."""
+        if self.settings.inertia == "parts":
+            for fault in faults(self.settings.parts, self.settings.materials, self.biped):
+                yield Broken("twin.parts", fault)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from stages.biped.quantity import Bound, parameter
+from stages.biped.quantity import Bound, Broken, parameter
 from stages.twin.shapes import SIZES, size_fault, solid
 
 #: The rigid groups of parts. Frames turn with a pair of legs above the springs, feet slide on them below the springs.
@@ -43,24 +43,22 @@ class Part:
     position: tuple[float, ...] = parameter("m", "reference point x, y, z")
     pieces: int = parameter("1", "1, or 2 for a piece and its mirror image", bound=Bound(minimum=1, maximum=2))
 
-    def faults(self, density: dict[str, float]) -> Iterator[str]:
-        """What is impossible about the row, in words that complete "must have ..."."""
+    def broken_rules(self) -> Iterator[Broken]:
+        """Rules within a row: the size fits the shape, the position is a point, and tells left from right."""
         if len(self.position) != 3:
-            yield "a position of three numbers"
+            yield Broken("position", "three numbers x, y, z")
             return
         wrong_size = size_fault(self.shape, self.size)
         if wrong_size:
-            yield f"as size of a {self.shape} {wrong_size}"
-            return
+            yield Broken("size", f"for a {self.shape} {wrong_size}")
         if self.shape == "arc" and self.axis != "z":
-            yield "axis z, as every arc"
+            yield Broken("axis", "z for an arc")
         if self.pieces == 2 and self.position[2] == 0.0:
-            yield "z other than 0, as its mirror image would coincide with it"
+            yield Broken("position", "z other than 0 for two pieces, which would coincide")
         if self.group in FEET and self.position[2] == 0.0:
-            yield "z other than 0, which tells left foot from right foot"
-        if self.material not in density:
-            yield f"one of the materials {', '.join(density)}"
-        elif self.shape != "point":
-            heaviest = solid(self.shape, self.size, self.axis).volume * density[self.material]
-            if self.mass > SOLID_MARGIN * heaviest:
-                yield f"a mass of at most {heaviest:.4f} kg, solid {self.material}"
+            yield Broken("position", "z other than 0, which tells the left foot from the right one")
+
+    @property
+    def volume(self) -> float:
+        """Volume of one piece [m^3]."""
+        return solid(self.shape, self.size, self.axis).volume

@@ -9,7 +9,6 @@ import numpy as np
 
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import Walk
-from stages.twin.bill import sums
 from stages.twin.energy import EnergyBalance, energy_balance
 from stages.twin.machine import build
 from stages.twin.parameters import Parameters
@@ -20,6 +19,7 @@ from stages.twin.shapes import solid
 from stages.twin.signals import sample
 from stages.twin.simulate import rolling_start, simulate_twin
 from stages.twin.snapshots import snapshots
+from stages.twin.table_one import sums
 
 #: Poses kept for the figure: this many, evenly over the last two strides.
 POSES = 13
@@ -53,7 +53,7 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
         energy=closed,
         snapshots=snapshots(record, machine, pose_times(signals.walk)),
         parts=tuple(part_row(part) for part in settings.parts),
-        sums=tuple(SumRow(what, float(found), wanted) for what, found, wanted, _ in sums(settings.parts, biped)),
+        sums=tuple(SumRow(what, found, wanted) for what, found, wanted in sums(settings.parts, biped)),
         solver_steps=len(record.time) - 1,
     )
 
