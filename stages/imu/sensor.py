@@ -91,9 +91,11 @@ def find_rest(force: np.ndarray, rate: np.ndarray, rate_hz: float, settings: Set
     edges = np.flatnonzero(np.diff(np.concatenate(([0], quiet.astype(int), [0]))))
     if not len(edges):
         return none
-    starts, ends = edges[::2], edges[1::2]
+    starts, ends = edges[::2], edges[1::2] - 1 + length
     longest = int(np.argmax(ends - starts))
-    none[starts[longest] : ends[longest] - 1 + length] = True
+    # A window at the edge still passes when a movement begins in it: half a window is given up at each end.
+    margin = min(length // 2, (ends[longest] - starts[longest]) // 4)
+    none[starts[longest] + margin : ends[longest] - margin] = True
     return none
 
 
