@@ -81,7 +81,8 @@ class Watch:
         self.stuck = self.stuck + 1 if time == self.previous else 0
         self.previous = time
         if self.stuck > STUCK or self.calls > MOST_CALLS:
-            self._end(STEP_FLOOR, f"the solver gets nowhere at t = {time:.6g} s")
+            reason = "at its smallest step" if self.stuck > STUCK else f"after {MOST_CALLS} steps without a heel strike"
+            self._end(STEP_FLOOR, f"the solver gets nowhere {reason}, t = {time:.6g} s")
             raise RuntimeError(self.message)  # False is not looked at while a step is being repeated
         x, y, angles, lengths = self.walker.pose()
         if not math.isfinite(x + y + angles[0] + angles[1] + lengths[0] + lengths[1]):

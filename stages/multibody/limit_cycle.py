@@ -1,0 +1,140 @@
+"""The multibody model's own gait: fixed point, period and multipliers of its step map, by finite differences.
+
+The section is mid-stance, where the stance leg is normal to the ground. There the state has ten free numbers: the hip's
+x does not matter, the stance angle is zero, and legs are named by role so that one step maps the section onto itself.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from stages.biped.design import Biped
+from stages.biped.quantity import quantity
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+from stages.multibody.parameters import Settings
+from stages.multibody.solver import Run
+from stages.multibody.state import PlanarState
+from stages.multibody.walk import build, simulate
+
+SETTLING_STEPS = 8
+NEWTON_STEPS = 12
+# Steps of the central differences and the scales in which the residual is measured: m, rad, m/s, rad/s as below.
+SCALES = np.array([1e-2, 1e-1, 1e-2, 1e-2, 1e-1, 1e-1, 1.0, 1.0, 1e-1, 1e-1])
+DIFFERENCE = 1e-4
+
+
+class NoLimitCycle(Exception):
+    """The model does not walk, or the iteration finds no fixed point; the message says which."""
+
+
+@dataclass(frozen=True)
+class LimitCycle:
+    """A gait of the multibody model at mid-stance; rows and columns are the numbers of `section_numbers`."""
+
+    section_state: np.ndarray = quantity("1", "hip y, swing angle, both lengths, then the rates, shape (10,)")
+    period_s: float = quantity("s", "duration of one step", symbol="T")
+    step_length_m: float = quantity("m", "advance of the hip in one step", symbol="s")
+    monodromy_matrix: np.ndarray = quantity("1", "derivative of the step map, shape (10, 10)")
+    floquet_multipliers: np.ndarray = quantity("1", "eigenvalues, largest first, real and imaginary part, (10, 2)")
+    residual: float = quantity("1", "how far the fixed point moves in one step, in the scales of the section")
+
+
+@dataclass(frozen=True)
+class _Step:
+    numbers: np.ndarray
+    state: PlanarState
+    duration: float
+    length: float
+
+
+def section_numbers(state: PlanarState) -> np.ndarray:
+    """Hip y; swing angle; lengths of stance and swing leg; hip velocity x, y; rates of angles and lengths: (10,).
+
+    Leg 0 is the stance leg.
+    """
+    _, swing = state.leg_angle
+    numbers = (state.hip_position[1], swing, *state.leg_length, *state.hip_velocity)
+    return np.array([*numbers, *state.leg_rate, *state.leg_length_rate])
+
+
+def section_state(numbers: np.ndarray, like: PlanarState) -> PlanarState:
+    """The state at x = 0 with these numbers; which feet are in play is taken from `like`."""
+    y, swing, stance_length, swing_length, across, upward, *rates = numbers.tolist()
+    return PlanarState(
+        hip_position=(0.0, y),
+        hip_velocity=(across, upward),
+        leg_angle=(0.0, swing),
+        leg_rate=(rates[0], rates[1]),
+        leg_length=(stance_length, swing_length),
+        leg_length_rate=(rates[2], rates[3]),
+        in_play=like.in_play,
+    )
+
+
+def limit_cycle(
+    biped: Biped, slope: Slope, contact: ContactLaw, state: PlanarState, settings: Settings, tolerance: float = 1e-8
+) -> LimitCycle:
+    """Let the model settle from `state`, then find the fixed point by Newton's method with a kept derivative.
+
+    The integration's own tolerance should be 1e-10 or less. Raises NoLimitCycle.
+    """
+    machine = build(biped, slope, contact, settings)
+
+    def walk(start: PlanarState, steps: int) -> _Step:
+        return _mid_stance(simulate(biped, slope, contact, start, settings, steps=steps, assembly=machine))
+
+    settled = walk(state, SETTLING_STEPS)
+    numbers, like = settled.numbers, settled.state
+
+    def step(at: np.ndarray) -> _Step:
+        return walk(section_state(at, like), 1)
+
+    derivative = _derivative(step, numbers)
+    after = step(numbers)
+    for _ in range(NEWTON_STEPS):
+        residual = float(np.abs((after.numbers - numbers) / SCALES).max())
+        if residual < tolerance:
+            break
+        numbers = numbers + np.linalg.solve(np.eye(10) - derivative, after.numbers - numbers)
+        after = step(numbers)
+    else:
+        raise NoLimitCycle(f"no fixed point within {NEWTON_STEPS} iterations, residual {residual:.1e}")
+    derivative = _derivative(step, numbers)
+    values = np.linalg.eigvals(derivative)
+    values = values[np.lexsort((-values.imag, -np.abs(values)))]
+    multipliers = np.column_stack([values.real, values.imag])
+    return LimitCycle(numbers, after.duration, after.length, derivative, multipliers, residual)
+
+
+def _derivative(step, at: np.ndarray) -> np.ndarray:
+    columns = []
+    for index, scale in enumerate(SCALES):
+        change = np.zeros(10)
+        change[index] = DIFFERENCE * scale
+        columns.append((step(at + change).numbers - step(at - change).numbers) / (2.0 * DIFFERENCE * scale))
+    return np.column_stack(columns)
+
+
+def _mid_stance(run: Run) -> _Step:
+    """The end of a run, brought to the moment in which the new stance leg is upright, with the legs named by role."""
+    if not run.completed:
+        raise NoLimitCycle(run.message or run.outcome)
+    trajectory = run.trajectory
+    stance = int(np.argmin(np.abs(trajectory.position[-1, 2:4])))
+
+    def lean(time: float) -> float:
+        return float(trajectory.at(np.array([time]))[0][0, 2 + stance])
+
+    before = np.flatnonzero(trajectory.position[:, 2 + stance] > 0.0)[-1]  # the solver may take a step more than asked
+    moment = float(brentq(lean, trajectory.time[before], trajectory.time[before + 1], xtol=1e-15, rtol=8.9e-16))
+    state = trajectory.state_at(moment)
+    length = state.hip_position[0] - float(trajectory.position[0, 0])
+    if stance == 1:
+        pairs = ("leg_angle", "leg_rate", "leg_length", "leg_length_rate", "in_play")
+        state = dataclasses.replace(state, **{name: getattr(state, name)[::-1] for name in pairs})
+    return _Step(section_numbers(state), state, moment, length)
