@@ -34,7 +34,7 @@ class Sources:
         files: dict[str, str] = {}
         foreign: set[str] = set()
         seen: set[str] = set()
-        waiting = list(modules)
+        waiting = [name for module in modules for name in _with_parents(module, ())]
         while waiting:
             module = waiting.pop()
             if module in seen:

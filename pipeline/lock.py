@@ -17,8 +17,8 @@ _FAR = 1 << 30  # Windows locks bytes: one far behind the text, so that the hold
 
 
 @contextlib.contextmanager
-def held(folder: Path, command: str, wait: bool, waiting: Callable[[str], None]) -> Iterator[None]:
-    """Hold the lock of a results folder while the block runs.
+def held(folder: Path, name: str, command: str, wait: bool, waiting: Callable[[str], None]) -> Iterator[None]:
+    """Hold the lock of a results folder, called `name` in messages, while the block runs.
 
     Raises `StudyError` naming the holder if another run has it and `wait` is false; otherwise calls `waiting` once
     with a sentence and waits. A killed holder needs no clearing up: the system drops its lock with the process.
@@ -29,12 +29,12 @@ def held(folder: Path, command: str, wait: bool, waiting: Callable[[str], None])
         file = open(path, "a+b")  # noqa: SIM115
     except OSError as error:
         raise StudyError(
-            f"{folder}: cannot be written ({error.strerror}); choose another folder with --results"
+            f"{name}: cannot be written ({error.strerror}); choose another folder with --results"
         ) from None
     with file:
         told = False
         while not _try(file):
-            sentence = f"{folder} is in use by {_holder(path)}"
+            sentence = f"{name} is in use by {_holder(path)}"
             if not wait:
                 raise StudyError(f"{sentence}; wait for it with --wait, or choose another folder with --results")
             if not told:

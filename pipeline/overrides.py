@@ -40,7 +40,9 @@ def parsed(text: str, known: Mapping[str, Sequence[str]]) -> Override:
         homes = [f'; did you mean "{other}.{key}"?' for other, keys in known.items() if key in keys]
         hint = homes[0] if homes else nearest(key, known[file])
         raise StudyError(f'--set {text}: there is no parameter "{key}" in {file}{hint}')
-    return Override(text, file, key, tuple(inner), _without_lines(yaml_text.parse(value, f"--set {text}")))
+    return Override(
+        text, file, key, tuple(inner), _without_lines(yaml_text.parse(value, f"--set {text}", with_lines=False))
+    )
 
 
 def applied(override: Override, entry: Node | None) -> Node:

@@ -38,10 +38,11 @@ class Node:
         return self.value
 
 
-def parse(text: str, where: str) -> Node:
+def parse(text: str, where: str, *, with_lines: bool = True) -> Node:
     """Read one YAML document.
 
-    Raises `StudyError` with a sentence for each repeated key, or for the first error of syntax; `where` names the file.
+    Raises `StudyError` with a sentence for each repeated key, or for the first error of syntax; `where` names the file
+    and `with_lines` tells whether an error of syntax has a line worth naming.
     """
     try:
         root = yaml.compose(text, Loader=_Loader)
@@ -50,8 +51,7 @@ def parse(text: str, where: str) -> Node:
         problems: list[str] = []
         node = _convert(root, where, problems)
     except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        line = f":{mark.line + 1}" if mark else ""
+        line = f":{_line_of(error, text)}" if with_lines else ""
         reason = " ".join(part for part in (error.context, error.problem) if part)
         raise StudyError(f"{where}{line}: not valid YAML: {reason}") from None
     except yaml.YAMLError as error:
@@ -89,6 +89,13 @@ def scalar(text: str) -> Any:
     if _SPECIAL.match(text):
         return float(text.replace(".", "", 1))
     return text
+
+
+def _line_of(error: yaml.MarkedYAMLError, text: str) -> int:
+    """The line to look at: where the problem is, or, if that is only the end of the text, where it began."""
+    problem, context = error.problem_mark, error.context_mark
+    mark = problem if problem and (context is None or problem.line < len(text.splitlines())) else context
+    return int(mark.line) + 1 if mark else 1
 
 
 def _convert(node: yaml.Node, where: str, problems: list[str]) -> Node:

@@ -13,7 +13,7 @@ from pipeline.commands.status import print_survey
 from pipeline.executor import Outcome, bring_up_to_date
 from pipeline.options import print_json
 from pipeline.planning import Planner
-from pipeline.study import Study
+from pipeline.study import Study, shown
 
 
 def run_stages(
@@ -36,7 +36,7 @@ def run_stages(
     began = time.perf_counter()
     shows = display.for_terminal(verbose, as_json)
     command = " ".join(["bipedstudy", *sys.argv[1:]])
-    with lock.held(study.results, command, wait, shows.note):
+    with lock.held(study.results, shown(study.results), command, wait, shows.note):
         with contextlib.suppress(OSError):
             study.store.sweep()
         outcomes = bring_up_to_date(study, values, shows, force=forced, jobs=jobs or os.cpu_count() or 1)

@@ -1,0 +1,146 @@
+"""Results go to HDF5 and come back, with the same bytes every time."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+import h5py
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+from pipeline import artefact
+from pipeline.errors import ArtefactError
+from stages.biped.quantity import quantity
+
+
+@dataclass(frozen=True)
+class Inner:
+    value: float = quantity("m", "a length", symbol="L")
+    samples: np.ndarray = quantity("N", "forces, shape (n, 2)")
+
+
+@dataclass(frozen=True)
+class Everything:
+    word: str = quantity("-", "a word")
+    names: tuple[str, ...] = quantity("-", "words")
+    numbers: tuple[float, ...] = quantity("s", "numbers")
+    count: int = quantity("1", "a count")
+    yes: bool = quantity("1", "a truth")
+    missing: float | None = quantity("1", "perhaps a number")
+    masses: dict[str, float] = quantity("kg", "masses by name")
+    inner: Inner = quantity("1", "nested")
+    rows: tuple[Inner, ...] = quantity("1", "a table")
+    flags: np.ndarray = quantity("1", "truths")
+    files: dict[str, bytes] = field(default_factory=dict)
+
+
+def inner(n=3):
+    return Inner(float(n), np.arange(2.0 * n).reshape(n, 2))
+
+
+def example(**changes):
+    values = dict(
+        word="naïve", names=("a", "bcd"), numbers=(1.0, 2.5), count=3, yes=True, missing=None, masses={"z": 1.0, "a": 2.0},
+        inner=inner(), rows=tuple(inner(n) for n in range(12)), flags=np.array([True, False]), files={"x": b"y"},
+    )  # fmt: skip
+    return Everything(**{**values, **changes})
+
+
+def assert_same(left, right):
+    for name in left.__dataclass_fields__:
+        a, b = getattr(left, name), getattr(right, name)
+        if name == "files":
+            assert b == {}
+        elif isinstance(a, np.ndarray):
+            assert a.dtype == b.dtype and np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
+        elif isinstance(a, Inner):
+            assert_same(a, b)
+        elif isinstance(a, tuple) and a and isinstance(a[0], Inner):
+            assert len(a) == len(b)
+            for one, other in zip(a, b):
+                assert_same(one, other)
+        else:
+            assert a == b and type(a) is type(b)
+
+
+def round_trip(result):
+    return artefact.decode(artefact.encode(result, {}), type(result), "x.h5")
+
+
+def test_every_kind_of_field_comes_back():
+    assert_same(example(), round_trip(example()))
+    assert list(round_trip(example()).masses) == ["z", "a"]
+
+
+def test_empty_fields_come_back():
+    empty = example(word="", names=(), numbers=(), masses={}, rows=(), inner=inner(0), missing=1.5)
+    assert_same(empty, round_trip(empty))
+
+
+@settings(max_examples=50, deadline=None)
+@given(
+    st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"])),
+    arrays.arrays(np.float64, arrays.array_shapes(min_dims=2, max_dims=2, min_side=0)),
+)
+def test_any_text_and_any_array_come_back(word, samples):
+    result = example(word=word, names=(word, "x"), inner=Inner(1.0, samples))
+    assert_same(result, round_trip(result))
+
+
+def test_the_bytes_do_not_depend_on_the_time():
+    first = artefact.encode(example(), {"key": "k"})
+    time.sleep(1.1)
+    assert artefact.encode(example(), {"key": "k"}) == first
+
+
+def test_units_symbols_and_descriptions_are_stored(tmp_path):
+    path = tmp_path / "x.h5"
+    path.write_bytes(artefact.encode(example(), {"key": "k"}))
+    with h5py.File(path) as file:
+        attributes = dict(file["inner/value"].attrs)
+        assert attributes == {"unit": "m", "symbol": "L", "description": "a length"}
+        assert dict(file["provenance"].attrs) == {"key": "k"}
+        assert "files" not in file
+        assert list(file)[:3] == ["word", "names", "numbers"]
+
+
+def test_the_tree_lists_fields_in_the_order_of_declaration():
+    fields = artefact.tree(artefact.encode(example(), {}), "x.h5")
+    assert [item.path for item in fields][:8] == [
+        "word", "names", "numbers", "count", "yes", "missing", "masses", "masses/z"
+    ]  # fmt: skip
+    by_path = {item.path: item for item in fields}
+    assert by_path["word"].value == "naïve" and by_path["names"].value == ["a", "bcd"]
+    assert by_path["inner/samples"].shape == (3, 2) and by_path["inner/samples"].unit == "N"
+    assert by_path["inner"].shape is None
+
+
+def test_what_cannot_be_stored_is_refused():
+    with pytest.raises(TypeError, match="cannot be stored"):
+        artefact.encode(example(flags=np.array([object()])), {})
+
+
+def test_a_foreign_hdf5_file_is_one_sentence(tmp_path):
+    path = tmp_path / "x.h5"
+    with h5py.File(path, "w") as file:
+        file["a"] = 1
+    with pytest.raises(ArtefactError, match=r"x\.h5: an HDF5 file, but not an artefact of this study"):
+        artefact.load(path, Everything)
+    with pytest.raises(ArtefactError, match=r"y\.h5: cannot be read: No such file"):
+        artefact.load(tmp_path / "y.h5", Everything)
+
+
+def test_an_artefact_of_another_class_is_one_sentence():
+    with pytest.raises(ArtefactError, match=r"x\.h5: its fields do not fit this version of the study"):
+        artefact.decode(artefact.encode(inner(), {}), Everything, "x.h5")
+
+
+def test_an_artefact_cut_anywhere_is_never_a_traceback_and_never_taken_for_whole():
+    content = artefact.encode(example(), {"key": "k"})
+    for end in range(0, len(content), 997):
+        with pytest.raises(ArtefactError):
+            artefact.decode(content[:end], Everything, "x.h5")

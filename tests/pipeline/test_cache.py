@@ -1,0 +1,140 @@
+"""What runs again and what does not."""
+
+from __future__ import annotations
+
+import json
+
+ALL = {"fall", "bounce", "side", "picture"}
+
+
+def how(outcome):
+    return {name for name, state in outcome.items() if state == "computed"}
+
+
+def test_the_first_run_computes_everything_in_order(toy):
+    outcomes = toy.outcomes()
+    assert [outcome.how for outcome in outcomes] == ["computed"] * 4
+    assert [outcome.stage for outcome in outcomes] == ["fall", "bounce", "side", "picture"]
+    assert outcomes[0].summary == "fell 4.91 m"
+    assert sorted(toy.results()) == [
+        "bounce.h5", "claims.yaml", "fall.h5", "figures/one.svg", "picture.h5", "side.bin", "side.h5"
+    ]  # fmt: skip
+
+
+def test_the_second_run_computes_nothing(done):
+    before = done.results()
+    assert set(done.run().values()) == {"current"}
+    assert done.results() == before
+
+
+def test_forced_reruns_are_byte_identical(done):
+    before = done.results()
+    assert how(done.run(force=True)) == ALL
+    assert done.results() == before
+
+
+def test_two_studies_in_two_folders_have_the_same_bytes(done, finished):
+    assert how(done.run(force=True, jobs=1)) == ALL
+    assert done.results() == finished.results()
+
+
+def test_a_parameter_reruns_only_what_uses_it(done):
+    done.edit("params/ground.yaml", "value: 1e5", "value: 2e5")
+    assert how(done.run()) == {"bounce", "picture"}
+    done.edit("params/ground.yaml", "9.81", "9.82")
+    assert how(done.run()) == {"fall", "bounce", "picture"}
+    done.edit("params/picture.yaml", "title: fall", "title: autumn")
+    assert how(done.run()) == {"picture"}
+
+
+def test_units_sources_and_the_form_of_a_number_are_not_parameters(done):
+    done.edit("params/ground.yaml", "value: 1e5", "value: 100000")
+    done.edit("params/ground.yaml", "standard value", "measured")
+    assert how(done.run()) == set()
+
+
+def test_undoing_an_edit_computes_nothing(done):
+    before = done.results()
+    done.edit("params/ground.yaml", "9.81", "9.7")
+    assert how(done.run()) == {"fall", "bounce", "picture"}
+    assert done.results() != before
+    done.edit("params/ground.yaml", "9.7", "9.81")
+    assert done.run() == {"fall": "restored", "bounce": "restored", "side": "current", "picture": "restored"}
+    assert done.results() == before
+
+
+def test_set_is_an_edit_that_leaves_the_file_alone(done):
+    assert how(done.run("ground.contact_stiffness=3e5")) == {"bounce", "picture"}
+    assert done.run()["bounce"] == "restored"
+    assert done.run("fall.parts.1.mass=0.5")["fall"] == "computed"
+
+
+def test_comments_layout_and_docstrings_rerun_nothing(done):
+    done.edit("PACKAGE/body/motion.py", "# Galileo", "# Galileo Galilei, Discorsi")
+    done.edit("PACKAGE/body/motion.py", '"""Free fall."""', '"""Way fallen from rest."""')
+    done.edit("PACKAGE/fall/run.py", "settings = parameters.settings", "settings  =  ( parameters . settings )")
+    assert how(done.run()) == set()
+
+
+def test_code_reruns_the_stages_that_import_it_and_no_others(done):
+    done.edit("PACKAGE/body/motion.py", "0.5 * gravity", "0.25 * gravity")
+    assert how(done.run()) == {"fall", "bounce", "picture"}
+    done.edit("PACKAGE/bounce/run.py", "distance[-1]", "distance[0]")
+    assert how(done.run()) == {"bounce", "picture"}
+
+
+def test_code_that_gives_the_same_result_does_not_rerun_what_follows(done):
+    done.edit(
+        "PACKAGE/fall/run.py", "t = np.linspace(0, 1, settings.steps)", "t = np.linspace(0, 1, num=settings.steps)"
+    )
+    assert how(done.run()) == {"fall"}
+
+
+def test_a_style_sheet_beside_the_code_counts_as_code(done):
+    done.path("PACKAGE/picture/style.mplstyle").write_text("lines.linewidth: 2\n")
+    assert how(done.run()) == {"picture"}
+
+
+def test_a_figure_that_is_no_longer_made_disappears(done):
+    done.edit("params/picture.yaml", "extra: false", "extra: true")
+    done.run()
+    assert "figures/two.svg" in done.results()
+    done.edit("params/picture.yaml", "extra: true", "extra: false")
+    assert done.run()["picture"] == "restored"
+    assert "figures/two.svg" not in done.results()
+
+
+def test_a_file_of_the_users_own_is_left_alone(done):
+    mine = done.root / "results/figures/mine.txt"
+    mine.write_text("mine")
+    done.edit("params/picture.yaml", "extra: false", "extra: true")
+    done.run()
+    assert mine.read_text() == "mine"
+
+
+def test_only_what_is_upstream_runs_for_one_stage(toy):
+    assert toy.run(names=("bounce",)) == {"fall": "computed", "bounce": "computed"}
+    assert sorted(toy.results()) == ["bounce.h5", "fall.h5"]
+
+
+def test_deleted_results_come_back_from_the_cache(done):
+    before = done.results()
+    for name in before:
+        (done.root / "results" / name).unlink()
+    assert set(done.run().values()) == {"restored"}
+    assert done.results() == before
+
+
+def test_another_version_of_a_numerical_package_reruns_its_users(done, monkeypatch):
+    from pipeline import distributions
+
+    installed = {**distributions._installed(), "numpy": "0.0.1"}
+    monkeypatch.setattr(distributions, "_installed", lambda: installed)
+    reasons = {outcome.stage: outcome.reasons for outcome in done.outcomes()}
+    assert any(reason.startswith("numpy ") and reason.endswith("-> 0.0.1") for reason in reasons["fall"])
+
+
+def test_times_go_to_the_side_log(done):
+    done.run(force=True, names=("fall",))
+    lines = [json.loads(line) for line in (done.root / "results/log.jsonl").read_text().splitlines()]
+    assert lines[-1]["stage"] == "fall" and lines[-1]["how"] == "computed" and lines[-1]["seconds"] > 0

@@ -1,0 +1,208 @@
+"""The command line: what it prints, its exit codes, and how quick it is."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+
+import pytest
+
+
+@pytest.fixture
+def ran(toy_with_commands):
+    code, out, errors = toy_with_commands.command("run-all")
+    assert code == 0, errors
+    return toy_with_commands
+
+
+def test_run_all_prints_a_line_for_each_stage(toy_with_commands):
+    code, out, errors = toy_with_commands.command("run-all")
+    assert (code, errors) == (0, "")
+    lines = out.splitlines()
+    assert len(lines) == 4
+    assert lines[0].split()[:2] == ["fall", "computed"] and lines[0].endswith("fell 4.91 m")
+    code, out, _ = toy_with_commands.command("run-all")
+    assert [line.split()[1] for line in out.splitlines()] == ["current"] * 4
+
+
+def test_run_all_as_json(ran):
+    code, out, errors = ran.command("run-all", "--json", "--set", "ground.contact_stiffness=2e5")
+    answer = json.loads(out)
+    assert [(stage["stage"], stage["how"]) for stage in answer["stages"]] == [
+        ("fall", "current"), ("bounce", "computed"), ("side", "current"), ("picture", "computed")
+    ]  # fmt: skip
+    assert answer["stages"][1]["reasons"] == ["ground.yaml: contact_stiffness 1e5 -> 2e5"]
+
+
+def test_a_dry_run_runs_nothing(ran):
+    before = ran.results()
+    code, out, _ = ran.command("run-all", "--dry-run", "--set", "ground.contact_stiffness=2e5")
+    assert code == 0
+    assert "bounce       stale     ground.yaml: contact_stiffness 1e5 -> 2e5" in out.splitlines()
+    assert ran.results() == before
+
+
+def test_run_takes_several_stages_and_force_means_only_those(ran):
+    code, out, _ = ran.command("run", "bounce", "side", "--force")
+    assert code == 0
+    assert sorted(line.split()[:2] for line in out.splitlines()) == [
+        ["bounce", "computed"], ["fall", "current"], ["side", "computed"]
+    ]  # fmt: skip
+
+
+def test_verbose_says_why(ran):
+    _, out, _ = ran.command("run", "fall", "-v", "--set", "fall.height=3")
+    assert "computing: fall.yaml: height 2 -> 3" in out
+
+
+def test_status(ran):
+    code, out, errors = ran.command("status")
+    assert (code, errors) == (0, "")
+    assert [line.split() for line in out.splitlines()] == [
+        [name, "current"] for name in ("fall", "bounce", "side", "picture")
+    ]
+    assert json.loads(ran.command("status", "--json")[1])[0] == {"stage": "fall", "state": "current", "reasons": []}
+
+
+def test_graph(toy_with_commands):
+    code, out, _ = toy_with_commands.command("graph")
+    assert code == 0 and "  reads   results/bounce.h5, results/side.bin" in out.splitlines()
+    nodes = json.loads(toy_with_commands.command("graph", "--json")[1])
+    assert nodes[3]["upstream"] == ["bounce", "side"]
+
+
+def test_show_prints_fields_units_and_tables(ran):
+    code, out, errors = ran.command("show", "fall")
+    assert code == 0, errors
+    assert any(line.split()[:3] == ["height", "2", "m"] for line in out.splitlines())
+    assert "Parts" in out.splitlines()
+    tree = json.loads(ran.command("show", "results/bounce.h5", "--json")[1])
+    assert tree["fields"][0]["path"] == "force" and tree["fields"][0]["unit"] == "N"
+    assert tree["provenance"]["stage"] == "bounce"
+    assert "ground.contact_stiffness = 1e5" in tree["provenance"]["parameters"].splitlines()
+
+
+def test_claims(ran):
+    assert json.loads(ran.command("claims", "--json")[1]) == [
+        {"id": "force", "stated": "1 N", "found": "4.905e+05 N", "holds": False, "why": "it is another toy"}
+    ]
+    assert ran.command("claims")[1].splitlines()[0] == "force: does not hold"
+    assert ran.command("claims", "--markdown")[1].splitlines()[2] == (
+        "| force | 1 N | 4.905e+05 N | does not hold | it is another toy |"
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("run", "fall", "--set", "fall.height=-1"), "--set fall.height=-1: height = -1 m is not allowed; allowed: >= 0 m"),
+        (("run", "fal"), 'there is no stage "fal" (stages: fall, bounce, side, picture); did you mean "fall"?'),
+        (("rn",), 'there is no command "rn"; did you mean "run"? (see bipedstudy --help)'),
+        (("run",), "Missing argument 'STAGE...' (see bipedstudy run --help)"),
+        (("run-all", "--jobs", "0"), "Invalid value for '--jobs' / '-j': 0 is not in the range x>=1"),
+        (("run-all", "--job", "2"), "No such option"),
+        (("run-all", "--params", "nowhere"), "nowhere/fall.yaml: there is no such file"),
+        (("show", "fal"), '"fal" is neither a stage (fall, bounce, side, picture) nor a file; did you mean "fall"?'),
+        (("show", "dvc.yaml"), "dvc.yaml: is truncated or not an HDF5 file; it cannot be read as an artefact of this study"),
+        (("show", "params"), "params: cannot be read: Is a directory"),
+        (("claims", "--results", "elsewhere"), "elsewhere/claims.yaml is not there yet; make it with: bipedstudy run comparison"),
+        (("show", "fall", "--results", "elsewhere"), "elsewhere/fall.h5 is not there yet; make it with: bipedstudy run fall"),
+        (("run", "fall", "--results", "dvc.yaml"), "dvc.yaml: cannot be written"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_one_sentence_and_exit_code_2(toy_with_commands, arguments, sentence):
+    code, out, errors = toy_with_commands.command(*arguments)
+    assert code == 2
+    assert "Traceback" not in errors and out == ""
+    assert errors.startswith("error: ") and sentence in errors
+
+
+def test_bad_input_leaves_the_results_valid(ran):
+    before = ran.results()
+    assert ran.command("run-all", "--set", "ground.gravity=0", "--set", "fall.steps=x")[0] == 2
+    assert ran.results() == before
+    assert {state["state"] for state in json.loads(ran.command("status", "--json")[1])} == {"current"}
+
+
+def test_a_truncated_artefact_is_one_sentence(ran):
+    path = ran.root / "results/fall.h5"
+    path.write_bytes(path.read_bytes()[:1000])
+    code, out, errors = ran.command("show", "fall")
+    assert code == 2 and out == ""
+    assert errors == (
+        "error: results/fall.h5: is truncated or not an HDF5 file; it cannot be read as an artefact of this study\n"
+    )
+    assert "fall         in cache  results/fall.h5 was edited or damaged" in ran.command("status")[1].splitlines()
+
+
+def test_two_runs_at_once(toy_with_commands):
+    first = toy_with_commands.start("run", "side", "--set", "side.wait=2.5")
+    lock = toy_with_commands.root / "results/.cache/lock"
+    end = time.monotonic() + 10
+    while not (lock.exists() and lock.read_text()) and time.monotonic() < end:
+        time.sleep(0.02)
+    code, _, errors = toy_with_commands.command("run-all")
+    assert code == 2
+    assert f"error: results is in use by process {first.pid} (bipedstudy run side" in errors
+    assert toy_with_commands.command("status")[0] == 0
+    code, _, errors = toy_with_commands.command("run-all", "--wait")
+    assert code == 0 and "; waiting" in errors
+    assert first.wait() == 0
+
+
+def test_independent_stages_run_side_by_side(toy_with_commands):
+    toy = toy_with_commands
+    process = toy.start("run", "fall", "side", "--jobs", "2", "--set", "side.wait=1.5", "--set", "fall.behaviour=raise")
+    out, errors = process.communicate()
+    assert process.returncode == 1
+    assert out.splitlines()[0].startswith("fall         failed")
+    assert out.splitlines()[1].startswith("side         computed")
+
+
+def test_results_in_another_folder(ran):
+    before = ran.results()
+    code, _, errors = ran.command("run-all", "--results", "elsewhere", "--set", "fall.height=7")
+    assert code == 0, errors
+    assert ran.results() == before
+    assert (ran.root / "elsewhere/figures/one.svg").exists()
+
+
+def test_a_read_only_results_folder_can_be_looked_at(ran):
+    if os.geteuid() == 0:
+        pytest.skip("root may write anywhere")
+    folder = ran.root / "results"
+    folder.chmod(0o500)
+    (folder / ".cache").chmod(0o500)
+    try:
+        assert ran.command("status")[0] == 0
+        assert ran.command("show", "fall")[0] == 0
+        code, _, errors = ran.command("run-all", "--force")
+        assert code in (1, 2) and "Traceback" not in errors and errors.startswith("error: ")
+    finally:
+        folder.chmod(0o700)
+        (folder / ".cache").chmod(0o700)
+
+
+def test_the_command_line_loads_nothing_heavy(repository):
+    code = (
+        "import sys; from pipeline.cli import cli; "
+        "[cli.get_command(None, name) for name in cli.list_commands(None)]; "
+        "print(sorted({'numpy', 'scipy', 'matplotlib', 'exudyn', 'h5py', 'rich', 'sympy', 'numba'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=repository, text=True, capture_output=True, check=True)
+    assert done.stdout == "[]\n"
+
+
+def test_a_run_with_nothing_to_do_loads_nothing_heavy(ran, repository):
+    code = (
+        f"import sys; sys.path[:0] = [{str(ran.root)!r}, {str(repository)!r}]\n"
+        "from pipeline.cli import main\n"
+        "try: main(['run-all'])\n"
+        "except SystemExit: pass\n"
+        "print(sorted({'numpy', 'h5py', 'rich', 'subprocess', 'stages.fall.run'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ran.root, text=True, capture_output=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"

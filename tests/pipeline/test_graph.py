@@ -1,0 +1,53 @@
+"""dvc.yaml is the graph, and what the pipeline does not understand in it is refused."""
+
+from __future__ import annotations
+
+import pytest
+
+from pipeline import graph
+from pipeline.errors import StudyError
+
+
+def refused(toy):
+    with pytest.raises(StudyError) as caught:
+        graph.read(toy.root)
+    return caught.value.sentences
+
+
+def test_order_and_dependencies(toy):
+    found = graph.read(toy.root)
+    assert list(found.stages) == ["fall", "bounce", "side", "picture"]
+    assert found.upstream("picture") == ("bounce", "side")
+    assert found.needed_for(("bounce",)) == ("fall", "bounce")
+    assert found.stages["bounce"].parameters["ground"][0] == "gravity"
+    assert found.stages["side"].parameters == {"side": None}
+    with pytest.raises(StudyError, match=r'there is no stage "bonce" \(stages: .*\); did you mean "bounce"\?'):
+        found.stage("bonce")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("cmd: bipedstudy run side", "cmd: make side", 'cmd must be "bipedstudy run side", not \'make side\''),
+        ("deps: [PACKAGE/side]", "wdir: x", 'the key "wdir" is not understood here (only cmd, deps, params, outs)'),
+        ("deps: [PACKAGE/side]", "dep: [x]", 'did you mean "deps"?'),
+        ("results/side.bin]\n", "/x]\n", "outs: /x lies outside the study"),
+        ("outs: [results/side.h5, ", "outs: [", "stage side: outs must list results/side.h5"),
+        ("results/fall.h5]\n    params", "results/fal.h5]\n    params", 'reads results/fal.h5, which no stage makes; '
+         'did you mean "results/fall.h5"?'),
+        ("[results/bounce.h5]", "[results/bounce.h5, results/fall.h5]", "results/fall.h5 is made by both"),
+        ("[PACKAGE/fall, PACKAGE/body]", "[results/bounce.h5]", "these stages wait for each other: bounce, fall"),
+        ("- params/side.yaml:", "- seeds.yaml:", "params must be lines like"),
+    ],
+)  # fmt: skip
+def test_what_is_not_understood_is_refused(toy, old, new, sentence):
+    toy.edit("dvc.yaml", old.replace("PACKAGE", toy.package), new.replace("PACKAGE", toy.package))
+    found = refused(toy)
+    assert any(sentence in line for line in found), found
+
+
+def test_a_file_that_is_no_graph_is_one_sentence(toy):
+    for text in ("", "vars: [x]\nstages: {}\n", "[1]"):
+        (toy.root / "dvc.yaml").write_text(text)
+        (sentence,) = refused(toy)
+        assert sentence.endswith('dvc.yaml: expected the one key "stages" with the stages under it')

@@ -1,0 +1,173 @@
+"""Parameters are checked before anything runs, and every error is reported at once."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipeline import yaml_text
+from pipeline.errors import StudyError
+from pipeline.fingerprint import compact
+
+
+def sentences(toy, *settings, names=("fall", "bounce")):
+    with pytest.raises(StudyError) as caught:
+        toy.study(*settings).parameters(names)
+    assert caught.value.exit_code == 2
+    return list(caught.value.sentences)
+
+
+def sentence(toy, *settings, **options):
+    found = sentences(toy, *settings, **options)
+    assert len(found) == 1, found
+    return found[0]
+
+
+def write(toy, name, text):
+    (toy.root / "params" / name).write_text(text)
+
+
+def test_values_arrive_with_their_types(toy):
+    values = toy.study().parameters(["fall", "bounce"])
+    settings = values["fall"].settings
+    assert settings.marks == (0.5, 1e-7)
+    assert type(settings.steps) is int and settings.steps == 5
+    assert [(part.name, part.mass) for part in settings.parts] == [("ball", 0.1), ("shell", 0.2)]
+    assert settings.label == "none"
+    assert values["bounce"].ground.contact_stiffness == 1e5
+    assert values["bounce"].ground.dynamic_friction == 1.0
+
+
+WRONG_SETTINGS = {
+    "fall.height=-1": "--set fall.height=-1: height = -1 m is not allowed; allowed: >= 0 m",
+    "fall.height=.nan": "--set fall.height=.nan: height = nan m is not allowed; allowed: >= 0 m",
+    "fall.height=.inf": "--set fall.height=.inf: height = inf m is not allowed; allowed: >= 0 m",
+    "fall.height=1e999": "--set fall.height=1e999: height = inf m is not allowed; allowed: >= 0 m",
+    "fall.height=high": '--set fall.height=high: height = "high" is not a number; allowed: >= 0 m',
+    "fall.height=true": "--set fall.height=true: height = true is not a number; allowed: >= 0 m",
+    "fall.height='2'": "--set fall.height='2': height = \"2\" is not a number; allowed: >= 0 m",
+    "fall.height=[1]": "--set fall.height=[1]: height = [1] is not a number; allowed: >= 0 m",
+    "fall.height=null": "--set fall.height=null: height = null is not a number; allowed: >= 0 m",
+    "ground.gravity=100.5": "--set ground.gravity=100.5: gravity = 100.5 m/s^2 is not allowed; "
+    "allowed: > 0 and <= 100 m/s^2",
+    "fall.steps=2.5": "--set fall.steps=2.5: steps = 2.5 is not a whole number; allowed: >= 1",
+    "fall.steps=0": "--set fall.steps=0: steps = 0 is not allowed; allowed: >= 1",
+    "fall.behaviour=wel": '--set fall.behaviour=wel: behaviour = "wel" is not allowed; allowed: well, raise, answer, crash, '
+    'exit, sleep, extra, hidden, disk; did you mean "well"?',
+    "fall.behaviour=3": "--set fall.behaviour=3: behaviour = 3 is not a word; allowed: well, raise, answer, crash, exit, "
+    "sleep, extra, hidden, disk",
+    "fall.marks=3": "--set fall.marks=3: marks = 3 is not a list",
+    "fall.marks=[1, -2]": "--set fall.marks=[1, -2]: marks[1] = -2 m is not allowed; allowed: >= 0 m",
+    "fall.parts=[{name: x}]": "--set fall.parts=[{name: x}]: parts[0] lacks the column mass (allowed: > 0 kg)",
+    "fall.parts=[3]": "--set fall.parts=[3]: parts[0] = 3 is not a row like {name, mass}",
+    "fall.parts.1.mass=0": "--set fall.parts.1.mass=0: parts[1]: mass = 0 kg is not allowed; allowed: > 0 kg",
+    "fall.parts.2.mass=1": "--set fall.parts.2.mass=1: there is no row 2; rows are 0 to 1",
+    "fall.parts.1.mas=1": '--set fall.parts.1.mas=1: parts[1] has an unknown column "mas"; did you mean "mass"?',
+    "fall.height.x=1": "--set fall.height.x=1: height is not a table, so .x leads nowhere",
+    "fall.heigth=1": '--set fall.heigth=1: there is no parameter "heigth" in fall; did you mean "height"?',
+    "fall.gravity=1": '--set fall.gravity=1: there is no parameter "gravity" in fall; did you mean "ground.gravity"?',
+    "fal.height=1": '--set fal.height=1: there is no parameter file "fal"; did you mean "fall"?',
+    "height=1": "--set height=1: the form is --set file.key=value, for example --set biped.hip_mass=0.4",
+    "fall.height": "--set fall.height: the form is --set file.key=value, for example --set biped.hip_mass=0.4",
+    "fall.height=": "--set fall.height=: the form is --set file.key=value, for example --set biped.hip_mass=0.4",
+    "fall..x=1": "--set fall..x=1: the form is --set file.key=value, for example --set biped.hip_mass=0.4",
+    "fall.height={a: 1": "--set fall.height={a: 1: not valid YAML: while parsing a flow mapping did not find expected "
+    "',' or '}'",
+    "ground.dynamic_friction=2": "--set ground.dynamic_friction=2: dynamic_friction = 2 is not allowed; "
+    "allowed: <= static_friction = 1.1",
+}
+
+
+@pytest.mark.parametrize("setting", WRONG_SETTINGS)
+def test_a_wrong_setting_is_one_sentence(toy, setting):
+    assert sentence(toy, setting) == WRONG_SETTINGS[setting]
+
+
+WRONG_LINES = {
+    "height: -1": ":1: height = -1 m is not allowed; allowed: >= 0 m",
+    "\n\nheight: {value: -1, unit: m}": ":3: height = -1 m is not allowed; allowed: >= 0 m",
+    "height: {value: 1, unit: mm}": ':1: height has the unit "mm"; it must be given in "m"',
+    "height: {valu: 1}": ':1: height has a part "valu" that means nothing here (only value, unit, source, rows); '
+    'did you mean "value"?',
+    "height: {unit: m}": ":1: height has no value; write it as {value: ..., unit: ..., source: ...}",
+    "height: 1\nheight: 2": ':2: the key "height" is given twice, first on line 1',
+    "height: {value: 1, value: 2}": ':1: the key "value" is given twice, first on line 1',
+    "height: 1\nheigth: 2": ':2: there is no parameter "heigth"; did you mean "height"?',
+    "": ": height is missing; allowed: >= 0 m",
+    "height: [1": ":1: not valid YAML: while parsing a flow sequence did not find expected ',' or ']'",
+    "- height": ": expected lines of the form key: value",
+    "? [height]\n: 1\nheight: 1": ":1: a key must be a single word",
+    "height: &a [*a]": ": not valid YAML: nested too deeply, or an alias inside itself",
+    "height: 1_000": ':1: height = "1_000" is not a number; allowed: >= 0 m',
+}
+REST = "\nsteps: 5\nbehaviour: well\nmarks: []\nparts: []\n"
+
+
+@pytest.mark.parametrize("text", WRONG_LINES)
+def test_a_wrong_line_is_one_sentence_with_file_and_line(toy, text):
+    write(toy, "fall.yaml", text + (REST if "- " not in text and text[-2:] != "[1" else ""))
+    found = sentence(toy)
+    assert found.startswith(str(toy.root)) or found.startswith("params")
+    assert found.partition("params/fall.yaml")[2] == WRONG_LINES[text]
+
+
+def test_every_error_of_every_file_is_reported_at_once(toy):
+    toy.edit("params/fall.yaml", "value: 2.0, unit: m", "value: -2.0, unit: m")
+    toy.edit("params/fall.yaml", "value: 5", "value: many")
+    toy.edit("params/ground.yaml", "value: 1e5, unit: N/m", "value: 0, unit: N/m")
+    found = sentences(toy, "side.sed=1", "nonsense")
+    assert [line.split("params/")[-1] for line in found] == [
+        "--set nonsense: the form is --set file.key=value, for example --set biped.hip_mass=0.4",
+        '--set side.sed=1: there is no parameter "sed" in side; did you mean "seed"?',
+        'fall.yaml:1: steps = "many" is not a number; allowed: >= 1'.replace("a number", "a whole number"),
+        "fall.yaml:2: height = -2 m is not allowed; allowed: >= 0 m",
+        "ground.yaml:3: contact_stiffness = 0 N/m is not allowed; allowed: > 0 N/m",
+    ]
+
+
+def test_a_missing_or_binary_file_is_one_sentence(toy):
+    (toy.root / "params/fall.yaml").unlink()
+    assert sentence(toy).endswith("params/fall.yaml: there is no such file")
+    (toy.root / "params/fall.yaml").write_bytes(b"\xff\xfe\x00")
+    assert sentence(toy).endswith("params/fall.yaml: not a text file in UTF-8")
+
+
+def test_errors_of_files_a_stage_does_not_read_do_not_stop_it(toy):
+    write(toy, "picture.yaml", "nonsense: [")
+    assert toy.study().parameters(["fall"])["fall"].settings.height == 2.0
+
+
+def test_dvc_yaml_must_list_the_parameters_a_stage_reads(toy):
+    toy.edit("dvc.yaml", "gravity, contact_stiffness, ", "gravity, ")
+    assert (
+        sentence(toy) == "dvc.yaml: stage bounce reads contact_stiffness of ground.yaml, which its params do not list"
+    )
+    toy.edit("dvc.yaml", "[gravity, static", "[gravity, contact_stiffness, wind, static")
+    assert sentence(toy) == "dvc.yaml: stage bounce lists wind of ground.yaml, which it does not read"
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_every_way_of_writing_a_number_is_read_as_that_number(value):
+    for text in (repr(value), f"{value:e}", f"{value:.17g}", compact(value)):
+        read = yaml_text.scalar(text)
+        assert isinstance(read, (int, float))
+        assert read == float(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("1e-7", 1e-7), ("1e5", 1e5), ("+.5", 0.5), ("5.", 5.0), ("-3", -3), ("no", "no"), ("0x1f", "0x1f"), ("~", None),
+     ("true", True), ("1:30", "1:30"), ("e5", "e5"), ("-.inf", -math.inf)],
+)  # fmt: skip
+def test_scalars_follow_yaml_1_2(text, value):
+    read = yaml_text.scalar(text)
+    assert read == value and type(read) is type(value)
+
+
+def test_compact_numbers():
+    assert [compact(value) for value in (1e5, 2.0, 0.1, 1e-7, 123456, 1 / 3, True, [1.0, 2e6])] == [
+        "1e5", "2", "0.1", "1e-7", "123456", "0.3333333333333333", "true", "[1, 2e6]"
+    ]  # fmt: skip
