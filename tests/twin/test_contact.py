@@ -1,0 +1,73 @@
+"""The compiled ground against the laws' own text, the principle of virtual power, and Exudyn's connectors."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stages.ground.friction import friction_coefficient
+from stages.ground.normal_force import normal_force as normal_force_text
+from stages.twin.connectors import ConnectorTree
+from stages.twin.contact import SLIDE, along, clearances, feet_forces, friction_slope, law_numbers, normal_force
+from stages.twin.kinematics import pair_axes, point_motion
+
+LAWS = [("impact", "stribeck"), ("restitution", "coulomb"), ("impact", "none")]
+
+
+@pytest.mark.parametrize(("normal", "friction"), LAWS)
+def test_compiled_laws_are_those_of_the_ground_stage(parameters, normal, friction):
+    law = dataclasses.replace(parameters.contact, normal_force=normal, friction=friction)
+    point, numbers = law.shared_by(4), law_numbers(law)
+    for depth in (-1e-5, 0.0, 1e-6, 3e-5, 1e-4, 5e-4):
+        for rate in (-1.0, -0.01, 0.0, 0.3):
+            expected = float(normal_force_text(point, np.array(depth), np.array(rate)))
+            assert normal_force(numbers, depth, rate) == pytest.approx(expected, rel=1e-12, abs=1e-12)
+    for speed in (1e-9, 0.01, 0.0999, 0.1, 0.3, 1.0, 2.0):
+        expected = float(friction_coefficient(point, np.array(speed)))
+        assert friction_slope(numbers, speed) * speed == pytest.approx(expected, rel=1e-12, abs=1e-12)
+
+
+def test_power_of_the_forces_is_that_of_the_generalized_forces(parameters, machine, random_states):
+    q, v, _ = random_states
+    numbers, touching = law_numbers(parameters.contact), 0
+    for place, motion in zip(q, v, strict=True):
+        place[1] -= min(clearances(place, machine.feet)[0]) + 2e-5
+        generalized, force, power = feet_forces(place, motion, np.ones(2), machine.feet, numbers)
+        assert generalized @ motion == pytest.approx(power, rel=1e-9, abs=1e-9)
+        assert generalized[:3] == pytest.approx(force.sum(axis=0))
+        touching += bool(force[:, 1].sum() > 0.0)
+    assert touching > 10
+
+
+def test_lowest_point_is_found_on_the_cylinders_rim(machine, random_states):
+    q, v, a = random_states
+    around = np.linspace(0.0, 2.0 * np.pi, 20001)
+    circle = machine.radius[0] * np.array([np.cos(around), np.sin(around)])
+    for pair in (0, 1):
+        axes, lowest = pair_axes(q, v, a, pair), np.full(len(q), np.inf)
+        for leg in (2 * pair, 2 * pair + 1):
+            for side in (-1, 1):
+                z = machine.lane[leg] + side * machine.half_width
+                place = np.array([0.0, machine.radius[leg] - machine.length[leg], z])
+                centre = point_motion(q, v, a, axes, place, SLIDE[leg]).position
+                rim = centre[:, 1, None] + axes.forward[:, 1, None] * circle[0] + axes.upward[:, 1, None] * circle[1]
+                lowest = np.minimum(lowest, rim.min(axis=1))
+        found = [clearances(place, machine.feet)[0][pair] for place in q]
+        assert found == pytest.approx(lowest, abs=1e-8)
+
+
+def test_no_force_on_a_pair_out_of_play(parameters, machine, random_states):
+    q, v, _ = (values.copy() for values in random_states)
+    q[:, 1] -= 0.05
+    force, _ = along(q, v, np.tile([0.0, 1.0], (len(q), 1)), machine.feet, law_numbers(parameters.contact))
+    assert not force[:, :2].any() and force[:, 2:, 1].max() > 0.0
+
+
+def test_exudyn_connectors_move_the_machine_alike(parameters, machine, settings, walk_from):
+    fine = dataclasses.replace(settings, tolerance=1e-8)
+    push = {"yaw": 0.02, "yaw_rate": 0.1, "roll_rate": 0.05, "sideways": 0.01}
+    ours = walk_from(machine, fine, 1, **push)
+    connectors = ConnectorTree(machine, parameters.slope, parameters.contact)
+    theirs = walk_from(machine, fine, 1, tree=connectors, **push)
+    time = np.linspace(0.0, min(ours.time[-1], theirs.time[-1]), 200)
+    assert abs(ours.at(time)[0] - theirs.at(time)[0]).max() < 1e-8

@@ -1,0 +1,126 @@
+"""The walking twin: symmetry, energy, failure, signals, and the planar checker."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stages.multibody.scuffing import FELL, STALLED
+from stages.multibody.state import rolling_state
+from stages.twin.contact import ROLL, YAW, Z
+from stages.twin.energy import energy_balance
+from stages.twin.events import find_events
+from stages.twin.machine import Build, build
+from stages.twin.signals import sample
+from stages.twin.simulate import rolling_start, simulate_twin
+
+MIRRORED = np.array([1, 1, -1, -1, -1, 1, 1, 1, 1, 1, 1])
+SWAPPED = [0, 1, 2, 3, 4, 5, 7, 6, 8, 10, 9]
+
+
+@pytest.fixture(scope="module")
+def signals(three_steps, machine, parameters):
+    p = parameters
+    return sample(
+        three_steps, machine, p.biped, p.slope, p.contact, 1000.0, p.settings.hip_socket, p.settings.foot_socket
+    )
+
+
+def test_symmetric_start_stays_in_the_plane(three_steps):
+    assert three_steps.completed
+    assert abs(three_steps.position[:, [Z, YAW, ROLL]]).max() < 1e-9
+
+
+def test_mirrored_start_gives_mirrored_motion(machine, settings, walk_from):
+    """To round-off, of which the two heel strikes make 2e-11: left and right are summed in another order."""
+    push = {"yaw": 0.02, "yaw_rate": 0.1, "roll_rate": 0.05, "sideways": 0.01}
+    record = walk_from(machine, settings, 2, **push)
+    mirror = walk_from(machine, settings, 2, **{name: -value for name, value in push.items()})
+    assert record.completed and abs(record.position[:, Z]).max() > 1e-3
+    time = np.linspace(0.0, min(record.time[-1], mirror.time[-1]), 300)
+    assert abs(record.at(time)[0] - (mirror.at(time)[0] * MIRRORED)[:, SWAPPED]).max() < 1e-10
+
+
+def test_energy_balances(three_steps, machine, parameters):
+    strikes = find_events(three_steps, machine.feet).heel_strike_time
+    balance = energy_balance(three_steps, machine, parameters.slope, parameters.contact, *strikes[-2:])
+    assert balance.gravity_work > 0.03 and balance.leg_damper_loss > 0.0 and balance.ground_loss > 0.0
+    assert balance.relative_residual < 1e-4
+
+
+def test_friction_in_bearings_and_sliders_is_accounted_for(parameters, walk_from):
+    settings = dataclasses.replace(parameters.settings, bearing_friction=1e-4, slider_friction=5.0)
+    rubbing = build(parameters.biped, settings)
+    record = walk_from(rubbing, settings, 2)
+    strikes = find_events(record, rubbing.feet).heel_strike_time
+    balance = energy_balance(record, rubbing, parameters.slope, parameters.contact, *strikes[-2:])
+    assert balance.bearing_loss > 1e-5 and balance.relative_residual < 1e-4
+
+
+def test_events_come_in_turn(three_steps, machine):
+    events = find_events(three_steps, machine.feet)
+    assert events.heel_strike_leg.tolist() == [1, 0, 1]
+    assert events.toe_off_leg.tolist() == [0, 1, 0]
+    assert (events.toe_off_time > events.heel_strike_time).all()
+
+
+def test_sockets_in_the_plane_feel_what_the_simple_models_report(signals):
+    walk = signals.walk
+    assert signals.hip_imu_specific_force[:, :2] == pytest.approx(walk.hip_specific_force, abs=1e-9)
+    assert signals.foot_imu_specific_force[:, :2] == pytest.approx(walk.foot_specific_force, abs=1e-9)
+    assert abs(signals.hip_imu_specific_force[:, 2]).max() < 1e-6
+    assert signals.hip_imu_angular_velocity[:, 2] == pytest.approx(walk.hip_angular_velocity)
+    assert abs(signals.hip_imu_angular_velocity[:, :2]).max() < 1e-8
+
+
+def test_ground_carries_the_machine(signals, machine, parameters):
+    """Impulse over a whole step: change of momentum, along x and y."""
+    walk = signals.walk
+    gravity = np.array(parameters.slope.gravity_vector)
+    mean = np.trapezoid(walk.ground_reaction.sum(axis=1), walk.time, axis=0) / walk.time[-1]
+    assert mean == pytest.approx(-machine.mass * gravity, abs=0.3)
+    assert walk.ground_reaction[:, :, 1].min() >= 0.0
+
+
+def test_too_slow_a_start_is_told_as_a_result(machine, parameters, rough, walk_from):
+    slow = dataclasses.replace(rough, stance_rate=-0.4, swing_rate=0.0)
+    start = rolling_start(machine, parameters.contact, slow, 9.4)
+    settings = dataclasses.replace(parameters.settings, tolerance=1e-5)
+    record = simulate_twin(machine, parameters.slope, parameters.contact, start, settings, steps=5)
+    assert record.outcome in (FELL, STALLED) and record.reason
+    assert record.heel_strikes < 5 and np.isfinite(record.position).all()
+
+
+def test_a_push_over_the_edge_topples(machine, settings, walk_from):
+    record = walk_from(machine, dataclasses.replace(settings, tolerance=1e-5), 5, roll_rate=4.0)
+    assert record.outcome == FELL and "step" in record.reason
+
+
+def test_the_same_run_gives_the_same_bits(machine, settings, walk_from):
+    first, second = (walk_from(machine, settings, 1, yaw=0.01) for _ in range(2))
+    assert first.position.tobytes() == second.position.tobytes()
+
+
+def test_outsole_and_build_tolerance_reach_the_machine(parameters, machine):
+    departure = Build(body_mass=(1.0, 1.1, 1.0, 1.0, 1.0, 1.0), leg_length=(0.001, 0.0, 0.0, 0.0), outsole=0.002)
+    built = build(parameters.biped, parameters.settings, departure)
+    assert built.radius == pytest.approx(machine.radius + 0.002)
+    assert built.length == pytest.approx(machine.length + [0.003, 0.002, 0.002, 0.002])
+    assert built.bodies[1].mass == pytest.approx(1.1 * machine.bodies[1].mass)
+    assert built.bodies[1].inertia == pytest.approx(1.1 * machine.bodies[1].inertia)
+
+
+def test_planar_equivalent_reproduces_the_planar_checker(parameters, rough, walk_from):
+    """Same contact law, same start, two assemblies: the hips stay together."""
+    from stages.multibody.parameters import Settings as PlanarSettings
+    from stages.multibody.walk import simulate
+
+    p = parameters
+    planar = PlanarSettings("tree", 5, 2000.0, 1e-9, 5e-4, "trapezoidal", 2e-4, 1e-5, 0.02, 3.0)
+    state = rolling_state(p.biped, p.contact, rough, 9.4)
+    checker = simulate(p.biped, p.slope, p.contact, state, planar).trajectory
+    settings = dataclasses.replace(p.settings, inertia="planar", tolerance=1e-9, largest_step=5e-4)
+    twin = walk_from(build(p.biped, settings), settings, 5)
+    time = np.linspace(0.0, min(checker.time[-1], twin.time[-1]), 1000)
+    assert time[-1] > 2.3
+    assert abs(checker.at(time)[0][:, :2] - twin.at(time)[0][:, :2]).max() < 1e-7
