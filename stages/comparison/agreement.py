@@ -12,7 +12,7 @@ from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.comparison.hip_motion import HipDifference, between_cycles, from_same_start, overlay
 from stages.comparison.parameters import Settings
-from stages.comparison.stride import last_stride, normalised_rms, step_periods, steps_to_settle
+from stages.comparison.stride import last_stride, normalised_rms
 
 #: Full scale of the paper's accelerometer [m/s^2] (section 7.2).
 FOUR_G = 4 * 9.80665
@@ -58,8 +58,8 @@ def creep_velocity(walk: Walk, slip: np.ndarray) -> float:
 class TwinAgreement:
     """The twin against the simple (planar multibody) model."""
 
-    steps_to_settle: int = quantity("1", "steps until the step period stays within the tolerance; -1 if never")
-    step_frequency: float = quantity("Hz", "step frequency over the twin's last stride")
+    steps_to_settle: int = quantity("1", "steps until period and length stay within 1 %; -1 if never")
+    step_frequency: float = quantity("Hz", "settled step frequency of the twin")
     normalised_rms: np.ndarray = quantity("1", "rms difference over range of six sensor signals at equal phase, (6,)")
     peak_specific_force: float = quantity("m/s^2", "largest specific force at the twin's hip sensor, last stride")
     peak_foot_specific_force: float = quantity("m/s^2", "largest specific force at the twin's foot sensor, last stride")
@@ -77,8 +77,8 @@ def compare_twin(twin: Any, multibody: Any, settings: Settings) -> TwinAgreement
     above = np.maximum(hip, foot) > FOUR_G
     steps = int((walk.heel_strike_time >= start).sum()) - 1
     return TwinAgreement(
-        steps_to_settle=steps_to_settle(walk, settings.settling_tolerance),
-        step_frequency=float(1 / np.mean(step_periods(walk)[-2:])),
+        steps_to_settle=twin.settling.steps_to_settle,
+        step_frequency=twin.settling.step_frequency_hz,
         normalised_rms=normalised_rms(ours.signals, simple.signals),
         peak_specific_force=float(hip.max()),
         peak_foot_specific_force=float(foot.max()),

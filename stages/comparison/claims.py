@@ -153,8 +153,8 @@ def twin_settles(twin: TwinAgreement) -> Claim:
     return Claim(
         "twin_settles",
         "from the simple model's fixed point the twin reaches a stable gait after a transient of a few steps (section 5.2)",
-        f"step period within 1 % after {twin.steps_to_settle} steps, then {twin.step_frequency:.4f} Hz" if settled
-        else "the step period does not settle in the steps walked",
+        f"period and length of a step within 1 % after {twin.steps_to_settle} steps, then {twin.step_frequency:.4f} Hz" if settled
+        else "period and length of a step do not settle in the steps walked",
         settled,
         "bodies with inertia and four feet have another fixed point than the simple model; the transient leads there",
     )

@@ -21,8 +21,6 @@ class Settings:
         "1", "largest relative difference of step frequencies called equal", bound=Bound(above=0, maximum=1))
     position_limit: float = parameter("m", "largest hip difference the paper states", bound=Bound(above=0))
     velocity_limit: float = parameter("m/s", "largest hip velocity difference the paper states", bound=Bound(above=0))
-    settling_tolerance: float = parameter(
-        "1", "relative difference of step periods below which the twin has settled", bound=Bound(above=0, below=1))
     similarity_limit: float = parameter(
         "1", "rms difference over range below which two curves are called nearly identical",
         bound=Bound(above=0, maximum=1))

@@ -76,7 +76,7 @@ def draw_all(parameters: Parameters, inputs: Mapping[str, Any]) -> dict[str, byt
             (figure_02.NAME, figure_02.draw(analytic.walk, multibody.walk)),
             (figure_07.NAME, figure_07.draw(multibody.walk, radius, parameters.slope.angle)),
             (figure_08.NAME, figure_08.draw(analytic.walk, multibody.walk, 2 * analytic.gait.period_s, limits)),
-            (figure_10.NAME, figure_10.draw(twin.walk, twin.lanes, radius)),
+            (figure_10.NAME, figure_10.draw(twin.walk, twin.snapshots)),
             (figure_16.NAME, figure_16.draw(
                 np.concatenate([run.strides for run in imu.runs]), imu.origin, last_stride(twin.walk, points), last_stride(multibody.walk, points))),
         ):

@@ -61,26 +61,6 @@ def last_stride(walk: Walk, points: int) -> Stride:
     return Stride(phase, end - start, position, at(walk.hip_velocity), at(sensor_signals(walk)))
 
 
-def step_periods(walk: Walk) -> np.ndarray:
-    """Durations of all whole steps, (s - 1,) [s]."""
-    return np.diff(walk.heel_strike_time)
-
-
-def steps_to_settle(walk: Walk, tolerance: float) -> int:
-    """Number of steps after which the step period stays within `tolerance` (relative) of its last value; -1 if never.
-
-    The last value must itself be shown twice: the last two periods have to agree to the tolerance.
-    """
-    periods = step_periods(walk)
-    if len(periods) < 3:
-        return -1
-    settled = np.abs(periods / periods[-1] - 1) <= tolerance
-    if not settled[-2]:
-        return -1
-    unsettled = np.flatnonzero(~settled)
-    return int(unsettled[-1]) + 2 if unsettled.size else 1
-
-
 def normalised_rms(curve: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """Rms difference of two sets of curves (p, k) over the range of the reference, (k,); NaN for a constant one."""
     extent = np.ptp(reference, axis=0)

@@ -15,7 +15,7 @@ from stages.comparison.hip_motion import HipDifference
 from stages.comparison.measurement import MeasurementAgreement
 from stages.comparison.parameters import Settings
 
-SETTINGS = Settings(0.01, 3e-4, 5e-3, 0.01, 0.05, 0.95, 101, 100)
+SETTINGS = Settings(0.01, 3e-4, 5e-3, 0.05, 0.95, 101, 100)
 
 
 def analytic(frequency=2.08, stable=True, multiplier=0.6, neighbour=0.7, drift=0.0, needed=0.3, residual=1e-12, length=0.16):

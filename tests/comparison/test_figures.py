@@ -9,6 +9,18 @@ from made_up import make_walk
 
 from stages.comparison.figures import figure_02, figure_07, figure_08, figure_10, figure_16, style
 from stages.comparison.stride import last_stride
+from stages.twin.snapshots import Snapshots
+
+
+def poses(walk):
+    """Three upright poses with feet side by side."""
+    count = 3
+    lanes = np.array([-0.04, 0.04, -0.09, 0.09])
+    top = np.zeros((count, 4, 3))
+    top[:, :, 0], top[:, :, 1], top[:, :, 2] = np.arange(count)[:, None] * 0.08, 0.333, lanes
+    up = np.broadcast_to([0.0, 1.0, 0.0], (count, 4, 3))
+    axis = np.broadcast_to([0.0, 0.0, 1.0], (count, 3))
+    return Snapshots(walk.time[:count], top[:, 0], axis, top, up, top - 0.25 * up, np.full(4, 0.083), 0.02)
 
 
 def figures():
@@ -20,7 +32,7 @@ def figures():
         figure_02.NAME: lambda: figure_02.draw(analytic, other),
         figure_07.NAME: lambda: figure_07.draw(other, 0.083, np.radians(2)),
         figure_08.NAME: lambda: figure_08.draw(analytic, other, 1.0, (3e-4, 5e-3)),
-        figure_10.NAME: lambda: figure_10.draw(other, (0.04, 0.09), 0.083),
+        figure_10.NAME: lambda: figure_10.draw(other, poses(other)),
         figure_16.NAME: lambda: figure_16.draw(strides, "synthetic", stride, last_stride(other, 101)),
     }
 

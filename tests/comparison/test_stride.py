@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_up import make_walk
 
-from stages.comparison.stride import last_stride, normalised_rms, step_periods, steps_to_settle
+from stages.comparison.stride import last_stride, normalised_rms
 
 
 def test_a_stride_runs_between_heel_strikes_of_the_inner_leg():
@@ -28,18 +28,6 @@ def test_a_walk_without_a_stride_is_refused():
     walk = make_walk(steps=3)
     with pytest.raises(ValueError, match="too short"):
         last_stride(dataclasses.replace(walk, heel_strike_leg=np.array([1, 0, 1])), 101)
-
-
-def test_settling_counts_the_steps_of_the_transient():
-    assert steps_to_settle(make_walk(steps=8), 0.01) == 1
-    assert steps_to_settle(make_walk(steps=8, first_periods=(0.6, 0.55)), 0.01) == 3
-    assert steps_to_settle(make_walk(steps=8, first_periods=(0.6, 0.55)), 0.15) == 2
-
-
-def test_a_walk_whose_last_periods_differ_has_not_settled():
-    walk = make_walk(steps=5, first_periods=(0.5, 0.5, 0.5, 0.6))
-    assert step_periods(walk)[-1] == pytest.approx(0.6)
-    assert steps_to_settle(walk, 0.01) == -1
 
 
 def test_rms_over_range_of_a_shifted_sine_is_known():
