@@ -31,7 +31,7 @@ from stages.twin.tree import SpatialTree
 def edge_law(point: ContactLaw, radius: float) -> Callable[..., Any]:
     """User function of one end circle of a foot, its marker at the circle's centre, the ground's at the origin.
 
-    Vectors of expressions keep the costly terms single: the normal force and the friction slope are each evaluated once.
+    Vectors of expressions keep the costly terms single: normal force and friction slope are each evaluated once.
     """
     zero, one = symbolic.Real(0.0), symbolic.Real(1.0)
 

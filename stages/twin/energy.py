@@ -65,8 +65,8 @@ def mechanical_energy(machine: Machine, q: np.ndarray, v: np.ndarray) -> tuple[n
     none = np.zeros_like(q)
     axes = [pair_axes(q, v, none, pair) for pair in (0, 1)]
     slides: list[int | None] = [None] * 6
-    for leg, body in enumerate(FOOT_BODY):
-        slides[body] = SLIDE[leg]
+    for slide, foot in zip(SLIDE, FOOT_BODY, strict=True):
+        slides[foot] = slide
     for index, body in enumerate(machine.bodies):
         pair = axes[index // 3]
         motion = point_motion(q, v, none, pair, body.centre, slides[index])

@@ -1,6 +1,6 @@
 """Motion of points fixed to the twin's bodies, from the coordinates of its tree.
 
-Axes of a pair of legs: forward, up the leg, along the hip axis; all in the slope frame. Shapes are (n, 3) for n samples.
+Axes of a pair of legs: forward, up the leg, along the hip axis; all in the slope frame. Shapes are (n, 3).
 """
 
 from __future__ import annotations

@@ -37,8 +37,11 @@ class Part:
     material: str = parameter("-", "material, a row of materials")
     shape: str = parameter("-", "shape", choices=tuple(SIZES))
     axis: str = parameter("-", "axis of the shape", choices=("x", "y", "z"))
-    size: tuple[float, ...] = parameter("m", "box: x, y, z; cylinder: radius, length; tube: outer radius, inner radius, "
-                                        "length; arc: outer radius, thickness, width, chord; point: none")
+    size: tuple[float, ...] = parameter(
+        "m",
+        "box: x, y, z; cylinder: radius, length; tube: outer radius, inner radius, "
+        "length; arc: outer radius, thickness, width, chord; point: none",
+    )
     mass: float = parameter("kg", "mass of one piece", bound=Bound(above=0))
     position: tuple[float, ...] = parameter("m", "reference point x, y, z")
     pieces: int = parameter("1", "1, or 2 for a piece and its mirror image", bound=Bound(minimum=1, maximum=2))

@@ -76,16 +76,21 @@ class Result:
         """Bill of parts, its sums beside Table 1, and the steps, as (title, columns, rows of text)."""
         bill = [
             [
-                part.name, part.group.replace("_", " "), part.material, part.shape, str(part.pieces), f"{1e3 * part.mass:.1f}",
+                part.name, part.group.replace("_", " "), part.material, part.shape, str(part.pieces),
+                f"{1e3 * part.mass:.1f}",
                 *(f"{1e3 * value:.1f}" for value in (part.x, part.y, part.z)),
                 *(f"{1e6 * value:.2f}" for value in (part.inertia_x, part.inertia_y, part.inertia_z)),
             ]
             for part in self.parts
         ]  # fmt: skip
-        sums = [[row.what, f"{row.found:.5f}", f"{row.table_1:.3f}", f"{row.found - row.table_1:+.1e}"] for row in self.sums]
+        sums = [
+            [row.what, f"{row.found:.5f}", f"{row.table_1:.3f}", f"{row.found - row.table_1:+.1e}"] for row in self.sums
+        ]
         steps = [
             [str(step), f"{period:.5f}", f"{1e3 * length:.3f}"]
-            for step, (period, length) in enumerate(zip(self.settling.step_period, self.settling.step_length, strict=True), 1)
+            for step, (period, length) in enumerate(
+                zip(self.settling.step_period, self.settling.step_length, strict=True), 1
+            )
         ]
         columns = ["part", "group", "material", "shape [mm]", "pieces", "mass [g]", "x [mm]", "y [mm]", "z [mm]",
                    "Ix [kg mm2]", "Iy [kg mm2]", "Iz [kg mm2]"]  # fmt: skip

@@ -18,7 +18,7 @@ SETTLED_WITHIN = 0.01
 
 @dataclass(frozen=True)
 class Settling:
-    """Measures of each step, from heel strike to heel strike, and of the settled gait (NaN if the walk is too short)."""
+    """Measures of each step, from heel strike to heel strike, and of the settled gait; NaN if the walk is too short."""
 
     step_period: np.ndarray = quantity("s", "duration of each step, shape (s - 1,)", symbol="T")
     step_length: np.ndarray = quantity("m", "advance of the hip in each step, shape (s - 1,)", symbol="s")
@@ -28,7 +28,9 @@ class Settling:
     step_length_m: float = quantity("m", "settled advance of the hip in a step", symbol="s")
     speed_m_s: float = quantity("m/s", "settled mean speed", symbol="v")
     double_stance_s: float = quantity("s", "settled time with both pairs on the ground in a step", symbol="t_DSP")
-    inner_outer_difference: float = quantity("1", "difference of inner and outer steps' settled periods over their mean")
+    inner_outer_difference: float = quantity(
+        "1", "limp: settled duration of inner pair's less outer pair's stance step, over the mean"
+    )
     largest_roll: float = quantity("rad", "largest roll in the settled steps")
     yaw_change: float = quantity("rad", "change of yaw over the walk")
     lateral_drift: float = quantity("m", "sideways drift of the hip over the walk")
@@ -59,11 +61,18 @@ def settling(record: Record, walk: Walk) -> Settling:
         step_length_m=length,
         speed_m_s=length / period,
         double_stance_s=_double_stance(walk, strikes[-1 - SETTLED_STEPS : -1]),
-        inner_outer_difference=float(np.diff([periods[-4::2].mean(), periods[-3::2].mean()])[0] / period),
+        inner_outer_difference=_limp(periods[-SETTLED_STEPS:], walk.heel_strike_leg[-1 - SETTLED_STEPS : -1]) / period,
         largest_roll=float(abs(record.position[late, 4]).max()),
         yaw_change=yaw,
         lateral_drift=sideways,
     )
+
+
+def _limp(periods: np.ndarray, landing: np.ndarray) -> float:
+    """Mean period of the steps that the inner pair's landing begins, less that of the outer pair's [s]."""
+    if len(set(landing.tolist())) < 2:
+        return float("nan")
+    return float(periods[landing == 0].mean() - periods[landing == 1].mean())
 
 
 def _double_stance(walk: Walk, strikes: np.ndarray) -> float:

@@ -85,7 +85,7 @@ def simulate_twin(
 ) -> Record:
     """Walk from `start` at t = 0 through `steps` heel strikes (default: the settings') to the mid-stance after them.
 
-    A fall, a standstill or a failure of the solver ends the walk earlier and is told by the record's outcome and reason.
+    A fall, a standstill or a failure of the solver ends the walk earlier; the record's outcome and reason tell it.
     Pass a built `tree` of the same machine to save building it again.
     """
     wanted_steps = settings.steps if steps is None else steps

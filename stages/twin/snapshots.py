@@ -15,7 +15,7 @@ from stages.twin.record import Record
 
 @dataclass(frozen=True)
 class Snapshots:
-    """Poses at k times; legs: inner left, inner right, outer left, outer right. A foot is a cylinder about `hip_axis`."""
+    """Poses at k times; legs: inner left, inner right, outer left, outer right; feet are cylinders about `hip_axis`."""
 
     time: np.ndarray = quantity("s", "times, shape (k,)", symbol="t")
     hip: np.ndarray = quantity("m", "middle of the hip axis, shape (k, 3)")

@@ -28,8 +28,11 @@ def test_solid_cylinder_about_its_axis_and_across(axis):
 
 def test_tube_is_a_cylinder_less_a_cylinder():
     outer, inner, length, density = 0.02, 0.015, 0.1, 2700.0
-    hollow, full, hole = (solid("tube", (outer, inner, length)), solid("cylinder", (outer, length)),
-                          solid("cylinder", (inner, length)))
+    hollow, full, hole = (
+        solid("tube", (outer, inner, length)),
+        solid("cylinder", (outer, length)),
+        solid("cylinder", (inner, length)),
+    )
     assert hollow.volume == pytest.approx(full.volume - hole.volume)
     difference = np.array(full.inertia(density * full.volume)) - np.array(hole.inertia(density * hole.volume))
     assert hollow.inertia(density * hollow.volume) == pytest.approx(difference)
@@ -73,8 +76,14 @@ def test_two_halves_of_a_box_make_the_box():
 
 @pytest.mark.parametrize(
     ("shape", "size"),
-    [("box", (1.0, 1.0)), ("cylinder", (0.0, 1.0)), ("tube", (1.0, 1.0, 1.0)), ("arc", (1.0, 2.0, 1.0, 1.0)),
-     ("arc", (1.0, 0.1, 1.0, 2.1)), ("box", (1.0, float("nan"), 1.0))],
+    [
+        ("box", (1.0, 1.0)),
+        ("cylinder", (0.0, 1.0)),
+        ("tube", (1.0, 1.0, 1.0)),
+        ("arc", (1.0, 2.0, 1.0, 1.0)),
+        ("arc", (1.0, 0.1, 1.0, 2.1)),
+        ("box", (1.0, float("nan"), 1.0)),
+    ],
 )
 def test_impossible_sizes_are_named(shape, size):
     assert size_fault(shape, size)

@@ -91,9 +91,9 @@ def test_too_slow_a_start_is_told_as_a_result(machine, parameters, rough, walk_f
     assert record.heel_strikes < 5 and np.isfinite(record.position).all()
 
 
-def test_a_push_over_the_edge_topples(machine, settings, walk_from):
-    record = walk_from(machine, dataclasses.replace(settings, tolerance=1e-5), 5, roll_rate=4.0)
-    assert record.outcome == FELL and "step" in record.reason
+def test_a_hard_push_to_the_side_topples(machine, settings, walk_from):
+    record = walk_from(machine, dataclasses.replace(settings, tolerance=1e-5), 5, sideways=1.0)
+    assert record.outcome == FELL and "toppled sideways" in record.reason
 
 
 def test_the_same_run_gives_the_same_bits(machine, settings, walk_from):
