@@ -180,7 +180,9 @@ class Joints:
 
     def recording(self) -> dict[str, np.ndarray]:
         """Signals of the last solver call, named as in `Trajectory`."""
-        rows = {name: self.mbs.GetSensorStoredData(sensor) for name, sensor in self.sensors.items()}
+        rows = {
+            name: np.asarray(self.mbs.GetSensorStoredData(sensor), dtype=float) for name, sensor in self.sensors.items()
+        }
         place, motion, change = (
             np.column_stack([rows[f"{name} {index}"][:, 1:] for index in range(3)]) for name, _ in COORDINATES
         )

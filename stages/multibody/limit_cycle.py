@@ -7,6 +7,7 @@ x does not matter, the stance angle is zero, and legs are named by role so that 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -111,7 +112,7 @@ def limit_cycle(
     return LimitCycle(numbers, after.duration, after.length, derivative, multipliers, residual)
 
 
-def _derivative(step, at: np.ndarray) -> np.ndarray:
+def _derivative(step: Callable[[np.ndarray], _Step], at: np.ndarray) -> np.ndarray:
     columns = []
     for index, scale in enumerate(SCALES):
         change = np.zeros(10)

@@ -13,7 +13,7 @@ from stages.multibody.energy import EnergyBalance
 
 @dataclass(frozen=True)
 class Cycle:
-    """The settled gait: means over the last four steps (two strides); NaN if the walk was shorter."""
+    """The settled gait: means over the last four steps, or fewer; NaN if there is no whole step."""
 
     period_s: float = quantity("s", "duration of one step", symbol="T")
     step_frequency_hz: float = quantity("Hz", "steps per second", symbol="f")

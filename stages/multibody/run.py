@@ -65,15 +65,16 @@ def contact_signals(walked: Run, walk: Walk, radius: float) -> tuple[np.ndarray,
 
 
 def settled_cycle(walked: Run, walk: Walk, radius: float) -> Cycle:
-    """Measures over the last four whole steps, peaks at the solver's own steps."""
+    """Measures over the last four whole steps, or fewer if there are no more; peaks at the solver's own steps."""
     strikes = walk.heel_strike_time
-    if len(strikes) <= SETTLED_STEPS:
+    count = min(SETTLED_STEPS, len(strikes) - 1)
+    if count < 1:
         return Cycle(*[float("nan")] * 8)
-    last = strikes[-1 - SETTLED_STEPS :]
+    last = strikes[-1 - count :]
     periods = np.diff(last)
     period = float(periods.mean())
     hip = walked.trajectory.at(last)[0][:, 0]
-    length = float((hip[-1] - hip[0]) / SETTLED_STEPS)
+    length = float((hip[-1] - hip[0]) / count)
     inside = (walked.trajectory.time >= last[0]) & (walked.trajectory.time <= last[-1])
     held = walked.trajectory.in_play(walked.trajectory.time)
     rows = walked.trajectory.position, walked.trajectory.velocity

@@ -175,7 +175,9 @@ class Tree:
 
     def recording(self) -> dict[str, np.ndarray]:
         """Signals of the last solver call, named as in `Trajectory`; the position of the legs in its column order."""
-        rows = {name: self.mbs.GetSensorStoredData(sensor) for name, sensor in self.sensors.items()}
+        rows = {
+            name: np.asarray(self.mbs.GetSensorStoredData(sensor), dtype=float) for name, sensor in self.sensors.items()
+        }
         reaction = np.stack([-rows["ground 0"][:, 1:3], -rows["ground 1"][:, 1:3]], axis=1)
         return {
             "time": rows["position"][:, 0],

@@ -104,7 +104,7 @@ def sample(trajectory: Trajectory, slope: Slope, radius: float, rate_hz: float) 
     events: Events = find_events(trajectory, radius)
 
     def between(values: np.ndarray) -> np.ndarray:
-        return PchipInterpolator(trajectory.time, values)(time)
+        return np.asarray(PchipInterpolator(trajectory.time, values)(time))
 
     return Walk(
         time=time,
