@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-BAD_INPUT = 2
 FAILED = 1
+BAD_INPUT = 2
+ANSWER = 3  # what was asked cannot be, for a reason the stage gives: no gait, for example
 
 
 class StudyError(Exception):
@@ -29,6 +30,11 @@ class StageFailed(StudyError):
 
 class ArtefactError(StudyError):
     """A file of results that cannot be read: truncated, edited, or made by something else."""
+
+
+def is_answer(error: BaseException, package: str) -> bool:
+    """Whether a stage raised one of its own exceptions: a reasoned refusal such as "no gait", not a defect."""
+    return type(error).__module__.split(".")[0] == package
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline import provenance
 from pipeline.display import Display
-from pipeline.errors import FAILED, StageFailed
+from pipeline.errors import ANSWER, FAILED, StageFailed
 from pipeline.log import Log
 from pipeline.planning import Assessment, Planner, State
 from pipeline.store import Entry, Out
@@ -23,8 +23,6 @@ from pipeline.study import Study, shown
 
 if TYPE_CHECKING:
     from pipeline.process import Worker
-
-ANSWER = 3  # exit code when a stage answers that what was asked cannot be: no gait, for example
 
 
 @dataclass(frozen=True)

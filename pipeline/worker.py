@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from pipeline import artefact, durable
-from pipeline.errors import StudyError
+from pipeline.errors import StudyError, is_answer
 from pipeline.observed_import import ObservedSources
 from pipeline.order import Order
 
@@ -123,7 +123,7 @@ def _failure(error: BaseException, package: str) -> dict[str, Any]:
     text = " ".join(str(error).split())
     if isinstance(error, (Refusal, StudyError)):
         return {"kind": "refused", "text": text}
-    if type(error).__module__.split(".")[0] == package:
+    if is_answer(error, package):
         return {"kind": "answer", "text": text}
     if isinstance(error, OSError) and error.errno is not None:
         return {"kind": "system", "text": os.strerror(error.errno)}

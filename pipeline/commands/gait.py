@@ -1,4 +1,4 @@
-"""`bipedstudy gait`: the stable gait of a design."""
+"""`bipedstudy gait`: the most stable gait of a design."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from pipeline import options
-from pipeline.executor import ANSWER
+from pipeline.errors import ANSWER, is_answer
 from pipeline.study import Study
 
 _STAGE = "analytic"
@@ -20,17 +20,18 @@ _STAGE = "analytic"
 @options.study
 @options.as_json
 def command(study: Study, as_json: bool) -> None:
-    """Find the stable gait of the design in params/ (change it with --set) and print its measures."""
+    """Find the most stable gait of the design in params/ (change it with --set) and print its measures."""
     values = study.parameters([_STAGE])[_STAGE]
     search = importlib.import_module(f"{study.package}.{_STAGE}.gait_search")
-    no_gait = importlib.import_module(f"{study.package}.{_STAGE}.errors").NoGait
     try:
-        gait = search.find_stable_gait(values.biped, values.slope, values.settings)
-    except no_gait as reason:
+        gait = search.describe(*search.find_gait(values.biped, values.slope, values.settings.tolerance))
+    except Exception as reason:
+        if not is_answer(reason, study.package):
+            raise
         if as_json:
             options.print_json({"gait": None, "reason": str(reason)})
         else:
-            click.echo(f"no gait: {reason}", err=True)
+            click.echo(str(reason), err=True)
         sys.exit(ANSWER)
     if as_json:
         options.print_json(as_plain(gait))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import h5py
 import numpy as np
@@ -43,11 +43,20 @@ def inner(n=3):
 
 
 def example(**changes):
-    values = dict(
-        word="naïve", names=("a", "bcd"), numbers=(1.0, 2.5), count=3, yes=True, missing=None, masses={"z": 1.0, "a": 2.0},
-        inner=inner(), rows=tuple(inner(n) for n in range(12)), flags=np.array([True, False]), files={"x": b"y"},
-    )  # fmt: skip
-    return Everything(**{**values, **changes})
+    result = Everything(
+        word="naïve",
+        names=("a", "bcd"),
+        numbers=(1.0, 2.5),
+        count=3,
+        yes=True,
+        missing=None,
+        masses={"z": 1.0, "a": 2.0},
+        inner=inner(),
+        rows=tuple(inner(n) for n in range(12)),
+        flags=np.array([True, False]),
+        files={"x": b"y"},
+    )
+    return replace(result, **changes)
 
 
 def assert_same(left, right):

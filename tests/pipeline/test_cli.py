@@ -13,7 +13,7 @@ import pytest
 
 @pytest.fixture
 def ran(toy_with_commands):
-    code, out, errors = toy_with_commands.command("run-all")
+    code, _, errors = toy_with_commands.command("run-all")
     assert code == 0, errors
     return toy_with_commands
 
@@ -29,7 +29,7 @@ def test_run_all_prints_a_line_for_each_stage(toy_with_commands):
 
 
 def test_run_all_as_json(ran):
-    code, out, errors = ran.command("run-all", "--json", "--set", "ground.contact_stiffness=2e5")
+    _, out, _ = ran.command("run-all", "--json", "--set", "ground.contact_stiffness=2e5")
     answer = json.loads(out)
     assert [(stage["stage"], stage["how"]) for stage in answer["stages"]] == [
         ("fall", "current"), ("bounce", "computed"), ("side", "current"), ("picture", "computed")
@@ -98,7 +98,7 @@ def test_claims(ran):
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (("run", "fall", "--set", "fall.height=-1"), "--set fall.height=-1: height = -1 m is not allowed; allowed: >= 0 m"),
+        (("run", "fall", "--set", "fall.height=-1"), "height = -1 m is not allowed; allowed: >= 0 m"),
         (("run", "fal"), 'there is no stage "fal" (stages: fall, bounce, side, picture); did you mean "fall"?'),
         (("rn",), 'there is no command "rn"; did you mean "run"? (see bipedstudy --help)'),
         (("run",), "Missing argument 'STAGE...' (see bipedstudy run --help)"),
@@ -106,10 +106,10 @@ def test_claims(ran):
         (("run-all", "--job", "2"), "No such option"),
         (("run-all", "--params", "nowhere"), "nowhere/fall.yaml: there is no such file"),
         (("show", "fal"), '"fal" is neither a stage (fall, bounce, side, picture) nor a file; did you mean "fall"?'),
-        (("show", "dvc.yaml"), "dvc.yaml: is truncated or not an HDF5 file; it cannot be read as an artefact of this study"),
+        (("show", "dvc.yaml"), "dvc.yaml: is truncated or not an HDF5 file; it cannot be read as an artefact"),
         (("show", "params"), "params: cannot be read: Is a directory"),
-        (("claims", "--results", "elsewhere"), "elsewhere/claims.yaml is not there yet; make it with: bipedstudy run comparison"),
-        (("show", "fall", "--results", "elsewhere"), "elsewhere/fall.h5 is not there yet; make it with: bipedstudy run fall"),
+        (("claims", "--results", "elsewhere"), "claims.yaml is not there yet; make it with: bipedstudy run comparison"),
+        (("show", "fall", "--results", "elsewhere"), "fall.h5 is not there yet; make it with: bipedstudy run fall"),
         (("run", "fall", "--results", "dvc.yaml"), "dvc.yaml: cannot be written"),
     ],
 )  # fmt: skip
@@ -156,7 +156,7 @@ def test_two_runs_at_once(toy_with_commands):
 def test_independent_stages_run_side_by_side(toy_with_commands):
     toy = toy_with_commands
     process = toy.start("run", "fall", "side", "--jobs", "2", "--set", "side.wait=1.5", "--set", "fall.behaviour=raise")
-    out, errors = process.communicate()
+    out, _ = process.communicate()
     assert process.returncode == 1
     assert out.splitlines()[0].startswith("fall         failed")
     assert out.splitlines()[1].startswith("side         computed")

@@ -9,6 +9,7 @@ import random
 import signal
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -263,7 +264,7 @@ def survives(toy, chance, count):
         kill_at_a_random_moment(toy, chance.uniform(0.05, 1.6))
         for name, content in toy.results().items():
             assert content == right[name] or name.endswith(".part")
-    code, out, errors = toy.command("run-all", "--wait")
+    code, _, errors = toy.command("run-all", "--wait")
     assert code == 0, errors
     assert toy.results() == right
     assert not list((toy.root / "results/.cache").glob("making-*"))
@@ -307,11 +308,10 @@ def test_an_interrupted_run_keeps_what_it_has(toy_with_commands, number):
 
 
 def children(pid):
-    task = f"/proc/{pid}/task/{pid}/children"
-    if not os.path.exists(task):
+    task = Path(f"/proc/{pid}/task/{pid}/children")
+    if not task.exists():
         pytest.skip("needs /proc to find a process's children")
-    with open(task) as file:
-        return [int(word) for word in file.read().split()]
+    return [int(word) for word in task.read_text().split()]
 
 
 def alive(pid):

@@ -56,6 +56,6 @@ def test_a_lock_left_by_a_killed_process_is_harmless(tmp_path):
 
 def test_a_results_folder_that_cannot_be_written_is_one_sentence(tmp_path):
     (tmp_path / "results").write_text("a file")
-    with pytest.raises(StudyError, match=r"results: cannot be written \(.*\); choose another folder with --results"):
-        with hold(tmp_path / "results")[0]:
-            pass
+    sentence = r"results: cannot be written \(.*\); choose another folder with --results"
+    with pytest.raises(StudyError, match=sentence), hold(tmp_path / "results")[0]:
+        pass

@@ -41,6 +41,7 @@ def test_values_arrive_with_their_types(toy):
     assert values["bounce"].ground.dynamic_friction == 1.0
 
 
+CHOICES = "well, raise, answer, crash, exit, sleep, extra, hidden, disk"
 WRONG_SETTINGS = {
     "fall.height=-1": "--set fall.height=-1: height = -1 m is not allowed; allowed: >= 0 m",
     "fall.height=.nan": "--set fall.height=.nan: height = nan m is not allowed; allowed: >= 0 m",
@@ -55,10 +56,9 @@ WRONG_SETTINGS = {
     "allowed: > 0 and <= 100 m/s^2",
     "fall.steps=2.5": "--set fall.steps=2.5: steps = 2.5 is not a whole number; allowed: >= 1",
     "fall.steps=0": "--set fall.steps=0: steps = 0 is not allowed; allowed: >= 1",
-    "fall.behaviour=wel": '--set fall.behaviour=wel: behaviour = "wel" is not allowed; allowed: well, raise, answer, crash, '
-    'exit, sleep, extra, hidden, disk; did you mean "well"?',
-    "fall.behaviour=3": "--set fall.behaviour=3: behaviour = 3 is not a word; allowed: well, raise, answer, crash, exit, "
-    "sleep, extra, hidden, disk",
+    "fall.behaviour=wel": f'--set fall.behaviour=wel: behaviour = "wel" is not allowed; allowed: {CHOICES}; '
+    'did you mean "well"?',
+    "fall.behaviour=3": f"--set fall.behaviour=3: behaviour = 3 is not a word; allowed: {CHOICES}",
     "fall.marks=3": "--set fall.marks=3: marks = 3 is not a list",
     "fall.marks=[1, -2]": "--set fall.marks=[1, -2]: marks[1] = -2 m is not allowed; allowed: >= 0 m",
     "fall.parts=[{name: x}]": "--set fall.parts=[{name: x}]: parts[0] lacks the column mass (allowed: > 0 kg)",

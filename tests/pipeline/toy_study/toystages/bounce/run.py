@@ -1,0 +1,8 @@
+from toystages.bounce.result import Result
+
+
+def run(parameters, inputs, progress=lambda fraction, what: None):
+
+    fall = inputs["fall"]
+    assert not fall.files
+    return Result(float(fall.sample.distance[-1] * parameters.ground.contact_stiffness))

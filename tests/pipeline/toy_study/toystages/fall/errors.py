@@ -1,0 +1,2 @@
+class NoFall(ValueError):
+    pass

@@ -1,0 +1,14 @@
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stages.biped.quantity import quantity
+
+
+@dataclass(frozen=True)
+class Result:
+    names: tuple[str, ...] = quantity("-", "figures drawn")
+    files: dict[str, bytes] = quantity("-", "files")
+
+    def summary(self):
+        return f"{len(self.names)} figures"

@@ -1,0 +1,18 @@
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stages.biped.quantity import Bound, parameter
+
+
+@dataclass(frozen=True)
+class Settings:
+    FILE: ClassVar[str] = "side"
+    seed: int = parameter("1", "seed", bound=Bound(minimum=0))
+    wait: float = parameter("s", "time it takes", bound=Bound(minimum=0))
+
+
+@dataclass(frozen=True)
+class Parameters:
+    settings: Settings
