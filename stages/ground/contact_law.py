@@ -54,7 +54,7 @@ class ContactLaw:
     @property
     def stiffness_si(self) -> float:
         """Contact stiffness in N/m^e."""
-        return self.contact_stiffness * 1000.0**self.contact_exponent
+        return float(self.contact_stiffness * 1000.0**self.contact_exponent)
 
     def shared_by(self, feet: int) -> ContactLaw:
         """The law of one of `feet` equal feet that stand side by side and together act as this law."""

@@ -19,4 +19,4 @@ def normal_force(law: ContactLaw, penetration: Any, rate: Any, ops: Operations =
 
 def static_penetration(law: ContactLaw, force: float) -> float:
     """Penetration [m] at which the ground carries `force` [N] at rest: (F_N / k_c)^(1/e), the same for every law."""
-    return (force / law.stiffness_si) ** (1.0 / law.contact_exponent)
+    return float((force / law.stiffness_si) ** (1.0 / law.contact_exponent))

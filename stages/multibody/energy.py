@@ -85,7 +85,7 @@ def kinetic_energy(biped: Biped, position: np.ndarray, velocity: np.ndarray) -> 
         across = velocity[:, 0] + arm_rate * sine + arm * rate * cosine
         upward = velocity[:, 1] - arm_rate * cosine + arm * rate * sine
         energy = energy + 0.5 * biped.foot_mass * (across**2 + upward**2) + 0.5 * biped.leg_inertia * rate**2
-    return energy
+    return np.asarray(energy)
 
 
 def spring_energy(biped: Biped, position: np.ndarray) -> np.ndarray:
