@@ -155,7 +155,10 @@ def along(q, v, in_play, feet, law):
     force = np.zeros((n, 4, 3))
     power = np.zeros(n)
     for i in range(n):
-        _, force[i], power[i] = feet_forces(q[i], v[i], in_play[i], feet, law)
+        _, feet_force, power[i] = feet_forces(q[i], v[i], in_play[i], feet, law)
+        for leg in range(4):  # element by element: assigning arrays costs the compiler seconds
+            for axis in range(3):
+                force[i, leg, axis] = feet_force[leg, axis]
     return force, power
 
 
@@ -164,5 +167,6 @@ def clearances_along(q, feet):
     """Lowest point of each pair above the ground for rows of states, (n, 2) [m]."""
     lowest = np.zeros((len(q), 2))
     for i in range(len(q)):
-        lowest[i] = clearances(q[i], feet)[0]
+        found = clearances(q[i], feet)[0]
+        lowest[i, 0], lowest[i, 1] = found[0], found[1]
     return lowest
