@@ -12,9 +12,7 @@ from stages.campaign.radio import Transmitted
 from stages.imu.schema import TABLES, Device, Experiment, create_statements
 
 
-def database_bytes(
-    devices: Sequence[Device], runs: Iterable[tuple[Experiment, Sequence[Transmitted]]]
-) -> bytes:
+def database_bytes(devices: Sequence[Device], runs: Iterable[tuple[Experiment, Sequence[Transmitted]]]) -> bytes:
     """The content of the database file: same rows, same bytes (for one version of SQLite).
 
     `runs` gives each experiment with what its devices sent, in the order of `devices`.
@@ -48,7 +46,8 @@ def _insert(connection: sqlite3.Connection, table: str, rows: list[tuple[object,
     connection.executemany(f"INSERT INTO {table} VALUES ({marks})", rows)
 
 
-_SAMPLE = f"INSERT INTO sample ({', '.join(name for name, _, _ in TABLES['sample'][1:])}) VALUES ({', '.join('?' * 13)})"
+_COLUMNS = tuple(name for name, _, _ in TABLES["sample"][1:])
+_SAMPLE = f"INSERT INTO sample ({', '.join(_COLUMNS)}) VALUES ({', '.join('?' * len(_COLUMNS))})"
 
 
 def _interleaved(experiment_id: int, sent: Sequence[Transmitted]) -> list[tuple[object, ...]]:

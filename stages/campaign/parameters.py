@@ -35,7 +35,7 @@ class RunSettings:
     tolerance_sd: float = parameter("1", "spread of masses, stiffness and damping, relative", bound=NOT_NEGATIVE)
     length_sd: float = parameter("m", "spread of each leg's length", bound=NOT_NEGATIVE)
     solver_tolerance: float = parameter("1", "tolerance of the twin's solver", bound=Bound(minimum=1e-11, maximum=1e-4))
-    motion_rate_hz: float = parameter("Hz", "rate of the motion a sensor is given", bound=Bound(minimum=1000, maximum=1e5))
+    motion_rate_hz: float = parameter("Hz", "rate of the simulated motion", bound=Bound(minimum=1000, maximum=1e5))
 
 
 @dataclass(frozen=True)

@@ -66,7 +66,7 @@ def walk_twin(number: int, state: StanceState, normal_force: float, parameters: 
             hip, foot = _with_stand(signals, variation, slope, parameters)
             walk = signals.walk
             return TwinRun(hip, foot, walk.heel_strike_time, walk.heel_strike_leg, variation, attempt + 1)
-    raise NoWalk(f"synthetic run {number}: the twin fell after each of {MOST_ATTEMPTS} pushes; are push_sd or slope too far off?")
+    raise NoWalk(f"synthetic run {number}: the twin fell after each of {MOST_ATTEMPTS} pushes; try a smaller push_sd")
 
 
 def _signals(

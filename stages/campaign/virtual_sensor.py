@@ -74,7 +74,7 @@ def low_pass(signal: np.ndarray, grid_rate_hz: float, bandwidth_hz: float) -> np
     """Second-order Butterworth low pass of a signal (n, ...) along time, at rest in its first value."""
     sections = butter(2, bandwidth_hz, fs=grid_rate_hz, output="sos")
     state = sosfilt_zi(sections).reshape(-1, 2, *([1] * (signal.ndim - 1))) * signal[0]
-    return sosfilt(sections, signal, axis=0, zi=state)[0]
+    return np.asarray(sosfilt(sections, signal, axis=0, zi=state)[0])
 
 
 def read(motion: SensorMotion, errors: SensorErrors, settings: SensorSettings, rng: np.random.Generator) -> Readings:
@@ -89,7 +89,7 @@ def read(motion: SensorMotion, errors: SensorErrors, settings: SensorSettings, r
         sampled = np.column_stack([np.interp(time, motion.time, axis) for axis in smooth.T])
         value = (sampled @ errors.rotation.T) * gain + bias + rng.normal(scale=noise, size=sampled.shape)
         largest = 2 ** (settings.bits - 1)
-        return np.clip(np.rint(value / full_scale * largest), -largest, largest - 1).astype(np.int64)
+        return np.asarray(np.clip(np.rint(value / full_scale * largest), -largest, largest - 1).astype(np.int64))
 
     root_bandwidth = np.sqrt(NOISE_BANDWIDTH * settings.bandwidth_hz)
     return Readings(

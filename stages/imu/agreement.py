@@ -1,4 +1,4 @@
-"""How well a measured ensemble and a simulated curve agree: no single number says it all, so here are the usual ones."""
+"""How well a measured ensemble and a simulated curve agree: no number says it all, so here are the usual ones."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def multiple_correlation(waveforms: np.ndarray) -> float:
         return math.nan
     within = np.sum((waveforms - waveforms.mean(axis=0)) ** 2) / (points * (count - 1))
     total = np.sum((waveforms - waveforms.mean()) ** 2) / (points * count - 1)
-    return math.sqrt(1 - within / total) if 0 < total and within <= total else math.nan
+    return math.sqrt(1 - within / total) if total > 0 and within <= total else math.nan
 
 
 def intraclass_correlation(ratings: np.ndarray) -> float:

@@ -19,6 +19,7 @@ import numpy as np
 from stages.imu.packet_index import IndexedRecording, arrival_stamp
 
 FEWEST_PACKETS = 10  # below this a segment borrows its rate from the longest one
+FASTEST = 100.0  # times the nominal rate: faster, or backwards, the stamps mean nothing
 HUBER_WIDTH = 1.345  # 95 % efficiency for normal errors (Huber 1981)
 
 
@@ -106,13 +107,15 @@ def repair_clock(indexed: IndexedRecording) -> Clock:
     name, stamp = arrival_stamp(recording)
     if name == "none" or len(np.unique(indexed.index)) < 2:
         return Clock(indexed.index / nominal, "none", nominal, 0.0, np.nan, np.nan, np.nan)
-    arrival, last = packet_arrivals(indexed, stamp)
+    arrival = packet_arrivals(indexed, stamp)
     longest = np.bincount(arrival[:, 0].astype(int)).argmax()
     x, y = arrival[arrival[:, 0] == longest, 1], arrival[arrival[:, 0] == longest, 2]
     if len(x) < 2:
         return Clock(indexed.index / nominal, "none", nominal, 0.0, np.nan, np.nan, np.nan)
     best = lower_envelope(x, y)
     rate = 1.0 / best.period if best.period > 0 else np.inf
+    if not rate < FASTEST * nominal:
+        return Clock(indexed.index / nominal, name, rate, np.inf, float(np.std(y)), np.nan, np.nan)
     time = np.empty(len(indexed.index))
     for life in np.unique(indexed.segment):
         rows, points = indexed.segment == life, arrival[arrival[:, 0] == life]
@@ -131,8 +134,8 @@ def repair_clock(indexed: IndexedRecording) -> Clock:
     )
 
 
-def packet_arrivals(indexed: IndexedRecording, stamp: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rows (segment, index of the packet's last sample, arrival stamp), and which rows of the recording they are.
+def packet_arrivals(indexed: IndexedRecording, stamp: np.ndarray) -> np.ndarray:
+    """Rows (segment, index of the packet's last sample, arrival stamp), one a packet.
 
     A packet leaves when its last sample is taken, so it is that sample the stamp belongs to, also when the row
     itself is missing.
@@ -140,7 +143,7 @@ def packet_arrivals(indexed: IndexedRecording, stamp: np.ndarray) -> tuple[np.nd
     packet = indexed.index // indexed.batch_size
     last = np.append((np.diff(packet) != 0) | (np.diff(indexed.segment) != 0), True)
     end_of_batch = packet[last] * indexed.batch_size + indexed.batch_size - 1
-    return np.column_stack((indexed.segment[last], end_of_batch, stamp[last])), np.flatnonzero(last)
+    return np.column_stack((indexed.segment[last], end_of_batch, stamp[last]))
 
 
 def _shifted(line: Line, points: np.ndarray) -> Line:

@@ -13,17 +13,18 @@ from stages.imu.schema import ACCELERATION_UNITS, ANGULAR_RATE_UNITS, Device, Ex
 
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 FASTEST_RATE_HZ = 1e5
+LARGEST_VALUE = 1e15  # stamps in microseconds since 1970 are just as large
 
 
 def numbers(rows: Sequence[Sequence[Any]], width: int) -> np.ndarray:
-    """An array (n, width) of the cells; a cell that is no finite number becomes NaN."""
+    """An array (n, width) of the cells; a cell that is no number, or one no sensor gives, becomes NaN."""
     if not rows:
         return np.empty((0, width))
     try:
         table = np.array(rows, dtype=float)
     except (TypeError, ValueError):
         table = np.array([[number(cell) for cell in row] for row in rows], dtype=float)
-    table[~np.isfinite(table)] = np.nan
+    table[~(np.abs(table) < LARGEST_VALUE)] = np.nan
     return table
 
 

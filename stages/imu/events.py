@@ -16,7 +16,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.signal import find_peaks
 
 INNER, OUTER = 0, 1
-PULSE_S = 0.02  # longer than the pulse a heel strike leaves behind the sensor's low pass
+PULSE_S = 0.015  # about the length of the pulse a heel strike leaves behind the sensor's low pass
 WINDOW_S = (-0.05, 0.07)  # around a strike, for the template
 SHIFTS_S = np.arange(-0.025, 0.0251, 0.001)
 REFINEMENTS = 4
@@ -87,7 +87,7 @@ def expect_hidden(at: np.ndarray, hidden: np.ndarray, period: float) -> np.ndarr
     expected = at.copy()
     for i in np.flatnonzero(hidden):
         near = seen[np.argsort(np.abs(number[seen] - number[i]), kind="stable")[:4]]
-        slope, offset = np.polyfit(number[near] - number[i], at[near], 1)
+        offset = np.polyfit(number[near] - number[i], at[near], 1)[1]
         if abs(offset - at[i]) < 0.5 * period:
             expected[i] = offset
     return expected
@@ -171,7 +171,7 @@ def _windows(time: np.ndarray, signals: np.ndarray, wanted: np.ndarray) -> np.nd
 
 
 def _best_shift(time: np.ndarray, signals: np.ndarray, window: np.ndarray, template: np.ndarray) -> float:
-    """Shift [s] at which the signals lie best on the template, refined by a parabola; 0 where little is left of them."""
+    """Shift [s] at which the signals lie best on the template, refined by a parabola; 0 where little is left."""
     error = (_windows(time, signals, window + SHIFTS_S[:, None]) - template) ** 2
     known = np.isfinite(error).sum(axis=(1, 2))
     enough = known >= 0.25 * template.size

@@ -94,8 +94,10 @@ def index_samples(recording: Recording) -> IndexedRecording:
 
 def row_bytes(recording: Recording) -> np.ndarray:
     """Each row as one opaque value, so that equal rows compare equal, NaN included."""
-    stamps = (recording.packet, recording.position, recording.device_stamp, recording.phone_stamp, recording.server_stamp)
-    table = np.ascontiguousarray(np.column_stack((*stamps, recording.acceleration, recording.angular_rate)) + 0.0)
+    key = (recording.packet, recording.position)
+    stamps = (recording.device_stamp, recording.phone_stamp, recording.server_stamp)
+    values = (recording.acceleration, recording.angular_rate)
+    table = np.ascontiguousarray(np.column_stack((*key, *stamps, *values)) + 0.0)
     return table.view(np.dtype((np.void, table.shape[1] * 8))).ravel()
 
 

@@ -18,16 +18,16 @@ class Settings:
 
     gravity: float = parameter("m/s^2", "gravity where the measurement was made", symbol="g", bound=POSITIVE)
     rest_leg_angle_deg: float = parameter(
-        "deg", "angle of the inner leg from the slope normal in the still stand, foot ahead positive", bound=Bound(-90, 90)
+        "deg", "inner leg's angle from the slope normal in the still stand, foot ahead positive", bound=Bound(-90, 90)
     )
     rest_window_s: float = parameter("s", "shortest stretch that counts as a still stand", bound=Bound(minimum=0.1))
     rest_rate_deg_s: float = parameter("deg/s", "largest rms angular rate of a still stand", bound=POSITIVE)
-    rest_acceleration: float = parameter("m/s^2", "largest rms change of specific force of a still stand", bound=POSITIVE)
+    rest_acceleration: float = parameter("m/s^2", "largest rms specific force change of a still stand", bound=POSITIVE)
     grid_rate_hz: float = parameter("Hz", "rate of the common time grid", bound=Bound(minimum=10, maximum=10000))
     bridged_samples: float = parameter(
-        "1", "longest distance of two samples that is interpolated, in sampling periods", bound=Bound(minimum=1, below=2)
+        "1", "longest distance of two samples interpolated, in sampling periods", bound=Bound(minimum=1, below=2)
     )
-    skipped_steps: int = parameter("1", "first heel strikes left out of ensemble and step frequency", bound=NOT_NEGATIVE)
+    skipped_steps: int = parameter("1", "first heel strikes left out of ensemble and frequency", bound=NOT_NEGATIVE)
     fewest_steps: int = parameter("1", "heel strikes a run must have to be used", bound=Bound(minimum=3))
     phase_points: int = parameter("1", "points of a registered stride", bound=Bound(minimum=11))
     slowest_step_hz: float = parameter("Hz", "lowest step frequency looked for", bound=POSITIVE)

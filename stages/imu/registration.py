@@ -21,9 +21,7 @@ def stride_bounds(strikes: HeelStrikes, skipped: int = 0) -> np.ndarray:
     return bounds[np.abs(length / np.median(length) - 1) < 0.5]
 
 
-def register(
-    time: np.ndarray, signals: np.ndarray, bounds: np.ndarray, points: int, longest_step: float
-) -> np.ndarray:
+def register(time: np.ndarray, signals: np.ndarray, bounds: np.ndarray, points: int, longest_step: float) -> np.ndarray:
     """Signals (n, k) at times (n,) cut into strides (s, 2) and stretched to `points` phases: (s, points, k).
 
     Holes longer than `longest_step` [s] stay NaN. Each column has its own holes.

@@ -137,10 +137,9 @@ def _refusals(
 
 def static_reading(trace: SensorTrace) -> float:
     """Magnitude of the specific force in stored units: mean vector at rest, else median magnitude; NaN if unknown."""
-    force = trace.indexed.recording.acceleration
     if trace.rest.any():
-        return float(np.linalg.norm(np.nanmean(force[trace.rest], axis=0)))
-    size = np.linalg.norm(force, axis=1)
+        return float(np.linalg.norm(trace.static_force()) / trace.scale.acceleration)
+    size = np.linalg.norm(trace.indexed.recording.acceleration, axis=1)
     return float(np.median(size[np.isfinite(size)])) if np.isfinite(size).any() else math.nan
 
 
@@ -170,8 +169,9 @@ def dead_axes(raw: np.ndarray) -> tuple[str, ...]:
 
 def quantisation_step(raw: np.ndarray) -> float:
     """Smallest difference of two values of the same axis (n, 3); NaN where all are equal."""
-    steps = []
+    steps: list[float] = []
     for axis in raw.T:
         difference = np.diff(np.unique(axis[np.isfinite(axis)]))
-        steps.extend(difference[difference > 0].min(keepdims=True) if len(difference) else [])
-    return float(min(steps)) if steps else math.nan
+        if len(difference):
+            steps.append(float(difference.min()))
+    return min(steps, default=math.nan)

@@ -10,6 +10,8 @@ from stages.biped.quantity import quantity
 from stages.imu.ensemble import Ensemble
 from stages.imu.report import NOT_OBSERVABLE, SensorReport
 
+Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
+
 
 @dataclass(frozen=True)
 class SensorSignals:
@@ -66,17 +68,14 @@ class Result:
             f"step frequency {self.step_frequency:.3f} +- {self.step_frequency_spread:.3f} Hz"
         )
 
-    def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
+    def tables(self) -> list[Table]:
         """The report as tables: (title, columns, rows)."""
         return [_faults(self), _clocks(self), _sensors(self), _runs(self)]
 
 
-Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
-
-
 def _faults(result: Result) -> Table:
     columns = ("run", "sensor", "rows", "duplicates", "same key", "out of order", "unusable", "lost packets", "resets")
-    rows = [
+    rows: list[tuple[str, ...]] = [
         (
             *(r.run, r.place, str(r.rows), str(r.exact_duplicates), str(r.key_duplicates), str(r.out_of_order)),
             str(r.unusable_rows),
@@ -90,7 +89,7 @@ def _faults(result: Result) -> Table:
 
 def _clocks(result: Result) -> Table:
     columns = ("run", "sensor", "stamp", "batch", "rate Hz", "rate ppm", "robust ppm", "jitter ms", "after ms")
-    rows = [
+    rows: list[tuple[str, ...]] = [
         (
             *(r.run, r.place, r.stamp, str(r.batch_size), f"{r.rate_hz:.3f}", f"{r.rate_ppm:.0f}"),
             *(f"{r.robust_ppm:.0f}", f"{r.jitter_before_s * 1e3:.2f}", f"{r.jitter_after_s * 1e3:.2f}"),
@@ -105,7 +104,7 @@ def _sensors(result: Result) -> Table:
         *("run", "sensor", "missing", "dead", "clipped a", "clipped w", "still s", "static", "gain"),
         *("unit a", "unit w", "off swing deg", "off mount deg", "verdict"),
     )
-    rows = [
+    rows: list[tuple[str, ...]] = [
         (
             *(r.run, r.place, str(r.missing_values), " ".join(r.dead_axes) or "none", str(r.clipped_acceleration)),
             *(str(r.clipped_angular_rate), f"{r.rest_s:.2f}", f"{r.static_reading:.5g}", f"{r.static_gain:.4f}"),
@@ -119,7 +118,7 @@ def _sensors(result: Result) -> Table:
 
 def _runs(result: Result) -> Table:
     columns = ("run", "heel strikes", "strides", "step frequency Hz", "standard error Hz", "foot lag ms", "lever arm m")
-    rows = [
+    rows: list[tuple[str, ...]] = [
         (
             *(run.name, str(len(run.heel_strike_time)), str(len(run.strides)), f"{run.step_frequency:.4f}"),
             *(f"{run.step_frequency_error:.4f}", f"{run.foot_lag * 1e3:.2f}", f"{run.lever_arm:.3f}"),

@@ -16,6 +16,7 @@ from stages.biped.progress import Progress, ignore
 from stages.imu.ensemble import ensemble_of
 from stages.imu.parameters import Parameters, Settings
 from stages.imu.refusal import SourceRefused
+from stages.imu.report import SensorReport
 from stages.imu.result import Result, Run, SensorSignals
 from stages.imu.schema import Experiment, Recording
 from stages.imu.source_sqlite import SqliteSource
@@ -39,7 +40,9 @@ def trials(
 
 def collect(found: Iterable[Trial], settings: Settings) -> Result:
     """All trials as one result. Raises SourceRefused if none can be used."""
-    reports, rejected, runs = [], [], []
+    reports: list[SensorReport] = []
+    rejected: list[str] = []
+    runs: list[Run] = []
     for trial in found:
         reports.extend(trial.reports)
         if trial.accepted:
@@ -47,7 +50,7 @@ def collect(found: Iterable[Trial], settings: Settings) -> Result:
         else:
             rejected.append(f"{trial.experiment.name}: {trial.reason}")
     if not runs:
-        raise SourceRefused(f"no run can be used; the first was turned down because of {_first_reason(rejected, reports)}")
+        raise SourceRefused(f"no run can be used; the first was turned down: {_first_reason(rejected, reports)}")
     strides = np.concatenate([one.strides for one in runs])
     frequency = np.array([one.step_frequency for one in runs])
     origins = {one.origin for one in runs}
@@ -63,7 +66,7 @@ def collect(found: Iterable[Trial], settings: Settings) -> Result:
     )
 
 
-def _first_reason(rejected: list[str], reports: list[Any]) -> str:
+def _first_reason(rejected: list[str], reports: list[SensorReport]) -> str:
     reasons = next((report.reasons for report in reports if not report.accepted), ())
     return "; ".join(reasons) or (rejected[0] if rejected else "no run at all")
 

@@ -41,7 +41,13 @@ class SensorTrace:
 
     def bias(self) -> np.ndarray:
         """Angular rate at rest (3,) [rad/s]; zero where there is no rest."""
-        return np.nanmean(self.angular_rate[self.rest], axis=0) if self.rest.any() else np.zeros(3)
+        known = self.rest & np.isfinite(self.angular_rate).all(axis=1)
+        return self.angular_rate[known].mean(axis=0) if known.any() else np.zeros(3)
+
+    def static_force(self) -> np.ndarray:
+        """Mean specific force at rest (3,) [m/s^2]; NaN where there is no rest."""
+        known = self.rest & np.isfinite(self.specific_force).all(axis=1)
+        return self.specific_force[known].mean(axis=0) if known.any() else np.full(3, np.nan)
 
 
 def trace_sensor(recording: Recording, settings: Settings) -> SensorTrace:
@@ -101,9 +107,10 @@ def find_rest(force: np.ndarray, rate: np.ndarray, rate_hz: float, settings: Set
 
 def _window_rms(value: np.ndarray, length: int) -> np.ndarray:
     """Rms of (n, 3) about its mean in every window of `length` rows; infinite where a window holds a NaN."""
-    centred = value - np.nanmedian(value, axis=0) if np.isfinite(value).any() else value
-    known = np.isfinite(centred).all(axis=1)
-    filled = np.where(known[:, None], centred, 0.0)
+    known = np.isfinite(value).all(axis=1)
+    if not known.any():
+        return np.full(len(value) - length + 1, np.inf)
+    filled = np.where(known[:, None], value - np.median(value[known], axis=0), 0.0)
     sums = [np.cumsum(np.vstack((np.zeros((1, 3)), filled**k)), axis=0) for k in (1, 2)]
     first, second = ((total[length:] - total[:-length]) / length for total in sums)
     missing = np.cumsum(np.append(0, ~known))

@@ -75,9 +75,7 @@ class CsvSource:
             has = "more than once" if repeated[0] in names else "not at all"
             raise SourceRefused(f"{printable(one.file)} has the column {printable(repeated[0])} {has}")
         place = [names.index(one.columns[value]) if value in one.columns else None for value in SAMPLE_VALUES]
-        cells = [
-            [None if at is None or at >= len(row) else row[at] for at in place] for row in rows
-        ]
+        cells = [[None if at is None or at >= len(row) else row[at] for at in place] for row in rows]
         return recording_from_columns(self.experiment, one.device, numbers(cells, len(SAMPLE_VALUES)))
 
 
@@ -86,7 +84,8 @@ def column_maps(description: Mapping[str, Any]) -> tuple[ColumnMap, ...]:
     files = description.get("files")
     if not isinstance(files, Sequence) or isinstance(files, str) or not files:
         raise SourceRefused("a description of CSV files needs a list of files")
-    return tuple(_column_map(_mapping(entry, f"files, entry {number}"), number) for number, entry in enumerate(files, 1))
+    entries = [_mapping(entry, f"files, entry {number}") for number, entry in enumerate(files, 1)]
+    return tuple(_column_map(entry, number) for number, entry in enumerate(entries, 1))
 
 
 def _column_map(entry: Mapping[str, Any], number: int) -> ColumnMap:

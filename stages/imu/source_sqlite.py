@@ -15,7 +15,7 @@ from stages.imu.refusal import SourceRefused, printable
 from stages.imu.schema import SAMPLE_VALUES, TABLES, Device, Experiment, Recording, recording_from_columns
 
 MAGIC = b"SQLite format 3\x00"
-WRITE_AHEAD = b"\x02\x02"  # bytes 18 and 19 of a database in write-ahead mode
+WRITE_AHEAD = 2  # in byte 18 or 19 of a database in write-ahead mode
 
 
 class SqliteSource:
@@ -101,6 +101,8 @@ class SqliteSource:
     def _query_lazily(self, sql: str, values: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
         try:
             yield from self._connection.execute(sql, values)
+        except UnicodeDecodeError as error:
+            raise SourceRefused(f"{self.name}: is a broken SQLite database") from error
         except (sqlite3.Error, OverflowError) as error:
             raise SourceRefused(f"{self.name}: {_plain(error)}") from error
 
@@ -115,7 +117,7 @@ def _open(path: Path, timeout_s: float) -> sqlite3.Connection:
         raise SourceRefused(f"{path.name}: is not an SQLite database")
     # A reader of a write-ahead database creates a -shm file beside it, unless told that nobody writes.
     log = path.with_name(path.name + "-wal")
-    at_rest = head[18:20] == WRITE_AHEAD and not (log.exists() and log.stat().st_size)
+    at_rest = WRITE_AHEAD in head[18:20] and not (log.exists() and log.stat().st_size)
     mode = "mode=ro&immutable=1" if at_rest else "mode=ro"
     try:
         connection = sqlite3.connect(f"{path.absolute().as_uri()}?{mode}", uri=True, timeout=timeout_s)

@@ -118,7 +118,7 @@ def frame_of(trace: SensorTrace, settings: Settings) -> Frame | None:
     if not trace.rest.any():
         return None
     moving = ~trace.rest & np.isfinite(trace.angular_rate).all(axis=1)
-    static = np.nanmean(trace.specific_force[trace.rest], axis=0)
+    static = trace.static_force()
     if moving.sum() < 3 or not np.linalg.norm(static) > 0:
         return None
     slope = trace.indexed.recording.experiment.slope_deg or 0.0
@@ -139,9 +139,7 @@ def longest_step(sensor: BodySensor, settings: Settings) -> float:
 def on_grid(sensor: BodySensor, grid: np.ndarray, settings: Settings) -> np.ndarray:
     """Force and rate (m, 6) on a grid (m,); force and rate keep holes of their own."""
     step = longest_step(sensor, settings)
-    return np.hstack(
-        [resample(sensor.time, part, grid, step) for part in (sensor.force, sensor.rate)]
-    )
+    return np.hstack([resample(sensor.time, part, grid, step) for part in (sensor.force, sensor.rate)])
 
 
 def common_grid(sensors: dict[str, BodySensor], settings: Settings) -> np.ndarray:

@@ -69,7 +69,9 @@ def agrees_with_gravity(implied: str, device: Device) -> bool:
     return implied == device.accelerometer_unit
 
 
-def turning_ratio(specific_force: np.ndarray, angular_rate: np.ndarray, rate_hz: float, cut_off_hz: float = 2.0) -> float:
+def turning_ratio(
+    specific_force: np.ndarray, angular_rate: np.ndarray, rate_hz: float, cut_off_hz: float = 2.0
+) -> float:
     """How fast gravity turns in the sensor's axes over how fast the angular rate says it does; NaN without motion.
 
     specific_force, angular_rate: (n, 3), evenly sampled, no NaN, bias removed. Both sides of du/dt = -omega x u pass

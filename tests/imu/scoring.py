@@ -32,7 +32,7 @@ def score(run: Run, truth: Truth) -> Score:
         if not len(signals.time):
             continue
         sent = truth.sent[which]
-        row = {key: i for key, i in zip(zip(sent.packet, sent.position), sent.row)}
+        row = dict(zip(zip(sent.packet, sent.position), sent.row))
         rows = [row[key] for key in zip(signals.packet.astype(int), signals.position.astype(int))]
         # The time of a signal is that of its sample less the delay of the low pass.
         error = signals.time + filter_delay(SENSOR.bandwidth_hz) - truth.readings[which].time[rows]
@@ -46,6 +46,13 @@ def score(run: Run, truth: Truth) -> Score:
     matched = len(set(np.abs(run.heel_strike_time[hit, None] - true).argmin(axis=1)))
     exact = step_frequency(HeelStrikes(truth.strikes[SETTINGS.skipped_steps :], truth.legs[SETTINGS.skipped_steps :]))
     return Score(
-        max(clock), delay[0], max(frame), matched / len(true), matched / len(error), float(np.abs(error[hit]).max(initial=0)),
-        float(np.mean(error[hit])), bool((legs == run.heel_strike_leg)[hit].all()), run.step_frequency / exact.value - 1,
+        clock_rms=max(clock),
+        delay=delay[0],
+        frame_deg=max(frame),
+        recall=matched / len(true),
+        precision=matched / len(error),
+        strike_error=float(np.abs(error[hit]).max(initial=0)),
+        strike_bias=float(np.mean(error[hit])),
+        legs_right=bool((legs == run.heel_strike_leg)[hit].all()),
+        frequency_error=run.step_frequency / exact.value - 1,
     )

@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
+from stages.campaign.radio import Transmitted
 from stages.imu.clock import least_squares_line, lower_envelope, repair_clock, robust_line
 from stages.imu.packet_index import index_samples, unwrap_counter
 from stages.imu.schema import Recording, recording_from_columns
 from tests.imu.stand_in import RADIO, ROUGH_RADIO, device, make_run
-from stages.campaign.radio import Transmitted
 
 
 def recording_of(sent: Transmitted, rows: np.ndarray | None = None) -> Recording:
@@ -129,8 +129,13 @@ def test_time_goes_on_across_a_restart() -> None:
     packet = np.r_[sent.packet[:half], sent.packet[half:] - sent.packet[half]].astype(float)
     columns = (recording.device_stamp, recording.phone_stamp, recording.server_stamp)
     again = Recording(
-        recording.experiment, recording.device, packet, recording.position, *columns,
-        recording.acceleration, recording.angular_rate,
+        recording.experiment,
+        recording.device,
+        packet,
+        recording.position,
+        *columns,
+        recording.acceleration,
+        recording.angular_rate,
     )
     indexed = index_samples(again)
     assert indexed.resets == 1
@@ -143,7 +148,14 @@ def test_without_a_counter_loss_is_not_guessed() -> None:
     recording = recording_of(sent)
     unknown = np.full(recording.rows, np.nan)
     blind = Recording(
-        recording.experiment, recording.device, unknown, unknown, recording.device_stamp, recording.phone_stamp,
-        recording.server_stamp, recording.acceleration, recording.angular_rate,
+        recording.experiment,
+        recording.device,
+        unknown,
+        unknown,
+        recording.device_stamp,
+        recording.phone_stamp,
+        recording.server_stamp,
+        recording.acceleration,
+        recording.angular_rate,
     )
     assert index_samples(blind).lost_packets is None
