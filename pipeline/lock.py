@@ -16,19 +16,24 @@ from pipeline.errors import StudyError
 _FAR = 1 << 30  # Windows locks bytes: one far behind the text, so that the holder's name stays readable
 
 
+class NotWritable(StudyError):
+    """The results folder can only be read."""
+
+
 @contextlib.contextmanager
 def held(folder: Path, name: str, command: str, wait: bool, waiting: Callable[[str], None]) -> Iterator[None]:
     """Hold the lock of a results folder, called `name` in messages, while the block runs.
 
     Raises `StudyError` naming the holder if another run has it and `wait` is false; otherwise calls `waiting` once
-    with a sentence and waits. A killed holder needs no clearing up: the system drops its lock with the process.
+    with a sentence and waits. Raises `NotWritable` if the folder can only be read. A killed holder
+    needs no clearing up: the system drops its lock with the process.
     """
     path = folder / ".cache" / "lock"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         file = open(path, "a+b")  # noqa: SIM115
     except OSError as error:
-        raise StudyError(
+        raise NotWritable(
             f"{name}: cannot be written ({error.strerror}); choose another folder with --results"
         ) from None
     with file:

@@ -12,7 +12,7 @@ from pipeline import display, lock
 from pipeline.commands.status import print_survey
 from pipeline.executor import Outcome, bring_up_to_date
 from pipeline.options import print_json
-from pipeline.planning import Planner
+from pipeline.planning import Planner, State
 from pipeline.study import Study, shown
 
 
@@ -36,10 +36,15 @@ def run_stages(
     began = time.perf_counter()
     shows = display.for_terminal(verbose, as_json)
     command = " ".join(["bipedstudy", *sys.argv[1:]])
-    with lock.held(study.results, shown(study.results), command, wait, shows.note):
-        with contextlib.suppress(OSError):
-            study.store.sweep()
-        outcomes = bring_up_to_date(study, values, shows, force=forced, jobs=jobs or os.cpu_count() or 1)
+    try:
+        with lock.held(study.results, shown(study.results), command, wait, shows.note):
+            with contextlib.suppress(OSError):
+                study.store.sweep()
+            outcomes = bring_up_to_date(study, values, shows, force=forced, jobs=jobs or os.cpu_count() or 1)
+    except lock.NotWritable:
+        if forced or any(item.state is not State.CURRENT for item in Planner(study, values).survey(names)):
+            raise
+        outcomes = bring_up_to_date(study, values, shows)  # everything is current, so this writes nothing
     seconds = time.perf_counter() - began
     if as_json:
         print_json({"stages": [_plain(outcome) for outcome in outcomes], "seconds": round(seconds, 3)})

@@ -170,6 +170,16 @@ def test_results_in_another_folder(ran):
     assert (ran.root / "elsewhere/figures/one.svg").exists()
 
 
+def test_results_that_cannot_be_locked_are_current_or_refused(ran):
+    lock = ran.root / "results/.cache/lock"
+    lock.unlink()
+    lock.mkdir()  # stops even the superuser from writing
+    code, out, _ = ran.command("run-all")
+    assert (code, [line.split()[1] for line in out.splitlines()]) == (0, ["current"] * 4)
+    code, _, errors = ran.command("run-all", "--set", "fall.height=3")
+    assert code == 2 and errors.startswith("error: results: cannot be written (")
+
+
 def test_a_read_only_results_folder_can_be_looked_at(ran):
     if os.geteuid() == 0:
         pytest.skip("root may write anywhere")

@@ -1,0 +1,146 @@
+"""A stage that fails, crashes, meets a full disk or is edited while it runs leaves one sentence and valid results."""
+
+from __future__ import annotations
+
+import errno
+import os
+import sys
+
+import pytest
+
+from pipeline import durable
+from pipeline.errors import StageFailed
+
+unix = pytest.mark.skipif(os.name != "posix", reason="uses POSIX signals")
+
+
+@pytest.mark.parametrize(
+    ("behaviour", "sentence"),
+    [
+        ("raise", "stage fall: ZeroDivisionError: a pendulum without length; the full account is in "),
+        ("exit", "stage fall: SystemExit: enough; the full account is in "),
+        ("extra", "stage fall: it returned the file results/secret.txt, which dvc.yaml does not list among its outs"),
+        ("hidden", "in a way that cannot be seen in the text; import it by name"),
+        ("disk", "stage fall: it did not finish: No space left on device; earlier results are unchanged"),
+        ("answer", "stage fall: nothing falls upwards"),
+    ],
+)
+def test_a_failing_stage_is_one_sentence_and_leaves_the_rest_valid(done, behaviour, sentence):
+    before = done.results()
+    done.edit("params/side.yaml", "seed: 3", "seed: 4")
+    with pytest.raises(StageFailed) as failure:
+        done.run(f"fall.behaviour={behaviour}")
+    assert len(failure.value.sentences) == 1 and sentence in failure.value.sentences[0]
+    assert "\n" not in failure.value.sentences[0]
+    assert failure.value.exit_code == (3 if behaviour == "answer" else 1)
+    after = done.results()
+    assert {name for name in before if before[name] != after[name]} == {"side.h5", "side.bin"}
+    assert done.run() == {"fall": "current", "bounce": "current", "side": "current", "picture": "computed"}
+
+
+def test_the_full_account_holds_the_traceback(done):
+    with pytest.raises(StageFailed):
+        done.run("fall.behaviour=raise")
+    assert "ZeroDivisionError" in (done.root / "results/log/fall.log").read_text()
+
+
+@unix
+def test_a_crash_in_native_code_is_one_sentence(done):
+    before = done.results()
+    with pytest.raises(StageFailed, match=r"stage fall: its process was ended by the system \(SIGSEGV\)"):
+        done.run("fall.behaviour=crash")
+    assert done.results() == before
+
+
+def test_a_stage_that_lacks_an_out_is_refused(done):
+    done.edit("PACKAGE/picture/run.py", '"claims.yaml": (CLAIM', '"figures/claims.yaml": (CLAIM')
+    with pytest.raises(StageFailed, match=r"it did not return results/claims.yaml"):
+        done.run()
+
+
+def test_code_edited_while_it_runs_is_never_stored(done, monkeypatch):
+    """The key is made from one text, the worker meets another."""
+    from pipeline import process
+
+    original = process.Worker.__init__
+
+    def edit_first(self, order, *arguments):
+        if order.stage == "fall":
+            done.edit("PACKAGE/body/motion.py", "0.5 * gravity", "0.6 * gravity")
+        original(self, order, *arguments)
+
+    monkeypatch.setattr(process.Worker, "__init__", edit_first)
+    with pytest.raises(StageFailed, match=r"body/motion.py was edited while it ran, so its result was not kept"):
+        done.run("fall.height=3")
+    monkeypatch.undo()
+    done.edit("PACKAGE/body/motion.py", "0.6 * gravity", "0.5 * gravity")
+    assert done.run("fall.height=3")["fall"] == "computed"
+
+
+def test_an_input_edited_while_the_run_goes_on_is_not_used(done, monkeypatch):
+    from pipeline import process
+
+    original = process.Worker.__init__
+
+    def edit_first(self, order, *arguments):
+        if order.stage == "bounce":
+            (done.root / "results/fall.h5").write_bytes(b"someone else")
+        original(self, order, *arguments)
+
+    monkeypatch.setattr(process.Worker, "__init__", edit_first)
+    with pytest.raises(StageFailed, match=r"its input results/fall.h5 was changed by someone else meanwhile"):
+        done.run("ground.contact_stiffness=7")
+
+
+def test_the_compiled_file_of_an_older_source_is_not_used(done):
+    """An edit of the same length within the same second fools the interpreter's own check."""
+    path = done.path("PACKAGE/body/motion.py")
+    before = path.stat()
+    done.edit("PACKAGE/body/motion.py", "0.5 * gravity", "0.7 * gravity")
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+    outcome = next(outcome for outcome in done.outcomes() if outcome.stage == "fall")
+    assert outcome.summary == f"fell {0.7 * 9.81:.2f} m"
+
+
+def test_a_full_disk_in_the_pipeline_is_one_sentence(done, monkeypatch):
+    before = done.results()
+
+    def full(path, content):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(durable, "write", full)
+        with pytest.raises(StageFailed, match=r"stage fall: its result could not be stored: No space left on device"):
+            done.run("fall.height=3", names=("fall",))
+        assert done.results() == before
+    assert done.run("fall.height=3", names=("fall",)) == {"fall": "computed"}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits the size of files")
+def test_a_full_disk_in_the_worker_is_one_sentence(done):
+    import resource
+
+    before = done.results()
+    old = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, old[1]))
+    try:
+        with pytest.raises(StageFailed, match=r"stage fall: it did not finish: File too large"):
+            done.run("fall.steps=5000", names=("fall",))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, old)
+    assert done.results() == before
+    assert done.run("fall.steps=5000", names=("fall",)) == {"fall": "computed"}
+
+
+def test_a_file_cut_off_while_it_is_written_leaves_the_old_one(tmp_path, monkeypatch):
+    path = tmp_path / "x"
+    durable.write(path, b"old")
+
+    def fails(handle):
+        raise OSError(errno.EIO, "input/output error")
+
+    monkeypatch.setattr(os, "fsync", fails)
+    with pytest.raises(OSError, match="input/output"):
+        durable.write(path, b"new")
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]

@@ -1,0 +1,97 @@
+"""Runs killed or interrupted at any moment leave valid results and no process behind."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+unix = pytest.mark.skipif(os.name != "posix", reason="uses POSIX signals")
+
+
+def kill_at_a_random_moment(toy, seconds):
+    process = toy.start("run-all", "--force", "--wait")
+    time.sleep(seconds)
+    process.kill()
+    process.communicate()
+
+
+def survives(toy, chance, count):
+    """Kill `count` runs; after each, every file is valid and the next run is right."""
+    code, _, errors = toy.command("run-all")
+    assert code == 0, errors
+    right = toy.results()
+    for _ in range(count):
+        kill_at_a_random_moment(toy, chance.uniform(0.05, 1.6))
+        for name, content in toy.results().items():
+            assert content == right[name] or name.endswith(".part")
+    code, _, errors = toy.command("run-all", "--wait")
+    assert code == 0, errors
+    assert toy.results() == right
+    assert not list((toy.root / "results/.cache").glob("making-*"))
+
+
+@unix
+def test_killed_runs_leave_valid_results(toy_with_commands):
+    survives(toy_with_commands, random.Random(1), 4)
+
+
+@unix
+@pytest.mark.slow
+def test_two_hundred_killed_runs_leave_valid_results(toy_with_commands):
+    survives(toy_with_commands, random.Random(2), 200)
+
+
+@unix
+def test_a_worker_ends_with_the_run_that_started_it(toy_with_commands):
+    toy = toy_with_commands
+    process = toy.start("run", "fall", "--set", "fall.behaviour=sleep")
+    workers = wait_for(lambda: children(process.pid))
+    process.kill()
+    process.communicate()
+    assert wait_for(lambda: not any(alive(pid) for pid in workers))
+
+
+@unix
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_keeps_what_it_has(toy_with_commands, number):
+    toy = toy_with_commands
+    assert toy.command("run-all")[0] == 0
+    before = toy.results()
+    process = toy.start("run-all", "--set", "fall.behaviour=sleep")
+    workers = wait_for(lambda: children(process.pid))
+    process.send_signal(number)
+    _, errors = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert errors.strip() == "error: stopped; everything computed before is kept"
+    assert toy.results() == before
+    assert wait_for(lambda: not any(alive(pid) for pid in workers))
+
+
+def children(pid):
+    task = Path(f"/proc/{pid}/task/{pid}/children")
+    if not task.exists():
+        pytest.skip("needs /proc to find a process's children")
+    return [int(word) for word in task.read_text().split()]
+
+
+def alive(pid):
+    try:
+        with open(f"/proc/{pid}/stat") as file:
+            return file.read().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def wait_for(condition, seconds=15.0):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        found = condition()
+        if found:
+            return found
+        time.sleep(0.02)
+    return None
