@@ -33,7 +33,9 @@ class Walk:
     )
     hip_specific_force: np.ndarray = quantity("m/s^2", "specific force at the hip sensor, shape (n, 2)", symbol="f_hip")
     hip_angular_velocity: np.ndarray = quantity("rad/s", "angular velocity at the hip sensor about z, shape (n,)")
-    foot_specific_force: np.ndarray = quantity("m/s^2", "specific force at the foot sensor, shape (n, 2)", symbol="f_foot")
+    foot_specific_force: np.ndarray = quantity(
+        "m/s^2", "specific force at the foot sensor, shape (n, 2)", symbol="f_foot"
+    )
     foot_angular_velocity: np.ndarray = quantity("rad/s", "angular velocity at the foot sensor about z, shape (n,)")
     heel_strike_time: np.ndarray = quantity("s", "times of heel strike, shape (s,)", symbol="t_HS")
     heel_strike_leg: np.ndarray = quantity("1", "leg that lands at each heel strike, shape (s,)")

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.gait import StanceState
+from stages.biped.sampling_times import uniform_times
 from stages.biped.walk import Walk
 from stages.campaign.parameters import Parameters
 from stages.campaign.standing import joined, rolling_leg, stand_and_push
@@ -79,8 +80,10 @@ def _signals(
     record = simulate_twin(machine, slope, parameters.contact, start, twin, steps=parameters.runs.steps)
     if not record.completed:
         return None
-    rate = parameters.runs.motion_rate_hz
-    return sample(record, machine, parameters.biped, slope, parameters.contact, rate, twin.hip_socket, twin.foot_socket)
+    times = uniform_times(float(record.time[-1]), parameters.runs.motion_rate_hz)
+    return sample(
+        record, machine, parameters.biped, slope, parameters.contact, times, twin.hip_socket, twin.foot_socket
+    )
 
 
 def _with_stand(

@@ -27,7 +27,9 @@ class ModelAgreement:
     settled: HipDifference = quantity("-", "largest difference of the settled cycles at equal phase")
     period_difference: float = quantity("s", "step period of the penalty model minus the constraint model's")
     step_length_difference: float = quantity("m", "step length of the penalty model minus the constraint model's")
-    creep_velocity: float = quantity("m/s", "mean slip velocity of the loaded foot in the penalty model's single stance")
+    creep_velocity: float = quantity(
+        "m/s", "mean slip velocity of the loaded foot in the penalty model's single stance"
+    )
     energy_residual: float = quantity("1", "what the penalty model's energy balance does not close")
 
 
@@ -39,7 +41,8 @@ def compare_models(analytic: Any, multibody: Any, settings: Settings) -> ModelAg
         same_start=from_same_start(analytic.walk, multibody.walk, period),
         same_start_median_velocity=np.median(np.abs(laid.velocity), axis=0),
         settled=between_cycles(
-            last_stride(analytic.walk, settings.phase_points), last_stride(multibody.walk, settings.phase_points)),
+            last_stride(analytic.walk, settings.phase_points), last_stride(multibody.walk, settings.phase_points)
+        ),
         period_difference=multibody.cycle.period_s - period,
         step_length_difference=multibody.cycle.step_length_m - analytic.gait.step_length_m,
         creep_velocity=creep_velocity(multibody.walk, multibody.slip_velocity),

@@ -54,5 +54,4 @@ def from_same_start(analytic: Walk, multibody: Walk, duration: float) -> HipDiff
 
 def between_cycles(analytic: Stride, multibody: Stride) -> HipDifference:
     """Largest differences of the settled cycles at equal phase."""
-    return largest(
-        multibody.hip_position - analytic.hip_position, multibody.hip_velocity - analytic.hip_velocity)
+    return largest(multibody.hip_position - analytic.hip_position, multibody.hip_velocity - analytic.hip_velocity)

@@ -18,15 +18,20 @@ class Settings:
     FILE: ClassVar[str] = "comparison"
 
     frequency_tolerance: float = parameter(
-        "1", "largest relative difference of step frequencies called equal", bound=Bound(above=0, maximum=1))
+        "1", "largest relative difference of step frequencies called equal", bound=Bound(above=0, maximum=1)
+    )
     position_limit: float = parameter("m", "largest hip difference the paper states", bound=Bound(above=0))
     velocity_limit: float = parameter("m/s", "largest hip velocity difference the paper states", bound=Bound(above=0))
     similarity_limit: float = parameter(
-        "1", "rms difference over range below which two curves are called nearly identical",
-        bound=Bound(above=0, maximum=1))
+        "1",
+        "rms difference over range below which two curves are called nearly identical",
+        bound=Bound(above=0, maximum=1),
+    )
     enclosure_share: float = parameter(
-        "1", "share of the stride from which the measurements are said to enclose a curve",
-        bound=Bound(above=0, maximum=1))
+        "1",
+        "share of the stride from which the measurements are said to enclose a curve",
+        bound=Bound(above=0, maximum=1),
+    )
     phase_points: int = parameter("1", "points of a stride", bound=Bound(minimum=11, maximum=100_001))
     resolution_dpi: int = parameter("1/inch", "resolution of the PNG figures", bound=Bound(minimum=50, maximum=1200))
 

@@ -45,7 +45,7 @@ def judge(
     measured: MeasurementAgreement,
 ) -> tuple[claims.Claim, ...]:
     """All claims in the paper's order."""
-    analytic, settings = inputs["analytic"], parameters.settings
+    analytic, multibody, settings = inputs["analytic"], inputs["multibody"], parameters.settings
     return (
         claims.step_frequency(analytic, settings),
         claims.stable_gait(analytic),
@@ -55,6 +55,12 @@ def judge(
         claims.hip_displacement(models, settings),
         claims.hip_velocity(models, settings),
         claims.integration_tolerance(analytic, models),
+        claims.friction_velocities(
+            multibody.friction_variations,
+            multibody.cycle.period_s,
+            multibody.cycle.step_length_m,
+            settings.frequency_tolerance,
+        ),
         claims.twin_settles(twin),
         claims.twin_like_simple(twin, settings),
         claims.ramp_length(analytic),
@@ -77,8 +83,15 @@ def draw_all(parameters: Parameters, inputs: Mapping[str, Any]) -> dict[str, byt
             (figure_07.NAME, figure_07.draw(multibody.walk, radius, parameters.slope.angle)),
             (figure_08.NAME, figure_08.draw(analytic.walk, multibody.walk, 2 * analytic.gait.period_s, limits)),
             (figure_10.NAME, figure_10.draw(twin.walk, twin.snapshots)),
-            (figure_16.NAME, figure_16.draw(
-                np.concatenate([run.strides for run in imu.runs]), imu.origin, last_stride(twin.walk, points), last_stride(multibody.walk, points))),
+            (
+                figure_16.NAME,
+                figure_16.draw(
+                    np.concatenate([run.strides for run in imu.runs]),
+                    imu.origin,
+                    last_stride(twin.walk, points),
+                    last_stride(multibody.walk, points),
+                ),
+            ),
         ):
             files |= style.pictures(name, figure, dpi)
     return files

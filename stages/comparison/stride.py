@@ -10,7 +10,13 @@ from stages.biped.walk import Walk
 
 #: The six signals of a registered stride, in the order the ingest of measurements uses.
 SIGNALS = (
-    "hip_forward_force", "hip_up_force", "hip_lateral_rate", "foot_forward_force", "foot_up_force", "foot_lateral_rate")
+    "hip_forward_force",
+    "hip_up_force",
+    "hip_lateral_rate",
+    "foot_forward_force",
+    "foot_up_force",
+    "foot_lateral_rate",
+)
 
 
 @dataclass(frozen=True)
@@ -29,8 +35,9 @@ class Stride:
 
 def sensor_signals(walk: Walk) -> np.ndarray:
     """Both sensors' planar signals of a walk, (n, 6), in the order of `SIGNALS`."""
-    return np.column_stack([
-        walk.hip_specific_force, walk.hip_angular_velocity, walk.foot_specific_force, walk.foot_angular_velocity])
+    return np.column_stack(
+        [walk.hip_specific_force, walk.hip_angular_velocity, walk.foot_specific_force, walk.foot_angular_velocity]
+    )
 
 
 def stride_bounds(walk: Walk) -> list[tuple[float, float]]:

@@ -8,21 +8,9 @@ import numpy as np
 
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
+from stages.multibody.cycle import Cycle
 from stages.multibody.energy import EnergyBalance
-
-
-@dataclass(frozen=True)
-class Cycle:
-    """The settled gait: means over the last four steps, or fewer; NaN if there is no whole step."""
-
-    period_s: float = quantity("s", "duration of one step", symbol="T")
-    step_frequency_hz: float = quantity("Hz", "steps per second", symbol="f")
-    step_length_m: float = quantity("m", "advance of the hip from heel strike to heel strike", symbol="s")
-    speed_m_s: float = quantity("m/s", "mean walking speed", symbol="v")
-    double_stance_s: float = quantity("s", "time from heel strike to toe-off", symbol="t_DSP")
-    peak_normal_force: float = quantity("N", "largest normal force on a foot", symbol="F_N")
-    largest_penetration: float = quantity("m", "deepest penetration of a foot", symbol="p")
-    period_change: float = quantity("s", "largest difference between the periods of these steps")
+from stages.multibody.friction_study import FrictionVariation
 
 
 @dataclass(frozen=True)
@@ -49,6 +37,7 @@ class Result:
     slip_velocity: np.ndarray = quantity("m/s", "slip of each foot in contact, else 0, shape (n, 2)", symbol="v")
     cycle: Cycle = quantity("1", "the settled cycle")
     energy: EnergyBalance = quantity("1", "energy balance over the last whole step")
+    friction_variations: tuple[FrictionVariation, ...] = quantity("-", "settled gait at other transition velocities")
     facts: Facts = quantity("1", "how the run was made")
 
     def summary(self) -> str:

@@ -10,16 +10,16 @@ import numpy as np
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import Walk
 from stages.ground.blocks import lanes
+from stages.multibody.cycle import settled_cycle
 from stages.multibody.energy import EnergyBalance, energy_balance
+from stages.multibody.friction_study import vary_friction
 from stages.multibody.parameters import Parameters, Settings
 from stages.multibody.quiet_exudyn import exudyn
-from stages.multibody.result import Cycle, Facts, Result
+from stages.multibody.result import Facts, Result
 from stages.multibody.solver import Run
 from stages.multibody.state import rolling_state
 from stages.multibody.trajectory import foot_kinematics
 from stages.multibody.walk import sample, simulate
-
-SETTLED_STEPS = 4
 
 
 def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
@@ -47,6 +47,7 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
         slip_velocity=slip,
         cycle=settled_cycle(walked, walk, biped.foot_radius),
         energy=_last_step_energy(walked, walk, parameters),
+        friction_variations=vary_friction(biped, slope, contact, state, settings),
         facts=_facts(walked, settings),
     )
 
@@ -62,43 +63,6 @@ def contact_signals(walked: Run, walk: Walk, radius: float) -> tuple[np.ndarray,
         penetration[:, leg] = np.where(touching, depth, 0.0)
         slip[:, leg] = np.where(touching, sliding, 0.0)
     return penetration, slip
-
-
-def settled_cycle(walked: Run, walk: Walk, radius: float) -> Cycle:
-    """Measures over the last four whole steps, or fewer if there are no more; peaks at the solver's own steps."""
-    strikes = walk.heel_strike_time
-    count = min(SETTLED_STEPS, len(strikes) - 1)
-    if count < 1:
-        return Cycle(*[float("nan")] * 8)
-    last = strikes[-1 - count :]
-    periods = np.diff(last)
-    period = float(periods.mean())
-    hip = walked.trajectory.at(last)[0][:, 0]
-    length = float((hip[-1] - hip[0]) / count)
-    inside = (walked.trajectory.time >= last[0]) & (walked.trajectory.time <= last[-1])
-    held = walked.trajectory.in_play(walked.trajectory.time)
-    rows = walked.trajectory.position, walked.trajectory.velocity
-    depth = np.column_stack([foot_kinematics(*rows, leg, radius)[0] for leg in (0, 1)])
-    return Cycle(
-        period_s=period,
-        step_frequency_hz=1.0 / period,
-        step_length_m=length,
-        speed_m_s=length / period,
-        double_stance_s=_double_stance(walk, last),
-        peak_normal_force=float(walked.trajectory.ground_reaction[inside, :, 1].max()),
-        largest_penetration=float(np.where(held, depth, 0.0)[inside].max()),
-        period_change=float(np.ptp(periods)),
-    )
-
-
-def _double_stance(walk: Walk, strikes: np.ndarray) -> float:
-    spans = []
-    for strike in strikes:
-        leg = walk.heel_strike_leg[np.searchsorted(walk.heel_strike_time, strike)]
-        after = walk.toe_off_time[(walk.toe_off_time > strike) & (walk.toe_off_leg != leg)]
-        if len(after):
-            spans.append(after[0] - strike)
-    return float(np.mean(spans)) if spans else float("nan")
 
 
 def _last_step_energy(walked: Run, walk: Walk, parameters: Parameters) -> EnergyBalance:

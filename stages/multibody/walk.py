@@ -10,12 +10,14 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from stages.biped.design import Biped
+from stages.biped.frames import specific_force
+from stages.biped.sampling_times import refined_times
 from stages.biped.walk import Walk
 from stages.ground.blocks import Lane
 from stages.ground.contact_law import ContactLaw
 from stages.ground.operations import SCALARS
 from stages.ground.slope import Slope
-from stages.multibody.events import Events, find_events
+from stages.multibody.events import find_events
 from stages.multibody.parameters import Settings
 from stages.multibody.scuffing import Watch
 from stages.multibody.solver import Assembly, Run, integrate
@@ -92,16 +94,15 @@ def _over_blocks(state: PlanarState, radius: float, lanes: tuple[Lane, Lane]) ->
 
 
 def sample(trajectory: Trajectory, slope: Slope, radius: float, rate_hz: float) -> Walk:
-    """Signals on a uniform grid, with the exact times of heel strike and toe-off.
+    """Signals at even times, denser around heel strikes, with the exact times of heel strike and toe-off.
 
     Motion by Hermite interpolation between the solver's steps; forces and accelerations, which have kinks, by monotone
     cubics, so that a force is never negative between two steps.
     """
-    count = int(np.floor(trajectory.time[-1] * rate_hz * (1.0 + 1e-12))) + 1
-    time = np.minimum(np.arange(count) / rate_hz, trajectory.time[-1])
+    events = find_events(trajectory, radius)
+    time = refined_times(float(trajectory.time[-1]), rate_hz, events.heel_strike_time)
     position, velocity = trajectory.at(time)
-    gravity = np.array(slope.gravity_vector)
-    events: Events = find_events(trajectory, radius)
+    gravity = slope.gravity_vector
 
     def between(values: np.ndarray) -> np.ndarray:
         return np.asarray(PchipInterpolator(trajectory.time, values)(time))
@@ -115,18 +116,12 @@ def sample(trajectory: Trajectory, slope: Slope, radius: float, rate_hz: float) 
         leg_length=position[:, 4:],
         leg_length_rate=velocity[:, 4:],
         ground_reaction=between(trajectory.ground_reaction),
-        hip_specific_force=on_leg_axes(between(trajectory.acceleration[:, :2]) - gravity, position[:, 2]),
+        hip_specific_force=specific_force(between(trajectory.acceleration[:, :2]), position[:, 2], gravity),
         hip_angular_velocity=velocity[:, 2].copy(),
-        foot_specific_force=on_leg_axes(between(trajectory.foot_acceleration) - gravity, position[:, 2]),
+        foot_specific_force=specific_force(between(trajectory.foot_acceleration), position[:, 2], gravity),
         foot_angular_velocity=velocity[:, 2].copy(),
         heel_strike_time=events.heel_strike_time,
         heel_strike_leg=events.heel_strike_leg,
         toe_off_time=events.toe_off_time,
         toe_off_leg=events.toe_off_leg,
     )
-
-
-def on_leg_axes(vector: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Components (n, 2) forward and up along a leg of a vector (n, 2) given in the slope frame."""
-    sine, cosine = np.sin(angle), np.cos(angle)
-    return np.column_stack([vector[:, 0] * cosine + vector[:, 1] * sine, vector[:, 1] * cosine - vector[:, 0] * sine])

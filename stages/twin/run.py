@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 
 from stages.biped.progress import Progress, ignore
+from stages.biped.sampling_times import refined_times
 from stages.biped.walk import Walk
 from stages.twin.energy import EnergyBalance, energy_balance
+from stages.twin.events import find_events
 from stages.twin.machine import build
 from stages.twin.parameters import Parameters
 from stages.twin.parts import Part
@@ -38,9 +40,10 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
     progress(0.0, f"walking {settings.steps} steps in space")
     record = simulate_twin(machine, slope, contact, start, settings)
     progress(0.8, "sampling the walk")
-    signals = sample(
-        record, machine, biped, slope, contact, settings.sampling_rate_hz, settings.hip_socket, settings.foot_socket
+    times = refined_times(
+        float(record.time[-1]), settings.sampling_rate_hz, find_events(record, machine.feet).heel_strike_time
     )
+    signals = sample(record, machine, biped, slope, contact, times, settings.hip_socket, settings.foot_socket)
     strikes = signals.walk.heel_strike_time
     last_step = tuple(strikes[-2:]) if len(strikes) > 1 else ()
     closed = energy_balance(record, machine, slope, contact, *last_step) if last_step else EnergyBalance(*[np.nan] * 6)

@@ -1,4 +1,4 @@
-"""Signals of the twin on a uniform grid: the planar projection every model reports, and what its sockets feel in space.
+"""Signals of the twin at given times: the planar projection every model reports, and what its sockets feel in space.
 
 Sensor axes are those of the inner pair: forward, up the leg, lateral (along the hip axis, z of the slope frame when the
 machine stands straight). A sensor measures acceleration minus gravity, and the angular velocity, on these axes.
@@ -59,17 +59,15 @@ def sample(
     biped: Biped,
     slope: Slope,
     contact: ContactLaw,
-    rate_hz: float,
+    time: np.ndarray,
     hip_socket: tuple[float, ...],
     foot_socket: tuple[float, ...],
 ) -> Signals:
-    """Sample a record at `rate_hz`; sockets as in `stages.twin.parameters.Settings`.
+    """Sample a record at `time` (n,) [s]; sockets as in `stages.twin.parameters.Settings`.
 
     Motion by Hermite interpolation between the solver's steps. Accelerations and forces, which have kinks, are computed
     at the solver's steps and interpolated by monotone cubics, so that no force becomes negative in between.
     """
-    count = int(np.floor(record.time[-1] * rate_hz * (1.0 + 1e-12))) + 1
-    time = np.minimum(np.arange(count) / rate_hz, record.time[-1])
     q, v = record.at(time)
     steps = record.position, record.velocity, record.acceleration
     inner = pair_axes(*steps, 0)

@@ -34,5 +34,3 @@ def make_walk(period: float = 0.5, steps: int = 8, speed: float = 0.3, first_per
         toe_off_time=strikes + 0.02,
         toe_off_leg=1 - legs,
     )
-
-

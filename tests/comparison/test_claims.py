@@ -14,19 +14,26 @@ from stages.comparison.claims import Claim
 from stages.comparison.hip_motion import HipDifference
 from stages.comparison.measurement import MeasurementAgreement
 from stages.comparison.parameters import Settings
+from stages.multibody.friction_study import FrictionVariation
 
 SETTINGS = Settings(0.01, 3e-4, 5e-3, 0.05, 0.95, 101, 100)
 
 
-def analytic(frequency=2.08, stable=True, multiplier=0.6, neighbour=0.7, drift=0.0, needed=0.3, residual=1e-12, length=0.16):
+def analytic(
+    frequency=2.08, stable=True, multiplier=0.6, neighbour=0.7, drift=0.0, needed=0.3, residual=1e-12, length=0.16
+):
     return SimpleNamespace(
         gait=SimpleNamespace(
-            step_frequency_hz=frequency, stable=stable, floquet_multipliers=np.array([[multiplier, 0.0]]),
-            step_length_m=length),
+            step_frequency_hz=frequency,
+            stable=stable,
+            floquet_multipliers=np.array([[multiplier, 0.0]]),
+            step_length_m=length,
+        ),
         variations=(SimpleNamespace(name="hip_mass", change=0.05, multiplier_below=neighbour, multiplier_above=0.9),),
         constraint_drift=np.full(3, drift),
         validity=SimpleNamespace(
-            impulse_friction_trailing=needed, friction_double_stance=needed, friction_single_stance=0.1),
+            impulse_friction_trailing=needed, friction_double_stance=needed, friction_single_stance=0.1
+        ),
         energy=SimpleNamespace(residual=residual),
     )
 
@@ -44,15 +51,27 @@ def measured(origin="measured", share=1.0, frequency=1.9):
     return MeasurementAgreement(origin, 30, frequency, 0.01, 2.0, np.full(6, share))
 
 
+def friction(change):
+    variation = FrictionVariation("stiction_velocity", 2.0, 0.48 * (1 + change), 0.16)
+    return claims.friction_velocities([variation], 0.48, 0.16, 0.01)
+
+
 CASES = [
+    (friction(0.001), friction(0.05)),
     (claims.step_frequency(analytic(), SETTINGS), claims.step_frequency(analytic(frequency=2.2), SETTINGS)),
     (claims.stable_gait(analytic()), claims.stable_gait(analytic(stable=False))),
     (claims.multipliers_minimised(analytic()), claims.multipliers_minimised(analytic(neighbour=0.5))),
-    (claims.twice_differentiated_constraints(analytic(drift=1e-3)), claims.twice_differentiated_constraints(analytic())),
+    (
+        claims.twice_differentiated_constraints(analytic(drift=1e-3)),
+        claims.twice_differentiated_constraints(analytic()),
+    ),
     (claims.rolling_without_slip(analytic(), 1.1), claims.rolling_without_slip(analytic(needed=6.0), 1.1)),
     (claims.hip_displacement(models(), SETTINGS), claims.hip_displacement(models(position=1e-3), SETTINGS)),
     (claims.hip_velocity(models(), SETTINGS), claims.hip_velocity(models(velocity=1e-2), SETTINGS)),
-    (claims.integration_tolerance(analytic(residual=0.1), models()), claims.integration_tolerance(analytic(), models())),
+    (
+        claims.integration_tolerance(analytic(residual=0.1), models()),
+        claims.integration_tolerance(analytic(), models()),
+    ),
     (claims.twin_settles(twin()), claims.twin_settles(twin(steps=-1))),
     (claims.twin_like_simple(twin(), SETTINGS), claims.twin_like_simple(twin(rms=0.2), SETTINGS)),
     (claims.ramp_length(analytic()), claims.ramp_length(analytic(length=0.4))),
@@ -78,7 +97,8 @@ def test_synthetic_measurements_decide_nothing():
 def test_a_design_without_neighbouring_gaits_still_gets_an_answer():
     lonely = analytic()
     lonely.variations = (
-        SimpleNamespace(name="hip_mass", change=0.05, multiplier_below=float("nan"), multiplier_above=float("nan")),)
+        SimpleNamespace(name="hip_mass", change=0.05, multiplier_below=float("nan"), multiplier_above=float("nan")),
+    )
     assert claims.multipliers_minimised(lonely).holds is None
 
 
@@ -86,5 +106,10 @@ def test_claims_survive_yaml():
     awkward = Claim("an_id", 'quotes " and: colons', "µ ≤ 3 # not a comment", None, "line\nbreak")
     read = yaml.safe_load(claims.as_yaml([awkward, CASES[0][0]]))
     assert read[0] == {
-        "id": "an_id", "stated": awkward.stated, "found": awkward.found, "holds": None, "why": awkward.why}
+        "id": "an_id",
+        "stated": awkward.stated,
+        "found": awkward.found,
+        "holds": None,
+        "why": awkward.why,
+    }
     assert read[1]["holds"] is True

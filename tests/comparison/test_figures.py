@@ -49,7 +49,9 @@ def test_a_figure_is_drawn_twice_with_the_same_bytes(name):
 
 
 def labels(figure):
-    return [text for axes in figure.get_axes() if axes.axison for text in (axes.get_xlabel(), axes.get_ylabel()) if text]
+    return [
+        text for axes in figure.get_axes() if axes.axison for text in (axes.get_xlabel(), axes.get_ylabel()) if text
+    ]
 
 
 @pytest.mark.parametrize("name", figures())

@@ -49,7 +49,8 @@ def test_different_sampling_does_not_make_a_difference_of_straight_motion():
     rows = np.sort(np.random.default_rng(0).choice(len(walk.time), 3000, replace=False))
     rows = np.unique(np.r_[0, rows, len(walk.time) - 1])
     thin = dataclasses.replace(
-        walk, time=walk.time[rows], hip_position=walk.hip_position[rows], hip_velocity=walk.hip_velocity[rows])
+        walk, time=walk.time[rows], hip_position=walk.hip_position[rows], hip_velocity=walk.hip_velocity[rows]
+    )
     assert from_same_start(walk, thin, 1.0).position[0] < 1e-12
 
 

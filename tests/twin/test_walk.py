@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from stages.biped.sampling_times import uniform_times
 from stages.multibody.scuffing import FELL, STALLED
 from stages.multibody.state import rolling_state
 from stages.twin.contact import ROLL, YAW, Z
@@ -21,8 +22,9 @@ SWAPPED = [0, 1, 2, 3, 4, 5, 7, 6, 8, 10, 9]
 @pytest.fixture(scope="module")
 def signals(three_steps, machine, parameters):
     p = parameters
+    times = uniform_times(three_steps.time[-1], 1000.0)
     return sample(
-        three_steps, machine, p.biped, p.slope, p.contact, 1000.0, p.settings.hip_socket, p.settings.foot_socket
+        three_steps, machine, p.biped, p.slope, p.contact, times, p.settings.hip_socket, p.settings.foot_socket
     )
 
 

@@ -21,7 +21,9 @@ def rotated(points: np.ndarray, slope: float) -> np.ndarray:
     return points @ np.array([[cos, -sin], [sin, cos]])
 
 
-def draw_biped(axes: Axes, hip: np.ndarray, angles: np.ndarray, lengths: np.ndarray, radius: float, slope: float) -> None:
+def draw_biped(
+    axes: Axes, hip: np.ndarray, angles: np.ndarray, lengths: np.ndarray, radius: float, slope: float
+) -> None:
     """Hip, two legs and their round feet at one instant."""
     for leg, colour in enumerate(LEG_COLOURS):
         along = np.array([np.sin(angles[leg]), -np.cos(angles[leg])])
@@ -59,6 +61,10 @@ def draw(walk: Walk, radius: float, slope: float, snapshots: int = 7) -> Figure:
     axes.plot([], [], color=LEG_COLOURS[1], label="outer leg")
     figure.legend(loc="outside upper right", ncols=2)
     figure.text(
-        0.01, 0.93, f"Slope {np.degrees(slope):.3g}°, three steps; snapshots are drawn {1e3 * spread:.0f} mm further "
-        "apart than they are", fontsize=7)
+        0.01,
+        0.93,
+        f"Slope {np.degrees(slope):.3g}°, three steps; snapshots are drawn {1e3 * spread:.0f} mm further "
+        "apart than they are",
+        fontsize=7,
+    )
     return figure

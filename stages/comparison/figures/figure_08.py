@@ -29,8 +29,13 @@ def draw(analytic: Walk, multibody: Walk, duration: float, limits: tuple[float, 
         curve, difference = axes[row, side], axes[row + 1, side]
         curve.plot(laid.time, getattr(analytic, name)[:count, column], color=style.ANALYTIC, label="constraint model")
         shown = multibody.time <= laid.time[-1]
-        curve.plot(multibody.time[shown], getattr(multibody, name)[shown, column], "--", color=style.MULTIBODY,
-                   label="penalty contact (Exudyn)")
+        curve.plot(
+            multibody.time[shown],
+            getattr(multibody, name)[shown, column],
+            "--",
+            color=style.MULTIBODY,
+            label="penalty contact (Exudyn)",
+        )
         values = laid.position if name == "hip_position" else laid.velocity
         limit = limits[0] if name == "hip_position" else limits[1]
         difference.axhspan(-scale * limit, scale * limit, color="#EEEEEE", zorder=0)

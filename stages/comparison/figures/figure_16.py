@@ -32,13 +32,26 @@ def draw(strides: np.ndarray, origin: str, twin: Stride, simple: Stride) -> Figu
         if not low - margin <= twin.signals[peak, column] <= high + margin:
             # a spike of the models that no 100 Hz sensor shows would hide everything else
             panel.annotate(
-                f"twin's spike: {twin.signals[peak, column]:.0f} m/s²", (100 * twin.phase[peak], high + 0.9 * margin),
-                xytext=(6, -4), textcoords="offset points", fontsize=7, va="top")
+                f"twin's spike: {twin.signals[peak, column]:.0f} m/s²",
+                (100 * twin.phase[peak], high + 0.9 * margin),
+                xytext=(6, -4),
+                textcoords="offset points",
+                fontsize=7,
+                va="top",
+            )
         panel.set_ylabel(label)
         style.panel_label(panel, letter)
     axes[-1].set_xlabel("stride of the inner leg, heel strike to heel strike [%]")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     if origin != "measured":
-        axes[0].text(0.99, 0.95, "SYNTHETIC measurements", transform=axes[0].transAxes, ha="right", va="top",
-                     fontsize=7, color="#555555")
+        axes[0].text(
+            0.99,
+            0.95,
+            "SYNTHETIC measurements",
+            transform=axes[0].transAxes,
+            ha="right",
+            va="top",
+            fontsize=7,
+            color="#555555",
+        )
     return figure
