@@ -73,7 +73,7 @@ def lower_envelope(index: np.ndarray, stamp: np.ndarray) -> Line:
 
 def _above(x: np.ndarray, y: np.ndarray, p: int, q: int, r: int) -> bool:
     """Whether point q lies on or above the chord from p to r."""
-    return (y[q] - y[p]) * (x[r] - x[p]) >= (y[r] - y[p]) * (x[q] - x[p])
+    return bool((y[q] - y[p]) * (x[r] - x[p]) >= (y[r] - y[p]) * (x[q] - x[p]))
 
 
 def least_squares_line(index: np.ndarray, stamp: np.ndarray, weight: np.ndarray | None = None) -> Line:

@@ -75,7 +75,7 @@ def in_hole(force: np.ndarray, rows: np.ndarray, reach: int) -> np.ndarray:
     """Whether each row (s,) has a hole of the signals within `reach` rows."""
     hole = ~np.isfinite(force).all(axis=1)
     count = np.append(0, np.cumsum(hole))
-    return count[np.minimum(rows + reach + 1, len(hole))] > count[np.maximum(rows - reach, 0)]
+    return np.asarray(count[np.minimum(rows + reach + 1, len(hole))] > count[np.maximum(rows - reach, 0)])
 
 
 def expect_hidden(at: np.ndarray, hidden: np.ndarray, period: float) -> np.ndarray:
@@ -115,7 +115,7 @@ def filled(signal: np.ndarray) -> np.ndarray:
     if known.all() or not known.any():
         return np.where(known, signal, 0.0)
     row = np.arange(len(signal))
-    return np.interp(row, row[known], signal[known])
+    return np.asarray(np.interp(row, row[known], signal[known]))
 
 
 def pulse_sharpness(force: np.ndarray, dt: float) -> np.ndarray:

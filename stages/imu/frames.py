@@ -46,7 +46,7 @@ def is_mounting_declared(device: Device) -> bool:
 
 def axis_vector(name: str) -> np.ndarray:
     """Unit vector (3,) of an axis such as "-z"."""
-    return np.eye(3)["xyz".index(name[1])] * (-1.0 if name[0] == "-" else 1.0)
+    return np.array((-1.0 if name[0] == "-" else 1.0) * np.eye(3)["xyz".index(name[1])])
 
 
 def gravity_on_body(slope: float, leg_angle: float) -> np.ndarray:

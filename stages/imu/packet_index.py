@@ -118,7 +118,8 @@ def unwrap_counter(counter: np.ndarray, modulus: int | None) -> tuple[np.ndarray
     starts = np.flatnonzero(np.diff(counter, prepend=counter[0] - 1))
     packets = counter[starts]
     segments, numbers = np.zeros_like(packets), np.zeros_like(packets)
-    segment, wraps, seen = 0, 0, set()
+    segment, wraps = 0, 0
+    seen: set[int] = set()
     newest = int(packets[0])
     for i, raw in enumerate(packets.tolist()):
         number = raw + wraps

@@ -18,7 +18,7 @@ def stride_bounds(strikes: HeelStrikes, skipped: int = 0) -> np.ndarray:
     if not len(bounds):
         return bounds
     length = bounds[:, 1] - bounds[:, 0]
-    return bounds[np.abs(length / np.median(length) - 1) < 0.5]
+    return np.asarray(bounds[np.abs(length / np.median(length) - 1) < 0.5])
 
 
 def register(time: np.ndarray, signals: np.ndarray, bounds: np.ndarray, points: int, longest_step: float) -> np.ndarray:

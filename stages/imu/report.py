@@ -9,6 +9,7 @@ import numpy as np
 
 from stages.biped.quantity import quantity
 from stages.imu.frames import Frame
+from stages.imu.packet_index import IndexedRecording
 from stages.imu.parameters import Settings
 from stages.imu.sensor import SensorTrace
 from stages.imu.units import agrees_with_gravity, implied_acceleration_unit, implied_angular_rate_unit, turning_ratio
@@ -127,12 +128,17 @@ def _refusals(
         found.append(f"rate of {clock.rate_hz:.4g} Hz is not the nominal {device.rate_hz:g} Hz")
     if clock.disagreement > settings.clock_tolerance_s:
         found.append(f"the clock cannot be repaired: halves disagree by {clock.disagreement * 1e3:.2g} ms")
-    if indexed.lost_packets is not None:
-        packets = len(np.unique(np.column_stack((indexed.segment, indexed.index // indexed.batch_size)), axis=0))
-        share = indexed.lost_packets / (indexed.lost_packets + packets)
-        if share > settings.loss_tolerance:
-            found.append(f"{share:.0%} of the packets are lost")
+    share = missing_share(indexed)
+    if share > settings.loss_tolerance:
+        found.append(f"{share:.0%} of the samples are lost")
     return found
+
+
+def missing_share(indexed: IndexedRecording) -> float:
+    """Share of the samples between first and last that are missing; 0 where that cannot be observed."""
+    lives = [indexed.index[indexed.segment == life] for life in np.unique(indexed.segment)]
+    expected = sum(int(np.ptp(index)) + 1 for index in lives)
+    return 1 - len(indexed.index) / expected if expected else 0.0
 
 
 def static_reading(trace: SensorTrace) -> float:

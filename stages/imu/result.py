@@ -63,9 +63,11 @@ class Result:
         """What was found, in one line."""
         strides = sum(len(run.strides) for run in self.runs)
         turned_down = f", {len(self.rejected)} rejected" if self.rejected else ""
+        runs = "run" if len(self.runs) == 1 else "runs"
+        spread = f" +- {self.step_frequency_spread:.3f}" if len(self.runs) > 1 else ""
         return (
-            f"{len(self.runs)} {self.origin} runs{turned_down}, {strides} strides, "
-            f"step frequency {self.step_frequency:.3f} +- {self.step_frequency_spread:.3f} Hz"
+            f"{len(self.runs)} {self.origin} {runs}{turned_down}, {strides} strides, "
+            f"step frequency {self.step_frequency:.3f}{spread} Hz"
         )
 
     def tables(self) -> list[Table]:

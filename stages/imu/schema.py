@@ -12,7 +12,7 @@ Any of packet, position and the stamps may be missing (NULL); what cannot be kno
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -115,12 +115,13 @@ class Recording:
     def take(self, keep: np.ndarray) -> Recording:
         """The same recording with the rows `keep` (indices or mask) only."""
         columns = ("packet", "position", "device_stamp", "phone_stamp", "server_stamp", "acceleration", "angular_rate")
-        return Recording(self.experiment, self.device, *(getattr(self, name)[keep] for name in columns))
+        return replace(self, **{name: getattr(self, name)[keep] for name in columns})
 
 
 def recording_from_columns(experiment: Experiment, device: Device, columns: np.ndarray) -> Recording:
     """A recording from an array (n, 11) whose columns are those of `SAMPLE_VALUES`."""
-    return Recording(experiment, device, *columns[:, :5].T, columns[:, 5:8], columns[:, 8:11])
+    packet, position, *stamps = columns[:, :5].T
+    return Recording(experiment, device, packet, position, *stamps, columns[:, 5:8], columns[:, 8:11])
 
 
 def create_statements() -> tuple[str, ...]:

@@ -146,7 +146,8 @@ def common_grid(sensors: dict[str, BodySensor], settings: Settings) -> np.ndarra
     """Even grid over the time all sensors cover."""
     first = max(sensor.time[0] for sensor in sensors.values())
     last = min(sensor.time[-1] for sensor in sensors.values())
-    return first + np.arange(max(0, int((last - first) * settings.grid_rate_hz) + 1)) / settings.grid_rate_hz
+    count = max(0, int((last - first) * settings.grid_rate_hz) + 1)
+    return np.asarray(first + np.arange(count) / settings.grid_rate_hz)
 
 
 def overlap_of(first: np.ndarray, second: np.ndarray) -> float:

@@ -118,7 +118,9 @@ def hostile_names(content: bytes, rng: np.random.Generator) -> bytes:
         (f'ALTER TABLE {old} RENAME TO "{name}"', ()),
         (f'ALTER TABLE sample RENAME COLUMN ax TO "{name}"', ()),
     ][rng.integers(3)]
-    return edited(content, change, *([("UPDATE device SET name = ?, place = ?", (place, place))] if old != "device" else []))
+    return edited(
+        content, change, *([("UPDATE device SET name = ?, place = ?", (place, place))] if old != "device" else [])
+    )
 
 
 def endless_view(content: bytes, rng: np.random.Generator) -> bytes:

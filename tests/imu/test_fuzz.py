@@ -64,4 +64,4 @@ def test_wrong_units_and_swapped_sensors_are_refused(damage, seed: int, sound: b
 
 
 def test_the_sound_log_is_accepted(sound: bytes, tmp_path: Path) -> None:
-    assert ingest(sound, tmp_path).startswith("1 synthetic runs")
+    assert ingest(sound, tmp_path).startswith("1 synthetic run,")

@@ -1,0 +1,108 @@
+"""The synthetic sensor and radio: each part does what it is said to do, and nothing else."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stages.campaign.parameters import RadioSettings, SensorSettings
+from stages.campaign.radio import transmit
+from stages.campaign.virtual_sensor import STANDARD_GRAVITY, SensorMotion, draw_errors, low_pass, read
+from stages.imu.frames import mounting
+from stages.imu.schema import Device
+
+PERFECT = SensorSettings(100.0, 0.0, 40.0, 4.0, 2000.0, 16, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+RADIO = RadioSettings(3, 65536, 0.0, 0.008, 0.015, 0.1, 0.2, 0.05, 0.25)
+DEVICE = Device("hip", 100.0, "counts", "counts", forward_axis="+y", up_axis="-x")
+GRID = 1 / 5000
+COUNT_A, COUNT_W = 4 * STANDARD_GRAVITY / 2**15, np.deg2rad(2000) / 2**15
+
+
+def motion(force: np.ndarray, rate: np.ndarray | None = None) -> SensorMotion:
+    return SensorMotion(np.arange(len(force)) * GRID, force, np.zeros_like(force) if rate is None else rate)
+
+
+def test_low_pass_halves_the_power_at_its_cut_off() -> None:
+    time = np.arange(0, 2, GRID)
+    for frequency, gain in ((1.0, 1.0), (40.0, 1 / np.sqrt(2)), (120.0, 1 / np.sqrt(82))):
+        wave = low_pass(np.sin(2 * np.pi * frequency * time), 5000, 40.0)[len(time) // 2 :]
+        assert wave.max() == pytest.approx(gain, rel=0.02)
+
+
+def test_low_pass_keeps_the_momentum_of_an_impact() -> None:
+    force = np.zeros(5000)
+    force[1000:1005] = 500.0
+    assert low_pass(force, 5000, 40.0).sum() == pytest.approx(force.sum(), rel=1e-9)
+
+
+def test_a_perfect_sensor_reports_the_motion_on_its_own_axes() -> None:
+    force = np.tile([1.0, 9.81, -2.0], (5000, 1))
+    rate = np.tile([0.1, -0.2, 3.0], (5000, 1))
+    rng = np.random.default_rng(0)
+    errors = draw_errors(PERFECT, DEVICE, rng)
+    readings = read(motion(force, rate), errors, PERFECT, rng)
+    to_body = mounting(DEVICE)
+    np.testing.assert_allclose(readings.acceleration * COUNT_A @ to_body.T, np.tile(force[0], (100, 1)), atol=COUNT_A)
+    np.testing.assert_allclose(readings.angular_rate * COUNT_W @ to_body.T, np.tile(rate[0], (100, 1)), atol=COUNT_W)
+    assert readings.acceleration[0, 0] < 0  # "-x" points up, so gravity shows as a negative reading on x
+
+
+def test_readings_saturate_at_full_scale() -> None:
+    force = np.tile([0.0, 100.0, 0.0], (5000, 1))
+    readings = read(
+        motion(force), draw_errors(PERFECT, DEVICE, np.random.default_rng(0)), PERFECT, np.random.default_rng(1)
+    )
+    assert readings.acceleration.min() == -(2**15)
+
+
+def test_noise_has_its_density() -> None:
+    settings = dataclasses.replace(PERFECT, acceleration_noise_density=0.01)
+    rng = np.random.default_rng(4)
+    errors = draw_errors(settings, DEVICE, rng)
+    readings = read(motion(np.zeros((500_000, 3))), errors, settings, rng)
+    # White noise of density n behind a second-order low pass: n sqrt(pi / (2 sqrt 2) f_c)
+    assert readings.acceleration.std() * COUNT_A == pytest.approx(0.01 * np.sqrt(1.1107 * 40), rel=0.02)
+
+
+def test_the_clock_runs_at_its_own_rate_from_a_random_phase() -> None:
+    settings = dataclasses.replace(PERFECT, rate_error_sd_ppm=2000.0)
+    starts, periods = [], []
+    for seed in range(300):
+        rng = np.random.default_rng(seed)
+        readings = read(motion(np.zeros((1000, 3))), draw_errors(settings, DEVICE, rng), settings, rng)
+        starts.append(readings.time[0])
+        periods.append(np.diff(readings.time).mean())
+    assert np.std(periods) / 0.01 == pytest.approx(2e-3, rel=0.15)
+    assert np.histogram(starts, 5, (0, 0.01))[0].min() > 30
+
+
+@pytest.fixture(scope="module")
+def sent():
+    rng = np.random.default_rng(2)
+    readings = read(motion(np.zeros((300_000, 3))), draw_errors(PERFECT, DEVICE, rng), PERFECT, rng)
+    return readings, transmit(readings, 1000.0, 100.0, RADIO, rng)
+
+
+def test_a_packet_is_late_and_never_early(sent) -> None:
+    readings, got = sent
+    last_of_packet = readings.time[got.row // 3 * 3 + 2]
+    late = got.phone_stamp - 1000.0 - last_of_packet
+    assert late.min() >= 0.008 - 0.0005  # stamps are rounded to a millisecond
+    assert late.min() < 0.010
+    assert (got.server_stamp > got.phone_stamp).all()
+    assert (np.diff(got.phone_stamp) >= 0).all()
+
+
+def test_losses_are_whole_packets_and_as_many_as_asked_for(sent) -> None:
+    readings, got = sent
+    packets = np.unique(got.row // 3, return_counts=True)
+    assert set(packets[1]) == {3}
+    assert 1 - len(packets[0]) / (len(readings.time) // 3) == pytest.approx(0.05, abs=0.015)
+    assert (np.diff(got.packet.astype(int))[got.position[1:] == 0] % 65536 >= 1).all()
+
+
+def test_stalls_hold_packets_back(sent) -> None:
+    readings, got = sent
+    late = got.phone_stamp - 1000.0 - readings.time[got.row // 3 * 3 + 2]
+    assert np.median(late) < 0.15
+    assert np.quantile(late, 0.99) > 0.3

@@ -1,0 +1,82 @@
+"""Real recordings with their own faults; the numbers come from the note beside them."""
+
+import numpy as np
+import pytest
+
+from stages.imu.report import SensorReport
+from stages.imu.source_csv import CsvSource
+from stages.imu.trial import read_sensor
+from tests.imu.real_recordings import FOLDER, ipol, xio
+from tests.imu.stand_in import SETTINGS
+
+pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason=f"the real recordings are not at {FOLDER.name}")
+
+
+def reports(description: dict) -> dict[str, SensorReport]:
+    ((_, recordings),) = CsvSource(description, FOLDER).runs()
+    return {one.device.place: read_sensor(one, SETTINGS)[1] for one in recordings}
+
+
+@pytest.mark.parametrize(("name", "fewest", "most"), [("8-5", 572, 783), ("3-3", 532, 651), ("7-4", 0, 0)])
+def test_lost_packets_of_xsens(name: str, fewest: int, most: int) -> None:
+    lost = [report.lost_packets for report in reports(ipol(name)).values()]
+    assert (min(lost), max(lost)) == (fewest, most)
+
+
+@pytest.mark.parametrize("name", ["8-5", "3-3", "7-4"])
+def test_unit_and_gain_of_xsens(name: str) -> None:
+    for report in reports(ipol(name)).values():
+        assert 9.9 <= report.static_reading <= 10.4
+        assert report.acceleration_unit == "m/s^2"
+        assert report.angular_rate_unit == "rad/s"
+
+
+def test_faults_of_ngimu() -> None:
+    report = reports(xio("ngimu_foot_short_walk.csv", 400.0))["other"]
+    assert report.exact_duplicates == 205
+    assert report.gaps == 165
+    assert report.rate_hz == pytest.approx(398, abs=1)
+    assert report.lost_packets == -1
+    assert (report.acceleration_unit, report.angular_rate_unit) == ("g", "deg/s")
+
+
+def test_faults_of_ximu() -> None:
+    report = reports(xio("ximu_sensor_data.csv", 100.0))["other"]
+    assert report.gaps == 10
+    assert report.rate_hz == pytest.approx(99.9, abs=0.3)
+    assert (report.acceleration_unit, report.angular_rate_unit) == ("g", "deg/s")
+
+
+@pytest.mark.parametrize("unit", ["g", "mg"])
+def test_a_wrong_unit_of_acceleration_is_refused(unit: str) -> None:
+    description = ipol("7-4")
+    for file in description["files"]:
+        file["device"] = file["device"] | {"accelerometer_unit": unit}
+    assert not any(report.accepted for report in reports(description).values())
+
+
+def test_a_wrong_unit_of_angular_rate_is_refused() -> None:
+    for description, unit in ((ipol("7-4"), "deg/s"), (xio("ngimu_foot_short_walk.csv", 400.0), "rad/s")):
+        for file in description["files"]:
+            file["device"] = file["device"] | {"gyroscope_unit": unit}
+        for report in reports(description).values():
+            assert not report.accepted
+            assert any("gravity turns" in reason for reason in report.reasons)
+
+
+def test_packet_counters_place_the_events_where_rows_do_not() -> None:
+    """In a swing marked by hand, as packet counters, the foot turns; read as row numbers, half of them stand."""
+    import json
+
+    events = json.loads((FOLDER / "ipol_8-5.json").read_text())
+    ((_, recordings),) = CsvSource(ipol("8-5"), FOLDER).runs()
+    foot = next(one for one in recordings if one.device.place == "left foot")
+    rate = np.linalg.norm(foot.angular_rate, axis=1)
+    walk = [pair for pair in events["LeftFootEvents"] if pair[1] < 3200]
+
+    def swinging(counter: np.ndarray) -> float:
+        inside = [(counter >= start + 5) & (counter < end - 5) for start, end in walk]
+        return float(np.mean([np.median(rate[one]) > 1.5 for one in inside if one.any()]))
+
+    assert swinging(foot.packet) > swinging(np.arange(foot.rows, dtype=float)) + 0.2
+    assert swinging(foot.packet) > 0.9

@@ -1,0 +1,139 @@
+"""Frames, units, resampling, registration and ensemble: what must hold for any motion."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from stages.imu.ensemble import ensemble_of
+from stages.imu.events import HeelStrikes, step_frequency
+from stages.imu.frames import angle_between, find_frame, gravity_on_body, mounting
+from stages.imu.registration import register, stride_bounds
+from stages.imu.resample import resample
+from stages.imu.sensor import filter_delay, mask_clipped
+from stages.imu.units import implied_acceleration_unit, implied_angular_rate_unit
+from tests.imu.stand_in import device
+
+angles = st.floats(-0.12, 0.12)
+
+
+@given(angles, angles, angles, st.sampled_from(["hip", "foot"]), st.floats(0, 0.2))
+def test_frame_of_a_planar_motion_is_exact(a: float, b: float, c: float, place: str, slope: float) -> None:
+    """Gravity and a pure swing leave no freedom: the rotation comes back to rounding."""
+    to_sensor = Rotation.from_rotvec([a, b, c]).as_matrix() @ mounting(device(place)).T
+    swing = np.sin(np.linspace(0, 20, 400))[:, None] * np.array([0.0, 0.0, 2.0])
+    force = 9.81 * gravity_on_body(slope, 0.0)
+    frame = find_frame(to_sensor @ force, swing @ to_sensor.T, device(place), slope, 0.0)
+    assert angle_between(frame.rotation, to_sensor.T) < 1e-5
+    assert frame.swing_share == pytest.approx(1)
+    assert np.linalg.det(frame.rotation) == pytest.approx(1)
+
+
+def test_without_a_declared_mounting_the_swing_tells_the_side() -> None:
+    """A leg swings forward faster than it rolls back; so the frame comes back from any mounting."""
+    unknown = dataclasses.replace(device("hip"), forward_axis=None, up_axis=None)
+    phase = np.linspace(0, 1, 500)
+    rate = np.where(phase < 0.6, -1.0, 1.5)[:, None] * np.array([0.0, 0.0, 1.0])
+    for seed in range(10):
+        to_sensor = Rotation.random(rng=np.random.default_rng(seed)).as_matrix()
+        frame = find_frame(to_sensor @ np.array([0, 9.81, 0]), rate @ to_sensor.T, unknown, 0.0, 0.0)
+        assert angle_between(frame.rotation, to_sensor.T) < 1e-5
+
+
+def test_gravity_at_rest_points_up_the_plumb_leg() -> None:
+    np.testing.assert_allclose(gravity_on_body(math.radians(2), math.radians(2)), [0, 1, 0], atol=1e-15)
+    assert gravity_on_body(math.radians(2), 0.0)[0] < 0  # leaning downhill, gravity pulls the hip forward
+
+
+@pytest.mark.parametrize(
+    ("reading", "unit"),
+    [(1.0, "g"), (9.81, "m/s^2"), (1003.0, "mg"), (8192.0, "counts of 4 g full scale"), (3.3, "none"), (0.0, "none")],
+)
+def test_static_reading_tells_the_unit(reading: float, unit: str) -> None:
+    assert implied_acceleration_unit(reading, device("hip")) == unit
+
+
+def test_turning_ratio_tells_the_unit() -> None:
+    assert implied_angular_rate_unit(1.6, "deg/s") == "deg/s"
+    assert implied_angular_rate_unit(57.0, "deg/s") == "rad/s"
+    assert implied_angular_rate_unit(0.02, "rad/s") == "deg/s"
+    assert implied_angular_rate_unit(math.nan, "rad/s") == "unclear"
+
+
+@settings(max_examples=80)
+@given(st.lists(st.floats(-100, 100), min_size=5, max_size=40), st.data())
+def test_resampling_never_leaves_the_range_of_its_neighbours(values: list[float], data: st.DataObject) -> None:
+    time = np.arange(len(values)) * 0.01
+    grid = np.linspace(-0.02, time[-1] + 0.02, 211)
+    grid = grid[np.abs(grid / 0.01 - np.rint(grid / 0.01)) > 1e-6]
+    missing = data.draw(st.sets(st.integers(0, len(values) - 1), max_size=3))
+    column = np.array(values)[:, None].copy()
+    column[list(missing)] = np.nan
+    result = resample(time, column, grid, 0.015)[:, 0]
+    for t, value in zip(grid, result):
+        left, right = int(np.floor(t / 0.01)), int(np.ceil(t / 0.01))
+        outside = left < 0 or right > len(values) - 1
+        if outside or {left, right} & missing:
+            assert np.isnan(value)
+        else:
+            low, high = sorted((values[left], values[right]))
+            assert low - 1e-9 <= value <= high + 1e-9
+
+
+def test_clipped_readings_are_masked() -> None:
+    value = np.array([[0.0, 32767.0, 5.0], [1.0, 2.0, -32768.0], [3.0, 3.0, 3.0]])
+    masked, count = mask_clipped(value, 32768.0)
+    assert count == 2
+    assert np.isnan(masked).sum() == 2
+
+
+def test_filter_delay_is_that_of_the_low_pass() -> None:
+    """Group delay of the analogue filter at zero frequency, against its phase."""
+    f = 1e-3
+    phase = np.angle(1 / ((1j * f / 40) ** 2 + math.sqrt(2) * 1j * f / 40 + 1))
+    assert filter_delay(40.0) == pytest.approx(-phase / (2 * math.pi * f), rel=1e-6)
+    assert filter_delay(None) == 0
+
+
+@given(st.floats(0.3, 0.8), st.floats(-0.05, 0.05), st.integers(6, 30))
+def test_step_frequency_of_a_limping_walk(period: float, limp: float, count: int) -> None:
+    number = np.arange(count)
+    leg = (number + 1) % 2
+    found = step_frequency(HeelStrikes(3.0 + period * number + limp * leg, leg))
+    assert found.value == pytest.approx(1 / period, rel=1e-9)
+
+
+def test_a_missed_strike_is_no_long_step() -> None:
+    number = np.delete(np.arange(12), 5)
+    found = step_frequency(HeelStrikes(0.48 * number, (number + 1) % 2))
+    assert found.value == pytest.approx(1 / 0.48)
+
+
+def test_registration_stretches_each_stride() -> None:
+    """A signal that is a function of phase alone looks the same in strides of different length."""
+    strikes = np.array([0.0, 0.9, 1.9, 3.1])
+    time = np.arange(0, 3.1, 0.001)
+    phase = np.interp(time, strikes, np.arange(4)) % 1
+    signal = np.column_stack((np.sin(2 * np.pi * phase), np.cos(2 * np.pi * phase)))
+    bounds = stride_bounds(HeelStrikes(strikes, np.zeros(4, dtype=int)))
+    strides = register(time, signal, bounds, 101, 0.0015)
+    expected = np.sin(2 * np.pi * np.linspace(0, 1, 101))
+    np.testing.assert_allclose(strides[:2, :, 0], np.stack([expected] * 2), atol=1e-4)
+    ensemble = ensemble_of(strides[:2])
+    np.testing.assert_allclose(ensemble.mean[:, 0], expected, atol=1e-4)
+    assert np.nanmax(ensemble.spread) < 1e-4
+
+
+def test_an_ensemble_leaves_holes_out() -> None:
+    strides = np.zeros((3, 4, 1))
+    strides[:, :, 0] = [[1, 1, np.nan, np.nan], [2, np.nan, np.nan, 5], [3, 3, np.nan, np.nan]]
+    found = ensemble_of(strides)
+    np.testing.assert_allclose(found.mean[:, 0], [2, 2, np.nan, 5])
+    np.testing.assert_allclose(found.lower[:, 0], [1, 1, np.nan, 5])
+    np.testing.assert_allclose(found.upper[:, 0], [3, 3, np.nan, 5])
+    np.testing.assert_allclose(found.spread[:, 0], [1, math.sqrt(2), np.nan, np.nan])
+    assert found.count[:, 0].tolist() == [3, 2, 0, 1]

@@ -1,0 +1,72 @@
+"""CSV sources: what the column map may say, and what is said back."""
+
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stages.imu.refusal import SourceRefused
+from stages.imu.source_csv import CsvSource
+
+TEXT = "made by a device\nN;X;Y;Z;P;Q;R\n1;0;0;9.81;0.1;0;0\n2;0;;9.8;0;0;0\n\n4;0;0;abc;0;0\n"
+DESCRIPTION: dict[str, Any] = {
+    "experiment": {"name": "one", "slope_deg": 2},
+    "files": [
+        {
+            "file": "one.csv",
+            "delimiter": "semicolon",
+            "header_rows": 1,
+            "device": {"place": "hip", "rate_hz": 100, "accelerometer_unit": "m/s2", "gyroscope_unit": "rad/s"},
+            "columns": {"packet": "N", "ax": "X", "ay": "Y", "az": "Z", "gx": "P", "gy": "Q", "gz": "R"},
+        }
+    ],
+}
+
+
+def test_cells_become_numbers_or_nothing(tmp_path: Path) -> None:
+    (tmp_path / "one.csv").write_text(TEXT)
+    ((experiment, (recording,)),) = CsvSource(DESCRIPTION, tmp_path).runs()
+    assert experiment.slope_deg == 2
+    assert recording.packet.tolist() == [1, 2, 4]
+    np.testing.assert_array_equal(recording.acceleration[:, 2], [9.81, 9.8, np.nan])
+    np.testing.assert_array_equal(recording.acceleration[:, 1], [0, np.nan, 0])
+    assert np.isnan(recording.angular_rate[2, 2])
+    assert np.isnan(recording.phone_stamp).all()
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "words"),
+    [
+        (("files",), [], "list of files"),
+        (("files",), "one.csv", "list of files"),
+        (("files", 0, "file"), "two.csv", "cannot be read"),
+        (("files", 0, "file"), 7, "name of a file"),
+        (("files", 0, "delimiter"), "pipe", "delimiter"),
+        (("files", 0, "header_rows"), -1, "header_rows"),
+        (("files", 0, "surprise"), 1, "unknown key 'surprise'"),
+        (("files", 0, "device"), None, "mapping"),
+        (("files", 0, "device", "rate_hz"), "fast", "rate_hz"),
+        (("files", 0, "device", "accelerometer_unit"), "furlong", "accelerometer_unit"),
+        (("files", 0, "columns"), {"ax": "X"}, "columns lack ay"),
+        (("files", 0, "columns", "az"), "W", "column 'W' not at all"),
+        (("files", 0, "columns", "blood"), "W", "unknown key 'blood'"),
+    ],
+)
+def test_what_is_wrong_is_named(path: tuple, value: object, words: str, tmp_path: Path) -> None:
+    (tmp_path / "one.csv").write_text(TEXT)
+    description = deepcopy(DESCRIPTION)
+    place: Any = description
+    for step in path[:-1]:
+        place = place[step]
+    place[path[-1]] = value
+    with pytest.raises(SourceRefused, match=words):
+        list(CsvSource(description, tmp_path).runs())
+
+
+@pytest.mark.parametrize("content", [b"", b"\x00" * 100, b"\xff\xfe\x00N;X", b'"' * 200_000, b"N;N;X;Y;Z;P;Q;R\n"])
+def test_no_table(content: bytes, tmp_path: Path) -> None:
+    (tmp_path / "one.csv").write_bytes(content)
+    with pytest.raises(SourceRefused):
+        list(CsvSource(DESCRIPTION, tmp_path).runs())
