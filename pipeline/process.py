@@ -17,7 +17,6 @@ from pipeline.order import Order
 
 Event = tuple[str, dict[str, Any]]
 _SETTINGS = {
-    "EXUDYN_SUPPRESS_UI_WINDOW_OPEN": "1",
     "MPLBACKEND": "Agg",
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",

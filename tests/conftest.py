@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-os.environ.setdefault("EXUDYN_SUPPRESS_UI_WINDOW_OPEN", "1")
 os.environ.setdefault("MPLBACKEND", "Agg")
 
 

@@ -22,7 +22,7 @@ from stages.multibody.parameters import Settings
 from stages.multibody.scuffing import Watch
 from stages.multibody.solver import Assembly, Run, integrate
 from stages.multibody.state import PlanarState
-from stages.multibody.trajectory import Trajectory
+from stages.multibody.trajectory import Trajectory, foot_kinematics
 
 
 def build(
@@ -97,7 +97,7 @@ def sample(trajectory: Trajectory, slope: Slope, radius: float, rate_hz: float) 
     """Signals at even times, denser around heel strikes, with the exact times of heel strike and toe-off.
 
     Motion by Hermite interpolation between the solver's steps; forces and accelerations, which have kinks, by monotone
-    cubics, so that a force is never negative between two steps.
+    cubics, so that a force is never negative between two steps, and is none where the foot does not touch.
     """
     events = find_events(trajectory, radius)
     time = refined_times(float(trajectory.time[-1]), rate_hz, events.heel_strike_time)
@@ -107,6 +107,9 @@ def sample(trajectory: Trajectory, slope: Slope, radius: float, rate_hz: float) 
     def between(values: np.ndarray) -> np.ndarray:
         return np.asarray(PchipInterpolator(trajectory.time, values)(time))
 
+    depths = [foot_kinematics(position, velocity, leg, radius)[0] for leg in (0, 1)]
+    touching = (np.column_stack(depths) > 0.0) & trajectory.in_play(time)
+
     return Walk(
         time=time,
         hip_position=position[:, :2],
@@ -115,7 +118,7 @@ def sample(trajectory: Trajectory, slope: Slope, radius: float, rate_hz: float) 
         leg_rate=velocity[:, 2:4],
         leg_length=position[:, 4:],
         leg_length_rate=velocity[:, 4:],
-        ground_reaction=between(trajectory.ground_reaction),
+        ground_reaction=between(trajectory.ground_reaction) * touching[:, :, None],
         hip_specific_force=specific_force(between(trajectory.acceleration[:, :2]), position[:, 2], gravity),
         hip_angular_velocity=velocity[:, 2].copy(),
         foot_specific_force=specific_force(between(trajectory.foot_acceleration), position[:, 2], gravity),
