@@ -32,6 +32,9 @@ class Settings:
         "share of the stride from which the measurements are said to enclose a curve",
         bound=Bound(above=0, maximum=1),
     )
+    skipped_steps: int = parameter(
+        "1", "heel strikes of the twin left out where runs are compared with it", bound=Bound(minimum=0, maximum=100)
+    )
     phase_points: int = parameter("1", "points of a stride", bound=Bound(minimum=11, maximum=100_001))
     resolution_dpi: int = parameter("1/inch", "resolution of the PNG figures", bound=Bound(minimum=50, maximum=1200))
 

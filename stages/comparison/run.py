@@ -29,7 +29,7 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
     models = compare_models(inputs["analytic"], inputs["multibody"], settings)
     twin = compare_twin(inputs["twin"], inputs["multibody"], settings)
     stride = last_stride(inputs["twin"].walk, settings.phase_points)
-    measured = compare_measurement(inputs["imu"], stride, twin.step_frequency)
+    measured = compare_measurement(inputs["imu"], inputs["twin"].walk, stride, settings.skipped_steps)
     progress(0.2, "judging the claims")
     verdicts = judge(parameters, inputs, models, twin, measured)
     progress(0.3, "drawing")

@@ -16,7 +16,7 @@ from stages.comparison.measurement import MeasurementAgreement
 from stages.comparison.parameters import Settings
 from stages.multibody.friction_study import FrictionVariation
 
-SETTINGS = Settings(0.01, 3e-4, 5e-3, 0.05, 0.95, 101, 100)
+SETTINGS = Settings(0.01, 3e-4, 5e-3, 0.05, 0.95, 3, 101, 100)
 
 
 def analytic(
