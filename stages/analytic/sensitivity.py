@@ -23,20 +23,30 @@ class Variation:
     change: float = quantity("1", "relative change")
     multiplier_below: float = quantity("1", "largest multiplier with the parameter lowered; NaN without a gait")
     multiplier_above: float = quantity("1", "largest multiplier with the parameter raised; NaN without a gait")
+    frequency_below: float = quantity("Hz", "step frequency with the parameter lowered; NaN without a gait")
+    frequency_above: float = quantity("Hz", "step frequency with the parameter raised; NaN without a gait")
 
 
-def largest_multiplier(biped: Biped, slope: Slope, z: Vector, tolerance: float) -> float:
-    """Largest multiplier of the gait near section coordinates `z`; NaN if Newton's method does not find one there."""
-    point = fixed_point(build_walker(biped, slope), z, tolerance)
-    return by_stability(point) if point is not None else float("nan")
+def neighbour(biped: Biped, slope: Slope, z: Vector, tolerance: float) -> tuple[float, float]:
+    """Largest multiplier and step frequency [Hz] of the gait near section coordinates `z`; NaN if there is none."""
+    walker = build_walker(biped, slope)
+    point = fixed_point(walker, z, tolerance)
+    if point is None:
+        return float("nan"), float("nan")
+    return by_stability(point), 1 / (point.steps[0].period * walker.time)
 
 
 def vary_design(biped: Biped, slope: Slope, z: Vector, tolerance: float, change: float = 0.05) -> tuple[Variation, ...]:
-    """The largest multiplier with each design parameter lowered and raised by `change`, the others fixed."""
+    """The gait with each design parameter lowered and raised by `change`, the others fixed."""
 
-    def with_factor(name: str, factor: float) -> float:
+    def with_factor(name: str, factor: float) -> tuple[float, float]:
         changed = dataclasses.replace(biped, **{name: getattr(biped, name) * factor})
-        return largest_multiplier(changed, slope, z, tolerance)
+        return neighbour(changed, slope, z, tolerance)
 
-    names = [name for name in DESIGN if not (biped.legs == "rigid" and name in ("stiffness", "damping"))]
-    return tuple(Variation(name, change, with_factor(name, 1 - change), with_factor(name, 1 + change)) for name in names)
+    variations = []
+    for name in DESIGN:
+        if biped.legs == "rigid" and name in ("stiffness", "damping"):
+            continue
+        below, above = with_factor(name, 1 - change), with_factor(name, 1 + change)
+        variations.append(Variation(name, change, below[0], above[0], below[1], above[1]))
+    return tuple(variations)

@@ -56,6 +56,12 @@ def friction(change):
     return claims.friction_velocities([variation], 0.48, 0.16, 0.01)
 
 
+def lengthened(frequency):
+    result = analytic()
+    result.variations = (SimpleNamespace(name="leg_length", change=0.05, frequency_above=frequency),)
+    return result
+
+
 CASES = [
     (friction(0.001), friction(0.05)),
     (claims.step_frequency(analytic(), SETTINGS), claims.step_frequency(analytic(frequency=2.2), SETTINGS)),
@@ -77,6 +83,7 @@ CASES = [
     (claims.ramp_length(analytic()), claims.ramp_length(analytic(length=0.4))),
     (claims.sensor_range(twin()), claims.sensor_range(twin(above=1e-3))),
     (claims.measurement_encloses(measured(), SETTINGS), claims.measurement_encloses(measured(share=0.5), SETTINGS)),
+    (claims.longer_legs_are_slower(lengthened(2.0)), claims.longer_legs_are_slower(lengthened(2.1))),
     (claims.measurement_slower(measured()), claims.measurement_slower(measured(frequency=2.1))),
 ]
 
