@@ -12,6 +12,10 @@ from stages.biped.design import Biped
 from stages.biped.quantity import quantity
 from stages.ground.slope import Slope
 
+#: Name of the change that puts a layer under the feet: leg length, foot radius and height of the mass grow alike.
+OUTSOLE = "outsole"
+#: Its thickness over the leg length: 2 mm on the leg of Table 1.
+OUTSOLE_SHARE = 0.006
 DESIGN = ("hip_mass", "foot_mass", "leg_length", "foot_radius", "foot_com", "stiffness", "damping")
 
 
@@ -19,7 +23,7 @@ DESIGN = ("hip_mass", "foot_mass", "leg_length", "foot_radius", "foot_com", "sti
 class Variation:
     """One design parameter changed alone, by the same share down and up."""
 
-    name: str = quantity("-", "design parameter")
+    name: str = quantity("-", "design parameter, or outsole")
     change: float = quantity("1", "relative change")
     multiplier_below: float = quantity("1", "largest multiplier with the parameter lowered; NaN without a gait")
     multiplier_above: float = quantity("1", "largest multiplier with the parameter raised; NaN without a gait")
@@ -37,11 +41,15 @@ def neighbour(biped: Biped, slope: Slope, z: Vector, tolerance: float) -> tuple[
 
 
 def vary_design(biped: Biped, slope: Slope, z: Vector, tolerance: float, change: float = 0.05) -> tuple[Variation, ...]:
-    """The gait with each design parameter lowered and raised by `change`, the others fixed."""
+    """The gait with each design parameter lowered and raised by `change`, the others fixed, and with an outsole."""
 
     def with_factor(name: str, factor: float) -> tuple[float, float]:
         changed = dataclasses.replace(biped, **{name: getattr(biped, name) * factor})
         return neighbour(changed, slope, z, tolerance)
+
+    def with_layer(thickness: float) -> tuple[float, float]:
+        grown = {name: getattr(biped, name) + thickness for name in ("leg_length", "foot_radius", "foot_com")}
+        return neighbour(dataclasses.replace(biped, **grown), slope, z, tolerance)
 
     variations = []
     for name in DESIGN:
@@ -49,4 +57,6 @@ def vary_design(biped: Biped, slope: Slope, z: Vector, tolerance: float, change:
             continue
         below, above = with_factor(name, 1 - change), with_factor(name, 1 + change)
         variations.append(Variation(name, change, below[0], above[0], below[1], above[1]))
+    multiplier, frequency = with_layer(OUTSOLE_SHARE * biped.leg_length)
+    variations.append(Variation(OUTSOLE, OUTSOLE_SHARE, float("nan"), multiplier, float("nan"), frequency))
     return tuple(variations)

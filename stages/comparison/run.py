@@ -67,7 +67,7 @@ def judge(
         claims.sensor_range(twin),
         claims.measurement_encloses(measured, settings),
         claims.measurement_slower(measured),
-        claims.longer_legs_are_slower(analytic),
+        claims.outsole_slows(analytic),
     )
 
 

@@ -56,9 +56,9 @@ def friction(change):
     return claims.friction_velocities([variation], 0.48, 0.16, 0.01)
 
 
-def lengthened(frequency):
+def with_outsole(frequency):
     result = analytic()
-    result.variations = (SimpleNamespace(name="leg_length", change=0.05, frequency_above=frequency),)
+    result.variations = (SimpleNamespace(name="outsole", change=0.006, frequency_above=frequency),)
     return result
 
 
@@ -83,7 +83,7 @@ CASES = [
     (claims.ramp_length(analytic()), claims.ramp_length(analytic(length=0.4))),
     (claims.sensor_range(twin()), claims.sensor_range(twin(above=1e-3))),
     (claims.measurement_encloses(measured(), SETTINGS), claims.measurement_encloses(measured(share=0.5), SETTINGS)),
-    (claims.longer_legs_are_slower(lengthened(2.0)), claims.longer_legs_are_slower(lengthened(2.1))),
+    (claims.outsole_slows(with_outsole(2.0)), claims.outsole_slows(with_outsole(2.1))),
     (claims.measurement_slower(measured()), claims.measurement_slower(measured(frequency=2.1))),
 ]
 
