@@ -17,7 +17,7 @@ from stages.biped.quantity import quantity
 from stages.comparison.agreement import ModelAgreement, TwinAgreement
 from stages.comparison.measurement import MeasurementAgreement
 from stages.comparison.parameters import Settings
-from stages.multibody.friction_study import FrictionVariation
+from stages.multibody.result import FrictionVariation
 
 
 @dataclass(frozen=True)

@@ -2,30 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
+from stages.multibody.result import Cycle
 from stages.multibody.solver import Run
 from stages.multibody.trajectory import foot_kinematics
 
 SETTLED_STEPS = 4
-
-
-@dataclass(frozen=True)
-class Cycle:
-    """The settled gait: means over the last four steps, or fewer; NaN if there is no whole step."""
-
-    period_s: float = quantity("s", "duration of one step", symbol="T")
-    step_frequency_hz: float = quantity("Hz", "steps per second", symbol="f")
-    step_length_m: float = quantity("m", "advance of the hip from heel strike to heel strike", symbol="s")
-    speed_m_s: float = quantity("m/s", "mean walking speed", symbol="v")
-    double_stance_s: float = quantity("s", "time from heel strike to toe-off", symbol="t_DSP")
-    peak_normal_force: float = quantity("N", "largest normal force on a foot", symbol="F_N")
-    largest_penetration: float = quantity("m", "deepest penetration of a foot", symbol="p")
-    period_change: float = quantity("s", "largest difference between the periods of these steps")
 
 
 def settled_cycle(walked: Run, walk: Walk, radius: float) -> Cycle:

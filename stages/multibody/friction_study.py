@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
 
 from stages.biped.design import Biped
-from stages.biped.quantity import quantity
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.cycle import settled_cycle
 from stages.multibody.parameters import Settings
+from stages.multibody.result import FrictionVariation
 from stages.multibody.state import PlanarState
 from stages.multibody.walk import sample, simulate
 
@@ -19,16 +18,6 @@ FACTORS = (0.5, 2.0)
 VELOCITIES = ("stiction_velocity", "friction_velocity")
 #: A period to 1e-5 is enough here, and this tolerance gives it.
 TOLERANCE = 1e-7
-
-
-@dataclass(frozen=True)
-class FrictionVariation:
-    """The settled gait with one transition velocity changed; NaN if the walk ended early."""
-
-    name: str = quantity("-", "parameter changed")
-    factor: float = quantity("1", "factor on its value")
-    period_s: float = quantity("s", "settled step period", symbol="T")
-    step_length_m: float = quantity("m", "settled step length", symbol="s")
 
 
 def vary_friction(

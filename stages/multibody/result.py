@@ -8,9 +8,31 @@ import numpy as np
 
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
-from stages.multibody.cycle import Cycle
 from stages.multibody.energy import EnergyBalance
-from stages.multibody.friction_study import FrictionVariation
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """The settled gait: means over the last four steps, or fewer; NaN if there is no whole step."""
+
+    period_s: float = quantity("s", "duration of one step", symbol="T")
+    step_frequency_hz: float = quantity("Hz", "steps per second", symbol="f")
+    step_length_m: float = quantity("m", "advance of the hip from heel strike to heel strike", symbol="s")
+    speed_m_s: float = quantity("m/s", "mean walking speed", symbol="v")
+    double_stance_s: float = quantity("s", "time from heel strike to toe-off", symbol="t_DSP")
+    peak_normal_force: float = quantity("N", "largest normal force on a foot", symbol="F_N")
+    largest_penetration: float = quantity("m", "deepest penetration of a foot", symbol="p")
+    period_change: float = quantity("s", "largest difference between the periods of these steps")
+
+
+@dataclass(frozen=True)
+class FrictionVariation:
+    """The settled gait with one transition velocity changed; NaN if the walk ended early."""
+
+    name: str = quantity("-", "parameter changed")
+    factor: float = quantity("1", "factor on its value")
+    period_s: float = quantity("s", "settled step period", symbol="T")
+    step_length_m: float = quantity("m", "settled step length", symbol="s")
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from stages.comparison.claims import Claim
 from stages.comparison.hip_motion import HipDifference
 from stages.comparison.measurement import MeasurementAgreement
 from stages.comparison.parameters import Settings
-from stages.multibody.friction_study import FrictionVariation
+from stages.multibody.result import FrictionVariation
 
 SETTINGS = Settings(0.01, 3e-4, 5e-3, 0.05, 0.95, 3, 101, 100)
 
