@@ -8,7 +8,7 @@ TEST := .venv/installed-test
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PYTEST := $(BIN)/python -m pytest -n 2
 
-.PHONY: install study test test-slow check lock clean
+.PHONY: install readme study test test-slow check lock clean
 
 install: $(STUDY)
 
@@ -20,6 +20,11 @@ test: $(TEST)
 
 test-slow: $(TEST)
 	$(PYTEST) -m slow
+
+# The README's verdict table and picture, from the results.
+readme: study
+	$(BIN)/bipedstudy claims --into README.md
+	cp results/figures/figure_08_hip_motion.png docs/hip_motion.png
 
 check: $(TEST)
 	$(BIN)/ruff check .

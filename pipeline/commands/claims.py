@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import click
@@ -11,6 +12,7 @@ from pipeline.errors import StudyError
 from pipeline.study import Study, shown
 
 _VERDICT = {True: "holds", False: "does not hold", None: "open"}
+_MARKS = ("<!-- claims -->", "<!-- /claims -->")
 _KEYS = {"id", "stated", "found", "holds", "why"}
 
 
@@ -18,11 +20,14 @@ _KEYS = {"id", "stated", "found", "holds", "why"}
 @options.study
 @options.as_json
 @click.option("--markdown", is_flag=True, help="Print the README's table.")
-def command(study: Study, as_json: bool, markdown: bool) -> None:
+@click.option("--into", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Write that table into FILE.")
+def command(study: Study, as_json: bool, markdown: bool, into: Path | None) -> None:
     """Print each claim of the paper: what it states, what was found, whether it holds, and why."""
     claims = read(study)
     if as_json:
         options.print_json(claims)
+    elif into is not None:
+        place(into, as_markdown(claims))
     elif markdown:
         click.echo(as_markdown(claims))
     else:
@@ -30,6 +35,16 @@ def command(study: Study, as_json: bool, markdown: bool) -> None:
             click.echo(f"{claim['id']}: {_VERDICT[claim['holds']]}")
             for key in ("stated", "found", "why"):
                 click.echo(f"  {key:<7} {claim[key]}")
+
+
+def place(path: Path, table: str) -> None:
+    """Put the table between the marks of a text file. Raises `StudyError` if the marks are missing."""
+    text = path.read_text(encoding="utf-8")
+    before, start, rest = text.partition(_MARKS[0])
+    _, end, after = rest.partition(_MARKS[1])
+    if not (start and end):
+        raise StudyError(f"{shown(path)}: the table goes between the lines {_MARKS[0]} and {_MARKS[1]}; one is missing")
+    path.write_text(f"{before}{start}\n{table}\n{end}{after}", encoding="utf-8")
 
 
 def read(study: Study) -> list[dict[str, Any]]:
