@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from stages.imu.columns import device_from_row, experiment_from_row, numbers
+from stages.imu.columns import device_from_row, experiment_from_row, number, numbers
 from stages.imu.refusal import SourceRefused, printable
 from stages.imu.schema import SAMPLE_VALUES, TABLES, Device, Experiment, Recording, recording_from_columns
 
@@ -75,10 +75,13 @@ class SqliteSource:
         return [(experiment_id, first, last) for experiment_id, (first, last) in extent.items()]
 
     def _devices(self) -> dict[float, Device]:
-        return {
-            float(row["device_id"]): device_from_row(row, f"{self.name}, device {row['device_id']}")
-            for row in self._rows("device")
-        }
+        devices = {}
+        for row in self._rows("device"):
+            identity = number(row["device_id"])
+            if identity != identity:
+                raise SourceRefused(f"{self.name}: table device has a row without a device_id")
+            devices[identity] = device_from_row(row, f"{self.name}, device {identity:g}")
+        return devices
 
     def _check_tables(self) -> None:
         present = dict(self._query("SELECT name, type FROM sqlite_master WHERE type IN ('table', 'view')"))
