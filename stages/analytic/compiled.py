@@ -26,4 +26,5 @@ def cache_folder() -> Path:
 
 
 numba.config.CACHE_DIR = str(cache_folder())
-compiled = numba.njit(cache=True, error_model="numpy", nogil=True)
+#: a * b + c may become one instruction; nothing else of floating-point arithmetic is relaxed.
+compiled = numba.njit(cache=True, error_model="numpy", fastmath={"contract"})

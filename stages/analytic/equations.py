@@ -24,62 +24,49 @@ def compliant_terms(theta, L_1, psi, L_2, dtheta, dL_1, dpsi, dL_2, p):
     I = p[7]
     g_x = p[8]
     g_y = p[9]
-    u0 = -r
-    u1 = L_1 + u0
-    u2 = cos(theta)
-    u3 = u1*u2
-    u4 = r + u3
-    u5 = u4**2
-    u6 = l + u0
-    u7 = r + u2*u6
-    u8 = u1**2
-    u9 = sin(theta)
-    u10 = u9**2
-    u11 = M*u10
-    u12 = m*u10
-    u13 = u6**2
-    u14 = M*u9
-    u15 = m*u9
-    u16 = L_2 - l
-    u17 = cos(psi)
-    u18 = sin(psi)
-    u19 = m*u18
-    u20 = u19*u9
-    u21 = u1*u20
-    u22 = u1*u9
-    u23 = m*u17
-    u24 = u2**2
-    u25 = u19*u2
-    u26 = m*u2
-    u27 = u16**2
-    u28 = m*u17**2
-    u29 = m*u18**2
-    u30 = dtheta*u1
-    u31 = dpsi*u16
-    u32 = dL_2*u17 - u18*u31
-    u33 = dL_2*u18 + u17*u31
-    u34 = m*u22
-    u35 = dL_1*u2 - dtheta*u22
-    u36 = -dL_1*u9 - dtheta*u3
-    u37 = M*u22
-    u38 = u15*u6
-    u39 = -L_nat
-    u40 = u16*u23
-    u41 = u16*u19
-    return (I + M*u5 + m*u5 + m*u7**2 + u11*u8 + u12*u13 + u12*u8,
-            M*u4*u9 + m*u4*u9 - u14*u3 - u15*u3,
-            m*u16*u17*u4 - u16*u21,
-            u19*u4 + u22*u23,
-            M*u24 + m*u24 + u11 + u12,
-            u15*u16*u17 + u16*u25,
-            -u17*u26 + u20,
-            I + u27*u28 + u27*u29,
+    u0 = r**2
+    u1 = -r
+    u2 = l + u1
+    u3 = cos(theta)
+    u4 = 2*r
+    u5 = u3*u4
+    u6 = M + m
+    u7 = L_1 + u1
+    u8 = sin(theta)
+    u9 = r*u8
+    u10 = cos(psi)
+    u11 = L_2 - l
+    u12 = u10*u11
+    u13 = sin(psi)
+    u14 = u10*u3 - u13*u8
+    u15 = u14*u7
+    u16 = r*u13
+    u17 = u10*u8 + u13*u3
+    u18 = u17*u7
+    u19 = g_y*u8
+    u20 = dpsi**2
+    u21 = u11*u20
+    u22 = dtheta**2
+    u23 = dL_2*dpsi
+    u24 = 2*u23
+    u25 = dL_1*dtheta
+    u26 = 2*u25
+    u27 = -L_nat
+    u28 = u22*u7
+    return (I + m*(u0 + u2**2 + u2*u5) + u6*(u0 + u5*u7 + u7**2),
+            u6*u9,
+            m*(r*u12 + u11*u15),
+            m*(u16 + u18),
+            u6,
+            m*u11*u17,
+            -m*u14,
+            I + m*u11**2,
             0.0,
-            u28 + u29,
-            M*g_x*u4 - dL_1*(M*dtheta*u2*u4 + dtheta*u26*u4 + u11*u30 + u12*u30) - dL_2*(dpsi*m*u17*u4 - dpsi*u21) - dpsi*(m*u32*u4 - u33*u34) - dtheta*(M*u35*u4 + dtheta*m*u13*u2*u9 - dtheta*u38*u7 + m*u35*u4 - u34*u36 - u36*u37) + g_x*m*u4 + g_x*m*u7 - g_y*u34 - g_y*u37 - g_y*u38,
-            M*g_x*u9 + M*g_y*u2 - b*dL_1 - dL_2*(dpsi*u15*u17 + dpsi*u25) - dpsi*(u15*u32 + u26*u33) - dtheta*(M*u2*u36 + u14*u35 + u15*u35 + u26*u36) + g_x*m*u9 + g_y*m*u2 - k*(L_1 + u39),
-            -dL_1*(dtheta*m*u16*u17*u2 - dtheta*u16*u20) - dL_2*(u28*u31 + u29*u31) - dpsi*(u32*u40 + u33*u41) - dtheta*(u35*u40 + u36*u41) + g_x*m*u16*u17 + g_y*m*u16*u18,
-            -b*dL_2 - dL_1*(dtheta*u15*u17 + dtheta*u25) - dpsi*(m*u18*u32 - u23*u33) - dtheta*(m*u18*u35 - u23*u36) + g_x*m*u18 - g_y*u23 - k*(L_2 + u39))
+            m,
+            m*(g_x*r + g_x*u2*u3 - u10*u23*u4 - u15*u24 + u16*u21 + u18*u21 - u19*u2 + u2*u22*u9) + u6*(g_x*r + g_x*u3*u7 + r*u22*u7*u8 - u19*u7 - u25*u5 - u26*u7),
+            -b*dL_1 - k*(L_1 + u27) + m*(-u14*u21 - u17*u24) + u6*(g_x*u8 + g_y*u3 + u28),
+            m*(g_x*u12 + g_y*u11*u13 - u11*u14*u26 + u11*u18*u22 - u11*u24),
+            -b*dL_2 - k*(L_2 + u27) + m*(g_x*u13 - g_y*u10 + u11*u20 - u14*u28 - u17*u26))
 
 
 @compiled
@@ -93,149 +80,94 @@ def compliant_residual_jacobian(theta, L_1, psi, L_2, dtheta, dL_1, dpsi, dL_2, 
     b = p[6]
     g_x = p[8]
     g_y = p[9]
-    u0 = sin(theta)
-    u1 = dtheta*u0
-    u2 = -r
-    u3 = L_1 + u2
-    u4 = cos(theta)
-    u5 = u3*u4
-    u6 = r + u5
-    u7 = M*u6
-    u8 = m*u6
-    u9 = dtheta*u5
-    u10 = M*u0
-    u11 = m*u0
-    u12 = -u1*u7 - u1*u8 + u10*u9 + u11*u9
-    u13 = cos(psi)
-    u14 = u11*u13
-    u15 = dpsi*u14
-    u16 = u15*u3
-    u17 = sin(psi)
-    u18 = dpsi*m
-    u19 = u4**2
-    u20 = u19*u3
-    u21 = M*u20 + m*u20
-    u22 = M*u4*u6 + m*u4*u6 - u21
-    u23 = u11*u3
-    u24 = u17*u23
-    u25 = m*u13*u3*u4 - u24
-    u26 = L_2 - l
-    u27 = u14*u26*u3
-    u28 = m*u17
-    u29 = u26*u28
-    u30 = -u27 - u29*u5
-    u31 = u10*u3
-    u32 = u31*u6
-    u33 = u23*u6
-    u34 = l + u2
-    u35 = u34*u4
-    u36 = r + u35
-    u37 = u11*u34
-    u38 = u36*u37
-    u39 = u3**2
-    u40 = M*u4
-    u41 = u0*u39*u40
-    u42 = u11*u4
-    u43 = u39*u42
-    u44 = u34**2
-    u45 = u42*u44
-    u46 = dpsi*u26
-    u47 = dL_2*u13 - u17*u46
-    u48 = u11*u47
-    u49 = u3*u48
-    u50 = dL_2*u17 + u13*u46
-    u51 = m*u5
-    u52 = -dL_1*u0 - u9
-    u53 = dL_1*u4 - u1*u3
-    u54 = u10*u53
-    u55 = -u53
-    u56 = M*u5
-    u57 = u11*u53
-    u58 = dtheta*m
-    u59 = M*dtheta
-    u60 = u0**2
-    u61 = u59*u60
-    u62 = u58*u60
-    u63 = u19*u58 + u19*u59 + u61 + u62
-    u64 = u60*(2*L_1 - 2*r)
-    u65 = u4*u6
-    u66 = M*u65
-    u67 = m*u65
-    u68 = u10*u52
-    u69 = u11*u52
-    u70 = m*u4
-    u71 = u40*u53 + u53*u70
-    u72 = u11*u50
-    u73 = u11*u17
-    u74 = dpsi*m*u13*u4 - dpsi*u73
-    u75 = u17*u70
-    u76 = u14 + u75
-    u77 = m*u13*u26*u4 - u26*u73
-    u78 = dL_2*u74 + ddL_2*u76 + ddpsi*u77
-    u79 = dpsi*(m*u4*u47 - u72) - g_x*u40 - g_x*u70 + g_y*u10 + g_y*u11 + u78
-    u80 = u17*u8
-    u81 = -dpsi*u80 - u16
-    u82 = m*u13*u6 - u24
-    u83 = -u26*u80 - u27
-    u84 = -u50
-    u85 = u3*u60
-    u86 = M*u85 + m*u85
-    u87 = u66 + u67 + u86
-    u88 = m*u13
-    u89 = u52*u88
-    u90 = u26*u89
-    u91 = u26*u88
-    u92 = u4*u58
-    u93 = u17*u92
-    u94 = -u1*u91 - u26*u93
-    u95 = dL_1*u94 + ddL_1*u77
-    u96 = u50*u88
-    u97 = u28*u53
-    u98 = u13**2
-    u99 = u17**2
-    u100 = u18*u98 + u18*u99
-    u101 = m*(2*L_2 - 2*l)
-    u102 = u47*u88
-    u103 = u28*u50
-    u104 = u53*u88
-    u105 = u28*u52
-    u106 = dtheta*m*u13*u4 - u1*u28
-    u107 = dL_1*u106 + ddL_1*u76
-    u108 = ddtheta*u82 + dtheta*(u104 + u105) - g_x*u88 - g_y*u28 + u107
-    u109 = m*u26
-    u110 = u109*u98 + u109*u99
-    u111 = m*u46
-    return (dL_1*u12 + dL_2*(-u16 - u17*u18*u5) + ddL_1*u22 + ddL_2*u25 + ddpsi*u30 + ddtheta*(-2*u32 - 2*u33 - 2*u38 + 2*u41 + 2*u43 + 2*u45) + dpsi*(-u49 - u50*u51) + dtheta*(M*u52*u6 + dtheta*m*u19*u44 + m*u52*u6 - u23*u55 - u3*u54 - u3*u57 - u31*u55 - u35*u36*u58 - u51*u52 - u52*u56) + g_x*u23 + g_x*u31 + g_x*u37 + g_y*m*u35 + g_y*u51 + g_y*u56,
-            dL_1*u63 + ddtheta*(M*u64 + m*u64 + 2*u66 + 2*u67) + dtheta*(u12 - u68 - u69 + u71) + u79,
-            dL_2*u81 + ddL_2*u82 + ddpsi*u83 + dpsi*(m*u6*u84 - u49),
-            ddpsi*u82 + dpsi*u81,
-            dL_1*u87 + dtheta*(-u32 - u33 - u38 + u41 + u43 + u45) - m*u1*u34*u36 + u1*u44*u70 - u3*u68 - u3*u69 + u53*u7 + u53*u8,
-            dtheta*u66 + dtheta*u67 + dtheta*u87 + u3*u61 + u3*u62,
-            dL_2*u82 + dpsi*u83 - u3*u72 + u47*u8,
-            dpsi*u13*u8 - dpsi*u24 + dpsi*u82,
-            ddtheta*u22 + dtheta*(u40*u55 + u55*u70 + u71) + u79,
-            -dtheta*u63 + k,
-            dpsi*(u11*u84 + u47*u70) + u78,
-            ddpsi*u76 + dpsi*u74,
-            dtheta*(-u21 - u86) + u40*u52 + u52*u70 + u54 + u57,
+    u0 = -r
+    u1 = l + u0
+    u2 = sin(theta)
+    u3 = 2*r
+    u4 = u2*u3
+    u5 = m*u1*u4
+    u6 = M + m
+    u7 = L_1 + u0
+    u8 = g_x*u2
+    u9 = cos(theta)
+    u10 = g_y*u9
+    u11 = dtheta**2
+    u12 = dpsi**2
+    u13 = L_2 - l
+    u14 = sin(psi)
+    u15 = cos(psi)
+    u16 = -u14*u2 + u15*u9
+    u17 = u14*u9 + u15*u2
+    u18 = -u17
+    u19 = 2*dL_2
+    u20 = dpsi*u19
+    u21 = u18*u20*u7
+    u22 = u16*u7
+    u23 = ddL_2*m
+    u24 = u13*u18
+    u25 = u24*u7
+    u26 = ddpsi*m
+    u27 = u16*u20
+    u28 = g_y*u2
+    u29 = 2*dL_1
+    u30 = dtheta*u29
+    u31 = u3*u9
+    u32 = u13*u16
+    u33 = r*u15
+    u34 = u12*u13
+    u35 = u22 + u33
+    u36 = r*u14
+    u37 = u13*u18*u7 - u13*u36
+    u38 = 2*dtheta
+    u39 = u38*u7
+    u40 = u15*u3
+    u41 = 2*dpsi
+    u42 = -ddpsi*m*u13*u16 + m*(-u12*u24 - u27) + u18*u23
+    u43 = -k
+    u44 = m*u12
+    u45 = m*u41
+    u46 = -u11*u13*u16*u7 + u24*u30
+    u47 = ddL_1*m
+    u48 = u32*u47
+    u49 = ddtheta*m
+    u50 = m*u11
+    u51 = u11*u7
+    u52 = u16*u30
+    u53 = m*u38
+    u54 = u13*u45
+    u55 = u18*u51 + u52
+    u56 = u18*u47
+    return (ddL_1*r*u6*u9 + ddtheta*(-u4*u6*u7 - u5) - m*(r*u1*u11*u9 - u1*u10 - u1*u8 + u12*u13*u16*u7 - u21) + u22*u23 + u25*u26 - u6*(dL_1*dtheta*u4 + r*u11*u7*u9 - u10*u7 - u7*u8),
+            ddtheta*u6*(2*L_1 - u3 + u31) - m*(u12*u13*u17 - u27) + u17*u23 + u26*u32 - u6*(g_x*u9 + r*u11*u2 - u28 - u30),
+            -m*(dL_2*dpsi*u14*u3 - u21 + u22*u34 + u33*u34) + u23*u35 + u26*u37,
+            -m*(u12*u17*u7 + u12*u36) + u26*u35,
+            -dtheta*u5 - u6*(-dL_1*u31 + 2*dtheta*r*u2*u7 - u29*u7),
+            -u6*(-dtheta*u31 - u39),
+            -m*(-dL_2*u40 + 2*dpsi*r*u13*u14 + 2*dpsi*u13*u17*u7 - u19*u22),
+            -m*(-dpsi*u40 - u22*u41),
+            ddtheta*r*u6*u9 - u42 - u6*(g_x*u9 - u28),
+            -u11*u6 - u43,
+            -u42,
+            u16*u44 + u17*u26,
+            -u39*u6,
             b,
-            dL_2*u76 + dpsi*u77 + u48 + u50*u70,
-            dpsi*u75 + dpsi*u76 + u15,
-            ddtheta*u30 + dtheta*(u29*u55 + u90) + u95,
-            ddtheta*u77 + dtheta*u94,
-            ddtheta*u83 + dpsi*(u26*u96 + u84*u91) + dtheta*(-u26*u97 + u90) + g_x*u29 - g_y*u91 + u95,
-            dL_2*u100 + ddpsi*(u101*u98 + u101*u99) + dpsi*(u102 + u103) + u108,
-            dL_1*u77 + dtheta*u30 + u104*u26 + u105*u26,
-            dtheta*u77 - u1*u29 + u13*u26*u92,
-            dL_2*u110 + u102*u26 + u103*u26,
-            dpsi*u110 + u111*u98 + u111*u99,
-            ddtheta*u25 + dtheta*(u105 - u55*u88) + u107,
-            ddtheta*u76 + dtheta*u106,
-            dpsi*(u103 + u28*u84) + u108,
-            -dpsi*u100 + k,
-            dL_1*u76 + dtheta*u25 - u89 + u97,
-            dtheta*u76 + u1*u88 + u93,
-            -dpsi*u110 + u28*u47 - u96,
+            -m*(-u17*u19 - u32*u41),
+            u17*u45,
+            m*u46 + u25*u49 + u48,
+            -u13*u17*u50 + u32*u49,
+            -m*(-g_x*u13*u14 + g_y*u13*u15 - u46) + u37*u49 + u48,
+            -m*(g_x*u15 + g_y*u14 + u17*u51 - u20 - u52) + u17*u47 + u26*(2*L_2 - 2*l) + u35*u49,
+            -m*(2*dtheta*u13*u17*u7 - u29*u32),
+            u32*u53,
+            m*u13*u19,
+            u54,
+            ddtheta*m*u16*u7 + m*u55 - u56,
+            u16*u50 + u17*u49,
+            ddtheta*m*u35 - m*(g_x*u15 + g_y*u14 - u55) - u56,
+            -u43 - u44,
+            -m*(-u17*u29 - u22*u38),
+            u17*u53,
+            -u54,
             b)
 
 
@@ -444,41 +376,40 @@ def rigid_terms(theta, psi, dtheta, dpsi, p):
     I = p[7]
     g_x = p[8]
     g_y = p[9]
-    u0 = -r
-    u1 = L_nat + u0
-    u2 = cos(theta)
-    u3 = u1*u2
-    u4 = r + u3
-    u5 = u4**2
-    u6 = l + u0
-    u7 = r + u2*u6
-    u8 = u1**2
-    u9 = sin(theta)
-    u10 = u9**2
-    u11 = u10*u8
-    u12 = m*u6**2
-    u13 = L_nat - l
+    u0 = cos(theta)
+    u1 = l - r
+    u2 = r*u1
+    u3 = 2*u2
+    u4 = r**2
+    u5 = u1**2 + u4
+    u6 = M + m
+    u7 = 2*u4
+    u8 = L_nat*r
+    u9 = 2*u8
+    u10 = L_nat**2
+    u11 = u10 - u9
+    u12 = sin(psi)
+    u13 = sin(theta)
     u14 = cos(psi)
-    u15 = sin(psi)
-    u16 = u13*u15
-    u17 = m*u16
-    u18 = u1*u9
-    u19 = m*u13**2
-    u20 = m*u4
-    u21 = u13*u14
-    u22 = u18*u21
-    u23 = M*dtheta
-    u24 = u2*u9
-    u25 = u24*u8
-    u26 = dtheta*m
-    u27 = m*u6
-    u28 = g_y*u9
-    u29 = u1*u28
-    return (I + M*u11 + M*u5 + m*u11 + m*u5 + m*u7**2 + u10*u12,
-            m*u13*u14*u4 - u17*u18,
-            I + u14**2*u19 + u15**2*u19,
-            M*g_x*u4 - M*u29 - dpsi*(-dpsi*m*u22 - dpsi*u16*u20) - dtheta*(dtheta*u12*u24 - dtheta*u18*u20 - dtheta*u27*u7*u9 - u18*u23*u4 + u23*u25 + u25*u26) + g_x*m*u4 + g_x*m*u7 - m*u29 - u27*u28,
-            -dtheta*(-dtheta*u17*u3 - u22*u26) + g_x*m*u21 + g_y*u17)
+    u15 = u0*u14 - u12*u13
+    u16 = u1*u15
+    u17 = L_nat*u1
+    u18 = g_x*r
+    u19 = g_x*u0
+    u20 = dpsi**2
+    u21 = u0*u12 + u13*u14
+    u22 = u20*u21
+    u23 = g_y*u13
+    u24 = u12*u20
+    u25 = dtheta**2
+    u26 = u13*u25
+    u27 = g_y*u12
+    u28 = u21*u25
+    return (I + m*(u0*u3 + u5) + u6*(-u0*u7 + u0*u9 + u11 + u7),
+            m*(-L_nat*u16 + r*u16 + u10*u15 - u14*u2 - u14*u4 + u14*u8 + u15*u4 - u15*u9),
+            I + m*(u11 - 2*u17 + u3 + u5),
+            m*(u1*u19 - u1*u23 + u10*u22 - u17*u22 + u18 + u2*u22 - u2*u24 + u2*u26 + u22*u4 - u22*u9 - u24*u4 + u24*u8) + u6*(L_nat*u19 - L_nat*u23 + r*u23 - u0*u18 - u13*u25*u4 + u18 + u26*u8),
+            m*(L_nat*g_x*u14 + L_nat*g_y*u12 - g_x*u1*u14 + r*u1*u21*u25 - r*u27 - u1*u27 + u10*u21*u25 - u14*u18 - u17*u28 + u21*u25*u4 - u28*u9))
 
 
 @compiled
@@ -491,57 +422,58 @@ def rigid_residual_jacobian(theta, psi, dtheta, dpsi, ddtheta, ddpsi, p):
     l = p[4]
     g_x = p[8]
     g_y = p[9]
-    u0 = -r
-    u1 = L_nat + u0
+    u0 = M + m
+    u1 = r**2
     u2 = sin(theta)
-    u3 = u1*u2
-    u4 = L_nat - l
-    u5 = u4*cos(psi)
-    u6 = m*u5
-    u7 = u3*u6
-    u8 = cos(theta)
-    u9 = u1*u8
-    u10 = u4*sin(psi)
-    u11 = m*u10
-    u12 = u11*u9
-    u13 = -u12 - u7
-    u14 = r + u9
-    u15 = M*u14
-    u16 = u15*u3
-    u17 = m*u14
-    u18 = u17*u3
-    u19 = l + u0
-    u20 = u19*u8
-    u21 = r + u20
-    u22 = m*u19
-    u23 = u2*u21*u22
-    u24 = u1**2
-    u25 = M*u24
-    u26 = u2*u8
-    u27 = u25*u26
-    u28 = m*u26
-    u29 = u24*u28
-    u30 = u19**2
-    u31 = u28*u30
-    u32 = u11*u3
-    u33 = dpsi*u32
-    u34 = dtheta*u8**2
-    u35 = m*u34
-    u36 = dtheta*u9
-    u37 = g_x*u2
-    u38 = u1*u37
-    u39 = g_y*u9
-    u40 = g_y*m
-    u41 = u10*u17
-    u42 = -u41 - u7
-    u43 = dtheta*(dtheta*u32 - u36*u6)
-    return (M*u38 + M*u39 + ddpsi*u13 + ddtheta*(-2*u16 - 2*u18 - 2*u23 + 2*u27 + 2*u29 + 2*u31) + dpsi*(-dpsi*u6*u9 + u33) + dtheta*(-dtheta*m*u20*u21 - u15*u36 - u17*u36 + u24*u35 + u25*u34 + u30*u35) + m*u38 + m*u39 + u20*u40 + u22*u37,
-            ddpsi*u42 + dpsi*(-dpsi*u17*u5 + u33),
-            -dtheta*u16 - dtheta*u18 - dtheta*u23 + dtheta*u27 + dtheta*u29 + dtheta*u31 + dtheta*(-u16 - u18 - u23 + u27 + u29 + u31),
-            -dpsi*u41 + dpsi*u42 - dpsi*u7,
-            ddtheta*u13 + u43,
-            ddtheta*u42 + g_x*u11 - u40*u5 + u43,
-            -dtheta*u12 + dtheta*u13 - dtheta*u7,
+    u3 = 2*u2
+    u4 = L_nat*r
+    u5 = u3*u4
+    u6 = l - r
+    u7 = r*u6
+    u8 = m*u3*u7
+    u9 = g_x*u2
+    u10 = cos(theta)
+    u11 = g_y*u10
+    u12 = dtheta**2
+    u13 = u10*u12
+    u14 = L_nat**2
+    u15 = dpsi**2
+    u16 = sin(psi)
+    u17 = cos(psi)
+    u18 = u10*u17 - u16*u2
+    u19 = u15*u18
+    u20 = L_nat*u6
+    u21 = 2*u4
+    u22 = u1*u19 + u14*u19 - u19*u20 - u19*u21 + u19*u7
+    u23 = u1*u12
+    u24 = u10*u16 + u17*u2
+    u25 = -u24
+    u26 = u25*u6
+    u27 = -L_nat*u26 + r*u26 + u1*u25 + u14*u25 - u21*u25
+    u28 = ddpsi*m
+    u29 = u15*u17
+    u30 = u1*u16
+    u31 = r*u16
+    u32 = u31*u6
+    u33 = L_nat*u31
+    u34 = u27 + u30 + u32 - u33
+    u35 = 2*dpsi
+    u36 = u24*u35
+    u37 = 4*u4
+    u38 = u12*u18
+    u39 = u14*u38 + u18*u23 - u20*u38 - u21*u38 + u38*u7
+    u40 = ddtheta*m
+    u41 = g_x*u16
+    u42 = g_y*u17
+    u43 = dtheta*u24
+    u44 = 2*u43
+    return (ddtheta*(u0*(2*u1*u2 - u5) - u8) - m*(-u11*u6 + u13*u7 + u22 - u6*u9) - u0*(-L_nat*u11 - L_nat*u9 + r*u11 + r*u9 - u10*u23 + u13*u4) + u27*u28,
+            -m*(-u1*u29 + u22 + u29*u4 - u29*u7) + u28*u34,
+            -dtheta*u8 - u0*(-dtheta*u1*u3 + dtheta*u5),
+            -m*(-dpsi*u24*u37 + u1*u36 + u14*u36 - u20*u36 - u30*u35 - u32*u35 + u33*u35 + u36*u7),
+            -m*u39 + u27*u40,
+            -m*(-L_nat*u41 + L_nat*u42 + g_x*u31 - r*u42 + u39 + u41*u6 - u42*u6) + u34*u40,
+            -m*(u1*u44 + u14*u44 - u20*u44 - u37*u43 + u44*u7),
             0.0)
 
 

@@ -1,61 +1,32 @@
 """Finds the gaits of a design from no guess.
 
-Starts are laid on a grid over stance angle and stance rate just after heel strike. Some are walked forward, which
-leads to stable gaits; all of them start Newton's method, which finds unstable ones as well.
+A damped Newton's method with exact derivatives runs from many starts, so that unstable gaits are found as well as
+stable ones. Stiff walkers are reached from the rigid ones and by raising stiffness and damping in stages.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import dataclasses
+from collections.abc import Iterable
 
 import numpy as np
 
 from stages.analytic.errors import NoGait, StepFailed
-from stages.analytic.poincare import FixedPoint, fixed_point, poincare_map
+from stages.analytic.poincare import FixedPoint, fixed_point
+from stages.analytic.search_starts import ANGLES, RATES, SCAN_STEPS, landed, lengths_after_heel_strike, ranked_starts
+from stages.analytic.stiffness import attainable_tolerance, fastest_rate
 from stages.analytic.walker import Vector, Walker, build_walker
 from stages.biped.design import Biped
 from stages.biped.gait import Gait
 from stages.ground.slope import Slope
 
-#: Documented range of the search: stance angle at heel strike [rad] and stance rate [sqrt(g/L)].
-ANGLES = np.linspace(0.05, 0.60, 12)
-RATES = np.linspace(0.05, 1.2, 24)
-SCAN_TOLERANCE = 1e-5
-SCAN_STEPS = 8
 #: Two fixed points closer than this are one.
 DISTINCT = 1e-6
-
-
-def start_coordinates(walker: Walker, angle: float, rate: float) -> Vector:
-    """Section coordinates of a plausible start: the hip moves across the new stance leg, the springs carry weight.
-
-    The new stance leg is stretched by the foot that hung on it; the trailing leg is pressed by the body's weight.
-    The hip's velocity, across the trailing leg before, has the part -rate sin(2 angle) along the new one.
-    """
-    if walker.rigid:
-        return np.array([-angle, rate, rate * np.cos(2 * angle) - rate])
-    hip, foot, stiffness = walker.p[0], walker.p[1], walker.p[5]
-    landing_rate = -rate * np.sin(2 * angle) * hip / (hip + foot)
-    return np.array([-angle, 1 + foot / stiffness, 1 - (hip + foot) / (2 * stiffness), rate, landing_rate])
-
-
-def starts(walker: Walker) -> Iterator[Vector]:
-    """All starts of the search."""
-    for angle in ANGLES:
-        for rate in RATES:
-            yield start_coordinates(walker, float(angle), float(rate))
-
-
-def walk_forward(walker: Walker, z: Vector, steps: int) -> list[Vector]:
-    """Section coordinates of up to `steps` steps from `z`, as far as the walker gets."""
-    reached = []
-    for _ in range(steps):
-        try:
-            z = poincare_map(walker, z, SCAN_TOLERANCE).z
-        except StepFailed:
-            break
-        reached.append(z)
-    return reached
+SEARCH_TOLERANCE = 1e-8
+#: Newton's method is tried from so many starts; when a stable gait is enough, from so few if they show one.
+MOST_STARTS, FEW_STARTS = 80, 12
+#: Fastest axial rate, in 1 / pendulum time, up to which a walker is searched on the grid, and a stage's factor beyond.
+GRID_RATE, STAGE = 400.0, 3.0
 
 
 def is_new(found: list[FixedPoint], candidate: FixedPoint) -> bool:
@@ -73,36 +44,88 @@ def by_stability(point: FixedPoint) -> float:
     return float(np.abs(point.floquet_multipliers).max())
 
 
-def find_gaits(walker: Walker, tolerance: float, *, unstable: bool) -> list[FixedPoint]:
-    """Fixed points of the step map, most stable first; the unstable ones too if asked for."""
+def converge(walker: Walker, starts: Iterable[Vector], tolerance: float, *, unstable: bool) -> list[FixedPoint]:
+    """Distinct gaits that Newton's method reaches from `starts`; only the first few if they show a stable one."""
     found: list[FixedPoint] = []
-    trails = [(z, walk_forward(walker, z, SCAN_STEPS)) for z in starts(walker)]
-    guesses = [trail[-1] for _, trail in trails if len(trail) == SCAN_STEPS]
-    if unstable:
-        guesses += [trail[min(1, len(trail) - 1)] for _, trail in trails if trail]
-    tried: list[Vector] = []
-    for guess in guesses:
-        if any(np.abs(guess - other).max() < 1e-3 for other in tried):
+    for count, start in enumerate(starts):
+        if count >= MOST_STARTS:
+            break
+        if not unstable and count >= FEW_STARTS and any(by_stability(point) < 1 for point in found):
+            break
+        point = fixed_point(walker, start, max(tolerance, SEARCH_TOLERANCE))
+        if point is None or not is_walking(point) or not is_new(found, point):
             continue
-        tried.append(guess)
-        point = fixed_point(walker, guess, tolerance)
+        point = fixed_point(walker, point.z, tolerance)
         if point is not None and is_walking(point) and is_new(found, point):
             found.append(point)
+    return found
+
+
+def softer(walker: Walker, rate: float) -> Walker:
+    """The walker with springs and dampers weakened, same damping ratio, to a fastest axial rate of `rate`."""
+    factor = rate / fastest_rate(walker)
+    p = list(walker.p)
+    p[5], p[6] = p[5] * factor**2, p[6] * factor
+    return dataclasses.replace(walker, p=tuple(p))
+
+
+def stiffen(walker: Walker, gaits: list[FixedPoint], rate: float) -> list[FixedPoint]:
+    """The gaits of `softer(walker, rate)` followed in stages to the walker itself, as far as Newton's method leads."""
+    while gaits and rate < fastest_rate(walker):
+        before = np.array(lengths_after_heel_strike(softer(walker, rate)))
+        rate = min(rate * STAGE, fastest_rate(walker))
+        stage = softer(walker, rate)
+        starts = [point.z.copy() for point in gaits]
+        for z in starts:
+            z[1:3] += np.array(lengths_after_heel_strike(stage)) - before
+        gaits = converge(stage, starts, SEARCH_TOLERANCE, unstable=True)
+    return gaits
+
+
+def stiff_starts(walker: Walker, tolerance: float, *, unstable: bool) -> list[Vector]:
+    """Starts of a stiff walker: gaits with rigid legs; if they are not enough, gaits of softer springs stiffened."""
+    rigid = dataclasses.replace(walker, rigid=True)
+    rigid_starts, _ = ranked_starts(rigid)
+    starts = []
+    for point in converge(rigid, rigid_starts, SEARCH_TOLERANCE, unstable=unstable):
+        try:
+            starts.append(landed(walker, rigid, point))
+        except StepFailed:
+            continue
+    return starts
+
+
+def find_gaits(walker: Walker, tolerance: float, *, unstable: bool) -> list[FixedPoint]:
+    """Fixed points of the step map, most stable first; with `unstable` the search goes on after a stable one."""
+    if walker.p[8] <= 0.0:
+        return []
+    tolerance = attainable_tolerance(walker, tolerance)
+    if fastest_rate(walker) <= GRID_RATE:
+        found = converge(walker, ranked_starts(walker)[0], tolerance, unstable=unstable)
+        return sorted(found, key=by_stability)
+    found = converge(walker, stiff_starts(walker, tolerance, unstable=unstable), tolerance, unstable=True)
+    if unstable or not any(by_stability(point) < 1 for point in found):
+        soft = softer(walker, GRID_RATE)
+        gaits = converge(soft, ranked_starts(soft)[0], SEARCH_TOLERANCE, unstable=True)
+        starts = [point.z for point in stiffen(walker, gaits, GRID_RATE)]
+        found += [point for point in converge(walker, starts, tolerance, unstable=True) if is_new(found, point)]
     return sorted(found, key=by_stability)
 
 
 def why_no_gait(walker: Walker) -> str:
     """Reason why the search found nothing."""
-    range_searched = (
-        f"stance angle {ANGLES[0]:g} to {ANGLES[-1]:g} rad and stance rate {RATES[0]:g} to {RATES[-1]:g} sqrt(g/L)"
-    )
     if walker.p[8] <= 0.0:
         return "no periodic gait: on level ground gravity does no work, and every heel strike loses energy"
-    survived = [len(walk_forward(walker, z, SCAN_STEPS)) for z in starts(walker)]
+    where = (f"stance angle {ANGLES[0]:g} to {ANGLES[-1]:g} rad and stance rate {RATES[0]:g} to {RATES[-1]:g} sqrt(g/L)")
+    if fastest_rate(walker) > GRID_RATE:
+        return (
+            f"no periodic gait found: the legs are too stiff for a search on the grid ({where}), and neither the gaits "
+            "of the same biped with rigid legs nor those with softer springs lead to one")
+    _, longest = ranked_starts(walker)
+    steps = f"at least {SCAN_STEPS}" if longest >= SCAN_STEPS else str(longest)
     return (
-        f"no periodic gait in the range searched ({range_searched}): of {len(survived)} starts the longest walk "
-        f"made {max(survived)} steps, and Newton's method converged from none"
-    )
+        f"no periodic gait in the range searched ({where}): of {ANGLES.size * RATES.size} starts the longest walk made "
+        f"{steps} steps, and Newton's method converged from none")
 
 
 def describe(walker: Walker, point: FixedPoint) -> Gait:
@@ -142,8 +165,6 @@ def find_gait(biped: Biped, slope: Slope, tolerance: float) -> tuple[Walker, Fix
     """
     walker = build_walker(biped, slope)
     found = find_gaits(walker, tolerance, unstable=False)
-    if not found or by_stability(found[0]) >= 1:
-        found = find_gaits(walker, tolerance, unstable=True)
     if not found:
         raise NoGait(why_no_gait(walker))
     return walker, found[0]

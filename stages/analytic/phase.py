@@ -16,7 +16,7 @@ from stages.analytic.flow import DOUBLE_STANCE, RIGID, flow, size_of
 from stages.analytic.transitions import clearance_variation, foot_clearance, hidden_crossing, toe_off_guard
 from stages.analytic.transitions import toe_off_variation
 
-EVENT, FALL, TIME_LIMIT, STEP_FLOOR, STEP_LIMIT = 0, 1, 2, 3, 4
+EVENT, FALL, TIME_LIMIT, STEP_FLOOR, STEP_LIMIT, BOTTOMED = 0, 1, 2, 3, 4, 5
 
 #: Cosine of the stance angle below which the walker has fallen.
 FALLEN = 0.3
@@ -39,11 +39,35 @@ def guard(phase, y, p, rates):
 
 
 @compiled
-def locate(phase, y, h, g0, d0, g1, p, stages, new):
-    """Shorten the step from `y` until the guard is zero at its end; leaves that state in `new`, returns its length."""
+def falling_root(g0, d0, g1, d1):
+    """Where in [0, 1] the cubic with values g0 > 0 >= g1 and slopes d0, d1 at the ends falls through zero."""
+    low, high = 0.0, 1.0
+    s = g0 / (g0 - g1)
+    for _ in range(8):
+        a, b = g1 - g0 - d0, d1 - d0
+        c3 = b - 2.0 * a
+        c2 = a - c3
+        value = g0 + s * (d0 + s * (c2 + s * c3))
+        slope = d0 + s * (2.0 * c2 + 3.0 * s * c3)
+        if value > 0.0:
+            low = s
+        else:
+            high = s
+        following = s - value / slope if slope < 0.0 else 0.5 * (low + high)
+        s = following if low <= following <= high else 0.5 * (low + high)
+    return s
+
+
+@compiled
+def locate(phase, y, h, g0, d0, g1, d1, p, stages, new):
+    """Shorten the step from `y` until the guard is zero at its end; leaves that state in `new`, returns its length.
+
+    Newton's method inside a shrinking bracket, until a correction is lost in round-off.
+    """
     low, high = 0.0, h
-    length = h * g0 / (g0 - g1) if g1 < g0 else 0.5 * h
+    length = h * falling_root(g0, h * d0, g1, h * d1)
     rates = np.empty(y.size)
+    last = h
     for _ in range(60):
         take_step(phase, y, length, p, stages, new)
         flow(phase, new, p, rates)
@@ -56,9 +80,10 @@ def locate(phase, y, h, g0, d0, g1, p, stages, new):
         following = length + change
         if not low <= following <= high:
             following = 0.5 * (low + high)
-        if abs(following - length) <= 4e-16 * h + 1e-17:
+        change = abs(following - length)
+        if change <= 1e-16 + 4e-16 * h or (change <= 1e-12 and change >= 0.25 * last):
             break
-        length = following
+        length, last = following, change
     return length
 
 
@@ -92,7 +117,8 @@ def integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes, count):
     stages, new, rates = np.empty((STAGES, size)), np.empty(size), np.empty(size)
     time, evaluations = 0.0, 1
     flow(phase, y, p, stages[0])
-    g0, d0, _ = guard(phase, y, p, stages[0])
+    g0, d0, armed0 = guard(phase, y, p, stages[0])
+    rejected = False
     if phase == DOUBLE_STANCE and (g0 < 0.0 or (g0 == 0.0 and d0 < 0.0)):
         return EVENT, 0.0, h, count, evaluations
     for _ in range(step_limit):
@@ -103,6 +129,7 @@ def integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes, count):
         error = error_norm(y, new, h, stages, tolerance)
         if not error <= 1.0:  # written so that NaN is refused
             h *= max(0.2, 0.9 * error ** (-1.0 / 8.0)) if error == error else 0.1
+            rejected = True
             continue
         flow(phase, new, p, rates)
         g1, d1, armed = guard(phase, new, p, rates)
@@ -113,8 +140,8 @@ def integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes, count):
             nodes[count, 0], nodes[count, 1] = time, phase
             nodes[count, 2 : 2 + base] = y[:base]
             count += 1
-        if g0 > 0.0 and g1 <= 0.0:
-            length = locate(phase, y, h, g0, d0, g1, p, stages, new)
+        if g0 > 0.0 and g1 <= 0.0 and (armed or armed0):
+            length = locate(phase, y, h, g0, d0, g1, d1, p, stages, new)
             flow(phase, new, p, rates)
             if guard(phase, new, p, rates)[2]:
                 y[:] = new
@@ -125,10 +152,13 @@ def integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes, count):
         time += h
         y[:] = new
         stages[0, :] = rates
-        g0, d0 = g1, d1
+        g0, d0, armed0 = g1, d1, armed
         if not (cos(y[0]) > FALLEN) or abs(y[1 if phase == RIGID else 2]) > 3.0:
             return FALL, time, h, count, evaluations
+        if phase != RIGID and min(y[1], y[3]) <= max(p[3], p[4]):
+            return BOTTOMED, time, h, count, evaluations
         if time > time_limit:
             return TIME_LIMIT, time, h, count, evaluations
-        h *= step_factor(error)
+        h *= min(1.0, step_factor(error)) if rejected else step_factor(error)
+        rejected = False
     return STEP_LIMIT, time, h, count, evaluations

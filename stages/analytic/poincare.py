@@ -10,13 +10,16 @@ from stages.analytic import equations as eq
 from stages.analytic.compiled import compiled
 from stages.analytic.errors import StepFailed
 from stages.analytic.flow import DOUBLE_STANCE
-from stages.analytic.phase import EVENT, FALL, STEP_FLOOR, TIME_LIMIT
+from stages.analytic.phase import BOTTOMED, EVENT, FALL, STEP_FLOOR, TIME_LIMIT
 from stages.analytic.step import NO_NODES, section_coordinates, section_state, walk_step
 from stages.analytic.walker import Vector, Walker
 
 #: Longest phase, in pendulum times sqrt(L/g); a step takes about 2.6.
 TIME_LIMIT_OF_A_PHASE = 30.0
 STEP_LIMIT_OF_A_PHASE = 400_000
+#: Damping of Newton's method: longest change of a coordinate at once, and how often it is halved.
+LONGEST_CHANGE = 0.2
+HALVINGS = 6
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,7 @@ def step_failure(status: int, phase: int) -> str:
     reasons = {
         FALL: f"the walker falls in {where}",
         TIME_LIMIT: f"{where} does not end: the walker stands still or rocks",
+        BOTTOMED: f"a leg is pressed down to its foot in {where}",
         STEP_FLOOR: f"the step size falls to the round-off floor in {where}",
     }
     return reasons.get(status, f"{where} needs more than {STEP_LIMIT_OF_A_PHASE} integration steps")
@@ -132,27 +136,62 @@ class FixedPoint:
         return values[np.lexsort((-values.imag, -np.round(np.abs(values), 12)))]
 
 
+def attainable_residual(walker: Walker, tolerance: float) -> float:
+    """How well a fixed point can close: the map's accuracy, or the round-off of a length times the stiffness."""
+    round_off = 0.0 if walker.rigid else 8 * np.finfo(float).eps * walker.p[5]
+    return max(1e-10, 10 * tolerance, round_off)
+
+
+def damped_change(
+    walker: Walker, z: Vector, change: Vector, matrix: np.ndarray, cycle: int, tolerance: float
+) -> Vector | None:
+    """The longest of `change`, half of it, a quarter ... after which the next correction is smaller; None if none is.
+
+    Deuflhard's natural monotonicity test: corrections are compared, with the same matrix, not residuals.
+    """
+    size = float(np.abs(change).max())
+    factor = min(1.0, LONGEST_CHANGE / max(size, 1e-300))
+    for _ in range(HALVINGS):
+        image = z + factor * change
+        try:
+            for _ in range(cycle):
+                image = poincare_map(walker, image, tolerance).z
+        except StepFailed:
+            factor /= 2
+            continue
+        following = np.linalg.solve(matrix, image - z - factor * change)
+        if np.abs(following).max() <= (1 - factor / 4) * size:
+            return factor * change
+        factor /= 2
+    return None
+
+
 def fixed_point(walker: Walker, z: Vector, tolerance: float, cycle: int = 1, iterations: int = 25) -> FixedPoint | None:
-    """Newton's method on P^cycle(z) = z with the exact derivative; None if it does not converge from `z`.
+    """Damped Newton's method on P^cycle(z) = z with the exact derivative; None if it does not converge from `z`.
 
     Converged means that the residual no longer falls and is within the accuracy of the map itself.
     """
     best: FixedPoint | None = None
     z = np.asarray(z, dtype=float)
-    for _ in range(iterations):
-        try:
+    good_enough = attainable_residual(walker, tolerance)
+    try:
+        for _ in range(iterations):
             steps, derivative = iterate(walker, z, cycle, tolerance)
-        except StepFailed:
-            break
-        gap = steps[-1].z - z
-        residual = float(np.abs(gap).max())
-        if best is not None and residual >= best.residual:
-            if best.residual <= 1e-10:
+            gap = steps[-1].z - z
+            residual = float(np.abs(gap).max())
+            if best is not None and residual >= best.residual and best.residual <= good_enough:
                 break
-            if residual > 4 * best.residual:
+            if best is None or residual < best.residual:
+                best = FixedPoint(z, tuple(steps), derivative, residual)
+            matrix = np.eye(z.size) - derivative
+            change = np.linalg.solve(matrix, gap)
+            if residual <= good_enough:
+                z = z + change
+                continue
+            shortened = damped_change(walker, z, change, matrix, cycle, tolerance)
+            if shortened is None:
                 break
-        if best is None or residual < best.residual:
-            best = FixedPoint(z, tuple(steps), derivative, residual)
-        change = np.linalg.solve(np.eye(z.size) - derivative, gap)
-        z = z + change * min(1.0, 0.3 / max(np.abs(change).max(), 1e-300))
-    return best if best is not None and best.residual <= max(1e-10, 10 * tolerance) else None
+            z = z + shortened
+    except (StepFailed, np.linalg.LinAlgError):
+        pass
+    return best if best is not None and best.residual <= good_enough else None

@@ -1,0 +1,35 @@
+"""What `python -m stages.analytic.generate` writes is current, and the short forms have the same value."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from stages.analytic import derivation as d
+from stages.analytic import dop853_step
+from stages.analytic.formulas import document, tidy
+from stages.analytic.generate import compact, step_source
+
+
+def test_sums_of_the_integrator_are_current():
+    assert Path(dop853_step.__file__).read_text(encoding="utf-8") == step_source()
+
+
+def test_page_of_formulas_is_current():
+    page = Path(__file__).parents[2] / "docs" / "equations.md"
+    assert page.read_text(encoding="utf-8") == document()
+
+
+@pytest.mark.parametrize("form", [tidy, compact])
+@pytest.mark.parametrize("legs", ["compliant", "rigid"])
+def test_short_forms_keep_their_value(legs, form):
+    equations = d.derive(legs)
+    terms = [*equations.mass, *equations.coriolis, *equations.applied_force, *equations.constraint]
+    if legs == "rigid":
+        terms += list(d.handover_matrix(equations))
+    symbols = [*equations.coordinates, *equations.rates, *d.PARAMETERS]
+    before, after = (sp.lambdify(symbols, list(values), "numpy") for values in (terms, [form(t) for t in terms]))
+    rng = np.random.default_rng(4)
+    for values in rng.uniform(0.2, 1.5, (20, len(symbols))):
+        assert np.allclose(before(*values), after(*values), rtol=1e-12, atol=1e-13)
