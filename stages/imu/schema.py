@@ -120,8 +120,8 @@ class Recording:
 
 def recording_from_columns(experiment: Experiment, device: Device, columns: np.ndarray) -> Recording:
     """A recording from an array (n, 11) whose columns are those of `SAMPLE_VALUES`."""
-    packet, position, *stamps = columns[:, :5].T
-    return Recording(experiment, device, packet, position, *stamps, columns[:, 5:8], columns[:, 8:11])
+    packet, position, sensor, phone, server = columns[:, :5].T
+    return Recording(experiment, device, packet, position, sensor, phone, server, columns[:, 5:8], columns[:, 8:11])
 
 
 def create_statements() -> tuple[str, ...]:
