@@ -19,7 +19,7 @@ def ran(toy_with_commands):
 
 
 def test_run_all_prints_a_line_for_each_stage(toy_with_commands):
-    code, out, errors = toy_with_commands.command("run-all")
+    code, out, errors = toy_with_commands.command("run-all", "--jobs", "1")
     assert (code, errors) == (0, "")
     lines = out.splitlines()
     assert len(lines) == 4
