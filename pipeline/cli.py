@@ -21,6 +21,9 @@ _COMMANDS = {
     "show": "show",
     "claims": "claims",
     "gait": "gait",
+    "continue": "continue_gait",
+    "basin": "basin",
+    "design": "design",
 }
 _INTERRUPTED = 130
 

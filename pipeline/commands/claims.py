@@ -20,7 +20,9 @@ _KEYS = {"id", "stated", "found", "holds", "why"}
 @options.study
 @options.as_json
 @click.option("--markdown", is_flag=True, help="Print the README's table.")
-@click.option("--into", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Write that table into FILE.")
+@click.option(
+    "--into", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Write that table into FILE."
+)
 def command(study: Study, as_json: bool, markdown: bool, into: Path | None) -> None:
     """Print each claim of the paper: what it states, what was found, whether it holds, and why."""
     claims = read(study)

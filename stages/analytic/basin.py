@@ -81,8 +81,19 @@ def basin_of_attraction(
 
     def work(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         made, where = np.zeros(rows.size, dtype=np.int64), np.full(rows.size, NONE, dtype=np.int64)
-        walk_starts(walker.rigid, grid[rows], walker.p, known, near, steps, tolerance, TIME_LIMIT_OF_A_PHASE,
-                    STEP_LIMIT_OF_A_PHASE, made, where)
+        walk_starts(
+            walker.rigid,
+            grid[rows],
+            walker.p,
+            known,
+            near,
+            steps,
+            tolerance,
+            TIME_LIMIT_OF_A_PHASE,
+            STEP_LIMIT_OF_A_PHASE,
+            made,
+            where,
+        )
         return rows, made, where
 
     with ThreadPoolExecutor(workers) as pool:  # the compiled function lets go of the interpreter lock

@@ -18,6 +18,9 @@ from stages.analytic.walker import Vector
 
 TURNING_POINT, PERIOD_DOUBLING, TORUS = "turning point", "period doubling", "torus"
 LARGEST_CORRECTIONS = 12
+SMALLEST_STEP = 1e-7
+#: A bend sharper than this is stepped over.
+SHARPEST_BEND = 1e-5
 
 
 @dataclass(frozen=True)
@@ -97,6 +100,23 @@ class Curve:
         except (StepFailed, np.linalg.LinAlgError):
             return None
         return None
+
+    def neighbour(self, last: BranchPoint, step: float) -> BranchPoint | None:
+        """The next point of the branch at distance `step`; None if there is none, or if it lies round a sharp bend."""
+        here = coordinates(last, self.span)
+        corrected = self.correct(here + step * last.tangent, last.tangent)
+        if corrected is None or np.linalg.norm(corrected[0] - here) > 2 * step:
+            return None
+        point = self.point(*corrected, last.tangent)
+        return None if point.tangent @ last.tangent < 0.9 and step > SHARPEST_BEND else point
+
+    def half_cycle_gap(self, u: Vector) -> float:
+        """Largest change of the gait after half its cycle: zero for one of half the cycle; infinite for one step."""
+        if self.cycle == 1:
+            return np.inf
+        walker = self.design.with_value(self.name, u[-1] * self.span).walker()
+        steps, _ = iterate(walker, u[:-1], self.cycle // 2, self.tolerance)
+        return float(np.abs(steps[-1].z - u[:-1]).max())
 
     def point(self, u: Vector, derivative: np.ndarray, period: float, along: Vector) -> BranchPoint:
         """The gait at a corrected point of the curve."""
@@ -186,48 +206,32 @@ def continue_gait(
     along = np.zeros(len(z) + 1)
     along[-1] = 1.0 if upward else -1.0
     u = np.append(start.z, design.value(name) / span)
-    gap, derivative, period = curve.residual(u)
+    _, derivative, period = curve.residual(u)
     points = [curve.point(u, derivative, period, along)]
     special: list[SpecialPoint] = []
-    step = largest_step / 4
+    ended = ""
+    opening = curve.half_cycle_gap(u)
+    step = min(largest_step / 4, opening / 4)
     while len(points) < most_points:
+        if step < SMALLEST_STEP:
+            return Branch(name, cycle, tuple(points), tuple(special), ended)
         last = points[-1]
-        corrected = curve.correct(coordinates(last, span) + step * last.tangent, last.tangent)
-        if corrected is None or np.linalg.norm(corrected[0] - coordinates(last, span)) > 2 * step:
-            step /= 2
-            if step < 1e-7:
-                return Branch(name, cycle, tuple(points), tuple(special), "the gait ends: no step map beyond")
+        try:
+            point = curve.neighbour(last, step)
+            closing = curve.half_cycle_gap(coordinates(point, span)) if point is not None else 0.0
+        except StepFailed:
+            point, closing = None, 0.0
+        if point is None:
+            step, ended = step / 2, "the gait ends: no step map beyond"
             continue
-        point = curve.point(*corrected, last.tangent)
-        if point.tangent @ last.tangent < 0.9 and step > 1e-5:
-            step /= 2
+        if closing < 0.3 * opening:  # about to fall onto, or already on, the family of half the cycle
+            step, ended = step / 2, "joins the family of half the cycle"
             continue
         special += special_between(curve, last, point)
         points.append(point)
+        opening = closing
         progress(point.value)
         if not limits[0] <= point.value <= limits[1]:
             return Branch(name, cycle, tuple(points), tuple(special), "the limit of the parameter")
         step = min(1.5 * step, largest_step)
     return Branch(name, cycle, tuple(points), tuple(special), f"{most_points} points")
-
-
-def doubled_start(design: DesignPoint, branch: Branch, special: SpecialPoint, tolerance: float) -> tuple[float, Vector]:
-    """Parameter value and section coordinates on the family of twice the cycle that leaves a period doubling.
-
-    The start lies a little beyond, displaced along the eigenvector of the multiplier -1, where Newton's method on the
-    doubled map finds a gait that is not the old one. Raises ValueError if it finds none on either side.
-    """
-    span = max(abs(point.value) for point in branch.points)
-    walker_at = lambda value: design.with_value(branch.name, value).walker()  # noqa: E731
-    _, derivative = iterate(walker_at(special.point.value), special.point.z, branch.cycle, tolerance)
-    values, vectors = np.linalg.eig(derivative)
-    direction = np.real(vectors[:, int(np.argmin(np.abs(values + 1)))])
-    direction /= np.linalg.norm(direction)
-    for shift in (1e-4, 1e-3, 1e-5, 3e-6):
-        for sign in (1, -1):
-            value = special.point.value + sign * shift * span
-            for size in (1e-2, 3e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5):
-                point = fixed_point(walker_at(value), special.point.z + size * direction, tolerance, 2 * branch.cycle)
-                if point is not None and np.abs(point.steps[branch.cycle - 1].z - point.z).max() > 1e-6:
-                    return value, point.z
-    raise ValueError("no gait of twice the cycle was found next to the period doubling")

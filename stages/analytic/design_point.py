@@ -44,14 +44,17 @@ class DesignPoint:
         """Whether every value lies in its bounds and all rules hold."""
         fields = [(owner, field) for owner in (self.biped, self.slope) for field in dataclasses.fields(owner)]
         inside = all(
-            field.metadata["bound"].holds(getattr(owner, field.name)) for owner, field in fields if field.type == "float")
+            field.metadata["bound"].holds(getattr(owner, field.name))
+            for owner, field in fields
+            if field.type == "float"
+        )
         return inside and not list(self.biped.broken_rules())
 
     def _owner(self, name: str) -> tuple[Biped | Slope, str]:
         file, _, key = name.partition(".")
         for owner in (self.biped, self.slope):
             names = {field.name for field in dataclasses.fields(owner) if field.type == "float"}
-            if owner.FILE == file and key in names:
+            if file == owner.FILE and key in names:
                 return owner, key
         raise KeyError(f"{name}: not a number of the design; known are {', '.join(parameter_names())}")
 
@@ -59,5 +62,8 @@ class DesignPoint:
 def parameter_names() -> tuple[str, ...]:
     """Every numeric design parameter that can be varied."""
     return tuple(
-        f"{owner.FILE}.{field.name}" for owner in (Biped, Slope) for field in dataclasses.fields(owner)
-        if field.type == "float")
+        f"{owner.FILE}.{field.name}"
+        for owner in (Biped, Slope)
+        for field in dataclasses.fields(owner)
+        if field.type == "float"
+    )

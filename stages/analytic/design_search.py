@@ -57,7 +57,11 @@ class Problem:
     """Parameters `names` in relative units x (1 = start value), with bounds and targets."""
 
     def __init__(
-        self, design: DesignPoint, bounds: Mapping[str, tuple[float, float]], targets: Mapping[str, float], tolerance: float
+        self,
+        design: DesignPoint,
+        bounds: Mapping[str, tuple[float, float]],
+        targets: Mapping[str, float],
+        tolerance: float,
     ) -> None:
         self.names: Sequence[str] = list(bounds)
         self.design, self.targets, self.tolerance = design, dict(targets), tolerance
@@ -109,7 +113,9 @@ def matched(candidate: Candidate, reference: Candidate) -> np.ndarray:
     return np.array(ordered)
 
 
-def linear_step(problem: Problem, x: Vector, here: Candidate, gradients: tuple[np.ndarray, np.ndarray], radius: float) -> Vector:
+def linear_step(
+    problem: Problem, x: Vector, here: Candidate, gradients: tuple[np.ndarray, np.ndarray], radius: float
+) -> Vector:
     """Step d of the linear programme inside the box of half width `radius` and the bounds."""
     slopes, misses = gradients
     count, targets = len(x), len(here.misses)
