@@ -46,7 +46,7 @@ def draw(branches: Sequence[Branch], parameter: str) -> Figure:
     axes[1].set_ylabel("mean step\nperiod [s]")
     axes[2].set_ylabel("largest multiplier\n[-]")
     axes[2].set_xlabel(f"{parameter} [{unit_of(parameter)}]")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=5)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     return figure
 
 
