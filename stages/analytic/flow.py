@@ -7,9 +7,8 @@ In double stance the trailing foot's constraints hold at acceleration level; giv
 
 from __future__ import annotations
 
-from stages.analytic.compiled import compiled
-
 from stages.analytic import equations as eq
+from stages.analytic.compiled import compiled
 from stages.analytic.elimination import factor, factor_constrained, solve, solve_constrained
 
 RIGID, SINGLE_STANCE, DOUBLE_STANCE = 0, 1, 2

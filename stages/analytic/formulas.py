@@ -19,8 +19,8 @@ The state is $q = (\\theta, L_1, \\psi, L_2)$, eq. (1). Eq. (6) reads, with the 
 
 $$M(q)\\,\\ddot{q} + C(q, \\dot{q})\\,\\dot{q} + K(q, \\dot{q}) = p\\,\\Pi\\,\\lambda$$
 
-with $p = 0$ in single stance and $p = 1$ in double stance. $\\lambda_1$ is the normal force and $\\lambda_2$ the friction
-force of the ground on the second foot. Gravity in the slope frame is $(g_x, g_y) = g\\,(\\sin a, -\\cos a)$.
+with $p = 0$ in single stance and $p = 1$ in double stance. $\\lambda_1$ is the normal force and $\\lambda_2$ the
+friction force of the ground on the second foot. Gravity in the slope frame is $(g_x, g_y) = g\\,(\\sin a, -\\cos a)$.
 $I$ is the inertia of a leg about its mass centre, zero in the paper.
 """
 
@@ -72,9 +72,9 @@ def document() -> str:
         "Their Jacobian; eq. (5) with its misprinted \"$= 0$\" left out:\n",
         f"$$\\Pi = {printed(equations.constraint_jacobian)}$$\n",
         "## Rigid legs\n",
-        "Both lengths held at $L_{nat}$, $q = (\\theta, \\psi)$: rows and columns 1 and 3 of $M$ and $C$, entries 1 and 3"
-        " of $K$.\n",
-        "At heel strike the momenta of the next step's motions are kept, $M(q^+)\\,\\dot{q}^+ = H(q^-)\\,\\dot{q}^-$ with"
-        " $\\theta^+ = -\\psi$, $\\psi^+ = -\\theta$:\n", *entries("H", d.handover_matrix(rigid)),
+        "Both lengths held at $L_{nat}$, $q = (\\theta, \\psi)$: rows and columns 1 and 3 of $M$ and $C$, entries 1 and"
+        " 3 of $K$.\n",
+        "At heel strike the momenta of the next step's motions are kept, $M(q^+)\\,\\dot{q}^+ = H(q^-)\\,\\dot{q}^-$"
+        " with $\\theta^+ = -\\psi$, $\\psi^+ = -\\theta$:\n", *entries("H", d.handover_matrix(rigid)),
     ]
     return "\n".join(parts).rstrip() + "\n"

@@ -82,11 +82,11 @@ def stiffen(walker: Walker, gaits: list[FixedPoint], rate: float) -> list[FixedP
     return gaits
 
 
-def stiff_starts(walker: Walker, tolerance: float, *, unstable: bool) -> list[Vector]:
-    """Starts of a stiff walker: gaits with rigid legs; if they are not enough, gaits of softer springs stiffened."""
+def stiff_starts(walker: Walker, *, unstable: bool) -> list[Vector]:
+    """Starts of a stiff walker: landings of the gaits of the same biped with rigid legs."""
     rigid = dataclasses.replace(walker, rigid=True)
     rigid_starts, _ = ranked_starts(rigid)
-    starts = []
+    starts: list[Vector] = []
     for point in converge(rigid, rigid_starts, SEARCH_TOLERANCE, unstable=unstable):
         try:
             starts.append(landed(walker, rigid, point))
@@ -103,7 +103,7 @@ def find_gaits(walker: Walker, tolerance: float, *, unstable: bool) -> list[Fixe
     if fastest_rate(walker) <= GRID_RATE:
         found = converge(walker, ranked_starts(walker)[0], tolerance, unstable=unstable)
         return sorted(found, key=by_stability)
-    found = converge(walker, stiff_starts(walker, tolerance, unstable=unstable), tolerance, unstable=True)
+    found = converge(walker, stiff_starts(walker, unstable=unstable), tolerance, unstable=True)
     if unstable or not any(by_stability(point) < 1 for point in found):
         soft = softer(walker, GRID_RATE)
         gaits = converge(soft, ranked_starts(soft)[0], SEARCH_TOLERANCE, unstable=True)
@@ -116,7 +116,7 @@ def why_no_gait(walker: Walker) -> str:
     """Reason why the search found nothing."""
     if walker.p[8] <= 0.0:
         return "no periodic gait: on level ground gravity does no work, and every heel strike loses energy"
-    where = (f"stance angle {ANGLES[0]:g} to {ANGLES[-1]:g} rad and stance rate {RATES[0]:g} to {RATES[-1]:g} sqrt(g/L)")
+    where = f"stance angle {ANGLES[0]:g} to {ANGLES[-1]:g} rad, stance rate {RATES[0]:g} to {RATES[-1]:g} sqrt(g/L)"
     if fastest_rate(walker) > GRID_RATE:
         return (
             f"no periodic gait found: the legs are too stiff for a search on the grid ({where}), and neither the gaits "

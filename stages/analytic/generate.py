@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 import sympy as sp
 from sympy.printing.pycode import pycode
 
@@ -144,7 +145,7 @@ def module_source() -> str:
     return "\n\n".join([HEADER, *functions])
 
 
-def combination(weights: Sequence[float]) -> str:
+def combination(weights: np.ndarray) -> str:
     """Source of a weighted sum of the stages of component n, without its zeros."""
     return " + ".join(f"{float(weight)!r} * stages[{j}, n]" for j, weight in enumerate(weights) if weight)
 

@@ -21,6 +21,9 @@ class Settings:
         bound=Bound(minimum=1e-14, maximum=1e-3))
     steps: int = parameter("1", "steps of the recorded walk", bound=Bound(minimum=1, maximum=10_000))
     sampling_rate_hz: float = parameter("Hz", "sampling rate of the recorded walk", bound=Bound(above=0, maximum=1e6))
+    integrator: str = parameter(
+        "-", "what computes the gait: compiled code with exact derivatives, or SciPy step by step",
+        choices=("compiled", "scipy"), default="compiled")
 
 
 @dataclass(frozen=True)

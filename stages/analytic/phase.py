@@ -9,12 +9,17 @@ from __future__ import annotations
 from math import cos
 
 import numpy as np
-from stages.analytic.compiled import compiled
 
+from stages.analytic.compiled import compiled
 from stages.analytic.dop853 import STAGES, error_norm, step_factor, take_step
 from stages.analytic.flow import DOUBLE_STANCE, RIGID, flow, size_of
-from stages.analytic.transitions import clearance_variation, foot_clearance, hidden_crossing, toe_off_guard
-from stages.analytic.transitions import toe_off_variation
+from stages.analytic.transitions import (
+    clearance_variation,
+    foot_clearance,
+    hidden_crossing,
+    toe_off_guard,
+    toe_off_variation,
+)
 
 EVENT, FALL, TIME_LIMIT, STEP_FLOOR, STEP_LIMIT, BOTTOMED = 0, 1, 2, 3, 4, 5
 

@@ -12,6 +12,7 @@ from stages.analytic.energy import audit
 from stages.analytic.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE
 from stages.analytic.gait_search import describe, find_gait, step_length
 from stages.analytic.parameters import Parameters
+from stages.analytic.readable import refine
 from stages.analytic.recording import constraint_drift, crossing_state, record
 from stages.analytic.result import Result
 from stages.analytic.sampling import sample_walk
@@ -29,6 +30,8 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
     tolerance = parameters.settings.tolerance
     progress(0.0, "looking for gaits")
     walker, point = find_gait(parameters.biped, parameters.slope, tolerance)
+    if parameters.settings.integrator == "scipy":
+        point = refine(walker, point.z, tolerance)
     gait = describe(walker, point)
     progress(0.6, "recording the walk")
     first_phase = RIGID if walker.rigid else DOUBLE_STANCE

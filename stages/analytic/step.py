@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import acos, cos, sin
 
 import numpy as np
-from stages.analytic.compiled import compiled
 
+from stages.analytic.compiled import compiled
 from stages.analytic.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE
 from stages.analytic.phase import EVENT, integrate
 from stages.analytic.transitions import heel_strike_reset

@@ -8,9 +8,9 @@ from __future__ import annotations
 from math import cos, sin
 
 import numpy as np
-from stages.analytic.compiled import compiled
 
 from stages.analytic import equations as eq
+from stages.analytic.compiled import compiled
 from stages.analytic.elimination import factor, factor_constrained, solve, solve_constrained
 from stages.analytic.flow import (
     RIGID,

@@ -32,7 +32,8 @@ def test_undamped_single_stance_keeps_its_energy(design, phase):
 
 def test_energy_falls_by_what_the_dampers_take():
     walker = walker_of(HEAVY_LEGS)
-    for phase, states in ((SINGLE_STANCE, random_states(walker, 50)), (DOUBLE_STANCE, double_stance_states(walker, 50))):
+    both = double_stance_states(walker, 50)
+    for phase, states in ((SINGLE_STANCE, random_states(walker, 50)), (DOUBLE_STANCE, both)):
         for y in states:
             assert energy_rate(phase, walker, y) == pytest.approx(-walker.p[6] * (y[5] ** 2 + y[7] ** 2), abs=1e-7)
 
@@ -50,7 +51,8 @@ def test_rolling_feet_feel_all_the_force_that_moves_the_mass_centre():
             up, down = np.array([np.sin(theta), np.cos(theta)]), np.array([np.sin(psi), -np.cos(psi)])
             centre = np.array([radius * theta, radius])
             hip = centre + (stance - radius) * up
-            return hip_mass * hip + foot_mass * (centre + (com - radius) * up) + foot_mass * (hip + (swing - com) * down)
+            feet = centre + (com - radius) * up + hip + (swing - com) * down
+            return hip_mass * hip + foot_mass * feet
         h = 1e-6
         return (positions(y[:4] + h * y[4:]) - positions(y[:4] - h * y[4:])) / (2 * h)
 

@@ -52,7 +52,7 @@ def test_simplest_walker_has_no_gait_on_a_steep_slope():
     assert all(by_stability(point) > 1 for point in find_gaits(walker, 1e-10, unstable=True))
 
 
-EXTREMES = [(1e2, 1e5), (1e4, 1e5), (1e6, 58.35), (1e8, 58.35), (1e8, 1e3)]
+EXTREMES = [(1e2, 1e5), (1e6, 58.35), (1e8, 58.35)]
 
 
 @pytest.mark.parametrize("stiffness, damping", EXTREMES)

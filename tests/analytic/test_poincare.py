@@ -93,7 +93,7 @@ def test_constraints_hold_through_double_stance(table_1_step, table_1_gait):
 
 
 def test_double_stance_is_short_and_single_stance_follows(table_1_step, table_1_gait):
-    walker, point = table_1_gait
+    _, point = table_1_gait
     double, single = table_1_step
     assert (double.phase, double.duration) == (DOUBLE_STANCE, pytest.approx(point.steps[0].double_stance, rel=1e-9))
     assert double.duration + single.duration == pytest.approx(point.steps[0].period, rel=1e-10)

@@ -16,7 +16,7 @@ def report(table_1_gait, table_1_step):
 
 
 def test_trailing_foot_would_slip_at_heel_strike(report):
-    """Trap 4: the impulse the trailing foot needs is mostly tangential, far outside the cone of the paper's mu = 1.1."""
+    """Trap 4: the trailing foot's impulse is mostly tangential, far outside the cone of the paper's mu = 1.1."""
     assert report.impulse_friction_trailing > 10
     broken = report.broken_assumptions(1.1)
     assert any("impulse on the trailing foot needs friction" in text for text in broken)
@@ -56,7 +56,7 @@ def test_pulling_ground_is_reported(table_1_gait):
 
 
 def test_forces_of_both_feet_carry_the_weight_on_average(table_1_gait, table_1_step):
-    """Over a periodic step the impulse of the ground is weight times period, normal and tangential, impacts included."""
+    """Over a periodic step the ground's impulse is weight times period, along both axes, impacts included."""
     from stages.analytic.recording import states_at
     from stages.analytic.validity import impulses
 

@@ -49,7 +49,7 @@ def test_step_angle_follows_the_cube_root_of_the_slope():
     """Garcia 1998, long-period gait to leading order: stance angle 0.970956 slope^(1/3), period 3.812."""
     angles = []
     for slope in (1e-4, 1e-5):
-        walker, point = find_gait(simplest_walker(1e7), Slope(slope_deg=math.degrees(slope), gravity=1.0), 1e-12)
+        _, point = find_gait(simplest_walker(1e7), Slope(slope_deg=math.degrees(slope), gravity=1.0), 1e-12)
         angles.append(-point.z[0] / slope ** (1 / 3))
         period = point.steps[0].period
     assert abs(angles[1] - 0.970956) < abs(angles[0] - 0.970956) < 0.01

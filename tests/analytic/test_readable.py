@@ -1,0 +1,53 @@
+"""The readable SciPy path against the compiled one."""
+
+import numpy as np
+import pytest
+
+from stages.analytic.parameters import Parameters, Settings
+from stages.analytic.poincare import poincare_map
+from stages.analytic.readable import derivative, heel_strike, refine, take_step
+from stages.analytic.run import run
+from stages.analytic.transitions import heel_strike_reset
+from tests.analytic.designs import HEAVY_LEGS, SLOPE, TABLE_1, random_states, walker_of
+
+
+@pytest.mark.parametrize("kind", ["table_1_gait", "rigid_gait"])
+def test_both_paths_take_the_same_step(kind, request):
+    walker, point = request.getfixturevalue(kind)
+    disturbed = point.z * 1.003
+    for z in (point.z, disturbed):
+        compiled, readable = poincare_map(walker, z, 1e-12), take_step(walker, z, 1e-12)
+        assert np.abs(readable.z - compiled.z).max() <= 1e-9
+        assert readable.period == pytest.approx(compiled.period, rel=1e-9)
+        assert readable.double_stance == pytest.approx(compiled.double_stance, abs=1e-10)
+
+
+def test_both_paths_have_the_same_impact():
+    walker = walker_of(HEAVY_LEGS)
+    for y in random_states(walker, 30):
+        expected = y.copy()
+        heel_strike_reset(1, expected, walker.p)
+        assert np.abs(heel_strike(walker, y) - expected).max() <= 1e-12
+
+
+def test_derivative_without_variational_equations(table_1_gait):
+    walker, point = table_1_gait
+    assert np.abs(derivative(walker, point.z, 1e-11) - point.monodromy_matrix).max() <= 1e-4
+
+
+def test_gait_refined_on_the_readable_path(table_1_gait):
+    walker, point = table_1_gait
+    found = refine(walker, point.z + 1e-6, 1e-11)
+    assert np.abs(found.z - point.z).max() <= 1e-9
+
+
+@pytest.mark.slow
+def test_stage_runs_on_the_readable_path():
+    """`integrator: scipy` gives the same result to the accuracy of its finite differences."""
+    results = [
+        run(Parameters(TABLE_1, SLOPE, Settings(tolerance=1e-10, steps=1, sampling_rate_hz=100.0, integrator=name)), {})
+        for name in ("compiled", "scipy")]
+    gaits = [result.gait for result in results]
+    assert gaits[0].period_s == pytest.approx(gaits[1].period_s, rel=1e-8)
+    assert np.abs(gaits[0].floquet_multipliers[:2] - gaits[1].floquet_multipliers[:2]).max() <= 1e-4
+    assert gaits[0].period_s != gaits[1].period_s, "the setting must change how the gait is computed"
