@@ -26,5 +26,6 @@ def cache_folder() -> Path:
 
 
 numba.config.CACHE_DIR = str(cache_folder())
-#: a * b + c may become one instruction; nothing else of floating-point arithmetic is relaxed.
-compiled = numba.njit(cache=True, error_model="numpy", fastmath={"contract"})
+#: No relaxed arithmetic, not even fused multiply-add: where the compiler fuses depends on what it inlines, and that on
+#: what the cache already holds, so the last bits would depend on the order of calls. Threads may run side by side.
+compiled = numba.njit(cache=True, error_model="numpy", nogil=True)
