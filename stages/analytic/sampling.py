@@ -102,7 +102,7 @@ def signal_scales(walker: Walker) -> dict[str, float]:
 
 
 def sample_walk(walker: Walker, segments: list[Segment], sampling_rate: float) -> Walk:
-    """The walk in SI units on a uniform grid at `sampling_rate` [Hz], from its first segment's start to the last end."""
+    """The walk in SI units at even times, `sampling_rate` [Hz], from its first segment's start to the last end."""
     end = segments[-1].start + segments[-1].duration
     times = np.arange(int(np.floor(end * walker.time * sampling_rate)) + 1) / sampling_rate / walker.time
     pieces = []
