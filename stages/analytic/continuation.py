@@ -227,11 +227,12 @@ def continue_gait(
         if closing < 0.3 * opening:  # about to fall onto, or already on, the family of half the cycle
             step, ended = step / 2, "joins the family of half the cycle"
             continue
-        special += special_between(curve, last, point)
+        crossed = special_between(curve, last, point)
+        special += [one for one in crossed if limits[0] <= one.point.value <= limits[1]]
+        if not limits[0] <= point.value <= limits[1]:
+            return Branch(name, cycle, tuple(points), tuple(special), "the limit of the parameter")
         points.append(point)
         opening = closing
         progress(point.value)
-        if not limits[0] <= point.value <= limits[1]:
-            return Branch(name, cycle, tuple(points), tuple(special), "the limit of the parameter")
         step = min(1.5 * step, largest_step)
     return Branch(name, cycle, tuple(points), tuple(special), f"{most_points} points")

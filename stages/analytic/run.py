@@ -8,17 +8,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from stages.analytic.energy import audit
-from stages.analytic.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE
-from stages.analytic.gait_search import describe, find_gait, step_length
+from stages.analytic.flow import RIGID, SINGLE_STANCE
+from stages.analytic.gait_report import record_step, report_gait
+from stages.analytic.gait_search import find_gait
 from stages.analytic.parameters import Parameters
 from stages.analytic.readable import refine
 from stages.analytic.recording import constraint_drift, crossing_state, record
 from stages.analytic.result import Result
 from stages.analytic.sampling import sample_walk
 from stages.analytic.sensitivity import vary_design
-from stages.analytic.step import section_state
-from stages.analytic.validity import assess
 from stages.biped.progress import Progress, ignore
 
 
@@ -32,21 +30,20 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
     walker, point = find_gait(parameters.biped, parameters.slope, tolerance)
     if parameters.settings.integrator == "scipy":
         point = refine(walker, point.z, tolerance)
-    gait = describe(walker, point)
     progress(0.6, "recording the walk")
-    first_phase = RIGID if walker.rigid else DOUBLE_STANCE
-    one_step = record(walker, section_state(walker.rigid, point.z, walker.p), 1, tolerance, first_phase)
+    report = report_gait(walker, point, tolerance)
     upright = crossing_state(walker, point.z, tolerance)
     segments = record(
-        walker, upright, parameters.settings.steps + 1, tolerance, RIGID if walker.rigid else SINGLE_STANCE)
+        walker, upright, parameters.settings.steps + 1, tolerance, RIGID if walker.rigid else SINGLE_STANCE
+    )
     return Result(
-        gait=gait,
+        gait=report.gait,
         mid_stance=walker.stance_state(upright),
         residual=point.residual,
         monodromy_matrix=point.monodromy_matrix,
-        energy=audit(walker, one_step, step_length(walker, point)),
-        constraint_drift=constraint_drift(walker, one_step),
+        energy=report.energy,
+        constraint_drift=constraint_drift(walker, record_step(walker, point, tolerance)),
         variations=vary_design(parameters.biped, parameters.slope, point.z, tolerance),
-        validity=assess(walker, one_step),
+        validity=report.validity,
         walk=sample_walk(walker, segments, parameters.settings.sampling_rate_hz),
     )

@@ -1,0 +1,38 @@
+"""A gait with all that is said of it: its measures, its energy audit, and whether the model's assumptions hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stages.analytic.energy import EnergyAudit, audit
+from stages.analytic.flow import DOUBLE_STANCE, RIGID
+from stages.analytic.gait_search import describe, step_length
+from stages.analytic.poincare import FixedPoint
+from stages.analytic.recording import Segment, record
+from stages.analytic.step import section_state
+from stages.analytic.validity import Validity, assess
+from stages.analytic.walker import Walker
+from stages.biped.gait import Gait
+
+
+@dataclass(frozen=True)
+class GaitReport:
+    """One gait of one step."""
+
+    gait: Gait
+    energy: EnergyAudit
+    validity: Validity
+
+
+def record_step(walker: Walker, point: FixedPoint, tolerance: float) -> list[Segment]:
+    """The segments of the gait's step, from heel strike to heel strike."""
+    start = section_state(walker.rigid, point.z, walker.p)
+    return record(walker, start, 1, tolerance, RIGID if walker.rigid else DOUBLE_STANCE)
+
+
+def report_gait(walker: Walker, point: FixedPoint, tolerance: float) -> GaitReport:
+    """Measures, audit and validity of a gait of one step."""
+    segments = record_step(walker, point, tolerance)
+    return GaitReport(
+        describe(walker, point), audit(walker, segments, step_length(walker, point)), assess(walker, segments)
+    )

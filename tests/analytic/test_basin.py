@@ -1,0 +1,51 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stages.analytic.basin import NONE, basin_of_attraction
+from stages.analytic.gait_search import find_gait
+from stages.analytic.poincare import poincare_map
+from stages.biped.design import Biped
+from stages.ground.slope import Slope
+
+TABLE_1 = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.100, 2800.0, 58.35, 0.0)
+
+
+@pytest.fixture(scope="module")
+def gait():
+    return find_gait(TABLE_1, Slope(2.0, 9.81), 1e-10)
+
+
+def small_map(gait, workers):
+    walker, point = gait
+    angles, rates = np.linspace(-0.45, -0.1, 12), np.linspace(0.1, 0.9, 12)
+    return basin_of_attraction(walker, [point.z], (0, 3), angles, rates, workers=workers)
+
+
+def test_the_map_does_not_depend_on_the_number_of_workers(gait):
+    one, two = small_map(gait, 1), small_map(gait, 2)
+    assert (one.survived == two.survived).all()
+    assert (one.reached == two.reached).all()
+
+
+def test_the_gait_lies_in_its_own_basin_and_a_standstill_does_not(gait):
+    walker, point = gait
+    mapped = basin_of_attraction(
+        walker, [point.z], (0, 3), np.array([point.z[0]]), np.array([point.z[3], 0.01]), steps=30
+    )
+    assert mapped.reached.tolist() == [[0, NONE]]
+    assert mapped.survived[0, 1] < 30
+
+
+def test_a_start_in_the_basin_does_walk_to_the_gait(gait):
+    walker, point = gait
+    mapped = small_map(gait, 2)
+    inside = np.argwhere(mapped.reached >= 0)
+    assert len(inside) > 3
+    row, column = inside[0]
+    z = point.z.copy()
+    z[0], z[3] = mapped.first[row], mapped.second[column]
+    for _ in range(80):
+        z = poincare_map(walker, z, 1e-8).z
+    assert z == pytest.approx(point.z, abs=1e-6)

@@ -1,0 +1,100 @@
+"""Families of gaits: the simplest walker's published period doubling, and consistency along a branch."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from stages.analytic.continuation import PERIOD_DOUBLING, TURNING_POINT, continue_gait
+from stages.analytic.design_point import DesignPoint, parameter_names
+from stages.analytic.family import follow_family
+from stages.analytic.poincare import fixed_point, poincare_map
+from stages.biped.design import Biped
+from stages.ground.slope import Slope
+
+TOLERANCE = 1e-11
+START = np.array([-0.2, 0.2, -0.184])
+
+
+def simplest_walker(mass_ratio: float = 1e7) -> DesignPoint:
+    """Garcia's walker (1998): all mass at the hip, point feet."""
+    return DesignPoint(Biped("rigid", mass_ratio, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0), Slope(math.degrees(0.009), 1.0))
+
+
+@pytest.fixture(scope="module")
+def cascade():
+    """Families of cycle 1, 2, 4 and 8 over the slope."""
+    limits = (math.degrees(0.001), math.degrees(0.0185))
+    return follow_family(simplest_walker(), "ground.slope_deg", limits, START, TOLERANCE, doublings=3)
+
+
+def doublings(branches):
+    return {
+        branch.cycle: math.radians(special.point.value)
+        for branch in branches
+        for special in branch.special
+        if special.kind == PERIOD_DOUBLING
+    }
+
+
+def test_period_doubles_at_the_published_slope(cascade):
+    """Garcia et al. (1998): stable below 0.0151; more digits in later work, 0.01509."""
+    assert doublings(cascade)[1] == pytest.approx(0.01509, abs=1e-5)
+
+
+def test_cycles_of_two_four_and_eight_follow_at_feigenbaums_pace(cascade):
+    slopes = doublings(cascade)
+    assert sorted(slopes) == [1, 2, 4, 8]
+    gaps = np.diff([slopes[cycle] for cycle in (1, 2, 4, 8)])
+    assert (gaps > 0).all()
+    assert gaps[1] / gaps[2] == pytest.approx(4.669, rel=0.05)
+
+
+def test_a_doubling_has_a_multiplier_of_minus_one(cascade):
+    point = next(special for special in cascade[0].special if special.kind == PERIOD_DOUBLING).point
+    assert np.abs(point.floquet_multipliers + 1).min() < 1e-9
+
+
+def test_longer_cycles_do_not_close_earlier(cascade):
+    for branch in cascade[1:]:
+        point = branch.points[len(branch.points) // 2]
+        walker = simplest_walker().with_value(branch.name, point.value).walker()
+        z, gaps = point.z, []
+        for _ in range(branch.cycle):
+            z = poincare_map(walker, z, TOLERANCE).z
+            gaps.append(np.abs(z - point.z).max())
+        assert gaps[-1] < 1e-9
+        assert min(gaps[:-1]) > 1e-6
+
+
+def test_points_of_a_branch_are_the_gaits_newton_finds(cascade):
+    for point in cascade[0].points[::8]:
+        walker = simplest_walker().with_value("ground.slope_deg", point.value).walker()
+        again = fixed_point(walker, point.z + 1e-4, TOLERANCE)
+        assert again is not None
+        assert again.z == pytest.approx(point.z, abs=1e-9)
+
+
+def test_a_family_is_followed_round_its_turning_points():
+    """Table 1's gait turns three times in the damping: between two of the turns four gaits stand side by side."""
+    design = DesignPoint(Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.100, 2800.0, 58.35, 0.0), Slope(2.0, 9.81))
+    z = np.array([-0.2648, 1.00253, 0.99483, 0.4220, -0.1568])
+    branch = continue_gait(design, "biped.damping", (5.0, 195.0), z, 1e-10)
+    turns = [special.point for special in branch.special if special.kind == TURNING_POINT]
+    assert len(turns) == 3
+    for turn in turns:
+        assert np.abs(turn.floquet_multipliers - 1).min() < 1e-4
+    values = np.array([point.value for point in branch.points])
+    between = 0.5 * (turns[1].value + turns[2].value)
+    assert (np.diff(np.sign(values - between)) != 0).sum() == 4
+    assert values.min() >= 5.0 and values.max() <= 195.0
+
+
+def test_names_reach_every_number_of_the_design():
+    design = simplest_walker()
+    for name in parameter_names():
+        assert design.with_value(name, 0.123).value(name) == 0.123
+    with pytest.raises(KeyError, match=r"biped\.hip_mass"):
+        design.value("biped.hip_mas")
