@@ -52,7 +52,8 @@ class Validity:
             if needed > friction:
                 broken.append(f"{where} needs friction {needed:.3g}, the ground has {friction:.3g}")
         if self.deepest_scuff > 0:
-            broken.append(f"the swing foot passes {1e3 * self.deepest_scuff:.2g} mm below ground: stepping blocks needed")
+            depth = 1e3 * self.deepest_scuff
+            broken.append(f"the swing foot passes {depth:.2g} mm below ground: it needs stepping blocks")
         return broken
 
 
