@@ -23,7 +23,8 @@ SIGNALS = (
 class Stride:
     """One stride, heel strike to heel strike of the inner leg, at `phase` (p,) from 0 to 1.
 
-    `hip_position` (p, 2) starts at x = 0; `signals` (p, 6) are the sensors' in the order of `SIGNALS`.
+    `hip_position` (p, 2) starts at x = 0; `signals` (p, 6) are the sensors' in the order of `SIGNALS`; `peaks` (6,)
+    their largest values, with sign, at the walk's own samples, which are denser than the phases around an impact.
     """
 
     phase: np.ndarray
@@ -31,6 +32,7 @@ class Stride:
     hip_position: np.ndarray
     hip_velocity: np.ndarray
     signals: np.ndarray
+    peaks: np.ndarray
 
 
 def sensor_signals(walk: Walk) -> np.ndarray:
@@ -65,7 +67,9 @@ def last_stride(walk: Walk, points: int) -> Stride:
 
     position = at(walk.hip_position)
     position[:, 0] -= position[0, 0]
-    return Stride(phase, end - start, position, at(walk.hip_velocity), at(sensor_signals(walk)))
+    inside = sensor_signals(walk)[(walk.time >= start) & (walk.time <= end)]
+    peaks = inside[np.abs(inside).argmax(axis=0), np.arange(inside.shape[1])]
+    return Stride(phase, end - start, position, at(walk.hip_velocity), at(sensor_signals(walk)), peaks)
 
 
 def normalised_rms(curve: np.ndarray, reference: np.ndarray) -> np.ndarray:

@@ -29,10 +29,10 @@ def draw(strides: np.ndarray, origin: str, twin: Stride, simple: Stride) -> Figu
         margin = 0.15 * (high - low)
         panel.set_ylim(low - margin, high + margin)
         peak = int(np.argmax(np.abs(twin.signals[:, column])))
-        if not low - margin <= twin.signals[peak, column] <= high + margin:
+        if not low - margin <= twin.peaks[column] <= high + margin:
             # a spike of the models that no 100 Hz sensor shows would hide everything else
             panel.annotate(
-                f"twin's spike: {twin.signals[peak, column]:.0f} m/s²",
+                f"twin's spike: {twin.peaks[column]:.0f} m/s²",
                 (100 * twin.phase[peak], high + 0.9 * margin),
                 xytext=(6, -4),
                 textcoords="offset points",
