@@ -20,7 +20,9 @@ from stages.analytic.step import section_state
 from stages.analytic.transitions import foot_clearance, heel_strike_reset
 from stages.analytic.walker import Vector, Walker
 
+#: Steps of a phase that are kept room for at first, and the factor of more room.
 ROOM = 4096
+GROWTH = 16
 
 
 @dataclass(frozen=True)
@@ -47,17 +49,21 @@ def integrate_segment(
 
     Raises StepFailed if the event does not come.
     """
-    nodes = np.empty((ROOM, 10))
-    y = y.copy()
-    status, duration, _, count, _ = integrate(
-        phase, y, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, 0.02, nodes, 0)
-    if status != EVENT:
-        raise StepFailed(step_failure(status, phase))
-    if count == ROOM:
-        raise StepFailed(f"a recorded phase takes more than {ROOM} integration steps")
+    room = ROOM
+    while True:
+        nodes, end = np.empty((room, 10)), y.copy()
+        status, duration, _, count, _ = integrate(
+            phase, end, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, 0.02, nodes, 0
+        )
+        if status != EVENT:
+            raise StepFailed(step_failure(status, phase))
+        if count < room:
+            break
+        room *= GROWTH  # a stiff phase takes many steps: once more, with room for them
     kept = nodes[:count] if count else np.concatenate([[0.0, phase], y, np.zeros(8 - y.size)])[None, :]
     return Segment(
-        phase, start, duration, stance_leg, origin, kept[:, 0].copy(), kept[:, 2 : 2 + walker.size].copy(), y)
+        phase, start, duration, stance_leg, origin, kept[:, 0].copy(), kept[:, 2 : 2 + walker.size].copy(), end
+    )
 
 
 def next_origin(walker: Walker, segment: Segment) -> float:
@@ -123,8 +129,9 @@ def crossing_state(walker: Walker, z: Vector, tolerance: float) -> np.ndarray:
     for _ in range(50):
         change = -state[0] / state[rate]
         time += change
-        state = states_at(segment.phase, segment.times[node:node + 1], segment.states[node:node + 1],
-                          np.array([time]), walker.p)[0]
+        state = states_at(
+            segment.phase, segment.times[node : node + 1], segment.states[node : node + 1], np.array([time]), walker.p
+        )[0]
         if abs(change) < 1e-15:
             break
     state[0] = 0.0

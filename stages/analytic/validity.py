@@ -19,6 +19,8 @@ from stages.analytic.walker import Walker
 from stages.biped.quantity import quantity
 
 SAMPLES_PER_STEP = 6
+#: With more steps than this the steps themselves are dense enough.
+ENOUGH_STEPS = 2000
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,8 @@ def friction_used(forces: np.ndarray) -> float:
 
 def dense_states(walker: Walker, segment: Segment) -> np.ndarray:
     """States of a segment at several points between the integrator's steps, and at its end."""
+    if len(segment.times) > ENOUGH_STEPS:
+        return np.vstack([segment.states, segment.end])
     edges = np.append(segment.times, segment.duration)
     fractions = np.linspace(0, 1, SAMPLES_PER_STEP, endpoint=False)
     times = (edges[:-1, None] + (edges[1:] - edges[:-1])[:, None] * fractions).ravel()
@@ -81,9 +85,11 @@ def impulses(walker: Walker, before: np.ndarray) -> tuple[np.ndarray, np.ndarray
     after = before.copy()
     if walker.rigid:
         heel_strike_reset(RIGID, after, walker.p)
+
         # Momentum of the whole walker before and after, each in the names of its own step; only one foot is hit.
         def momentum(y: np.ndarray) -> np.ndarray:
             return np.array(eq.rigid_reaction(y[0], y[1], 0.0, 0.0, y[2], y[3], inertia))
+
         return momentum(after) - momentum(before), np.zeros(2)
     velocities, landing, *_ = landing_impulse(before, walker.p)
     jump = np.asarray(velocities) - before[4:]

@@ -6,15 +6,12 @@ import pytest
 from stages.analytic.basin import NONE, basin_of_attraction
 from stages.analytic.gait_search import find_gait
 from stages.analytic.poincare import poincare_map
-from stages.biped.design import Biped
-from stages.ground.slope import Slope
-
-TABLE_1 = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.100, 2800.0, 58.35, 0.0)
+from tests.analytic.designs import SLOPE, TABLE_1
 
 
 @pytest.fixture(scope="module")
 def gait():
-    return find_gait(TABLE_1, Slope(2.0, 9.81), 1e-10)
+    return find_gait(TABLE_1, SLOPE, 1e-10)
 
 
 def small_map(gait, workers):

@@ -13,6 +13,7 @@ from stages.analytic.family import follow_family
 from stages.analytic.poincare import fixed_point, poincare_map
 from stages.biped.design import Biped
 from stages.ground.slope import Slope
+from tests.analytic.designs import SLOPE, TABLE_1
 
 TOLERANCE = 1e-11
 START = np.array([-0.2, 0.2, -0.184])
@@ -79,7 +80,7 @@ def test_points_of_a_branch_are_the_gaits_newton_finds(cascade):
 
 def test_a_family_is_followed_round_its_turning_points():
     """Table 1's gait turns three times in the damping: between two of the turns four gaits stand side by side."""
-    design = DesignPoint(Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.100, 2800.0, 58.35, 0.0), Slope(2.0, 9.81))
+    design = DesignPoint(TABLE_1, SLOPE)
     z = np.array([-0.2648, 1.00253, 0.99483, 0.4220, -0.1568])
     branch = continue_gait(design, "biped.damping", (5.0, 195.0), z, 1e-10)
     turns = [special.point for special in branch.special if special.kind == TURNING_POINT]

@@ -6,26 +6,25 @@ import pytest
 from stages.analytic.design_point import DesignPoint
 from stages.analytic.design_search import Problem, search_design
 from stages.analytic.gait_search import find_gait
-from stages.biped.design import Biped
-from stages.ground.slope import Slope
+from tests.analytic.designs import SLOPE, TABLE_1
 
-TABLE_1 = DesignPoint(Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.100, 2800.0, 58.35, 0.0), Slope(2.0, 9.81))
+DESIGN = DesignPoint(TABLE_1, SLOPE)
 TOLERANCE = 1e-10
 
 
 @pytest.fixture(scope="module")
 def start():
-    return find_gait(TABLE_1.biped, TABLE_1.slope, TOLERANCE)[1].z
+    return find_gait(TABLE_1, SLOPE, TOLERANCE)[1].z
 
 
 def within(share, *names):
-    return {name: ((1 - share) * TABLE_1.value(name), (1 + share) * TABLE_1.value(name)) for name in names}
+    return {name: ((1 - share) * DESIGN.value(name), (1 + share) * DESIGN.value(name)) for name in names}
 
 
 def test_the_search_beats_every_design_of_a_grid(start):
     bounds = within(0.1, "biped.foot_com", "biped.damping")
-    found = search_design(TABLE_1, start, bounds, tolerance=TOLERANCE)
-    problem = Problem(TABLE_1, bounds, {}, TOLERANCE)
+    found = search_design(DESIGN, start, bounds, tolerance=TOLERANCE)
+    problem = Problem(DESIGN, bounds, {}, TOLERANCE)
     grid = [
         problem.candidate(np.array([x, y]), start) for x in np.linspace(0.9, 1.1, 5) for y in np.linspace(0.9, 1.1, 5)
     ]
@@ -38,9 +37,9 @@ def test_the_search_beats_every_design_of_a_grid(start):
 def test_an_optimum_inside_the_bounds_is_one(start):
     """Leg length alone: two multipliers cross inside the bounds, so the optimum is a kink."""
     bounds = within(0.05, "biped.leg_length")
-    found = search_design(TABLE_1, start, bounds, tolerance=TOLERANCE)
-    problem = Problem(TABLE_1, bounds, {}, TOLERANCE)
-    x = np.array([found.best.design.value("biped.leg_length") / TABLE_1.value("biped.leg_length")])
+    found = search_design(DESIGN, start, bounds, tolerance=TOLERANCE)
+    problem = Problem(DESIGN, bounds, {}, TOLERANCE)
+    x = np.array([found.best.design.value("biped.leg_length") / DESIGN.value("biped.leg_length")])
     for step in (-1e-3, 1e-3):
         beside = problem.candidate(x + step, found.best.point.z)
         assert beside is None or beside.largest_multiplier >= found.best.largest_multiplier - 1e-7
@@ -48,13 +47,13 @@ def test_an_optimum_inside_the_bounds_is_one(start):
 
 def test_targets_are_held_and_bounds_kept(start):
     bounds = within(0.15, "biped.foot_com", "biped.foot_radius", "biped.stiffness")
-    found = search_design(TABLE_1, start, bounds, targets={"speed_m_s": 0.334}, tolerance=TOLERANCE)
+    found = search_design(DESIGN, start, bounds, targets={"speed_m_s": 0.334}, tolerance=TOLERANCE)
     assert found.best.gait.speed_m_s == pytest.approx(0.334, rel=1e-6)
     for name, (low, high) in bounds.items():
         assert low - 1e-12 <= found.best.design.value(name) <= high + 1e-12
 
 
 def test_a_design_without_a_gait_cannot_start_a_search():
-    flat = TABLE_1.with_value("ground.slope_deg", 0.0)
+    flat = DESIGN.with_value("ground.slope_deg", 0.0)
     with pytest.raises(ValueError, match="no gait"):
         search_design(flat, np.array([-0.2, 1.0, 1.0, 0.4, 0.0]), within(0.1, "biped.foot_com"), tolerance=TOLERANCE)

@@ -1,9 +1,14 @@
 """The sampled walk: its signals belong together."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
+from stages.analytic.gait_report import record_step, report_gait
+from stages.analytic.gait_search import find_gait
 from stages.analytic.parameters import Parameters, Settings
+from stages.analytic.recording import ROOM
 from stages.analytic.run import run
 from tests.analytic.designs import SLOPE, TABLE_1, TABLE_1_RIGID
 
@@ -93,3 +98,13 @@ def test_two_runs_give_the_same_bits(result):
     again = run(Parameters(biped, SLOPE, Settings(tolerance=1e-11, steps=4, sampling_rate_hz=RATE)), {})
     assert again.walk.hip_specific_force.tobytes() == result.walk.hip_specific_force.tobytes()
     assert again.gait.floquet_multipliers.tobytes() == result.gait.floquet_multipliers.tobytes()
+
+
+def test_a_stiff_phase_is_recorded_whole():
+    """Stiff legs take more steps than there is room for at first; energy still balances over all of them."""
+    stiff = dataclasses.replace(TABLE_1, stiffness=1e8, damping=1.1e4)
+    walker, point = find_gait(stiff, SLOPE, 1e-10)
+    report = report_gait(walker, point, 1e-10)
+    longest = max(len(segment.times) for segment in record_step(walker, point, 1e-10))
+    assert longest > ROOM
+    assert abs(report.energy.residual) < 1e-9
