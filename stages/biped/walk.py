@@ -8,6 +8,17 @@ import numpy as np
 
 from stages.biped.quantity import quantity
 
+#: The planar signals of both sensors in the order of every table that holds them: specific force forward and up the
+#: leg, then angular velocity, of the hip and of the foot.
+SENSOR_SIGNALS = (
+    "hip_forward_force",
+    "hip_up_force",
+    "hip_lateral_rate",
+    "foot_forward_force",
+    "foot_up_force",
+    "foot_lateral_rate",
+)
+
 
 @dataclass(frozen=True)
 class Walk:

@@ -8,23 +8,13 @@ import numpy as np
 
 from stages.biped.walk import Walk
 
-#: The six signals of a registered stride, in the order the ingest of measurements uses.
-SIGNALS = (
-    "hip_forward_force",
-    "hip_up_force",
-    "hip_lateral_rate",
-    "foot_forward_force",
-    "foot_up_force",
-    "foot_lateral_rate",
-)
-
 
 @dataclass(frozen=True)
 class Stride:
     """One stride, heel strike to heel strike of the inner leg, at `phase` (p,) from 0 to 1.
 
-    `hip_position` (p, 2) starts at x = 0; `signals` (p, 6) are the sensors' in the order of `SIGNALS`; `peaks` (6,)
-    their largest values, with sign, at the walk's own samples, which are denser than the phases around an impact.
+    `hip_position` (p, 2) starts at x = 0; `signals` (p, 6) are the sensors', in the order of `SENSOR_SIGNALS`;
+    `peaks` (6,) their largest values, with sign, at the walk's own samples, denser than the phases around an impact.
     """
 
     phase: np.ndarray
@@ -36,7 +26,7 @@ class Stride:
 
 
 def sensor_signals(walk: Walk) -> np.ndarray:
-    """Both sensors' planar signals of a walk, (n, 6), in the order of `SIGNALS`."""
+    """Both sensors' planar signals of a walk, (n, 6), in the order of `SENSOR_SIGNALS`."""
     return np.column_stack(
         [walk.hip_specific_force, walk.hip_angular_velocity, walk.foot_specific_force, walk.foot_angular_velocity]
     )

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from stages.biped.progress import Progress, ignore
+from stages.biped.walk import SENSOR_SIGNALS
 from stages.imu.ensemble import ensemble_of
 from stages.imu.parameters import Parameters, Settings
 from stages.imu.refusal import SourceRefused
@@ -20,7 +21,7 @@ from stages.imu.report import SensorReport
 from stages.imu.result import Result, Run, SensorSignals
 from stages.imu.schema import Experiment, Recording
 from stages.imu.source_sqlite import SqliteSource
-from stages.imu.trial import SIGNALS, BodySensor, Trial, read_trial
+from stages.imu.trial import BodySensor, Trial, read_trial
 
 
 def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
@@ -56,7 +57,7 @@ def collect(found: Iterable[Trial], settings: Settings) -> Result:
     origins = {one.origin for one in runs}
     return Result(
         origin=origins.pop() if len(origins) == 1 else "mixed",
-        signals=SIGNALS,
+        signals=SENSOR_SIGNALS,
         reports=tuple(reports),
         rejected=tuple(rejected),
         runs=tuple(runs),

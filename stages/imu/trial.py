@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.biped.walk import SENSOR_SIGNALS
 from stages.imu.events import NO_STRIKES, HeelStrikes, StepFrequency, filled, find_heel_strikes, step_frequency
 from stages.imu.events import step_period as period_of
 from stages.imu.frames import Frame, find_frame
@@ -17,14 +18,6 @@ from stages.imu.resample import resample
 from stages.imu.schema import Experiment, Recording
 from stages.imu.sensor import SensorTrace, trace_sensor
 
-SIGNALS = (
-    "hip_forward_force",
-    "hip_up_force",
-    "hip_lateral_rate",
-    "foot_forward_force",
-    "foot_up_force",
-    "foot_lateral_rate",
-)
 PLACES = ("hip", "foot")
 FORWARD, UP, LATERAL = 0, 1, 2
 
@@ -46,7 +39,7 @@ class Trial:
 
     `foot_lag` is what the foot's stamps were late against the hip's [s], found by cross-correlation and taken out;
     `lever_arm` the distance of the foot sensor below the hip sensor the signals imply [m]; NaN without both sensors.
-    `strides` (s, p, 6) are the registered signals in the order of `SIGNALS`.
+    `strides` (s, p, 6) are the registered signals in the order of `SENSOR_SIGNALS`.
     """
 
     experiment: Experiment
@@ -214,8 +207,8 @@ def strikes_of(sensors: dict[str, BodySensor], settings: Settings) -> HeelStrike
 
 
 def registered(sensors: dict[str, BodySensor], bounds: np.ndarray, settings: Settings) -> np.ndarray:
-    """Signals of all strides (s, p, 6) in the order of `SIGNALS`; NaN for a sensor that is missing."""
-    strides = np.full((len(bounds), settings.phase_points, len(SIGNALS)), np.nan)
+    """Signals of all strides (s, p, 6) in the order of `SENSOR_SIGNALS`; NaN for a sensor that is missing."""
+    strides = np.full((len(bounds), settings.phase_points, len(SENSOR_SIGNALS)), np.nan)
     for first, place in ((0, "hip"), (3, "foot")):
         if place in sensors and len(bounds):
             sensor = sensors[place]

@@ -12,7 +12,7 @@ from stages.multibody.trajectory import Trajectory, foot_kinematics
 
 @dataclass(frozen=True)
 class Events:
-    """Times [s] and legs of heel strikes and toe-offs."""
+    """Times [s] and legs (in the twin: pairs of legs) of heel strikes and toe-offs."""
 
     heel_strike_time: np.ndarray
     heel_strike_leg: np.ndarray

@@ -2,23 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.optimize import brentq
 
+from stages.multibody.events import Events
 from stages.twin.contact import clearances, clearances_along
 from stages.twin.record import Record
-
-
-@dataclass(frozen=True)
-class Events:
-    """Times [s] and pairs of heel strikes and toe-offs."""
-
-    heel_strike_time: np.ndarray
-    heel_strike_leg: np.ndarray
-    toe_off_time: np.ndarray
-    toe_off_leg: np.ndarray
 
 
 def find_events(record: Record, feet: np.ndarray) -> Events:
