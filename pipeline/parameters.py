@@ -66,8 +66,10 @@ class _Loading:
     def load(self, settings: Sequence[str], wanted: Mapping[str, type]) -> dict[str, Any]:
         self._read_settings(settings)
         built: dict[type, Any] = {}
-        for file, classes in sections(wanted.values()).items():
-            entries = self._entries(file)
+        # a file that a stage reads, or that --set changes, is checked whole, also where another stage reads it
+        read = {*sections(wanted.values()), *self.overrides}
+        for file, classes in self.classes.items():
+            entries = self._entries(file) if file in read else None
             if entries is not None:
                 built.update({cls: self._build(cls, file, entries) for cls in classes})
         stages: dict[str, Any] = {}

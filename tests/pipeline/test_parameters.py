@@ -140,6 +140,11 @@ def test_errors_of_files_a_stage_does_not_read_do_not_stop_it(toy):
     assert toy.study().parameters(["fall"])["fall"].settings.height == 2.0
 
 
+def test_a_setting_of_another_stage_is_checked_all_the_same(toy):
+    """Stage fall reads gravity only; the stiffness in the same file is bounce's."""
+    assert "contact_stiffness = -1" in sentence(toy, "ground.contact_stiffness=-1", names=["fall"])
+
+
 def test_dvc_yaml_must_list_the_parameters_a_stage_reads(toy):
     toy.edit("dvc.yaml", "gravity, contact_stiffness, ", "gravity, ")
     assert (
