@@ -49,7 +49,7 @@ def command(study: Study, parameter: str, limits: str, doublings: int, as_json: 
         from stages.comparison.figures import bifurcation, style
 
         with style.drawing():
-            answer.save(figure, bifurcation.draw(branches, parameter))
+            answer.save(figure, bifurcation.draw(branches, parameter, design.unit(parameter)))
 
 
 def as_plain(branch: Any) -> dict[str, Any]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from stages.analytic.design_point import DesignPoint
 from stages.analytic.errors import StepFailed
-from stages.analytic.poincare import FixedPoint, fixed_point, iterate
+from stages.analytic.poincare import fixed_point, iterate, multipliers_of
 from stages.analytic.walker import Vector
 
 TURNING_POINT, PERIOD_DOUBLING, TORUS = "turning point", "period doubling", "torus"
@@ -120,7 +120,7 @@ class Curve:
 
     def point(self, u: Vector, derivative: np.ndarray, period: float, along: Vector) -> BranchPoint:
         """The gait at a corrected point of the curve."""
-        multipliers = FixedPoint(u[:-1], (), derivative, 0.0).floquet_multipliers
+        multipliers = multipliers_of(derivative)
         return BranchPoint(float(u[-1] * self.span), u[:-1], multipliers, period, self.tangent(u, derivative, along))
 
 

@@ -35,10 +35,12 @@ class DesignPoint:
 
     def bound(self, name: str) -> Bound:
         """The range the parameter files allow. Raises KeyError with the known names."""
-        owner, key = self._owner(name)
-        field = next(field for field in dataclasses.fields(owner) if field.name == key)
-        bound: Bound = field.metadata["bound"]
+        bound: Bound = self._field(name).metadata["bound"]
         return bound
+
+    def unit(self, name: str) -> str:
+        """Unit of a parameter. Raises KeyError with the known names."""
+        return str(self._field(name).metadata["unit"])
 
     def is_legal(self) -> bool:
         """Whether every value lies in its bounds and all rules hold."""
@@ -49,6 +51,10 @@ class DesignPoint:
             if field.type == "float"
         )
         return inside and not list(self.biped.broken_rules())
+
+    def _field(self, name: str) -> dataclasses.Field[float]:
+        owner, key = self._owner(name)
+        return next(field for field in dataclasses.fields(owner) if field.name == key)
 
     def _owner(self, name: str) -> tuple[Biped | Slope, str]:
         file, _, key = name.partition(".")

@@ -17,11 +17,12 @@ from stages.biped.gait import Gait
 
 @dataclass(frozen=True)
 class GaitReport:
-    """One gait of one step."""
+    """One gait of one step, with the segments it was read from, heel strike to heel strike."""
 
     gait: Gait
     energy: EnergyAudit
     validity: Validity
+    segments: list[Segment]
 
 
 def record_step(walker: Walker, point: FixedPoint, tolerance: float) -> list[Segment]:
@@ -33,6 +34,5 @@ def record_step(walker: Walker, point: FixedPoint, tolerance: float) -> list[Seg
 def report_gait(walker: Walker, point: FixedPoint, tolerance: float) -> GaitReport:
     """Measures, audit and validity of a gait of one step."""
     segments = record_step(walker, point, tolerance)
-    return GaitReport(
-        describe(walker, point), audit(walker, segments, step_length(walker, point)), assess(walker, segments)
-    )
+    energy = audit(walker, segments, step_length(walker, point))
+    return GaitReport(describe(walker, point), energy, assess(walker, segments), segments)

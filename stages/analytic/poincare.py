@@ -132,8 +132,13 @@ class FixedPoint:
     @property
     def floquet_multipliers(self) -> np.ndarray:
         """Eigenvalues of the monodromy matrix, largest first, shape (j,); conjugates stay together."""
-        values = np.linalg.eigvals(self.monodromy_matrix).astype(complex)
-        return values[np.lexsort((-values.imag, -np.round(np.abs(values), 12)))]
+        return multipliers_of(self.monodromy_matrix)
+
+
+def multipliers_of(monodromy_matrix: np.ndarray) -> np.ndarray:
+    """Eigenvalues of a monodromy matrix (j, j), largest first, shape (j,); conjugates stay together."""
+    values = np.linalg.eigvals(monodromy_matrix).astype(complex)
+    return values[np.lexsort((-values.imag, -np.round(np.abs(values), 12)))]
 
 
 def attainable_residual(walker: Walker, tolerance: float) -> float:

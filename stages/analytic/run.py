@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from stages.analytic.flow import RIGID, SINGLE_STANCE
-from stages.analytic.gait_report import record_step, report_gait
+from stages.analytic.gait_report import report_gait
 from stages.analytic.gait_search import find_gait
 from stages.analytic.parameters import Parameters
 from stages.analytic.readable import refine
@@ -42,7 +42,7 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
         residual=point.residual,
         monodromy_matrix=point.monodromy_matrix,
         energy=report.energy,
-        constraint_drift=constraint_drift(walker, record_step(walker, point, tolerance)),
+        constraint_drift=constraint_drift(walker, report.segments),
         variations=vary_design(parameters.biped, parameters.slope, point.z, tolerance),
         validity=report.validity,
         walk=sample_walk(walker, segments, parameters.settings.sampling_rate_hz),

@@ -19,6 +19,7 @@ from stages.biped.kinematics import (
     stance_mass_motion,
     swing_point_motion,
 )
+from stages.biped.sampling_times import uniform_times
 from stages.biped.walk import Walk
 
 #: Columns of `accelerations_and_forces`: qdd (4), stance foot's force (tangential, normal), swing foot's force.
@@ -104,7 +105,7 @@ def signal_scales(walker: Walker) -> dict[str, float]:
 def sample_walk(walker: Walker, segments: list[Segment], sampling_rate: float) -> Walk:
     """The walk in SI units at even times, `sampling_rate` [Hz], from its first segment's start to the last end."""
     end = segments[-1].start + segments[-1].duration
-    times = np.arange(int(np.floor(end * walker.time * sampling_rate)) + 1) / sampling_rate / walker.time
+    times = uniform_times(end * walker.time, sampling_rate) / walker.time
     pieces = []
     for index, segment in enumerate(segments):
         last = index == len(segments) - 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,11 +12,11 @@ from scipy.integrate import trapezoid
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.comparison.hip_motion import HipDifference, between_cycles, from_same_start, overlay
-from stages.comparison.parameters import Settings
-from stages.comparison.stride import last_stride, normalised_rms
+from stages.comparison.stride import Stride, normalised_rms
 
+STANDARD_GRAVITY = 9.80665  # m/s^2 in one g of a sensor's data sheet
 #: Full scale of the paper's accelerometer [m/s^2] (section 7.2).
-FOUR_G = 4 * 9.80665
+FOUR_G = 4 * STANDARD_GRAVITY
 
 
 @dataclass(frozen=True)
@@ -33,16 +34,14 @@ class ModelAgreement:
     energy_residual: float = quantity("1", "what the penalty model's energy balance does not close")
 
 
-def compare_models(analytic: Any, multibody: Any, settings: Settings) -> ModelAgreement:
-    """Agreement of the results of the analytic and the multibody stage."""
+def compare_models(analytic: Any, multibody: Any, strides: Mapping[str, Stride]) -> ModelAgreement:
+    """Agreement of the results of the analytic and the multibody stage, given the last stride of each by name."""
     period = analytic.gait.period_s
     laid = overlay(analytic.walk, multibody.walk, period)
     return ModelAgreement(
         same_start=from_same_start(analytic.walk, multibody.walk, period),
         same_start_median_velocity=np.median(np.abs(laid.velocity), axis=0),
-        settled=between_cycles(
-            last_stride(analytic.walk, settings.phase_points), last_stride(multibody.walk, settings.phase_points)
-        ),
+        settled=between_cycles(strides["analytic"], strides["multibody"]),
         period_difference=multibody.cycle.period_s - period,
         step_length_difference=multibody.cycle.step_length_m - analytic.gait.step_length_m,
         creep_velocity=creep_velocity(multibody.walk, multibody.slip_velocity),
@@ -70,10 +69,8 @@ class TwinAgreement:
     time_above_range: float = quantity("s", "time a step that a component of the twin's specific force is above 4 g")
 
 
-def compare_twin(twin: Any, multibody: Any, settings: Settings) -> TwinAgreement:
-    """Agreement of the results of the twin and the multibody stage, both settled."""
-    ours = last_stride(twin.walk, settings.phase_points)
-    simple = last_stride(multibody.walk, settings.phase_points)
+def compare_twin(twin: Any, strides: Mapping[str, Stride]) -> TwinAgreement:
+    """Agreement of the twin's result and the multibody model, given the last stride of each by name."""
     walk, start = twin.walk, twin.walk.heel_strike_time[-3]
     last = walk.time >= start
     hip, foot = (np.abs(force[last]).max(axis=1) for force in (walk.hip_specific_force, walk.foot_specific_force))
@@ -82,7 +79,7 @@ def compare_twin(twin: Any, multibody: Any, settings: Settings) -> TwinAgreement
     return TwinAgreement(
         steps_to_settle=twin.settling.steps_to_settle,
         step_frequency=twin.settling.step_frequency_hz,
-        normalised_rms=normalised_rms(ours.signals, simple.signals),
+        normalised_rms=normalised_rms(strides["twin"].signals, strides["multibody"].signals),
         peak_specific_force=float(hip.max()),
         peak_foot_specific_force=float(foot.max()),
         peak_rate=float(np.abs(walk.hip_angular_velocity[last]).max()),

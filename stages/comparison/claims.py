@@ -14,7 +14,7 @@ import numpy as np
 from stages.analytic.result import Result as AnalyticResult
 from stages.analytic.sensitivity import OUTSOLE
 from stages.biped.quantity import quantity
-from stages.comparison.agreement import ModelAgreement, TwinAgreement
+from stages.comparison.agreement import STANDARD_GRAVITY, ModelAgreement, TwinAgreement
 from stages.comparison.measurement import MeasurementAgreement
 from stages.comparison.parameters import Settings
 from stages.multibody.result import FrictionVariation
@@ -247,8 +247,8 @@ def sensor_range(twin: TwinAgreement) -> Claim:
     return Claim(
         "sensor_range",
         "4 g, 2000 deg/s and 100 Hz capture the gait's dynamics (section 7.2)",
-        f"the twin's largest specific force is {twin.peak_specific_force / 9.80665:.1f} g at the hip and "
-        f"{twin.peak_foot_specific_force / 9.80665:.1f} g at the foot, "
+        f"the twin's largest specific force is {twin.peak_specific_force / STANDARD_GRAVITY:.1f} g at the hip and "
+        f"{twin.peak_foot_specific_force / STANDARD_GRAVITY:.1f} g at the foot, "
         f"its largest rate {np.degrees(twin.peak_rate):.0f} deg/s; "
         f"{1e3 * twin.time_above_range:.1f} ms a step lie above 4 g",
         bool(twin.time_above_range == 0.0),

@@ -1,4 +1,4 @@
-"""How far measurements agree with the twin, and, for synthetic ones, how well the ingest recovered the truth."""
+"""How far measurements agree with the twin."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from stages.comparison.figures import figure_02, figure_07, figure_08, figure_10
 from stages.comparison.measurement import MeasurementAgreement, compare_measurement
 from stages.comparison.parameters import Parameters
 from stages.comparison.result import Result
-from stages.comparison.stride import last_stride
+from stages.comparison.stride import Stride, last_stride
 
 
 def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
@@ -26,14 +26,15 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
     Raises ValueError if one of the walks is too short to hold a whole stride.
     """
     settings = parameters.settings
-    models = compare_models(inputs["analytic"], inputs["multibody"], settings)
-    twin = compare_twin(inputs["twin"], inputs["multibody"], settings)
-    stride = last_stride(inputs["twin"].walk, settings.phase_points)
-    measured = compare_measurement(inputs["imu"], inputs["twin"].walk, stride, settings.skipped_steps)
+    walkers = ("analytic", "multibody", "twin")
+    strides = {name: last_stride(inputs[name].walk, settings.phase_points) for name in walkers}
+    models = compare_models(inputs["analytic"], inputs["multibody"], strides)
+    twin = compare_twin(inputs["twin"], strides)
+    measured = compare_measurement(inputs["imu"], inputs["twin"].walk, strides["twin"], settings.skipped_steps)
     progress(0.2, "judging the claims")
     verdicts = judge(parameters, inputs, models, twin, measured)
     progress(0.3, "drawing")
-    files = {"claims.yaml": claims.as_yaml(verdicts), **draw_all(parameters, inputs)}
+    files = {"claims.yaml": claims.as_yaml(verdicts), **draw_all(parameters, inputs, strides)}
     return Result(models, twin, measured, verdicts, files)
 
 
@@ -71,11 +72,13 @@ def judge(
     )
 
 
-def draw_all(parameters: Parameters, inputs: Mapping[str, Any]) -> dict[str, bytes]:
+def draw_all(
+    parameters: Parameters, inputs: Mapping[str, Any], strides: Mapping[str, Stride]
+) -> dict[str, bytes]:
     """All figures as files, by path in the results folder."""
     settings, radius = parameters.settings, parameters.biped.foot_radius
     analytic, multibody, twin, imu = (inputs[name] for name in ("analytic", "multibody", "twin", "imu"))
-    points, dpi = settings.phase_points, settings.resolution_dpi
+    dpi = settings.resolution_dpi
     limits = (settings.position_limit, settings.velocity_limit)
     files: dict[str, bytes] = {}
     with style.drawing():
@@ -89,8 +92,8 @@ def draw_all(parameters: Parameters, inputs: Mapping[str, Any]) -> dict[str, byt
                 figure_16.draw(
                     np.concatenate([run.strides for run in imu.runs]),
                     imu.origin,
-                    last_stride(twin.walk, points),
-                    last_stride(multibody.walk, points),
+                    strides["twin"],
+                    strides["multibody"],
                 ),
             ),
         ):

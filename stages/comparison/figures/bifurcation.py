@@ -15,7 +15,7 @@ COLOURS = (style.ANALYTIC, style.MULTIBODY, style.SECOND, style.THIRD, style.TWI
 MARKS = {"turning point": "s", "period doubling": "D", "torus": "^"}
 
 
-def draw(branches: Sequence[Branch], parameter: str) -> Figure:
+def draw(branches: Sequence[Branch], parameter: str, unit: str) -> Figure:
     """One colour a cycle; full lines are stable, dashed ones unstable; marks are special points."""
     figure, axes = plt.subplots(3, 1, figsize=(style.TWO_COLUMNS, 5.6), sharex=True)
     cycles = sorted({branch.cycle for branch in branches})
@@ -45,21 +45,6 @@ def draw(branches: Sequence[Branch], parameter: str) -> Figure:
     axes[0].set_ylabel("stance angle at\nheel strike [°]")
     axes[1].set_ylabel("mean step\nperiod [s]")
     axes[2].set_ylabel("largest multiplier\n[-]")
-    axes[2].set_xlabel(f"{parameter} [{unit_of(parameter)}]")
+    axes[2].set_xlabel(f"{parameter} [{unit}]")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     return figure
-
-
-def unit_of(parameter: str) -> str:
-    """Unit of a design parameter by its name in the parameter files."""
-    import dataclasses
-
-    from stages.biped.design import Biped
-    from stages.ground.slope import Slope
-
-    units = {
-        f"{owner.FILE}.{field.name}": field.metadata["unit"]
-        for owner in (Biped, Slope)
-        for field in dataclasses.fields(owner)
-    }
-    return str(units[parameter])
