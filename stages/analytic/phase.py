@@ -1,7 +1,7 @@
 """Integrates one phase to its event, which is located to the integrator's own accuracy.
 
 An event is found by taking the last step again with a shorter length until the guard is zero, so its state
-carries the error of a step of DOP853 and no interpolant comes in.
+carries the error of the integrator's step and no interpolant comes in.
 """
 
 from __future__ import annotations
@@ -11,8 +11,9 @@ from math import cos
 import numpy as np
 
 from stages.analytic.compiled import compiled
-from stages.analytic.dop853 import STAGES, error_norm, step_factor, take_step
 from stages.analytic.flow import DOUBLE_STANCE, RIGID, flow, size_of
+from stages.analytic.integrator import STAGES, error_norm, step_factor, take_step
+from stages.analytic.stiffness import takes_implicit_steps
 from stages.analytic.transitions import (
     clearance_variation,
     foot_clearance,
@@ -64,7 +65,7 @@ def falling_root(g0, d0, g1, d1):
 
 
 @compiled
-def locate(phase, y, h, g0, d0, g1, d1, p, stages, new):
+def locate(implicit, phase, y, h, g0, d0, g1, d1, p, stages, new):
     """Shorten the step from `y` until the guard is zero at its end; leaves that state in `new`, returns its length.
 
     Newton's method inside a shrinking bracket, until a correction is lost in round-off.
@@ -74,7 +75,7 @@ def locate(phase, y, h, g0, d0, g1, d1, p, stages, new):
     rates = np.empty(y.size)
     last = h
     for _ in range(60):
-        take_step(phase, y, length, p, stages, new)
+        take_step(implicit, phase, y, length, p, stages, new)
         flow(phase, new, p, rates)
         value, rate, _ = guard(phase, new, p, rates)
         if value > 0.0:
@@ -120,6 +121,7 @@ def integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes, count):
     """
     size, base = y.size, size_of(phase)
     stages, new, rates = np.empty((STAGES, size)), np.empty(size), np.empty(size)
+    implicit = takes_implicit_steps(phase == RIGID, p)
     time, evaluations = 0.0, 1
     flow(phase, y, p, stages[0])
     g0, d0, armed0 = guard(phase, y, p, stages[0])
@@ -129,9 +131,8 @@ def integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes, count):
     for _ in range(step_limit):
         if h < SMALLEST_STEP:
             return STEP_FLOOR, time, h, count, evaluations
-        take_step(phase, y, h, p, stages, new)
-        evaluations += STAGES
-        error = error_norm(y, new, h, stages, tolerance)
+        evaluations += take_step(implicit, phase, y, h, p, stages, new)
+        error = error_norm(implicit, phase, y, new, h, stages, tolerance)
         if not error <= 1.0:  # written so that NaN is refused
             h *= max(0.2, 0.9 * error ** (-1.0 / 8.0)) if error == error else 0.1
             rejected = True
@@ -146,13 +147,13 @@ def integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes, count):
             nodes[count, 2 : 2 + base] = y[:base]
             count += 1
         if g0 > 0.0 and g1 <= 0.0 and (armed or armed0):
-            length = locate(phase, y, h, g0, d0, g1, d1, p, stages, new)
+            length = locate(implicit, phase, y, h, g0, d0, g1, d1, p, stages, new)
             flow(phase, new, p, rates)
             if guard(phase, new, p, rates)[2]:
                 y[:] = new
                 shift_to_event(phase, y, p)
                 return EVENT, time + length, h, count, evaluations
-            take_step(phase, y, h, p, stages, new)
+            take_step(implicit, phase, y, h, p, stages, new)
             flow(phase, new, p, rates)
         time += h
         y[:] = new

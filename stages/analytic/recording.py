@@ -11,12 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.analytic.compiled import compiled
-from stages.analytic.dop853 import STAGES, take_step
 from stages.analytic.errors import StepFailed
 from stages.analytic.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE, contact_directions, flow
+from stages.analytic.integrator import STAGES, take_step
 from stages.analytic.phase import EVENT, integrate
 from stages.analytic.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, step_failure
 from stages.analytic.step import section_state
+from stages.analytic.stiffness import takes_implicit_steps
 from stages.analytic.transitions import foot_clearance, heel_strike_reset
 from stages.analytic.walker import Vector, Walker
 
@@ -102,12 +103,13 @@ def states_at(phase, node_times, node_states, times, p):
     size = node_states.shape[1]
     stages, new = np.empty((STAGES, size)), np.empty(size)
     states = np.empty((times.size, size))
+    implicit = takes_implicit_steps(phase == RIGID, p)
     node = 0
     for i in range(times.size):
         while node + 1 < node_times.size and node_times[node + 1] <= times[i]:
             node += 1
         flow(phase, node_states[node], p, stages[0])
-        take_step(phase, node_states[node], times[i] - node_times[node], p, stages, new)
+        take_step(implicit, phase, node_states[node], times[i] - node_times[node], p, stages, new)
         states[i] = new
     return states
 

@@ -1,19 +1,19 @@
-"""The Runge-Kutta step: its tableau and its order."""
+"""The explicit Runge-Kutta step: its tableau and its order; the choice of steps."""
 
 import numpy as np
 
-from stages.analytic.dop853 import STAGES, error_norm, step_factor, take_step
 from stages.analytic.dop853_tableau import A, B
 from stages.analytic.flow import SINGLE_STANCE, flow
+from stages.analytic.integrator import STAGES, error_norm, step_factor, take_step
 from tests.analytic.designs import walker_of
 
 
-def fixed_steps(walker, y, duration, count):
+def fixed_steps(walker, y, duration, count, *, implicit=False):
     """State after `count` equal steps of single stance."""
     stages, new, y = np.empty((STAGES, y.size)), np.empty(y.size), y.copy()
     for _ in range(count):
         flow(SINGLE_STANCE, y, walker.p, stages[0])
-        take_step(SINGLE_STANCE, y, duration / count, walker.p, stages, new)
+        take_step(implicit, SINGLE_STANCE, y, duration / count, walker.p, stages, new)
         y[:] = new
     return y
 
@@ -38,7 +38,7 @@ def test_single_stance_converges_with_order_eight():
 def test_not_a_number_is_never_accepted():
     """An error norm of NaN must not pass as small: `err > 1` is false for it."""
     stages = np.full((STAGES, 8), np.nan)
-    error = error_norm(np.ones(8), np.full(8, np.nan), 0.1, stages, 1e-10)
+    error = error_norm(False, SINGLE_STANCE, np.ones(8), np.full(8, np.nan), 0.1, stages, 1e-10)
     assert not error <= 1.0
 
 
