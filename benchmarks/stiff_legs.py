@@ -1,8 +1,10 @@
 """Cost of one step of the walk with explicit and with implicit integration steps, as the legs become stiffer.
 
-Run from the checkout: `python -m benchmarks.stiff_legs`. Prints a table: for each design the fastest axial rate and its decay, the
-time of one step with either integrator, their difference in the period, and which one the study takes by itself. Each
-integrator is compiled in a process of its own, with the choice overruled, in a cache that is thrown away.
+    python -m benchmarks.stiff_legs
+
+Prints a table: for each design the fastest axial rate and its decay, the time of one step with either integrator,
+their difference in the period, and which one the study takes by itself. Each integrator is compiled in a process of
+its own, with the choice overruled, in a cache that is thrown away.
 """
 
 from __future__ import annotations

@@ -180,6 +180,18 @@ def special_between(curve: Curve, left: BranchPoint, right: BranchPoint) -> list
     return found
 
 
+def on_limit(curve: Curve, last: BranchPoint, beyond: BranchPoint, limit: float) -> list[BranchPoint]:
+    """The gait at a limit of the parameter, between the last point inside and the first beyond; empty if not found."""
+    inside, outside = coordinates(last, curve.span), coordinates(beyond, curve.span)
+    along = np.zeros_like(inside)
+    along[-1] = 1.0
+    share = (limit - last.value) / (beyond.value - last.value)
+    guess = inside + share * (outside - inside)
+    guess[-1] = limit / curve.span
+    corrected = curve.correct(guess, along)
+    return [] if corrected is None else [curve.point(*corrected, outside - inside)]
+
+
 def continue_gait(
     design: DesignPoint,
     name: str,
@@ -230,6 +242,7 @@ def continue_gait(
         crossed = special_between(curve, last, point)
         special += [one for one in crossed if limits[0] <= one.point.value <= limits[1]]
         if not limits[0] <= point.value <= limits[1]:
+            points += on_limit(curve, last, point, limits[0] if point.value < limits[0] else limits[1])
             return Branch(name, cycle, tuple(points), tuple(special), "the limit of the parameter")
         points.append(point)
         opening = closing

@@ -25,7 +25,7 @@ from stages.analytic.radau_tableau import (
 )
 
 ITERATIONS = 50
-#: A correction of the state this small may be round-off; larger ones must shrink by this factor, or the step is given up.
+#: A correction of the state this small may be round-off; larger ones must shrink by this factor, or the step fails.
 SMALL, SLOWEST = 1e-11, 0.7
 #: What round-off may leave in a variation: a stiff spring multiplies that of a length of order one by its stiffness.
 SMALL_VARIATION = 1e-6
@@ -56,7 +56,7 @@ def apply(matrix, vector, n, result):
 
 @compiled
 def solve_stages(phase, y, h, p, real_inverse, pair_inverses):
-    """Increments z of the stages, shape (s, size): z = h A f(y + z). Their first entry is NaN if Newton's method fails."""
+    """Increments z of the stages, z = h A f(y + z), shape (s, size), and the iterations; z[0, 0] is NaN on failure."""
     n, size = size_of(phase), y.size
     z, rates = np.zeros((STAGES, size)), np.empty((STAGES, size))
     point, real, real_step = np.empty(size), np.empty(size), np.empty(size)
@@ -118,6 +118,10 @@ def take_step(phase, y, h, p, stages, new):
     `stages[0]` must hold dy/dt at `y`. A step whose equations cannot be solved ends in NaN.
     """
     n, size = size_of(phase), y.size
+    if h == 0.0:  # an event at the start of a step
+        new[:] = y
+        stages[1, :] = 0.0
+        return 0
     matrix, unit = jacobian(phase, y, p), np.eye(n)
     if not np.isfinite(matrix).all():
         new[:] = np.nan
@@ -128,7 +132,7 @@ def take_step(phase, y, h, p, stages, new):
     for k in range(PAIR_VALUES.size):
         pair_inverses[k] = np.linalg.inv(unit * (PAIR_VALUES[k] / h) - matrix)
     z, iterations = solve_stages(phase, y, h, p, real_inverse, pair_inverses)
-    if not z[0, 0] == z[0, 0]:
+    if np.isnan(z[0, 0]):
         new[:] = np.nan
         stages[1, :] = np.nan
         return STAGES * iterations

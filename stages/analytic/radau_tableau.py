@@ -24,7 +24,7 @@ def nodes(stages: int = STAGES) -> np.ndarray:
 
 
 def runge_kutta_matrix(c: np.ndarray) -> np.ndarray:
-    """A of the collocation method with nodes c, shape (s, s): the integrals of its Lagrange polynomials to each node."""
+    """A of the collocation method with nodes c, shape (s, s): integrals of its Lagrange polynomials."""
     x = 2.0 * c - 1.0
     count = len(c)
     values = legendre.legvander(x, count)
@@ -39,7 +39,7 @@ C = nodes()
 A = runge_kutta_matrix(C)
 A_INVERSE = np.linalg.inv(A)
 
-# A^-1 = T diag(real, pairs, their conjugates) T^-1: the stages' equations fall apart into one real and three complex ones
+# A^-1 = T diag(real, pairs, conjugates) T^-1: the stages' equations fall apart into one real and three complex ones
 _values, _vectors = np.linalg.eig(A_INVERSE)
 _inverse = np.linalg.inv(_vectors)
 _real = int(np.argmin(np.abs(_values.imag)))

@@ -9,11 +9,13 @@ import pytest
 
 from stages.analytic.continuation import PERIOD_DOUBLING, TURNING_POINT, continue_gait
 from stages.analytic.design_point import DesignPoint, parameter_names
+from stages.analytic.errors import NoGait
 from stages.analytic.family import follow_family
+from stages.analytic.gait_search import find_gait
 from stages.analytic.poincare import fixed_point, poincare_map
 from stages.biped.design import Biped
 from stages.ground.slope import Slope
-from tests.analytic.designs import SLOPE, TABLE_1
+from tests.analytic.designs import SLOPE, TABLE_1, changed
 
 TOLERANCE = 1e-11
 START = np.array([-0.2, 0.2, -0.184])
@@ -90,7 +92,20 @@ def test_a_family_is_followed_round_its_turning_points():
     values = np.array([point.value for point in branch.points])
     between = 0.5 * (turns[1].value + turns[2].value)
     assert (np.diff(np.sign(values - between)) != 0).sum() == 4
-    assert values.min() >= 5.0 and values.max() <= 195.0
+    assert values[-1] == pytest.approx(5.0, abs=1e-12), "the family is followed onto the limit itself"
+    assert values.max() == pytest.approx(188.074, abs=1e-2) and values.max() <= turns[0].value + 1e-6
+
+
+@pytest.mark.slow
+def test_no_gait_is_found_where_the_families_have_turned_back():
+    """Soft dampers lose the gait at a turning point near 188 N s/m, stiff ones near 524; between them nothing walks."""
+    for damping, walks in ((180.0, True), (300.0, False), (530.0, True)):
+        design = changed(TABLE_1, damping=damping)
+        if walks:
+            assert find_gait(design, SLOPE, 1e-10)[1].residual <= 1e-10
+        else:
+            with pytest.raises(NoGait, match="no periodic gait in the range searched"):
+                find_gait(design, SLOPE, 1e-10)
 
 
 def test_names_reach_every_number_of_the_design():

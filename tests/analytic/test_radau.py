@@ -8,7 +8,7 @@ from stages.analytic.gait_search import find_gait
 from stages.analytic.integrator import STAGES, error_norm, take_step
 from stages.analytic.poincare import poincare_derivative, poincare_map
 from stages.analytic.radau import jacobian
-from stages.analytic.radau_tableau import A, A_INVERSE, C
+from stages.analytic.radau_tableau import A_INVERSE, A, C
 from stages.analytic.readable import take_step as readable_step
 from stages.analytic.stiffness import axial_rates, takes_implicit_steps
 from tests.analytic.designs import SLOPE, TABLE_1, changed, random_states, walker_of
@@ -87,6 +87,14 @@ def test_stiff_legs_take_implicit_steps_and_few_of_them(design):
     rate, _ = axial_rates(walker.p)
     stability_limit = point.steps[0].period * rate / 6 * STAGES  # what explicit steps would need at least
     assert poincare_map(walker, point.z, 1e-9).evaluations < stability_limit
+
+
+def test_step_of_no_length_stays_where_it_is():
+    """Event location asks for it where the event is the start of a step."""
+    walker, stages, new = walker_of(STIFF[0]), np.empty((STAGES, 8)), np.empty(8)
+    flow(SINGLE_STANCE, STATE, walker.p, stages[0])
+    take_step(True, SINGLE_STANCE, STATE, 0.0, walker.p, stages, new)
+    np.testing.assert_array_equal(new, STATE)
 
 
 def test_table_1_takes_explicit_steps():
