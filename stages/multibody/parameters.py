@@ -43,6 +43,12 @@ class Settings:
         "-", "ideal: no scuffing; blocks: stepping blocks one step apart", choices=("ideal", "blocks"), default="ideal"
     )
     block_length: float = parameter("m", "length of a stepping block", bound=Bound(above=0), default=0.08)
+    most_solver_steps: int = parameter(
+        "1",
+        "solver steps without a heel strike after which the solver is stuck",
+        bound=Bound(minimum=1000, maximum=10**7),
+        default=500_000,
+    )
 
     def broken_rules(self) -> Iterator[Broken]:
         """The fine step is not coarser than the coarse one."""

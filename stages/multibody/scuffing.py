@@ -30,8 +30,6 @@ SOLVER_FAILED = "solver failed"
 FALLEN = 0.5
 #: Calls at one and the same time after which the solver is stuck (an explicit solver at its smallest step never ends).
 STUCK = 60
-#: Solver steps without a heel strike after which it is stuck as well: some hundred times those of a usual step.
-MOST_CALLS = 500_000
 
 
 class Walker(Protocol):
@@ -52,7 +50,8 @@ class Watch:
     """Called before every solver step; `outcome` and `message` tell why the run ended.
 
     `landed` tells which feet stand on the ground at the start; `refine` may ask for a pause to change the step size.
-    With `lanes` the ideal rule is off: the ground itself ends between the blocks.
+    After `most_calls` solver steps without a heel strike the solver is stuck. With `lanes` the ideal rule is off: the
+    ground itself ends between the blocks.
     """
 
     walker: Walker
@@ -64,6 +63,7 @@ class Watch:
     landed: list[bool]
     lanes: tuple[Lane, Lane] | None = None
     refine: Callable[[float], bool] | None = None
+    most_calls: int = 500_000
     outcome: str = RUNNING
     switches: list[tuple[float, int, bool]] = field(default_factory=list)
     heel_strikes: int = 0
@@ -80,8 +80,9 @@ class Watch:
         self.calls += 1
         self.stuck = self.stuck + 1 if time == self.previous else 0
         self.previous = time
-        if self.stuck > STUCK or self.calls > MOST_CALLS:
-            reason = "at its smallest step" if self.stuck > STUCK else f"after {MOST_CALLS} steps without a heel strike"
+        if self.stuck > STUCK or self.calls > self.most_calls:
+            many = f"after {self.most_calls} steps without a heel strike"
+            reason = "at its smallest step" if self.stuck > STUCK else many
             self._end(STEP_FLOOR, f"the solver gets nowhere {reason}, t = {time:.6g} s")
             raise RuntimeError(self.message)  # False is not looked at while a step is being repeated
         x, y, angles, lengths = self.walker.pose()

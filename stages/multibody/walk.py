@@ -77,6 +77,7 @@ def simulate(
         landed=standing,
         lanes=lanes,
         last_landed=1 if standing == [False, True] else 0,
+        most_calls=settings.most_solver_steps,
     )
     return integrate(machine, state, watch, settings, duration)
 
@@ -107,9 +108,6 @@ def sample(trajectory: Trajectory, slope: Slope, radius: float, rate_hz: float) 
     def between(values: np.ndarray) -> np.ndarray:
         return np.asarray(PchipInterpolator(trajectory.time, values)(time))
 
-    depths = [foot_kinematics(position, velocity, leg, radius)[0] for leg in (0, 1)]
-    touching = (np.column_stack(depths) > 0.0) & trajectory.in_play(time)
-
     return Walk(
         time=time,
         hip_position=position[:, :2],
@@ -118,7 +116,7 @@ def sample(trajectory: Trajectory, slope: Slope, radius: float, rate_hz: float) 
         leg_rate=velocity[:, 2:4],
         leg_length=position[:, 4:],
         leg_length_rate=velocity[:, 4:],
-        ground_reaction=between(trajectory.ground_reaction) * touching[:, :, None],
+        ground_reaction=ground_reaction(trajectory, time, radius),
         hip_specific_force=specific_force(between(trajectory.acceleration[:, :2]), position[:, 2], gravity),
         hip_angular_velocity=velocity[:, 2].copy(),
         foot_specific_force=specific_force(between(trajectory.foot_acceleration), position[:, 2], gravity),
@@ -128,3 +126,14 @@ def sample(trajectory: Trajectory, slope: Slope, radius: float, rate_hz: float) 
         toe_off_time=events.toe_off_time,
         toe_off_leg=events.toe_off_leg,
     )
+
+
+def ground_reaction(trajectory: Trajectory, time: np.ndarray, radius: float) -> np.ndarray:
+    """Force of the ground on each foot at the given times [s], (n, 2 legs, 2) [N]: monotone between the solver's steps.
+
+    So it is never negative between two steps, and it is none where the foot does not touch.
+    """
+    position, velocity = trajectory.at(time)
+    depths = [foot_kinematics(position, velocity, leg, radius)[0] for leg in (0, 1)]
+    touching = (np.column_stack(depths) > 0.0) & trajectory.in_play(time)
+    return np.asarray(PchipInterpolator(trajectory.time, trajectory.ground_reaction)(time)) * touching[:, :, None]
