@@ -1,0 +1,117 @@
+"""One step of the penalty model from the constraint model's mid-stance, and how far the two differ over it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.biped.design import Biped
+from stages.biped.gait import StanceState
+from stages.biped.walk import Walk
+from stages.contact_study.result import OneStep
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+from stages.multibody.events import find_events
+from stages.multibody.parameters import Settings
+from stages.multibody.scuffing import COMPLETED
+from stages.multibody.solver import Run
+from stages.multibody.state import rolling_state
+from stages.multibody.trajectory import foot_kinematics
+from stages.multibody.walk import ground_reaction, simulate
+
+NO_HEEL_STRIKE = "no heel strike"
+STANDING, LANDING = 0, 1
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What all runs share: the machine, the solver, the constraint model's walk and the time an impact is given [s]."""
+
+    biped: Biped
+    slope: Slope
+    solver: Settings
+    walk: Walk
+    mid_stance: StanceState
+    period: float
+    impact_window: float
+
+    @property
+    def heel_strike(self) -> float:
+        """Time of the constraint model's heel strike [s]."""
+        return float(self.walk.heel_strike_time[0])
+
+
+def take_step(scene: Scene, law: ContactLaw) -> Run:
+    """Walk for one step period; the standing foot starts at its static penetration."""
+    carried = float(scene.walk.ground_reaction[0, STANDING, 1])
+    start = rolling_state(scene.biped, law, scene.mid_stance, carried)
+    return simulate(scene.biped, scene.slope, law, start, scene.solver, duration=scene.period)
+
+
+def landing_force(scene: Scene, run: Run, since_heel_strike: np.ndarray) -> np.ndarray:
+    """Tangential and normal force on the landing foot, (n, 2) [N], at times [s] from the analytic heel strike.
+
+    NaN after the end of a run that ended early.
+    """
+    time = scene.heel_strike + since_heel_strike
+    force = ground_reaction(run.trajectory, np.minimum(time, run.trajectory.time[-1]), scene.biped.foot_radius)
+    return np.where((time <= run.trajectory.time[-1])[:, None], force[:, LANDING], np.nan)
+
+
+def unfinished(outcome: str, message: str, law: ContactLaw, solver_steps: int) -> OneStep:
+    """The row of a step that ended early: the reason, and nothing to compare."""
+    nothing, pair = float("nan"), np.full(2, np.nan)
+    return OneStep(
+        outcome=outcome,
+        message=message,
+        law=law,
+        hip_position=pair,
+        hip_velocity=pair,
+        impact_velocity=pair,
+        end_position=pair,
+        normal_force=nothing,
+        friction_force=nothing,
+        peak_force=nothing,
+        penetration=nothing,
+        creep_velocity=nothing,
+        heel_strike_lead=nothing,
+        solver_steps=solver_steps,
+    )
+
+
+def measure(scene: Scene, law: ContactLaw, run: Run) -> OneStep:
+    """Differences of a step from the constraint model, on that model's samples."""
+    strikes = find_events(run.trajectory, scene.biped.foot_radius).heel_strike_time
+    if not run.completed or not len(strikes):
+        outcome = NO_HEEL_STRIKE if run.completed else run.outcome
+        return unfinished(outcome, run.message, law, run.solver_steps)
+    trajectory, radius = run.trajectory, scene.biped.foot_radius
+    time = scene.walk.time[scene.walk.time <= min(scene.period, trajectory.time[-1])]
+    place, motion = (values[:, :2] for values in trajectory.at(time))
+    position = place - scene.walk.hip_position[: len(time)]
+    velocity = motion - scene.walk.hip_velocity[: len(time)]
+    force = ground_reaction(trajectory, time, radius) - scene.walk.ground_reaction[: len(time)]
+    first, second = sorted((float(strikes[0]), scene.heel_strike))
+    impact = (time >= first) & (time <= second + scene.impact_window)
+    held = trajectory.in_play(trajectory.time)
+    columns = [foot_kinematics(trajectory.position, trajectory.velocity, leg, radius) for leg in (STANDING, LANDING)]
+    depth = np.where(held, np.column_stack([column[0] for column in columns]), 0.0)
+    before = trajectory.time < first
+    slip, span = np.abs(columns[STANDING][2][before]), trajectory.time[before]
+    return OneStep(
+        outcome=COMPLETED,
+        message="",
+        law=law,
+        hip_position=np.abs(position).max(axis=0),
+        hip_velocity=np.abs(velocity[~impact]).max(axis=0),
+        impact_velocity=np.abs(velocity[impact]).max(axis=0, initial=0.0),
+        end_position=position[-1],
+        normal_force=float(np.sqrt(np.mean(force[~impact, :, 1] ** 2))),
+        friction_force=float(np.sqrt(np.mean(force[~impact, :, 0] ** 2))),
+        peak_force=float(trajectory.ground_reaction[:, LANDING, 1].max()),
+        penetration=float(depth.max()),
+        creep_velocity=float(np.trapezoid(slip, span) / (span[-1] - span[0])),
+        heel_strike_lead=scene.heel_strike - float(strikes[0]),
+        solver_steps=run.solver_steps,
+    )

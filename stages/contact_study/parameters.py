@@ -1,0 +1,96 @@
+"""Settings of the contact study."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stages.biped.design import Biped
+from stages.biped.quantity import Bound, Broken, parameter
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The set that is varied, the values it is varied to, the criterion of the choice, and how a step is integrated."""
+
+    FILE: ClassVar[str] = "contact_study"
+
+    default_stiffness: float = parameter("N/mm^e", "stiffness of the starting set", symbol="k_c", bound=Bound(above=0))
+    default_exponent: float = parameter("1", "force exponent of the starting set", symbol="e", bound=Bound(minimum=1))
+    default_damping: float = parameter(
+        "N s/m", "largest damping of the starting set", symbol="c_max", bound=Bound(above=0)
+    )
+    default_depth: float = parameter(
+        "m", "depth of complete damping of the starting set", symbol="d", bound=Bound(above=0)
+    )
+    default_stiction_velocity: float = parameter(
+        "m/s", "stiction velocity of the starting set", symbol="v_s", bound=Bound(above=0)
+    )
+    default_friction_velocity: float = parameter(
+        "m/s", "friction velocity of the starting set", symbol="v_d", bound=Bound(above=0)
+    )
+
+    stiffness_values: tuple[float, ...] = parameter("N/mm^e", "stiffnesses tried one at a time", bound=Bound(above=0))
+    exponent_values: tuple[float, ...] = parameter("1", "force exponents tried one at a time", bound=Bound(minimum=1))
+    damping_values: tuple[float, ...] = parameter("N s/m", "dampings tried one at a time", bound=Bound(minimum=0))
+    depth_values: tuple[float, ...] = parameter("m", "depths tried one at a time", bound=Bound(above=0))
+    stiction_velocity_values: tuple[float, ...] = parameter(
+        "m/s", "stiction velocities tried one at a time", bound=Bound(above=0)
+    )
+    friction_velocity_values: tuple[float, ...] = parameter(
+        "m/s", "friction velocities tried one at a time", bound=Bound(above=0)
+    )
+
+    position_limit: float = parameter("m", "hip difference that counts one in the score", bound=Bound(above=0))
+    velocity_limit: float = parameter("m/s", "hip velocity difference that counts one", bound=Bound(above=0))
+    force_limit: float = parameter("N", "rms difference of the normal forces that counts one", bound=Bound(above=0))
+    penetration_limit: float = parameter(
+        "1", "deepest penetration a chosen set may have, in that of the starting set", bound=Bound(above=0)
+    )
+    cost_limit: float = parameter(
+        "1", "solver steps a chosen set may take, in those of the starting set", bound=Bound(above=0)
+    )
+    searched_stiffness: tuple[float, ...] = parameter("N/mm^e", "stiffnesses of the search", bound=Bound(above=0))
+    searched_damping: tuple[float, ...] = parameter("N s/m", "dampings of the search", bound=Bound(minimum=0))
+    searched_depth: tuple[float, ...] = parameter("m", "depths of the search", bound=Bound(above=0))
+    searched_stiction_velocity: tuple[float, ...] = parameter(
+        "m/s", "stiction velocities of the search", bound=Bound(above=0)
+    )
+
+    impact_window: float = parameter(
+        "s", "time after heel strike in which velocities and forces are not compared", bound=Bound(minimum=0, maximum=1)
+    )
+    tolerance: float = parameter("1", "as in multibody.yaml", bound=Bound(minimum=1e-11, maximum=1e-3))
+    largest_step: float = parameter("s", "as in multibody.yaml", bound=Bound(above=0, maximum=1e-2))
+    most_solver_steps: int = parameter(
+        "1",
+        "solver steps without a heel strike after which a run is given up",
+        bound=Bound(minimum=1000, maximum=10**7),
+    )
+
+    def broken_rules(self) -> Iterator[Broken]:
+        """There is something to search; the transition velocities are in order."""
+        for key in ("searched_stiffness", "searched_damping", "searched_depth", "searched_stiction_velocity"):
+            if not getattr(self, key):
+                yield Broken(key, "at least one value")
+        highest = max(
+            (self.default_stiction_velocity, *self.stiction_velocity_values, *self.searched_stiction_velocity)
+        )
+        if highest >= self.default_friction_velocity:
+            yield Broken("default_friction_velocity", f"> {highest:g} m/s, the greatest stiction velocity")
+        lowest = min((self.default_friction_velocity, *self.friction_velocity_values))
+        if lowest <= self.default_stiction_velocity:
+            yield Broken("default_stiction_velocity", f"< {lowest:g} m/s, the least friction velocity")
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """All parameters the stage uses. Of `contact` the choice of laws and the coefficients of friction are kept."""
+
+    biped: Biped
+    slope: Slope
+    contact: ContactLaw
+    settings: Settings

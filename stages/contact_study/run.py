@@ -1,0 +1,157 @@
+"""Contact study: what each parameter of the contact does to a step, and which set comes closest to the constraints.
+
+Inputs: the analytic gait's walk and mid-stance. Settings: params/contact_study.yaml; of ground.yaml the laws and the
+friction coefficients, and the set it holds, to say whether that is the choice. Output: `Result`, figures 4 to 6.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from stages.biped.progress import Progress, ignore
+from stages.contact_study.choice import choose
+from stages.contact_study.one_step import Scene, landing_force, measure, take_step
+from stages.contact_study.parameters import Parameters, Settings
+from stages.contact_study.result import VARIED, OneStep, Result, Variations
+from stages.ground.contact_law import ContactLaw
+from stages.multibody.parameters import Settings as SolverSettings
+
+#: Spans of the force curves [s] from heel strike: start, end, spacing. Impact, bounces, the rest of stance.
+CURVE = ((-2e-3, 6e-3, 5e-5), (6e-3, 40e-3, 1e-4), (40e-3, 330e-3, 1e-3))
+SHARE_OF_VARIATIONS = 0.3
+#: A searched set is given up before heel strike if it takes more solver steps than a choice may take, and these.
+LEAST_STEPS = 1000
+
+
+def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
+    """Vary one parameter at a time, then search. A step that fails is a row with its reason."""
+    analytic, settings = inputs["analytic"], parameters.settings
+    scene = Scene(
+        parameters.biped,
+        parameters.slope,
+        solver_settings(settings),
+        analytic.walk,
+        analytic.mid_stance,
+        analytic.gait.period_s,
+        settings.impact_window,
+    )
+    time = curve_times()
+    default = default_law(parameters.contact, settings)
+
+    def walked(law: ContactLaw) -> tuple[OneStep, np.ndarray]:
+        done = take_step(scene, law)
+        return measure(scene, law, done), landing_force(scene, done, time)
+
+    first, first_force = walked(default)
+    varied = []
+    changes = list(one_at_a_time(default, settings))
+    for index, (key, law) in enumerate(changes):
+        progress(SHARE_OF_VARIATIONS * index / len(changes), f"varying {key}")
+        varied.append((key, *walked(law)))
+    dear = math.ceil(max(LEAST_STEPS, settings.cost_limit * first.solver_steps))
+    frugal = dataclasses.replace(scene, solver=dataclasses.replace(scene.solver, most_solver_steps=dear))
+    chosen, candidates = choose(
+        first,
+        settings,
+        lambda law: measure(frugal, law, take_step(frugal, law)),
+        lambda done: progress(SHARE_OF_VARIATIONS + (1 - SHARE_OF_VARIATIONS) * done, "choosing"),
+    )
+    chosen_step, chosen_force = walked(chosen)
+    return Result(
+        time=time,
+        default=first,
+        default_force=first_force,
+        variations=columns(varied),
+        candidates=candidates,
+        chosen=chosen_step,
+        chosen_force=chosen_force,
+        ground=walked(parameters.contact)[0],
+        ground_is_choice=same_set(parameters.contact, chosen),
+    )
+
+
+def curve_times() -> np.ndarray:
+    """Times of the force curves from heel strike [s], denser in the impact and while a foot may bounce, (n,)."""
+    spans = [start + spacing * np.arange(round((end - start) / spacing)) for start, end, spacing in CURVE]
+    return np.concatenate(spans)
+
+
+def default_law(contact: ContactLaw, settings: Settings) -> ContactLaw:
+    """The starting set, with the laws and the friction coefficients of `contact`."""
+    return dataclasses.replace(
+        contact,
+        contact_stiffness=settings.default_stiffness,
+        contact_exponent=settings.default_exponent,
+        contact_damping=settings.default_damping,
+        damping_depth=settings.default_depth,
+        stiction_velocity=settings.default_stiction_velocity,
+        friction_velocity=settings.default_friction_velocity,
+    )
+
+
+def one_at_a_time(default: ContactLaw, settings: Settings) -> Iterator[tuple[str, ContactLaw]]:
+    """The starting set with one parameter changed: (parameter, law), in the paper's order."""
+    values = (
+        settings.stiffness_values,
+        settings.exponent_values,
+        settings.damping_values,
+        settings.depth_values,
+        settings.stiction_velocity_values,
+        settings.friction_velocity_values,
+    )
+    for key, options in zip(VARIED, values):
+        for value in options:
+            change: dict[str, Any] = {key: value}
+            yield key, dataclasses.replace(default, **change)
+
+
+def columns(varied: Sequence[tuple[str, OneStep, np.ndarray]]) -> Variations:
+    """The rows (parameter, step, force) as columns."""
+    steps = [step for _, step, _ in varied]
+
+    def column(name: str) -> np.ndarray:
+        return np.array([getattr(step, name) for step in steps])
+
+    return Variations(
+        key=tuple(key for key, _, _ in varied),
+        value=np.array([float(getattr(step.law, key)) for key, step, _ in varied]),
+        outcome=tuple(step.outcome for step in steps),
+        message=tuple(step.message for step in steps),
+        hip_position=column("hip_position"),
+        hip_velocity=column("hip_velocity"),
+        end_position=column("end_position"),
+        normal_force=column("normal_force"),
+        friction_force=column("friction_force"),
+        peak_force=column("peak_force"),
+        penetration=column("penetration"),
+        creep_velocity=column("creep_velocity"),
+        solver_steps=column("solver_steps"),
+        force=np.array([force for _, _, force in varied]),
+    )
+
+
+def same_set(one: ContactLaw, other: ContactLaw) -> bool:
+    """Whether two laws have the same values of all parameters that the study varies."""
+    return all(getattr(one, key) == getattr(other, key) for key in VARIED)
+
+
+def solver_settings(settings: Settings) -> SolverSettings:
+    """The explicit solver of the tree assembly; what belongs to the other assembly is not used."""
+    return SolverSettings(
+        assembly="tree",
+        steps=1,
+        sampling_rate_hz=1000.0,
+        tolerance=settings.tolerance,
+        largest_step=settings.largest_step,
+        implicit_solver="trapezoidal",
+        rolling_step=1e-4,
+        impact_step=1e-5,
+        impact_window=0.02,
+        longest_step=3.0,
+        most_solver_steps=settings.most_solver_steps,
+    )

@@ -1,0 +1,70 @@
+"""A scene for the contact study in which the penalty model itself stands in for the constraint model."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import pytest
+
+from pipeline.parameters import load
+from stages.biped.gait import StanceState
+from stages.contact_study.one_step import Scene
+from stages.contact_study.parameters import Parameters
+from stages.contact_study.run import default_law, solver_settings
+from stages.multibody.state import rolling_state
+from stages.multibody.walk import sample, simulate
+
+PERIOD = 0.48
+STANDING_FORCE = 9.4
+
+
+@pytest.fixture(scope="session")
+def parameters(repository):
+    return load(repository / "params", [], {"contact_study": Parameters}, [Parameters])["contact_study"]
+
+
+@pytest.fixture(scope="session")
+def default(parameters):
+    return default_law(parameters.contact, parameters.settings)
+
+
+@pytest.fixture(scope="session")
+def stand_in(parameters, default):
+    """What the stage reads of an analytic result: a walk of the penalty model with the starting set."""
+    rough = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)  # a mid-stance that leads to a step, no result
+    start = rolling_state(parameters.biped, default, rough, STANDING_FORCE)
+    solver = solver_settings(parameters.settings)
+    run = simulate(parameters.biped, parameters.slope, default, start, solver, duration=PERIOD)
+    walk = sample(run.trajectory, parameters.slope, parameters.biped.foot_radius, 2000.0)
+    return SimpleNamespace(walk=walk, mid_stance=rough, gait=SimpleNamespace(period_s=PERIOD))
+
+
+@pytest.fixture(scope="session")
+def scene(parameters, stand_in):
+    return Scene(
+        parameters.biped,
+        parameters.slope,
+        solver_settings(parameters.settings),
+        stand_in.walk,
+        stand_in.mid_stance,
+        PERIOD,
+        parameters.settings.impact_window,
+    )
+
+
+@pytest.fixture(scope="session")
+def small(parameters):
+    """A study of a few sets."""
+    few = dataclasses.replace(
+        parameters.settings,
+        stiffness_values=(1e6,),
+        exponent_values=(),
+        damping_values=(),
+        depth_values=(),
+        stiction_velocity_values=(0.02,),
+        friction_velocity_values=(),
+        searched_stiffness=(1e5,),
+        searched_damping=(1e4,),
+        searched_depth=(1e-4, 3e-4),
+        searched_stiction_velocity=(0.1,),
+    )
+    return dataclasses.replace(parameters, settings=few)
