@@ -13,7 +13,17 @@ import numpy as np
 from stages.biped.progress import Progress, ignore
 from stages.comparison import claims
 from stages.comparison.agreement import ModelAgreement, TwinAgreement, compare_models, compare_twin
-from stages.comparison.figures import figure_02, figure_07, figure_08, figure_10, figure_16, style
+from stages.comparison.figures import (
+    figure_02,
+    figure_04,
+    figure_05,
+    figure_06,
+    figure_07,
+    figure_08,
+    figure_10,
+    figure_16,
+    style,
+)
 from stages.comparison.measurement import MeasurementAgreement, compare_measurement
 from stages.comparison.parameters import Parameters
 from stages.comparison.result import Result
@@ -53,6 +63,7 @@ def judge(
         claims.multipliers_minimised(analytic),
         claims.twice_differentiated_constraints(analytic),
         claims.rolling_without_slip(analytic, parameters.contact.static_friction),
+        claims.contact_set(inputs["contact_study"], settings),
         claims.hip_displacement(models, settings),
         claims.hip_velocity(models, settings),
         claims.integration_tolerance(analytic, models),
@@ -61,6 +72,7 @@ def judge(
             multibody.cycle.period_s,
             multibody.cycle.step_length_m,
             settings.frequency_tolerance,
+            inputs["contact_study"],
         ),
         claims.twin_settles(twin),
         claims.twin_like_simple(twin, settings),
@@ -78,12 +90,15 @@ def draw_all(
     """All figures as files, by path in the results folder."""
     settings, radius = parameters.settings, parameters.biped.foot_radius
     analytic, multibody, twin, imu = (inputs[name] for name in ("analytic", "multibody", "twin", "imu"))
-    dpi = settings.resolution_dpi
+    study, dpi = inputs["contact_study"], settings.resolution_dpi
     limits = (settings.position_limit, settings.velocity_limit)
     files: dict[str, bytes] = {}
     with style.drawing():
         for name, figure in (
             (figure_02.NAME, figure_02.draw(analytic.walk, multibody.walk)),
+            (figure_04.NAME, figure_04.draw(parameters.contact)),
+            (figure_05.NAME, figure_05.draw(study, analytic.walk)),
+            (figure_06.NAME, figure_06.draw(study, analytic.walk)),
             (figure_07.NAME, figure_07.draw(multibody.walk, radius, parameters.slope.angle)),
             (figure_08.NAME, figure_08.draw(analytic.walk, multibody.walk, 2 * analytic.gait.period_s, limits)),
             (figure_10.NAME, figure_10.draw(twin.walk, twin.snapshots)),

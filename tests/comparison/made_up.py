@@ -5,6 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from stages.biped.walk import Walk
+from stages.contact_study.result import VARIED, Candidates, OneStep, Result, Variations
+from stages.ground.contact_law import ContactLaw
+
+DEFAULTS = ContactLaw(1e5, 2.2, 1e4, 1e-4, 1.1, 1.0, 0.1, 1.0)
 
 
 def make_walk(period: float = 0.5, steps: int = 8, speed: float = 0.3, first_periods: tuple[float, ...] = ()) -> Walk:
@@ -34,3 +38,40 @@ def make_walk(period: float = 0.5, steps: int = 8, speed: float = 0.3, first_per
         toe_off_time=strikes + 0.02,
         toe_off_leg=1 - legs,
     )
+
+
+def make_step(law: ContactLaw = DEFAULTS, hip: float = 2e-3, creep: float = 4e-3) -> OneStep:
+    """A step with a stated hip difference [m] and creep [m/s]."""
+    pair = np.array([hip, 0.1 * hip])
+    return OneStep("completed", "", law, pair, 5 * pair, pair, pair, 0.1, 0.1, 500.0, 4e-5, creep, 1e-4, 600)
+
+
+def make_study(hip: float = 2e-3, chosen: float = 2e-4, ground_is_choice: bool = True) -> Result:
+    """A contact study with every parameter halved and doubled; the hip differs by `hip` [m] times the factor."""
+    factors, time = (0.5, 2.0), np.linspace(-2e-3, 0.33, 500)
+    values = [factor * getattr(DEFAULTS, key) for key in VARIED for factor in factors]
+    size = np.array([hip * factor for _ in VARIED for factor in factors])
+    bump = np.column_stack([-np.exp(-time / 0.05), 10 + 500 * np.exp(-(((time + 3e-4) / 2e-4) ** 2))])
+    rows = len(values)
+    variations = Variations(
+        key=tuple(key for key in VARIED for _ in factors),
+        value=np.array(values),
+        outcome=("completed",) * rows,
+        message=("",) * rows,
+        hip_position=np.column_stack([size, 0.1 * size]),
+        hip_velocity=np.column_stack([5 * size, size]),
+        end_position=np.column_stack([size, 0.1 * size]),
+        normal_force=np.full(rows, 0.1),
+        friction_force=np.full(rows, 0.1),
+        peak_force=np.full(rows, 500.0),
+        penetration=np.full(rows, 4e-5),
+        creep_velocity=2 * size,
+        solver_steps=np.full(rows, 600),
+        force=bump * (1 + 0.1 * np.arange(rows))[:, None, None],
+    )
+    one = np.array([1.0])
+    candidates = Candidates(one, one, one, one, ("completed",), one, one, one, one, one.astype(int), one, one)
+    return Result(
+        time, make_step(hip=hip), bump, variations, candidates, make_step(hip=chosen), bump, make_step(hip=chosen),
+        ground_is_choice,
+    )  # fmt: skip

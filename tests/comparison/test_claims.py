@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import yaml
+from made_up import make_study
 
 from stages.comparison import claims
 from stages.comparison.agreement import ModelAgreement, TwinAgreement
@@ -52,8 +53,9 @@ def measured(origin="measured", share=1.0, frequency=1.9):
 
 
 def friction(change):
-    variation = FrictionVariation("stiction_velocity", 2.0, 0.48 * (1 + change), 0.16)
-    return claims.friction_velocities([variation], 0.48, 0.16, 0.01)
+    """Halving and doubling the default moves the hip by 0.5 and 1 times `change` of a step."""
+    variation = FrictionVariation("stiction_velocity", 2.0, 0.48, 0.16)
+    return claims.friction_velocities([variation], 0.48, 0.16, 0.01, make_study(hip=0.16 * change))
 
 
 def with_outsole(frequency):
@@ -72,6 +74,7 @@ CASES = [
         claims.twice_differentiated_constraints(analytic()),
     ),
     (claims.rolling_without_slip(analytic(), 1.1), claims.rolling_without_slip(analytic(needed=6.0), 1.1)),
+    (claims.contact_set(make_study(hip=5e-4), SETTINGS), claims.contact_set(make_study(hip=2e-3), SETTINGS)),
     (claims.hip_displacement(models(), SETTINGS), claims.hip_displacement(models(position=1e-3), SETTINGS)),
     (claims.hip_velocity(models(), SETTINGS), claims.hip_velocity(models(velocity=1e-2), SETTINGS)),
     (
@@ -93,6 +96,11 @@ def test_a_verdict_follows_the_numbers(holding, failing):
     assert holding.holds is True
     assert failing.holds is False
     assert holding.found != failing.found or holding.id == "stable_gait"
+
+
+def test_the_claim_on_the_contact_set_says_whether_ground_yaml_holds_the_choice():
+    assert "ground.yaml holds the chosen" in claims.contact_set(make_study(), SETTINGS).why
+    assert "does not hold the chosen" in claims.contact_set(make_study(ground_is_choice=False), SETTINGS).why
 
 
 def test_synthetic_measurements_decide_nothing():

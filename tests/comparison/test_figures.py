@@ -5,9 +5,19 @@ import io
 import matplotlib.image
 import numpy as np
 import pytest
-from made_up import make_walk
+from made_up import DEFAULTS, make_study, make_walk
 
-from stages.comparison.figures import figure_02, figure_07, figure_08, figure_10, figure_16, style
+from stages.comparison.figures import (
+    figure_02,
+    figure_04,
+    figure_05,
+    figure_06,
+    figure_07,
+    figure_08,
+    figure_10,
+    figure_16,
+    style,
+)
 from stages.comparison.stride import last_stride
 from stages.twin.snapshots import Snapshots
 
@@ -30,6 +40,9 @@ def figures():
     strides = np.stack([stride.signals * (1 + 0.01 * i) for i in range(-3, 4)])
     return {
         figure_02.NAME: lambda: figure_02.draw(analytic, other),
+        figure_04.NAME: lambda: figure_04.draw(DEFAULTS),
+        figure_05.NAME: lambda: figure_05.draw(make_study(), analytic),
+        figure_06.NAME: lambda: figure_06.draw(make_study(), analytic),
         figure_07.NAME: lambda: figure_07.draw(other, 0.083, np.radians(2)),
         figure_08.NAME: lambda: figure_08.draw(analytic, other, 1.0, (3e-4, 5e-3)),
         figure_10.NAME: lambda: figure_10.draw(other, poses(other)),
@@ -92,3 +105,52 @@ def test_figure_02_takes_one_whole_contact():
     lifted = walk.toe_off_time[(walk.toe_off_leg == 1) & (walk.toe_off_time > landed)][0]
     assert contact.time[0] == pytest.approx(-0.01, abs=1e-3)
     assert contact.time[-1] == pytest.approx(lifted - landed + 0.02, abs=1e-3)
+
+
+def test_figure_04_shows_the_laws_of_the_ground():
+    millimetre = np.array([1e-3])
+    for exponent in figure_04.EXPONENTS:  # k_c is in N/mm^e: at 1 mm every exponent gives the same force
+        assert figure_04.spring_force(DEFAULTS, exponent, millimetre) == pytest.approx([1e5])
+    depths = np.array([-1e-5, 0.0, 0.5e-4, 1e-4, 1e-3])
+    assert figure_04.damping(DEFAULTS, depths) == pytest.approx([0.0, 0.0, 5e3, 1e4, 1e4])
+    with style.drawing():
+        spring, ramp, whole = figure_04.draw(DEFAULTS).get_axes()
+    depth, damping = ramp.lines[0].get_data()
+    assert 1e3 * damping == pytest.approx(figure_04.damping(DEFAULTS, 1e-3 * depth))
+    depth, force = spring.lines[2].get_data()
+    assert 1e3 * force == pytest.approx(figure_04.spring_force(DEFAULTS, 2.2, 1e-3 * depth))
+    pressed, rest, let_out = (line.get_ydata() for line in whole.lines[:3])
+    assert np.all(pressed >= rest) and np.all(rest >= let_out) and let_out.max() > 0.0
+
+
+def test_figure_05_lays_each_variation_over_the_constraint_model():
+    study, walk = make_study(), make_walk()
+    with style.drawing():
+        figure = figure_05.draw(study, walk)
+    for column, (key, *_, factor) in enumerate(figure_05.COLUMNS):
+        impact, difference = figure.get_axes()[column], figure.get_axes()[8 + column]
+        exact, default, *varied = [line for line in impact.lines if len(line.get_xdata()) > 10]
+        leg = walk.ground_reaction[:, 1, 1]
+        assert np.delete(exact.get_ydata(), np.flatnonzero(np.isnan(exact.get_ydata()))) == pytest.approx(leg)
+        assert default.get_ydata() == pytest.approx(study.default_force[:, 1])
+        rows = study.variations.rows(key)
+        assert len(varied) == len(rows) == 2
+        for line, row in zip(varied, rows):
+            assert line.get_xdata() == pytest.approx(1e3 * study.time)
+            assert line.get_ydata() == pytest.approx(study.variations.force[row, :, 1])
+        values, found = difference.lines[0].get_data()
+        assert values == pytest.approx(factor * getattr(DEFAULTS, key) * np.array([0.5, 1.0, 2.0]))
+        assert found == pytest.approx([1.0, 2.0, 4.0]), "mm"
+
+
+def test_figure_06_shows_the_friction_law_its_force_and_what_the_velocities_do():
+    study, walk = make_study(), make_walk()
+    with style.drawing():
+        law, force, hip, creep = figure_06.draw(study, walk).get_axes()
+    slip, coefficient = law.lines[0].get_data()
+    assert np.interp([-0.1, 0.0, 0.1, 1.0], slip, coefficient) == pytest.approx([-1.1, 0.0, 1.1, 1.0], abs=1e-6)
+    assert force.lines[1].get_ydata() == pytest.approx(study.default_force[:, 0])
+    values, found = hip.lines[0].get_data()
+    assert values == pytest.approx([0.05, 0.1, 0.2]) and found == pytest.approx([1.0, 2.0, 4.0])
+    values, speed = creep.lines[1].get_data()
+    assert values == pytest.approx([0.5, 1.0, 2.0]) and speed == pytest.approx([2.0, 4.0, 8.0])

@@ -35,6 +35,18 @@ def test_a_known_offset_is_found_with_its_sign_and_axis():
     assert from_same_start(walk, other, 1.0).position == pytest.approx([2e-3, 1e-3])
 
 
+def test_velocities_between_the_two_heel_strikes_are_not_compared():
+    """A walk that strikes 5 ms earlier has had its jump while the other has not."""
+    walk = make_walk()
+    strikes = walk.heel_strike_time - 5e-3
+    velocity = walk.hip_velocity.copy()
+    for early, late in zip(strikes, walk.heel_strike_time):
+        velocity[(walk.time >= early) & (walk.time <= late), 0] += 0.03
+    other = dataclasses.replace(walk, heel_strike_time=strikes, hip_velocity=velocity)
+    assert overlay(walk, other, 1.0).velocity[:, 0].max() > 0.029
+    assert from_same_start(walk, other, 1.0).velocity[0] < 1e-9
+
+
 def test_only_the_asked_duration_counts():
     walk = make_walk()
     late = walk.hip_position.copy()

@@ -12,11 +12,15 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 #: Okabe and Ito's palette, one colour a source.
 ANALYTIC, MULTIBODY, TWIN, MEASURED, GROUND = "#0072B2", "#D55E00", "#000000", "#999999", "#8C6D46"
 SECOND, THIRD = "#009E73", "#CC79A7"
+#: Four values of one parameter, from low to high: dark to light, distinct for every kind of colour vision.
+SEQUENCE = ("#440154", "#0072B2", "#E69F00", "#D55E00")
 
 ONE_COLUMN, TWO_COLUMNS = 3.5, 7.2  # inches
 
@@ -55,6 +59,13 @@ def drawing() -> Iterator[None]:
 def panel_label(axes: Axes, letter: str) -> None:
     """A panel's letter, at its upper left corner outside the axes."""
     axes.set_title(f"({letter})", loc="left", fontweight="bold")
+
+
+def round_ticks(axis: Axis) -> None:
+    """Plain numbers 1, 2, 5 a decade on a logarithmic axis: readable where it spans less than a few decades."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def pictures(name: str, figure: Figure, dpi: int) -> dict[str, bytes]:
