@@ -133,18 +133,29 @@ def generalized_force(q, v, in_play, feet, law):
 
 
 @njit(cache=True)
-def clearances(q, feet):
-    """Lowest point of each pair above the ground (2,) [m], and the mean x of its feet's centres (2,) [m]."""
-    lowest = np.full(2, np.inf)
-    place = np.zeros(2)
+def feet_places(q, feet):
+    """Of each foot x of its middle, height of its lowest point above the ground and z of its middle, (4, 3) [m]."""
+    places = np.zeros((4, 3))
     sy, cy, sr, cr = math.sin(q[3]), math.cos(q[3]), math.sin(q[4]), math.cos(q[4])
     for leg in range(4):
         angle = q[5] + (q[8] if leg > 1 else 0.0)
         reach = feet[leg, 2] - feet[leg, 1] - q[6 + leg + leg // 2]
         sine, cosine = math.sin(angle), math.cos(angle)
-        height = q[1] - reach * cosine * cr - feet[leg, 1] * cr - feet[leg, 0] * sr - feet[leg, 3] * abs(sr)
-        lowest[leg // 2] = min(lowest[leg // 2], height)
-        place[leg // 2] += 0.5 * (q[0] + reach * (sine * cy - cosine * sr * sy) + feet[leg, 0] * cr * sy)
+        places[leg, 0] = q[0] + reach * (sine * cy - cosine * sr * sy) + feet[leg, 0] * cr * sy
+        places[leg, 1] = q[1] - reach * cosine * cr - feet[leg, 1] * cr - feet[leg, 0] * sr - feet[leg, 3] * abs(sr)
+        places[leg, 2] = q[2] - reach * (sine * sy + cosine * sr * cy) + feet[leg, 0] * cr * cy
+    return places
+
+
+@njit(cache=True)
+def clearances(q, feet):
+    """Lowest point of each pair above the ground (2,) [m], and the mean x of its feet's centres (2,) [m]."""
+    lowest = np.full(2, np.inf)
+    place = np.zeros(2)
+    places = feet_places(q, feet)
+    for leg in range(4):
+        lowest[leg // 2] = min(lowest[leg // 2], places[leg, 1])
+        place[leg // 2] += 0.5 * places[leg, 0]
     return lowest, place
 
 

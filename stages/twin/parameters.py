@@ -40,6 +40,14 @@ class Settings:
     bearing_friction: float = parameter("N m s", "viscous friction of the outer legs' bearings", bound=Bound(minimum=0))
     slider_friction: float = parameter("N s/m", "viscous friction of each leg's slider", bound=Bound(minimum=0))
     outsole: float = parameter("m", "rubber on top of Table 1's foot radius and leg length", bound=Bound(minimum=0))
+    scene: str = parameter("-", "plane: ground everywhere; ramp: stepping blocks only", choices=("plane", "ramp"))
+    ramp_length: float = parameter("m", "length of the ramp", bound=Bound(above=0))
+    block_sets: int = parameter("1", "sets of stepping blocks on the ramp", bound=Bound(minimum=2, maximum=1000))
+    block_length: float = parameter("m", "length of a stepping block", bound=Bound(above=0))
+    block_width: float = parameter("m", "width of a stepping block", bound=Bound(above=0))
+    expected_step: float = parameter(
+        "m", "distance from set to set; 0: the step length of the simple model's gait", bound=Bound(minimum=0)
+    )
     materials: tuple[Material, ...] = parameter("-", "densities")
     parts: tuple[Part, ...] = parameter("-", "bill of parts")
 
@@ -54,6 +62,30 @@ class Settings:
             yield Broken("foot_width", f"<= 2 inner_lane = {2.0 * self.inner_lane:g} m, or the inner feet overlap")
         if self.outer_lane - self.inner_lane < self.foot_width:
             yield Broken("outer_lane", f">= inner_lane + foot_width = {self.inner_lane + self.foot_width:g} m")
+        if self.scene == "ramp":
+            yield from self._broken_blocks()
+
+    def _broken_blocks(self) -> Iterator[Broken]:
+        if self.foot_width > self.block_width:
+            yield Broken("block_width", f">= foot_width = {self.foot_width:g} m")
+        if self.block_width > self.outer_lane - self.inner_lane:
+            apart = self.outer_lane - self.inner_lane
+            yield Broken("block_width", f"<= outer_lane - inner_lane = {apart:g} m, or blocks side by side overlap")
+        # without an expected step: the longest that the ramp has room for
+        step = self.expected_step or max(0.0, self.ramp_length - self.block_length) / (self.block_sets - 1)
+        fault = block_fault(self, step)
+        if fault is not None:
+            yield fault
+
+
+def block_fault(settings: Settings, step: float) -> Broken | None:
+    """What is wrong with blocks for steps of this length [m]: they overlap in their lane, or the ramp is too short."""
+    if settings.block_length >= 2.0 * step:
+        return Broken("block_length", f"< two steps = {2.0 * step:.4g} m, or the blocks of a lane overlap")
+    needed = (settings.block_sets - 1) * step + settings.block_length
+    if needed > settings.ramp_length * (1.0 + 1e-12):
+        return Broken("ramp_length", f">= {needed:.4g} m, or {settings.block_sets} sets of blocks find no room")
+    return None
 
 
 @dataclass(frozen=True)

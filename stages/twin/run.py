@@ -15,6 +15,7 @@ from stages.twin.events import find_events
 from stages.twin.machine import build
 from stages.twin.parameters import Parameters
 from stages.twin.parts import Part
+from stages.twin.ramp import lay_blocks
 from stages.twin.result import PartRow, Result, SumRow
 from stages.twin.settling import settling
 from stages.twin.shapes import solid
@@ -28,17 +29,19 @@ POSES = 13
 
 
 def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
-    """Build, walk, measure. inputs["analytic"] gives the mid-stance state and the normal force of its first sample.
+    """Build, walk, measure. inputs["analytic"] gives the mid-stance state, the normal force of its first sample and
+    the step length for which the ramp's blocks are laid.
 
     A fall or a failed solver is a result whose `outcome` says so, with the walk up to there. Raises ValueError if the
-    parts do not add up to the design.
+    parts do not add up to the design, BlocksDoNotFit if the ramp has no room for its blocks.
     """
     biped, slope, contact, settings = parameters.biped, parameters.slope, parameters.contact, parameters.settings
     analytic = inputs["analytic"]
     machine = build(biped, settings)
     start = rolling_start(machine, contact, analytic.mid_stance, float(analytic.walk.ground_reaction[0, 0, 1]))
+    ramp = lay_blocks(settings, analytic.gait.step_length_m) if settings.scene == "ramp" else None
     progress(0.0, f"walking {settings.steps} steps in space")
-    record = simulate_twin(machine, slope, contact, start, settings)
+    record = simulate_twin(machine, slope, contact, start, settings, ramp=ramp)
     progress(0.8, "sampling the walk")
     times = refined_times(
         float(record.time[-1]), settings.sampling_rate_hz, find_events(record, machine.feet).heel_strike_time

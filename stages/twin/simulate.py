@@ -17,6 +17,8 @@ from stages.multibody.scuffing import DIVERGED, RUNNING, SOLVER_FAILED, STALLED
 from stages.twin.contact import COUNT, HINGE, PITCH, ROLL, SLIDE, YAW, X, Y, Z
 from stages.twin.machine import Machine
 from stages.twin.parameters import Settings
+from stages.twin.ramp import Ramp
+from stages.twin.ramp_watch import RampWatch
 from stages.twin.record import Record
 from stages.twin.tree import SpatialTree
 from stages.twin.watch import Watch
@@ -82,16 +84,22 @@ def simulate_twin(
     *,
     steps: int | None = None,
     tree: SpatialTree | None = None,
+    ramp: Ramp | None = None,
 ) -> Record:
     """Walk from `start` at t = 0 through `steps` heel strikes (default: the settings') to the mid-stance after them.
 
-    A fall, a standstill or a failure of the solver ends the walk earlier; the record's outcome and reason tell it.
+    With a `ramp` there is ground on its blocks only, and the walk ends at the latest on the last of them. A fall, a
+    standstill or a failure of the solver ends the walk earlier; the record's outcome and reason tell it.
     Pass a built `tree` of the same machine to save building it again.
     """
     wanted_steps = settings.steps if steps is None else steps
+    if ramp is not None:
+        wanted_steps = min(wanted_steps, ramp.steps)
     machine_tree = tree or SpatialTree(machine, slope, contact)
     machine_tree.start(start.position, start.velocity, start.in_play)
-    watch = Watch(machine_tree, wanted_steps, settings.longest_step, list(start.in_play))
+    standing = list(start.in_play)
+    common = machine_tree, wanted_steps, settings.longest_step, standing, standing.copy(), int(not standing[0])
+    watch = Watch(*common) if ramp is None else RampWatch(*common, ramp=ramp)
     machine_tree.mbs.SetPreStepUserFunction(watch)
     limit = settings.longest_step * (wanted_steps + 2)
     began = clock.perf_counter()

@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from stages.multibody.scuffing import COMPLETED, DIVERGED, FALLEN, FELL, RUNNING, STALLED, STEP_FLOOR, STUCK
 from stages.twin.contact import HINGE, PITCH, ROLL, YAW, Y, clearances
 from stages.twin.tree import SpatialTree
@@ -20,17 +22,20 @@ TOPPLED = 0.5
 
 @dataclass
 class Watch:
-    """Exudyn's pre-step function; `outcome` tells why the run ended, `reason` in which way."""
+    """Exudyn's pre-step function; `outcome` tells why the run ended, `reason` in which way.
+
+    `in_play` and `landed` (2,) tell which pairs stand at the start, `last_landed` which of them landed last.
+    """
 
     tree: SpatialTree
     steps_wanted: int
     longest_step: float
     in_play: list[bool]
+    landed: list[bool]
+    last_landed: int
     outcome: str = RUNNING
     reason: str = ""
     switches: list[tuple[float, int, bool]] = field(default_factory=list)
-    landed: list[bool] = field(default_factory=lambda: [True, False])
-    last_landed: int = 0
     heel_strikes: int = 0
     last_heel_strike: float = 0.0
     previous: float = -1.0
@@ -55,7 +60,9 @@ class Watch:
             return self._end(FELL, f"turned away from the walking direction in step {self.heel_strikes + 1}")
         if time - self.last_heel_strike > self.longest_step:
             return self._end(STALLED, f"no heel strike for {self.longest_step:g} s after step {self.heel_strikes}")
-        self._switch(time, q, angles)
+        self._switch(time, q)
+        if self.outcome != RUNNING:
+            return False
         if self.heel_strikes >= self.steps_wanted and angles[self.last_landed] <= 0.0:
             return self._end(COMPLETED, "")
         return True
@@ -64,7 +71,7 @@ class Watch:
         self.outcome, self.reason = outcome, reason
         return False
 
-    def _switch(self, time: float, q: object, angles: tuple[float, float]) -> None:
+    def _switch(self, time: float, q: np.ndarray) -> None:
         clearance, place = clearances(q, self.tree.feet)
         for pair in (0, 1):
             ahead = place[pair] > place[1 - pair]
@@ -74,9 +81,12 @@ class Watch:
                 elif not self.in_play[pair] and ahead:
                     self._set(time, pair, True)
             elif self.in_play[pair] and not self.landed[pair]:
-                self.landed[pair] = True
-                self.heel_strikes += 1
-                self.last_heel_strike, self.last_landed = time, pair
+                self._land(time, pair)
+
+    def _land(self, time: float, pair: int) -> None:
+        self.landed[pair] = True
+        self.heel_strikes += 1
+        self.last_heel_strike, self.last_landed = time, pair
 
     def _rate(self, pair: int) -> float:
         v = self.tree.velocity()

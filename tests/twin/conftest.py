@@ -37,11 +37,13 @@ def rough():
 
 @pytest.fixture(scope="session")
 def walk_from(parameters, rough):
-    """Walk a machine some steps from the rough state; keywords are pushes."""
+    """Walk a machine some steps from the rough state; other keywords are pushes."""
 
-    def walk(machine, settings, steps, tree=None, **push):
+    def walk(machine, settings, steps, tree=None, ramp=None, **push):
         start = rolling_start(machine, parameters.contact, rough, STANDING_FORCE, **push)
-        return simulate_twin(machine, parameters.slope, parameters.contact, start, settings, steps=steps, tree=tree)
+        return simulate_twin(
+            machine, parameters.slope, parameters.contact, start, settings, steps=steps, tree=tree, ramp=ramp
+        )
 
     return walk
 

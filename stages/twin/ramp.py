@@ -1,0 +1,83 @@
+"""The ramp as a scene: sets of stepping blocks one step apart; off the blocks there is no ground.
+
+A set is two blocks, one under each foot of a pair. The first set carries the inner pair at the start, x = 0; the next
+lies one step ahead for the outer pair, and so on in turn, so that a foot swings down through the gap between two blocks
+of its lane. All sets must find room on the ramp.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from stages.ground.blocks import Lane, lanes
+from stages.ground.operations import SCALARS
+from stages.twin.parameters import Settings, block_fault
+
+
+class BlocksDoNotFit(ValueError):
+    """Blocks that overlap or do not find room on the ramp; the message says which."""
+
+
+@dataclass(frozen=True)
+class Ramp:
+    """Blocks on a slope: `lanes` along x of the inner and the outer pair, number of `sets`.
+
+    `width` [m] is a block's across the slope; its middle lies under the middle of a foot, at |z| = `tracks` (2,) [m].
+    """
+
+    lanes: tuple[Lane, Lane]
+    sets: int
+    width: float
+    tracks: tuple[float, float]
+
+    @property
+    def step(self) -> float:
+        """Distance from set to set [m]."""
+        return self.lanes[1].first
+
+    @property
+    def steps(self) -> int:
+        """Steps from the first set to the last."""
+        return self.sets - 1
+
+    def carries(self, pair: int, x: float, z: float, half_width: float) -> bool:
+        """Whether a block lies under a foot of a pair at x, z [m] over the whole width of the foot."""
+        lane = self.lanes[pair]
+        number = round((x - lane.first) / lane.spacing)
+        there = 0 <= 2 * number + pair < self.sets and lane.presence(x, SCALARS) > 0.5
+        return there and self.beside(pair, z, half_width) <= 0.0
+
+    def beside(self, pair: int, z: float, half_width: float) -> float:
+        """How far a foot stands over the side of its track [m]; not positive on the track."""
+        return abs(abs(z) - self.tracks[pair]) + half_width - 0.5 * self.width
+
+    def number(self, pair: int, x: float) -> int:
+        """The pair's set nearest to x, counted from 1."""
+        lane = self.lanes[pair]
+        return 2 * round((x - lane.first) / lane.spacing) + pair + 1
+
+    def miss(self, pair: int, x: float) -> float:
+        """How far x is beyond the edge of the nearest set [m], positive down the slope, 0 over the set."""
+        lane = self.lanes[pair]
+        offset = x - lane.first - lane.spacing * round((x - lane.first) / lane.spacing)
+        return math.copysign(max(0.0, abs(offset) - 0.5 * lane.length), offset)
+
+
+def lay_blocks(settings: Settings, step_length: float) -> Ramp:
+    """The ramp of the settings with blocks for steps of `step_length` [m], unless the settings give another.
+
+    Raises BlocksDoNotFit.
+    """
+    step = settings.expected_step or step_length
+    fault = block_fault(settings, step)
+    if fault is not None:
+        value = getattr(settings, fault.key)
+        raise BlocksDoNotFit(f"twin.{fault.key} = {value:g} m is not allowed for steps of {step:.4g} m; "
+                             f"allowed: {fault.allowed}")
+    return Ramp(
+        lanes=lanes(step, settings.block_length),
+        sets=settings.block_sets,
+        width=settings.block_width,
+        tracks=(settings.inner_lane, settings.outer_lane),
+    )
