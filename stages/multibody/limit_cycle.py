@@ -24,7 +24,7 @@ from stages.multibody.walk import build, simulate
 
 SETTLING_STEPS = 8
 NEWTON_STEPS = 12
-# Steps of the central differences and the scales in which the residual is measured: m, rad, m/s, rad/s as below.
+# Scales in which the residual and the steps of the central differences are measured: m, rad, m/s, rad/s as below.
 SCALES = np.array([1e-2, 1e-1, 1e-2, 1e-2, 1e-1, 1e-1, 1.0, 1.0, 1e-1, 1e-1])
 DIFFERENCE = 1e-4
 
@@ -43,6 +43,8 @@ class LimitCycle:
     monodromy_matrix: np.ndarray = quantity("1", "derivative of the step map, shape (10, 10)")
     floquet_multipliers: np.ndarray = quantity("1", "eigenvalues, largest first, real and imaginary part, (10, 2)")
     residual: float = quantity("1", "how far the fixed point moves in one step, in the scales of the section")
+    solver_steps: int = quantity("1", "solver steps of one step")
+    steps_walked: int = quantity("1", "steps walked to find the gait and its derivative")
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,7 @@ class _Step:
     state: PlanarState
     duration: float
     length: float
+    solver_steps: int
 
 
 def section_numbers(state: PlanarState) -> np.ndarray:
@@ -78,15 +81,26 @@ def section_state(numbers: np.ndarray, like: PlanarState) -> PlanarState:
 
 
 def limit_cycle(
-    biped: Biped, slope: Slope, contact: ContactLaw, state: PlanarState, settings: Settings, tolerance: float = 1e-8
+    biped: Biped,
+    slope: Slope,
+    contact: ContactLaw,
+    state: PlanarState,
+    settings: Settings,
+    tolerance: float = 1e-8,
+    difference: float = DIFFERENCE,
 ) -> LimitCycle:
     """Let the model settle from `state`, then find the fixed point by Newton's method with a kept derivative.
 
-    The integration's own tolerance should be 1e-10 or less. Raises NoLimitCycle.
+    `tolerance` is the residual wanted, `difference` the step of the finite differences, both in `SCALES`. For the
+    defaults the integration's own tolerance should be 1e-10 or less. Raises NoLimitCycle.
     """
     machine = build(biped, slope, contact, settings)
 
+    walked = 0
+
     def walk(start: PlanarState, steps: int) -> _Step:
+        nonlocal walked
+        walked += steps
         return _mid_stance(simulate(biped, slope, contact, start, settings, steps=steps, assembly=machine))
 
     settled = walk(state, SETTLING_STEPS)
@@ -95,7 +109,7 @@ def limit_cycle(
     def step(at: np.ndarray) -> _Step:
         return walk(section_state(at, like), 1)
 
-    derivative = _derivative(step, numbers)
+    derivative = _derivative(step, numbers, difference)
     after = step(numbers)
     for _ in range(NEWTON_STEPS):
         residual = float(np.abs((after.numbers - numbers) / SCALES).max())
@@ -105,19 +119,21 @@ def limit_cycle(
         after = step(numbers)
     else:
         raise NoLimitCycle(f"no fixed point within {NEWTON_STEPS} iterations, residual {residual:.1e}")
-    derivative = _derivative(step, numbers)
+    derivative = _derivative(step, numbers, difference)
     values = np.linalg.eigvals(derivative)
     values = values[np.lexsort((-values.imag, -np.abs(values)))]
     multipliers = np.column_stack([values.real, values.imag])
-    return LimitCycle(numbers, after.duration, after.length, derivative, multipliers, residual)
+    return LimitCycle(
+        numbers, after.duration, after.length, derivative, multipliers, residual, after.solver_steps, walked
+    )
 
 
-def _derivative(step: Callable[[np.ndarray], _Step], at: np.ndarray) -> np.ndarray:
+def _derivative(step: Callable[[np.ndarray], _Step], at: np.ndarray, difference: float) -> np.ndarray:
     columns = []
     for index, scale in enumerate(SCALES):
         change = np.zeros(10)
-        change[index] = DIFFERENCE * scale
-        columns.append((step(at + change).numbers - step(at - change).numbers) / (2.0 * DIFFERENCE * scale))
+        change[index] = difference * scale
+        columns.append((step(at + change).numbers - step(at - change).numbers) / (2.0 * difference * scale))
     return np.column_stack(columns)
 
 
@@ -131,11 +147,14 @@ def _mid_stance(run: Run) -> _Step:
     def lean(time: float) -> float:
         return float(trajectory.at(np.array([time]))[0][0, 2 + stance])
 
-    before = np.flatnonzero(trajectory.position[:, 2 + stance] > 0.0)[-1]  # the solver may take a step more than asked
+    behind = np.flatnonzero(trajectory.position[:, 2 + stance] > 0.0)
+    if not len(behind) or behind[-1] + 1 == len(trajectory.time):
+        raise NoLimitCycle("the step does not end in mid-stance")
+    before = behind[-1]  # the solver may take a step more than asked
     moment = float(brentq(lean, trajectory.time[before], trajectory.time[before + 1], xtol=1e-15, rtol=8.9e-16))
     state = trajectory.state_at(moment)
     length = state.hip_position[0] - float(trajectory.position[0, 0])
     if stance == 1:
         pairs = ("leg_angle", "leg_rate", "leg_length", "leg_length_rate", "in_play")
         state = dataclasses.replace(state, **{name: getattr(state, name)[::-1] for name in pairs})
-    return _Step(section_numbers(state), state, moment, length)
+    return _Step(section_numbers(state), state, moment, length, run.solver_steps)

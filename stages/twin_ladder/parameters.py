@@ -1,0 +1,44 @@
+"""Settings of the ladder from the simple model to the twin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stages.biped.design import Biped
+from stages.biped.quantity import Bound, parameter
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+from stages.multibody.parameters import Settings as PlanarSettings
+from stages.twin.parameters import Settings as TwinSettings
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How each rung's gait is found, and what the last rung adds to the twin."""
+
+    FILE: ClassVar[str] = "twin_ladder"
+
+    outsole: float = parameter("m", "rubber on the feet, the rung after the twin", bound=Bound(above=0, maximum=0.05))
+    tolerance: float = parameter(
+        "1", "absolute tolerance of the solver in m, rad, m/s, rad/s", bound=Bound(minimum=1e-11, maximum=1e-6)
+    )
+    difference: float = parameter(
+        "1", "step of the finite differences in the section's scales", bound=Bound(minimum=1e-5, maximum=1e-1)
+    )
+    residual: float = parameter(
+        "1", "how far a fixed point may move in a stride, in the section's scales", bound=Bound(above=0, maximum=1e-2)
+    )
+    sideways: bool = parameter("-", "multipliers of roll, yaw and sideways motion as well")
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """All parameters the stage uses."""
+
+    biped: Biped
+    slope: Slope
+    contact: ContactLaw
+    planar: PlanarSettings
+    twin: TwinSettings
+    settings: Settings

@@ -1,0 +1,123 @@
+"""What the ladder stage hands on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.biped.quantity import quantity
+
+Table = tuple[str, list[str], list[list[str]]]
+
+COMPLETED = "completed"
+
+
+@dataclass(frozen=True)
+class RungGait:
+    """The gait of one machine; numbers are NaN and arrays empty if none was found."""
+
+    name: str = quantity("-", "name of the rung")
+    added: str = quantity("-", "what it has that the rung before has not")
+    outcome: str = quantity("-", "completed, or why no gait was found")
+    is_twin: bool = quantity("1", "whether this machine is the twin of the study's parameters")
+    period_s: float = quantity("s", "duration of a step, mean of both pairs'", symbol="T")
+    step_length_m: float = quantity("m", "advance of the hip in a step", symbol="s")
+    inner_outer_difference: float = quantity("1", "limp: from inner to outer mid-stance less back, over the mean step")
+    plane_multipliers: np.ndarray = quantity(
+        "1", "multipliers of a step in the plane, largest first, real and imaginary part, shape (10, 2)"
+    )
+    side_multipliers: np.ndarray = quantity(
+        "1", "multipliers of a step in roll, yaw and sideways motion, shape (9, 2) or empty"
+    )
+    residual: float = quantity("1", "how far the fixed point moves in a stride, in the section's scales")
+    solver_steps: float = quantity("1", "solver steps a step of walking takes")
+    strides_walked: int = quantity("1", "strides walked to find the gait and its multipliers")
+
+    @property
+    def found(self) -> bool:
+        """Whether the machine has a gait."""
+        return self.outcome == COMPLETED
+
+
+@dataclass(frozen=True)
+class Result:
+    """Gaits from the simple model to the twin and beyond it, each machine with one thing more than the one before."""
+
+    simple_period_s: float = quantity("s", "step of the constraint model", symbol="T")
+    simple_step_length_m: float = quantity("m", "step length of the constraint model", symbol="s")
+    rungs: tuple[RungGait, ...] = quantity("-", "planar multibody model first")
+    walked_period_s: float = quantity("s", "settled step of the twin's own walk, from the twin stage", symbol="T")
+    walked_step_length_m: float = quantity("m", "settled step length of the twin's own walk", symbol="s")
+
+    @property
+    def twin(self) -> RungGait | None:
+        """The rung that is the twin, if it has a gait."""
+        return next((rung for rung in self.rungs if rung.is_twin and rung.found), None)
+
+    def changes(self) -> list[tuple[str, float, float]]:
+        """What each rung adds to period [s] and step length [m]; a rung without gait adds nothing and is left out."""
+        period, length = self.simple_period_s, self.simple_step_length_m
+        rows = []
+        for rung in self.rungs:
+            if rung.found:
+                rows.append((rung.name, rung.period_s - period, rung.step_length_m - length))
+                period, length = rung.period_s, rung.step_length_m
+        return rows
+
+    def summary(self) -> str:
+        """One line of what was found."""
+        missing = [rung.name for rung in self.rungs if not rung.found]
+        without = f", no gait for {', '.join(missing)}" if missing else ""
+        if self.twin is None:
+            return f"{len(self.rungs)} rungs{without}"
+        difference = 1e3 * (self.twin.period_s - self.simple_period_s)
+        longest = 1e3 * (self.twin.step_length_m - self.simple_step_length_m)
+        return (
+            f"{len(self.rungs)} rungs{without}: the twin's step is {difference:+.1f} ms and {longest:+.1f} mm from the "
+            f"simple model's, largest multiplier {pair_text(self.twin.plane_multipliers[0])}"
+        )
+
+    def tables(self) -> list[Table]:
+        """The ladder, and the sum of its parts, as (title, columns, rows of text)."""
+        columns = ["rung", "period [s]", "change [ms]", "length [mm]", "change [mm]", "multipliers in the plane",
+                   "sideways", "limp", "solver steps a step", "strides walked"]  # fmt: skip
+        rows = [["constraint model", f"{self.simple_period_s:.5f}", "", f"{1e3 * self.simple_step_length_m:.2f}"]]
+        changes = {name: change for name, *change in self.changes()}
+        for rung in self.rungs:
+            if not rung.found:
+                rows.append([rung.name, rung.outcome])
+                continue
+            period, length = changes[rung.name]
+            rows.append([
+                rung.name + (" = the twin" if rung.is_twin else ""),
+                f"{rung.period_s:.5f}", f"{1e3 * period:+.2f}",
+                f"{1e3 * rung.step_length_m:.2f}", f"{1e3 * length:+.2f}",
+                ", ".join(pair_text(value) for value in rung.plane_multipliers[:2]),
+                ", ".join(pair_text(value, 5) for value in rung.side_multipliers[:1]),
+                f"{rung.inner_outer_difference:.1e}", f"{rung.solver_steps:.0f}", str(rung.strides_walked),
+            ])  # fmt: skip
+        width = len(columns)
+        ladder = [row + [""] * (width - len(row)) for row in rows]
+        return [
+            ("From the simple model to the twin, one change at a time", columns, ladder),
+            ("What each rung has more", ["rung", "added"], [[rung.name, rung.added] for rung in self.rungs]),
+            ("The twin", ["", "period [s]", "length [mm]"], self._twin_rows()),
+        ]
+
+    def _twin_rows(self) -> list[list[str]]:
+        if self.twin is None:
+            return []
+        twin = self.twin
+        return [
+            ["fixed point of the twin", f"{twin.period_s:.5f}", f"{1e3 * twin.step_length_m:.2f}"],
+            ["last steps of the twin's own walk", f"{self.walked_period_s:.5f}",
+             f"{1e3 * self.walked_step_length_m:.2f}"],
+        ]  # fmt: skip
+
+
+def pair_text(value: np.ndarray, digits: int = 3) -> str:
+    """A multiplier given as real and imaginary part, short enough for a table."""
+    real, imaginary = float(value[0]), float(value[1])
+    imaginary_text = "" if abs(imaginary) < 0.5 * 10.0**-digits else f"{imaginary:+.{digits}f}i"
+    return f"{real:+.{digits}f}{imaginary_text}"

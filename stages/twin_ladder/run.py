@@ -1,0 +1,134 @@
+"""The ladder stage: from the simple model to the twin, one change at a time.
+
+Inputs: the analytic gait to start from, the twin's own walk to compare with. Settings: params/twin_ladder.yaml.
+Output: `Result`, the gait of every rung. What a rung changes depends on what stands before it: the order is the issue.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from stages.biped.progress import Progress, ignore
+from stages.multibody.limit_cycle import SCALES, LimitCycle, NoLimitCycle, limit_cycle
+from stages.multibody.state import rolling_state
+from stages.twin_ladder.cycle import Gait, Search
+from stages.twin_ladder.parameters import Parameters
+from stages.twin_ladder.result import COMPLETED, Result, RungGait
+from stages.twin_ladder.rungs import Rung, rungs
+from stages.twin_ladder.section import step_map
+
+PLANAR = "planar model"
+PLANAR_ADDED = "the ground yields and lets the feet creep: penalty contact and friction instead of constraints"
+
+
+def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
+    """Find the gait of every rung. inputs["analytic"] gives the mid-stance, inputs["twin"] the twin's own walk.
+
+    A machine without a gait is a row that says so. Raises ValueError if the parts do not add up to the design.
+    """
+    analytic, settled = inputs["analytic"], inputs["twin"].settling
+    machines = rungs(parameters.biped, parameters.twin, parameters.settings.outsole)
+    progress(0.0, "gait of the planar model")
+    rows: list[RungGait] = []
+    try:
+        cycle = planar_cycle(parameters, analytic)
+    except NoLimitCycle as error:
+        rows = [without_gait(PLANAR, PLANAR_ADDED, str(error), False)]
+        reason = "the planar model has no gait to start from"
+        rows += [without_gait(rung.name, rung.added, reason, rung.is_twin) for rung in machines]
+    else:
+        rows = [planar_row(cycle), *climb(parameters, machines, cycle, progress)]
+    return Result(
+        simple_period_s=analytic.gait.period_s,
+        simple_step_length_m=analytic.gait.step_length_m,
+        rungs=tuple(rows),
+        walked_period_s=settled.period_s,
+        walked_step_length_m=settled.step_length_m,
+    )
+
+
+def planar_cycle(parameters: Parameters, analytic: Any) -> LimitCycle:
+    """Gait of the planar multibody model, from the constraint model's mid-stance. Raises NoLimitCycle."""
+    biped, contact, settings = parameters.biped, parameters.contact, parameters.settings
+    state = rolling_state(biped, contact, analytic.mid_stance, float(analytic.walk.ground_reaction[0, 0, 1]))
+    planar = dataclasses.replace(
+        parameters.planar, assembly="tree", tolerance=settings.tolerance, largest_step=parameters.twin.largest_step
+    )
+    return limit_cycle(biped, parameters.slope, contact, state, planar, settings.residual, settings.difference)
+
+
+def climb(parameters: Parameters, machines: list[Rung], cycle: LimitCycle, progress: Progress) -> list[RungGait]:
+    """Gaits of the spatial machines, each searched from the last one found."""
+    settings = parameters.settings
+    solver = dataclasses.replace(parameters.twin, tolerance=settings.tolerance)
+    plane = cycle.section_state
+    derivatives = np.stack([cycle.monodromy_matrix * SCALES / SCALES[:, None]] * 2)
+    length = parameters.biped.leg_length
+    rows = []
+    for number, rung in enumerate(machines, 1):
+        progress(number / (len(machines) + 1), f"gait with {rung.name}")
+        longer = float(rung.machine.length.mean()) - length  # a longer machine stands higher on its feet
+        start = plane + longer * np.array([1.0, 0.0, 1.0, 1.0, *[0.0] * 6])
+        length += longer
+        take = step_map(rung.machine, parameters.slope, parameters.contact, solver)
+        search = Search(take, settings.difference, settings.residual, settings.sideways)
+        try:
+            gait = search.find(start, derivatives)
+        except NoLimitCycle as error:
+            rows.append(without_gait(rung.name, rung.added, str(error), rung.is_twin))
+            plane = start
+            continue
+        plane, derivatives = gait.plane, gait.derivatives
+        rows.append(spatial_row(rung, gait))
+    return rows
+
+
+def planar_row(cycle: LimitCycle) -> RungGait:
+    """The planar model as the first rung; it has no sideways motion and its two legs are one and the same."""
+    return RungGait(
+        name=PLANAR,
+        added=PLANAR_ADDED,
+        outcome=COMPLETED,
+        is_twin=False,
+        period_s=cycle.period_s,
+        step_length_m=cycle.step_length_m,
+        inner_outer_difference=0.0,
+        plane_multipliers=cycle.floquet_multipliers,
+        side_multipliers=np.zeros((0, 2)),
+        residual=cycle.residual,
+        solver_steps=float(cycle.solver_steps),
+        strides_walked=cycle.steps_walked // 2,
+    )
+
+
+def spatial_row(rung: Rung, gait: Gait) -> RungGait:
+    """The row of a machine in space."""
+    return RungGait(
+        name=rung.name,
+        added=rung.added,
+        outcome=COMPLETED,
+        is_twin=rung.is_twin,
+        period_s=gait.period,
+        step_length_m=gait.step_length,
+        inner_outer_difference=gait.limp,
+        plane_multipliers=columns(gait.plane_multipliers),
+        side_multipliers=columns(gait.side_multipliers),
+        residual=gait.residual,
+        solver_steps=0.5 * gait.solver_steps,
+        strides_walked=gait.strides,
+    )
+
+
+def without_gait(name: str, added: str, reason: str, is_twin: bool) -> RungGait:
+    """A row that says why there is no gait."""
+    nothing, unknown = np.zeros((0, 2)), float("nan")
+    return RungGait(name, added, reason, is_twin, unknown, unknown, unknown, nothing, nothing, unknown, unknown, 0)
+
+
+def columns(values: np.ndarray) -> np.ndarray:
+    """Complex numbers (n,) as real and imaginary part (n, 2)."""
+    return np.column_stack([values.real, values.imag])

@@ -1,0 +1,102 @@
+"""The ladder as a whole, and its parts as a sum."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from stages.biped.gait import StanceState
+from stages.twin.events import find_events
+from stages.twin.machine import build
+from stages.twin.simulate import rolling_start, simulate_twin
+from stages.twin_ladder.cycle import Search
+from stages.twin_ladder.result import COMPLETED, Result, RungGait
+from stages.twin_ladder.run import run, without_gait
+from stages.twin_ladder.section import PLANE_SCALES, SectionState, Step
+
+ROUGH = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)
+
+
+def inputs(stance=ROUGH):
+    force = np.array([[[0.0, 9.4], [0.0, 0.0]]])
+    gait = SimpleNamespace(period_s=0.48, step_length_m=0.16)
+    analytic = SimpleNamespace(mid_stance=stance, walk=SimpleNamespace(ground_reaction=force), gait=gait)
+    return {"analytic": analytic, "twin": SimpleNamespace(settling=SimpleNamespace(period_s=0.5, step_length_m=0.15))}
+
+
+def made_up_rung(name, period, length, is_twin=False):
+    multipliers = np.array([[-0.7, 0.0], [0.5, 0.1]])
+    return RungGait(name, "more", COMPLETED, is_twin, period, length, 0.0, multipliers, multipliers, 1e-6, 800.0, 20)
+
+
+@pytest.fixture(scope="module")
+def made_up():
+    rows = (
+        made_up_rung("first", 0.49, 0.161),
+        without_gait("second", "more", "fell in step 1", False),
+        made_up_rung("third", 0.47, 0.165, True),
+        made_up_rung("fourth", 0.46, 0.166),
+    )
+    return Result(0.48, 0.16, rows, 0.471, 0.164)
+
+
+def test_changes_up_to_the_twin_add_up_to_its_difference(made_up):
+    changes = made_up.changes()
+    assert [name for name, *_ in changes] == ["first", "third", "fourth"]
+    assert sum(period for _, period, _ in changes[:2]) == pytest.approx(0.47 - 0.48)
+    assert sum(length for *_, length in changes[:2]) == pytest.approx(0.165 - 0.16)
+
+
+def test_tables_say_which_rung_has_no_gait(made_up):
+    (_, columns, ladder), (_, _, added), (_, _, twin) = made_up.tables()
+    assert all(len(row) == len(columns) for row in ladder) and len(ladder) == 5 and len(added) == 4
+    assert ladder[2][:2] == ["second", "fell in step 1"] and ladder[3][0] == "third = the twin"
+    assert len(twin) == 2
+    assert "no gait for second" in made_up.summary()
+
+
+def test_a_walker_that_falls_is_a_result(parameters):
+    slow = dataclasses.replace(ROUGH, stance_rate=-0.4, swing_rate=0.0)
+    result = run(parameters, inputs(slow))
+    assert not any(rung.found for rung in result.rungs) and result.rungs[0].outcome
+    assert result.twin is None and "no gait for planar model" in result.summary()
+
+
+def test_newton_finds_the_fixed_point_of_a_known_step():
+    """A made-up linear step of two different pairs: the gait of the stride and its multipliers are known."""
+    rng = np.random.default_rng(4)
+    steps = [0.3 * rng.normal(size=(10, 10)) for _ in (0, 1)]
+    fixed = rng.normal(size=(2, 10))
+
+    def take(state, stance):
+        away = steps[stance] @ ((state.plane - fixed[stance]) / PLANE_SCALES)
+        end = SectionState(fixed[1 - stance] + PLANE_SCALES * away, 0.5 * state.side)
+        return Step(end, 0.5 + 0.01 * stance, 0.16, 100)
+
+    gait = Search(take, 1e-3, 1e-10).find(fixed[0] + 0.1 * PLANE_SCALES, np.zeros((2, 10, 10)))
+    assert gait.plane == pytest.approx(fixed[0], abs=1e-9)
+    assert gait.derivatives == pytest.approx(np.stack(steps), abs=1e-6)
+    assert gait.period == pytest.approx(0.505) and gait.limp == pytest.approx(-0.01 / 0.505)
+    assert abs(gait.side_multipliers) == pytest.approx(0.5)
+
+
+@pytest.mark.slow
+def test_the_twins_walk_settles_to_the_last_rung_at_the_rate_of_its_multiplier(parameters):
+    """An independent check of fixed point and multiplier: a long walk of the twin's own stage."""
+    quick = dataclasses.replace(parameters, settings=dataclasses.replace(parameters.settings, sideways=False))
+    result = run(quick, inputs())
+    twin = result.twin
+    assert all(rung.found for rung in result.rungs)
+    planar, paired, wide = result.rungs[:3]
+    for rung in (paired, wide):
+        assert rung.period_s == pytest.approx(planar.period_s, abs=2e-6)
+        assert rung.plane_multipliers[:2] == pytest.approx(planar.plane_multipliers[:2], abs=5e-3)
+    machine = build(parameters.biped, parameters.twin)
+    solver = dataclasses.replace(parameters.twin, tolerance=1e-7)
+    start = rolling_start(machine, parameters.contact, ROUGH, 9.4)
+    record = simulate_twin(machine, parameters.slope, parameters.contact, start, solver, steps=41)
+    periods = np.diff(find_events(record, machine.feet).heel_strike_time)
+    assert 0.5 * (periods[-1] + periods[-2]) == pytest.approx(twin.period_s, abs=2e-5)
+    change = periods[2:] - periods[:-2]  # of the same pair from stride to stride
+    assert (change[18] / change[6]) ** (1 / 12) == pytest.approx(-twin.plane_multipliers[0, 0], abs=0.02)
