@@ -23,6 +23,8 @@ from stages.comparison.figures import (
     figure_10,
     figure_16,
     style,
+    twin_ladder,
+    twin_pushes,
 )
 from stages.comparison.measurement import MeasurementAgreement, compare_measurement
 from stages.comparison.parameters import Parameters
@@ -102,6 +104,8 @@ def draw_all(
             (figure_07.NAME, figure_07.draw(multibody.walk, radius, parameters.slope.angle)),
             (figure_08.NAME, figure_08.draw(analytic.walk, multibody.walk, 2 * analytic.gait.period_s, limits)),
             (figure_10.NAME, figure_10.draw(twin.walk, twin.snapshots)),
+            (twin_ladder.NAME, twin_ladder.draw(inputs["twin_ladder"])),
+            (twin_pushes.NAME, twin_pushes.draw(inputs["twin_pushes"])),
             (
                 figure_16.NAME,
                 figure_16.draw(

@@ -17,9 +17,15 @@ from stages.comparison.figures import (
     figure_10,
     figure_16,
     style,
+    twin_ladder,
+    twin_pushes,
 )
 from stages.comparison.stride import last_stride
 from stages.twin.snapshots import Snapshots
+from stages.twin_ladder.result import COMPLETED, RungGait
+from stages.twin_ladder.result import Result as Ladder
+from stages.twin_pushes.result import PushedWalk
+from stages.twin_pushes.result import Result as Pushes
 
 
 def poses(walk):
@@ -31,6 +37,33 @@ def poses(walk):
     up = np.broadcast_to([0.0, 1.0, 0.0], (count, 4, 3))
     axis = np.broadcast_to([0.0, 0.0, 1.0], (count, 3))
     return Snapshots(walk.time[:count], top[:, 0], axis, top, up, top - 0.25 * up, np.full(4, 0.083), 0.02)
+
+
+def ladder():
+    """Three made-up rungs, the second without a gait, the first without motion out of the plane."""
+    multipliers, none, unknown = np.array([[-0.7, 0.0], [0.5, 0.1]]), np.zeros((0, 2)), float("nan")
+    return Ladder(
+        0.48,
+        0.16,
+        (
+            RungGait("first", "more", COMPLETED, False, 0.49, 0.161, 0.0, multipliers, none, 1e-6, 800.0, 20),
+            RungGait("second", "more", "fell", False, unknown, unknown, unknown, none, none, unknown, unknown, 0),
+            RungGait("third", "more", COMPLETED, True, 0.47, 0.165, 0.0, multipliers, multipliers, 1e-6, 800.0, 20),
+        ),
+        0.47,
+        0.165,
+    )
+
+
+def pushes():
+    """A push that is walked off, one that is not, and one of another kind."""
+    time = np.linspace(0.0, 2.0, 50)
+
+    def walk(kind, size, outcome):
+        reason = "" if outcome == "completed" else "fell in step 2"
+        return PushedWalk(kind, "m/s", size, outcome, reason, 4, time, np.sin(time), size * time, time, 0.1, 0.2)
+
+    return Pushes((walk("side", 0.1, "completed"), walk("side", 0.2, "fell"), walk("spin", 1.0, "fell")))
 
 
 def figures():
@@ -47,6 +80,8 @@ def figures():
         figure_08.NAME: lambda: figure_08.draw(analytic, other, 1.0, (3e-4, 5e-3)),
         figure_10.NAME: lambda: figure_10.draw(other, poses(other)),
         figure_16.NAME: lambda: figure_16.draw(strides, "synthetic", stride, last_stride(other, 101)),
+        twin_ladder.NAME: lambda: twin_ladder.draw(ladder()),
+        twin_pushes.NAME: lambda: twin_pushes.draw(pushes()),
     }
 
 
@@ -154,3 +189,20 @@ def test_figure_06_shows_the_friction_law_its_force_and_what_the_velocities_do()
     assert values == pytest.approx([0.05, 0.1, 0.2]) and found == pytest.approx([1.0, 2.0, 4.0])
     values, speed = creep.lines[1].get_data()
     assert values == pytest.approx([0.5, 1.0, 2.0]) and speed == pytest.approx([2.0, 4.0, 8.0])
+
+
+def test_the_ladder_leads_from_the_simple_model_to_the_last_rung():
+    with style.drawing():
+        figure = twin_ladder.draw(ladder())
+    bars = figure.get_axes()[0].patches
+    assert [bar.get_x() + bar.get_width() for bar in bars] == pytest.approx([490.0, 470.0])
+    assert bars[0].get_x() == pytest.approx(480.0) and bars[1].get_x() == pytest.approx(490.0)
+
+
+def test_a_fall_is_crossed_where_it_happened():
+    with style.drawing():
+        figure = twin_pushes.draw(pushes())
+    roll, yaw, _ = figure.get_axes()
+    crosses = [line for line in yaw.lines if line.get_marker() == "x"]
+    assert len(crosses) == 1 and len(roll.lines) == 3
+    assert crosses[0].get_xydata()[0] == pytest.approx([2.0, np.degrees(0.4)])

@@ -1,0 +1,57 @@
+"""Settings of the pushes to the side."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stages.biped.design import Biped
+from stages.biped.quantity import Bound, Broken, parameter
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+from stages.twin.parameters import Settings as TwinSettings
+
+#: Each kind of push: the key that lists its sizes, the keyword of `rolling_start`, what a reader calls it, its unit.
+KINDS = (
+    ("sideways_speeds", "sideways", "speed to the side", "m/s"),
+    ("roll_rates", "roll_rate", "rate of roll", "rad/s"),
+    ("yaw_rates", "yaw_rate", "rate of yaw", "rad/s"),
+    ("yaw_angles", "yaw", "angle of yaw", "rad"),
+)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Sizes of the pushes, rising; a push is given once, at mid-stance, on top of the simple model's gait."""
+
+    FILE: ClassVar[str] = "twin_pushes"
+
+    steps: int = parameter("1", "steps to walk after a push", bound=Bound(minimum=4, maximum=1000))
+    tolerance: float = parameter(
+        "1", "absolute tolerance of the solver in m, rad, m/s, rad/s", bound=Bound(minimum=1e-11, maximum=1e-4)
+    )
+    rate_hz: float = parameter("Hz", "rate of the histories", bound=Bound(above=0, maximum=1e4))
+    sideways_speeds: tuple[float, ...] = parameter("m/s", "speeds to the side")
+    roll_rates: tuple[float, ...] = parameter("rad/s", "rates of roll")
+    yaw_rates: tuple[float, ...] = parameter("rad/s", "rates of yaw")
+    yaw_angles: tuple[float, ...] = parameter("rad", "angles of yaw")
+
+    def broken_rules(self) -> Iterator[Broken]:
+        """Sizes are positive and rise."""
+        for key, *_ in KINDS:
+            sizes = getattr(self, key)
+            if not sizes or sizes[0] <= 0.0 or any(a >= b for a, b in itertools.pairwise(sizes)):
+                yield Broken(key, "positive sizes, at least one, each larger than the one before")
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """All parameters the stage uses."""
+
+    biped: Biped
+    slope: Slope
+    contact: ContactLaw
+    twin: TwinSettings
+    settings: Settings

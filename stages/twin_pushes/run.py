@@ -1,0 +1,71 @@
+"""The pushes stage: the twin's basin against pushes to the side, and how roll, yaw and drift settle.
+
+Inputs: the analytic gait to start from. Settings: params/twin_pushes.yaml. Output: `Result`, a walk for each push.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from stages.biped.progress import Progress, ignore
+from stages.biped.sampling_times import uniform_times
+from stages.twin.contact import ROLL, YAW, Z
+from stages.twin.events import find_events
+from stages.twin.machine import Machine, build
+from stages.twin.record import Record
+from stages.twin.simulate import rolling_start, simulate_twin
+from stages.twin.tree import SpatialTree
+from stages.twin_pushes.parameters import KINDS, Parameters
+from stages.twin_pushes.result import PushedWalk, Result
+
+
+def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
+    """Push and walk on. inputs["analytic"] gives the mid-stance state and the normal force of its first sample.
+
+    A fall is a walk that ends early. Raises ValueError if the twin's parts do not add up to the design.
+    """
+    analytic, settings = inputs["analytic"], parameters.settings
+    machine = build(parameters.biped, parameters.twin)
+    tree = SpatialTree(machine, parameters.slope, parameters.contact)
+    solver = dataclasses.replace(parameters.twin, tolerance=settings.tolerance)
+    force = float(analytic.walk.ground_reaction[0, 0, 1])
+    pushes = [(keyword, kind, unit, size) for key, keyword, kind, unit in KINDS for size in getattr(settings, key)]
+    walks = []
+    for number, (keyword, kind, unit, size) in enumerate(pushes):
+        progress(number / len(pushes), f"{kind} {size:g} {unit}")
+        start = rolling_start(machine, parameters.contact, analytic.mid_stance, force, **{keyword: size})
+        record = simulate_twin(
+            machine, parameters.slope, parameters.contact, start, solver, steps=settings.steps, tree=tree
+        )
+        walks.append(pushed_walk(record, machine, kind, unit, size, settings.rate_hz))
+    return Result(tuple(walks))
+
+
+def pushed_walk(record: Record, machine: Machine, kind: str, unit: str, size: float, rate_hz: float) -> PushedWalk:
+    """What is kept of a walk after a push."""
+    times = uniform_times(float(record.time[-1]), rate_hz)
+    q = record.at(times)[0]
+    roll_left = yaw_left = float("nan")
+    if record.completed:
+        strikes = find_events(record, machine.feet).heel_strike_time
+        late = record.time >= strikes[-3]
+        roll_left = float(np.abs(record.position[late, ROLL]).max())
+        yaw_left = float(record.position[-1, YAW])
+    return PushedWalk(
+        kind=kind,
+        unit=unit,
+        size=size,
+        outcome=record.outcome,
+        reason=record.reason,
+        steps=record.heel_strikes,
+        time=times,
+        roll=q[:, ROLL].copy(),
+        yaw=q[:, YAW].copy(),
+        lateral=q[:, Z].copy(),
+        roll_left=roll_left,
+        yaw_left=yaw_left,
+    )

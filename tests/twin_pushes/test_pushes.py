@@ -1,0 +1,68 @@
+"""Pushes to the side: what is walked off, what is left of it, what is refused."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from pipeline.errors import StudyError
+from pipeline.parameters import load
+from stages.biped.gait import StanceState
+from stages.twin_pushes.parameters import Parameters
+from stages.twin_pushes.run import run
+
+
+@pytest.fixture(scope="module")
+def parameters(repository):
+    return load(repository / "params", [], {"twin_pushes": Parameters}, [Parameters])["twin_pushes"]
+
+
+@pytest.fixture(scope="module")
+def result(parameters):
+    """Five steps after one soft and one deadly push to the side and a soft one of each other kind."""
+    force = np.array([[[0.0, 9.4], [0.0, 0.0]]])
+    stance = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)
+    analytic = SimpleNamespace(mid_stance=stance, walk=SimpleNamespace(ground_reaction=force))
+    settings = dataclasses.replace(
+        parameters.settings, steps=5, tolerance=1e-5, sideways_speeds=(0.05, 1.0), roll_rates=(0.2,), yaw_rates=(0.5,),
+        yaw_angles=(0.05,),
+    )  # fmt: skip
+    return run(dataclasses.replace(parameters, settings=settings), {"analytic": analytic})
+
+
+def test_a_soft_push_is_walked_off_and_a_hard_one_is_not(result):
+    soft, hard = result.walks[:2]
+    assert soft.survived and soft.steps == 5
+    assert not hard.survived and hard.reason and np.isnan(hard.yaw_left)
+    assert result.limits()[0] == ("speed to the side", "m/s", 0.05, 1.0)
+    assert result.limits()[1][2:] == (0.2, np.inf)
+
+
+def test_roll_dies_out_and_yaw_stays(result):
+    for walk in result.walks[:1] + result.walks[2:]:
+        assert walk.survived
+        if np.abs(walk.roll).max() > 1e-4:
+            assert walk.roll_left < 0.1 * np.abs(walk.roll).max()
+    turned = result.walks[-1]
+    assert turned.yaw[0] == pytest.approx(0.05) and turned.yaw_left == pytest.approx(0.05, rel=0.02)
+    assert turned.lateral[-1] < -0.02, "a machine that has turned walks off to the side"
+
+
+def test_histories_belong_together(result):
+    for walk in result.walks:
+        assert len(walk.time) == len(walk.roll) == len(walk.yaw) == len(walk.lateral)
+        assert np.isfinite(walk.lateral).all() and walk.time[0] == 0.0
+
+
+def test_the_table_names_every_push(result):
+    ((_, columns, rows),) = result.tables()
+    assert len(rows) == 5 and all(len(row) == len(columns) for row in rows)
+    assert rows[1][1] == "1 m/s" and rows[1][3] == result.walks[1].reason
+    assert "0.05 m/s survived, 1 not" in result.summary()
+
+
+@pytest.mark.parametrize("sizes", ["[]", "[0.2, 0.1]", "[-0.1]"])
+def test_sizes_must_rise(repository, sizes):
+    with pytest.raises(StudyError, match="each larger than the one before"):
+        load(repository / "params", [f"twin_pushes.sideways_speeds={sizes}"], {"twin_pushes": Parameters}, [Parameters])
