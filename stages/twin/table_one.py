@@ -51,7 +51,10 @@ def faults(parts: Sequence[Part], materials: Sequence[Material], biped: Biped) -
             yield f"at least one part of group {group}"
     for what, found, wanted in sums(parts, biped):
         if abs(found - wanted) > ROUNDING:
-            yield f"parts that add up to the design in biped.yaml: {what} {wanted:.5g}, not {found:.5g}"
+            yield (
+                f"parts that add up to the design in biped.yaml (or twin.inertia = planar, which needs no parts): "
+                f"{what} {wanted:.5g}, not {found:.5g}"
+            )
 
 
 def check(parts: Sequence[Part], materials: Sequence[Material], biped: Biped) -> None:

@@ -71,3 +71,33 @@ def test_exudyn_connectors_move_the_machine_alike(parameters, machine, settings,
     theirs = walk_from(machine, fine, 1, tree=connectors, **push)
     time = np.linspace(0.0, min(ours.time[-1], theirs.time[-1]), 200)
     assert abs(ours.at(time)[0] - theirs.at(time)[0]).max() < 1e-8
+
+
+def standing(machine, lanes, half_width):
+    """The feet's numbers with other lanes and widths, and coordinates of an upright machine on its inner pair."""
+    feet = machine.feet.copy()
+    feet[:, 0], feet[:, 3] = lanes, half_width
+    q = np.zeros(11)
+    q[1], q[8] = machine.length[0] - 1.5e-5, 0.3
+    return feet, q
+
+
+@pytest.mark.parametrize(("lanes", "half_width"), [((0.04, -0.04, 0.085, -0.085), 0.0), (np.zeros(4), 0.01)])
+def test_where_the_feet_stand_resists_roll_and_yaw(parameters, machine, lanes, half_width):
+    """Two feet apart, or one with two edges: a roll is pushed back, a spin braked; without either nothing resists."""
+    law, play = law_numbers(parameters.contact), np.array([1.0, 0.0])
+    feet, q = standing(machine, lanes, half_width)
+    line, _ = standing(machine, np.zeros(4), 0.0)
+    spin = np.zeros(11)
+    spin[3] = 0.5
+    for sign in (1.0, -1.0):
+        rolled = q.copy()
+        rolled[4] = sign * 2e-4
+        assert sign * feet_forces(rolled, np.zeros(11), play, feet, law)[0][4] < -1e-2
+        # a line foot tilts about its line: the ground's force then passes by the hip and pushes it further
+        assert sign * feet_forces(rolled, np.zeros(11), play, line, law)[0][4] > -1e-9
+        assert sign * feet_forces(q, sign * spin, play, feet, law)[0][3] < -1e-3
+        assert feet_forces(q, sign * spin, play, line, law)[0][3] == pytest.approx(0.0, abs=1e-12)
+    turned = q.copy()
+    turned[3] = 0.2
+    assert feet_forces(turned, np.zeros(11), play, feet, law)[0][3] == pytest.approx(0.0, abs=1e-12)
