@@ -80,7 +80,7 @@ def draw(walk: Walk, poses: Snapshots) -> Figure:
         axes.plot(angle[0], rate[0], "o", color=style.ANALYTIC, markersize=4, label="start: simple model's gait")
         axes.set_xlabel(f"angle of the {name} [°]")
         if pair == 0:
-            axes.legend(loc="lower right")
+            axes.legend(loc="center", bbox_to_anchor=(0.5, 0.66))
         style.panel_label(axes, "bc"[pair])
     portraits[0].set_ylabel("rate [rad/s]")
     return figure
