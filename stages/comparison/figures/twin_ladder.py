@@ -69,13 +69,13 @@ def multipliers(axes: Axes, rungs: list[RungGait]) -> None:
     rows = np.arange(1, len(rungs) + 1)
     for limit in (-1.0, 1.0):
         axes.axvline(limit, color=style.TWIN, linewidth=0.7, linestyle="--")
-    for number, marker in ((0, "o"), (1, "s")):
+    for number in (0, 1):
         values = [rung.plane_multipliers[number, 0] for rung in rungs]
-        name = f"{('first', 'second')[number]} in the plane"
-        axes.plot(values, rows, marker, color=(style.MULTIBODY, style.ANALYTIC)[number], markersize=4, label=name)
+        name = "two largest in the plane" if number == 0 else None
+        axes.plot(values, rows, "o", color=style.MULTIBODY, markersize=4, label=name)
     sideways = [(rung.side_multipliers[0, 0], row) for rung, row in zip(rungs, rows, strict=True)
                 if len(rung.side_multipliers)]  # fmt: skip
     if sideways:
-        axes.plot(*zip(*sideways, strict=True), "D", color=style.SECOND, markersize=3.5, label="first out of it: yaw")
+        axes.plot(*zip(*sideways, strict=True), "D", color=style.SECOND, markersize=3.5, label="largest out of it: yaw")
     axes.set_xlim(-1.2, 1.2)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.0), fontsize=6)
