@@ -50,7 +50,7 @@ def draw(study: Result, walk: Walk) -> Figure:
         force.plot(study.time, curve[:, 0], color=colour, linewidth=0.9, label=label)
     force.set_xlim(-0.01, study.time[-1])
     quiet = exact[1][shown & (exact[0] > 0.02), 0]
-    reach = max(np.ptp(quiet), 0.1 * np.abs(quiet).max())
+    reach = max(np.ptp(quiet), 0.1 * np.abs(quiet).max()) or 1.0
     force.set_ylim(quiet.min() - 0.5 * reach, quiet.max() + 0.5 * reach)
     force.set_xlabel("time from heel strike [s]")
     force.set_ylabel("friction force $F_T$ [N]")
