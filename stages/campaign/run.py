@@ -102,7 +102,13 @@ def synthetic_run(
     number: int, state: StanceState, normal_force: float, parameters: Parameters
 ) -> tuple[Experiment, RunTruth, tuple[Transmitted, ...]]:
     """One run: its experiment, its truth, and what its two sensors sent."""
-    walked = walk_twin(number, state, normal_force, parameters)
+    return sensed_run(number, walk_twin(number, state, normal_force, parameters), parameters)
+
+
+def sensed_run(
+    number: int, walked: TwinRun, parameters: Parameters
+) -> tuple[Experiment, RunTruth, tuple[Transmitted, ...]]:
+    """A walk of the twin as two sensors and their radio tell it: experiment, truth, and what was sent."""
     variation = walked.variation
     experiment = Experiment(f"{SYNTHETIC} run {number + 1:02d}", SYNTHETIC, variation.slope_read_deg)
     clock_start = FIRST_RUN_AT + BETWEEN_RUNS * number

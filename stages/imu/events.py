@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
+from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 from scipy.signal import find_peaks
 
 INNER, OUTER = 0, 1
@@ -20,6 +20,9 @@ PULSE_S = 0.015  # about the length of the pulse a heel strike leaves behind the
 WINDOW_S = (-0.05, 0.07)  # around a strike, for the template
 SHIFTS_S = np.arange(-0.025, 0.0251, 0.001)
 REFINEMENTS = 4
+VARIANCE_FLOOR = 0.3  # of the median variance of the strikes: no point of the template decides alone
+SMOOTHED = 5  # points of the template over which that variance is averaged
+TINY = 1e-300
 SEARCH_STEPS = 0.3  # half width of the search around a turn, in steps
 LOBE_STEPS = 0.45  # how soon before and after a turn the leg must have moved, in steps
 FAINT = 0.6  # of a leg's median pulse: a fainter one is not the strike, which then lies in a hole
@@ -147,7 +150,8 @@ def refine(time: np.ndarray, signals: np.ndarray, at: np.ndarray, hidden: np.nda
     """Times (s,) shifted so that the signals (n, k) around each lie best, in least squares, on the mean of all.
 
     The mean is that of the strikes that were seen, and their mean shift is kept at zero: what is refined is the
-    spacing of the strikes.
+    spacing of the strikes. Each point of the mean counts by the inverse of the strikes' variance there, so that what
+    repeats decides, not the transient of the walk or the part of the pulse that sampling cuts differently each time.
     """
     seen = ~hidden
     if seen.sum() < 3:
@@ -155,14 +159,24 @@ def refine(time: np.ndarray, signals: np.ndarray, at: np.ndarray, hidden: np.nda
     offset = np.arange(WINDOW_S[0], WINDOW_S[1], time[1] - time[0])
     scale = np.nanstd(_windows(time, signals, at[seen, None] + offset), axis=(0, 1))
     scaled = signals / np.where(scale > 0, scale, 1.0)
-    for _ in range(REFINEMENTS):
-        windows = _windows(time, scaled, at[seen, None] + offset)
-        known = np.isfinite(windows)
-        count = known.sum(axis=0)
-        template = np.where(count > 0, np.where(known, windows, 0).sum(axis=0) / np.maximum(count, 1), np.nan)
-        moved = np.array([_best_shift(time, scaled, t + offset, template) for t in at])
+    for number in range(REFINEMENTS):
+        template, variance = _mean_and_variance(_windows(time, scaled, at[seen, None] + offset))
+        # The first round's variance is that of strikes not yet laid over each other.
+        weight = 1 / (variance + VARIANCE_FLOOR * np.median(variance) + TINY) if number else np.ones_like(variance)
+        moved = np.array([_best_shift(time, scaled, t + offset, template, weight) for t in at])
         at = at + moved - moved[seen].mean()
     return at
+
+
+def _mean_and_variance(windows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean over the strikes of (s, w, k), NaN where none is known, and its variance, smoothed and everywhere known."""
+    known = np.isfinite(windows)
+    count = known.sum(axis=0)
+    mean = np.where(count > 0, np.where(known, windows, 0).sum(axis=0) / np.maximum(count, 1), np.nan)
+    square = np.where(known, (windows - mean) ** 2, 0).sum(axis=0)
+    variance = np.where(count > 1, square / np.maximum(count - 1, 1), np.nan)
+    worst = np.nanmax(variance) if np.isfinite(variance).any() else 1.0
+    return mean, uniform_filter1d(np.where(np.isfinite(variance), variance, worst), SMOOTHED, axis=0, mode="nearest")
 
 
 def _windows(time: np.ndarray, signals: np.ndarray, wanted: np.ndarray) -> np.ndarray:
@@ -170,12 +184,15 @@ def _windows(time: np.ndarray, signals: np.ndarray, wanted: np.ndarray) -> np.nd
     return np.stack([np.interp(wanted, time, axis, left=np.nan, right=np.nan) for axis in signals.T], axis=-1)
 
 
-def _best_shift(time: np.ndarray, signals: np.ndarray, window: np.ndarray, template: np.ndarray) -> float:
+def _best_shift(
+    time: np.ndarray, signals: np.ndarray, window: np.ndarray, template: np.ndarray, weight: np.ndarray
+) -> float:
     """Shift [s] at which the signals lie best on the template, refined by a parabola; 0 where little is left."""
     error = (_windows(time, signals, window + SHIFTS_S[:, None]) - template) ** 2
-    known = np.isfinite(error).sum(axis=(1, 2))
-    enough = known >= 0.25 * template.size
-    cost = np.where(enough, np.nansum(error, axis=(1, 2)) / np.maximum(known, 1), np.inf)
+    known = np.isfinite(error)
+    enough = known.sum(axis=(1, 2)) >= 0.25 * template.size
+    weighed = np.nansum(weight * error, axis=(1, 2)) / np.maximum((weight * known).sum(axis=(1, 2)), TINY)
+    cost = np.where(enough, weighed, np.inf)
     best = int(np.argmin(cost))
     if not 0 < best < len(cost) - 1 or not np.isfinite(cost[best - 1 : best + 2]).all():
         return 0.0

@@ -2,8 +2,9 @@
 
 Body axes of the leg the sensor rides on: forward, up the leg, lateral = forward cross up. At rest the leg stands at
 a known angle, so gravity is known in body axes; walking turns the leg about the lateral axis. Two directions known in
-both frames fix the rotation (Wahba's problem for two vectors, solved by TRIAD, Black 1964: gravity exactly, the swing
-axis as far as it is normal to gravity).
+both frames fix the rotation (Wahba's problem for two vectors, solved by TRIAD, Black 1964). The swing axis is met
+exactly, for a planar walk turns about nothing else; gravity, which an accelerometer's bias b tilts by b / g, as far as
+it is normal to that axis. What stays is the error of the pitch: the bias forward, the stand and the inclination.
 """
 
 from __future__ import annotations
@@ -75,17 +76,17 @@ def find_frame(
     else:
         sign = np.sum((angular_rate @ axis) ** 3)
     axis = axis if sign >= 0 else -axis
-    down = static_force / np.linalg.norm(static_force)
-    lateral = axis - (axis @ down) * down
-    lateral /= np.linalg.norm(lateral)
-    on_sensor = np.stack([down, lateral, np.cross(down, lateral)])
+    plumb = static_force - (static_force @ axis) * axis
+    plumb /= np.linalg.norm(plumb)
+    on_sensor = np.stack([plumb, axis, np.cross(plumb, axis)])
     gravity = gravity_on_body(slope, rest_leg_angle)
     z = np.array([0.0, 0.0, 1.0])
     on_body = np.stack([gravity, z, np.cross(gravity, z)])
     rotation = on_body.T @ on_sensor
+    off_normal = axis @ static_force / np.linalg.norm(static_force)
     return Frame(
         rotation=rotation,
-        swing_residual_deg=math.degrees(math.asin(np.clip(axis @ down, -1, 1))),
+        swing_residual_deg=math.degrees(math.asin(np.clip(off_normal, -1, 1))),
         swing_share=share,
         mounting_deg=angle_between(rotation, mounting(device)) if is_mounting_declared(device) else math.nan,
     )
