@@ -5,109 +5,56 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Iterator
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
-import numpy as np
-
-from stages.imu.columns import device_from_row, experiment_from_row, number, numbers
 from stages.imu.refusal import SourceRefused, printable
-from stages.imu.schema import SAMPLE_VALUES, TABLES, Device, Experiment, Recording, recording_from_columns
+from stages.imu.schema import TABLES
+from stages.imu.source_tables import Extent, TableSource
 
 MAGIC = b"SQLite format 3\x00"
 WRITE_AHEAD = 2  # in byte 18 or 19 of a database in write-ahead mode
 
 
-class SqliteSource:
-    """A database in the schema of `stages.imu.schema`; use as a context manager.
+class SqliteSource(TableSource):
+    """A database file; use as a context manager.
 
     Raises SourceRefused, in one sentence, for a file that is missing, no database, broken, locked, or of another shape.
     """
 
+    order = "rowid"
+
     def __init__(self, path: Path, timeout_s: float = 2.0) -> None:
-        self.name = path.name
+        super().__init__(path.name)
         self._connection = _open(path, timeout_s)
-        try:
-            self._check_tables()
-            self.devices = self._devices()
-        except BaseException:
-            self._connection.close()
-            raise
+        self.open_tables()
 
-    def __enter__(self) -> SqliteSource:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._connection.close()
-
-    def runs(self) -> Iterator[tuple[Experiment, tuple[Recording, ...]]]:
-        """Each experiment with its recordings; one experiment is in memory at a time."""
-        experiments = {row["experiment_id"]: experiment_from_row(row) for row in self._rows("experiment")}
-        for experiment_id, first, last in self._extents():
-            experiment = experiments.get(experiment_id) or Experiment(name=f"run {experiment_id}", origin="unknown")
-            rows = self._query(
-                f"SELECT device_id, {', '.join(SAMPLE_VALUES)} FROM sample "
-                "WHERE rowid BETWEEN ? AND ? AND experiment_id IS ? ORDER BY rowid",
-                (first, last, experiment_id),
-            )
-            table = numbers(rows, len(SAMPLE_VALUES) + 1)
-            yield experiment, tuple(self._recordings(experiment, table))
-
-    def _recordings(self, experiment: Experiment, table: np.ndarray) -> Iterator[Recording]:
-        for device_id in np.unique(table[:, 0]):
-            device = self.devices.get(device_id)
-            if device is None:
-                raise SourceRefused(f"{self.name}: table sample names device {device_id:g}, which table device lacks")
-            yield recording_from_columns(experiment, device, table[table[:, 0] == device_id, 1:])
-
-    def _extents(self) -> list[tuple[Any, int, int]]:
-        """First and last row of each experiment, found in one walk through the table in constant memory."""
-        extent: dict[Any, list[int]] = {}
-        for row in self._query_lazily("SELECT rowid, experiment_id FROM sample ORDER BY rowid"):
-            if row[1] in extent:
-                extent[row[1]][1] = row[0]
-            else:
-                extent[row[1]] = [row[0], row[0]]
-        if not extent:
-            raise SourceRefused(f"{self.name}: table sample is empty")
-        return [(experiment_id, first, last) for experiment_id, (first, last) in extent.items()]
-
-    def _devices(self) -> dict[float, Device]:
-        devices = {}
-        for row in self._rows("device"):
-            identity = number(row["device_id"])
-            if identity != identity:
-                raise SourceRefused(f"{self.name}: table device has a row without a device_id")
-            devices[identity] = device_from_row(row, f"{self.name}, device {identity:g}")
-        return devices
-
-    def _check_tables(self) -> None:
-        present = dict(self._query("SELECT name, type FROM sqlite_master WHERE type IN ('table', 'view')"))
-        for table, columns in TABLES.items():
-            if present.get(table) != "table":
-                found = ", ".join(printable(name) for name in list(present)[:5]) or "no tables"
-                raise SourceRefused(f"{self.name}: needs a table named {table}; found {found}")
-            have = {row[1] for row in self._query(f"PRAGMA table_xinfo({table})")}
-            missing = [name for name, _, _ in columns if name not in have]
-            if missing:
-                raise SourceRefused(f"{self.name}: table {table} lacks {', '.join(missing)}")
-
-    def _rows(self, table: str) -> list[dict[str, Any]]:
-        names = [name for name, _, _ in TABLES[table]]
-        return [dict(zip(names, row)) for row in self._query(f"SELECT {', '.join(names)} FROM {table}")]
-
-    def _query(self, sql: str, values: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
-        return list(self._query_lazily(sql, values))
-
-    def _query_lazily(self, sql: str, values: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    def query(self, sql: str, **values: Any) -> Iterator[tuple[Any, ...]]:
+        """Rows of a SELECT."""
         try:
             yield from self._connection.execute(sql, values)
         except UnicodeDecodeError as error:
             raise SourceRefused(f"{self.name}: is a broken SQLite database") from error
         except (sqlite3.Error, OverflowError) as error:
             raise SourceRefused(f"{self.name}: {_plain(error)}") from error
+
+    def present(self) -> dict[str, set[str]]:
+        """Tables with their columns; no views, which may never end."""
+        names = [name for (name,) in self.query("SELECT name FROM sqlite_master WHERE type = 'table'")]
+        return {
+            name: {row[1] for row in self.query(f"PRAGMA table_xinfo({name})")} if name in TABLES else set()
+            for name in names
+        }
+
+    def extents(self) -> list[Extent]:
+        """Where each run lies, found in one walk through the table: an index of a damaged file may lie."""
+        extent: dict[Any, list[int]] = {}
+        for row, experiment_id in self.query("SELECT rowid, experiment_id FROM sample ORDER BY rowid"):
+            extent.setdefault(experiment_id, [row, row])[1] = row
+        return [(experiment_id, first, last) for experiment_id, (first, last) in extent.items()]
+
+    def close(self) -> None:
+        """Close the file."""
+        self._connection.close()
 
 
 def _open(path: Path, timeout_s: float) -> sqlite3.Connection:

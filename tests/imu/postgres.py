@@ -1,0 +1,82 @@
+"""A PostgreSQL server of the test's own: Debian's programs, a folder of its own, a socket in it, no network."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import pwd
+import shutil
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+USER, PASSWORD = "lab", "hunter2-secret"
+
+
+@dataclass(frozen=True)
+class Server:
+    """Where the server listens."""
+
+    folder: Path
+
+    def url(self, database: str = "postgres", user: str = USER, password: str = PASSWORD) -> str:
+        return f"postgresql://{user}:{password}@/{database}?host={self.folder}"
+
+
+def missing() -> str:
+    """Why no server can be started here; empty where one can."""
+    if os.name != "posix":
+        return "the server's socket needs a posix system"
+    if _program("initdb") is None or _program("postgres") is None:
+        return "PostgreSQL's server is not installed (Debian: postgresql)"
+    if os.geteuid() == 0 and _unprivileged() is None:
+        return "PostgreSQL does not run as root, and there is no user postgres or nobody"
+    return ""
+
+
+@contextlib.contextmanager
+def running() -> Iterator[Server]:
+    """A fresh server, stopped and removed at the end."""
+    account = _unprivileged() if os.geteuid() == 0 else None
+    folder = Path(tempfile.mkdtemp(prefix="bipedstudy-pg-"))
+    (folder / "password").write_text(PASSWORD)
+    if account is not None:
+        for path in (folder, folder / "password"):
+            shutil.chown(path, account)
+    how = {"cwd": folder, "user": account, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    initdb = [_program("initdb"), "-D", folder / "base", "-U", USER, "-A", "scram-sha-256", "-E", "UTF8"]
+    server = None
+    try:
+        subprocess.run([*initdb, f"--pwfile={folder / 'password'}", "--no-sync"], check=True, timeout=120, **how)
+        command = [_program("postgres"), "-D", folder / "base", "-k", folder, "-c", "listen_addresses=", "-F"]
+        server = subprocess.Popen(command, **how)
+        _wait_for(folder / ".s.PGSQL.5432", server)
+        yield Server(folder)
+    finally:
+        if server is not None:
+            server.terminate()
+            server.wait(60)
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _wait_for(socket: Path, server: subprocess.Popen[bytes]) -> None:
+    for _ in range(300):
+        if socket.exists():
+            return
+        if server.poll() is not None:
+            break
+        time.sleep(0.1)
+    raise RuntimeError("the PostgreSQL server did not start")
+
+
+def _program(name: str) -> str | None:
+    debian = sorted(Path("/usr/lib/postgresql").glob(f"*/bin/{name}"))
+    return str(debian[-1]) if debian else shutil.which(name)
+
+
+def _unprivileged() -> str | None:
+    names = {entry.pw_name for entry in pwd.getpwall()}
+    return next((name for name in ("postgres", "nobody") if name in names), None)
