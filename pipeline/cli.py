@@ -20,6 +20,7 @@ _COMMANDS = {
     "graph": "graph",
     "show": "show",
     "claims": "claims",
+    "ingest": "ingest",
     "gait": "gait",
     "continue": "continue_gait",
     "basin": "basin",

@@ -129,6 +129,8 @@ class _Run:
             for above in [self.entries[self.study.graph.maker(path)]]
             for file in above.contents(path)
         ]
+        named = self.study.named_files(self.planner.values[name])
+        inputs += [(key, str(path), sha256) for key, (path, sha256) in named.items()]
         folder = store.new_folder(about["key"])
         order = Order(
             stage=name,

@@ -43,6 +43,17 @@ def as_plain(parameters: Any) -> dict[str, dict[str, Any]]:
     return plain
 
 
+def files(parameters: Any) -> dict[str, tuple[str, str]]:
+    """Files that a stage's parameters name: key -> (parameter file, path as it stands there)."""
+    named: dict[str, tuple[str, str]] = {}
+    for field in dataclasses.fields(parameters):
+        section = getattr(parameters, field.name)
+        for key, (about, _) in declared(section.__class__).items():
+            if about.metadata.get("file") and getattr(section, key) is not None:
+                named[key] = section.FILE, getattr(section, key)
+    return named
+
+
 def sections(classes: Iterable[type]) -> dict[str, list[type]]:
     """File -> parameter classes that read it, over all these `Parameters` classes."""
     files: dict[str, list[type]] = {}

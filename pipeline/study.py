@@ -12,7 +12,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from pipeline import graph, parameters
+from pipeline import durable, graph, parameters
 from pipeline.closure import Sources
 from pipeline.errors import StudyError
 from pipeline.graph import Graph, Stage
@@ -70,6 +70,17 @@ class Study:
             raise StudyError(problems)
         classes = [cls for cls in known.values() if cls is not None]
         return parameters.load(self.params, self.settings, wanted, classes, shown(self.params))
+
+    def named_files(self, values: Any) -> dict[str, tuple[Path, str]]:
+        """Files that a stage's parameters name: key -> (file, its SHA-256). Raises `StudyError` for a missing one."""
+        found = {}
+        for key, (section, name) in parameters.files(values).items():
+            path = self.root / name
+            content = durable.read(path)
+            if content is None:
+                raise StudyError(f'{shown(self.params)}/{section}.yaml: {key} = "{name}": there is no such file')
+            found[key] = path, durable.digest(content)
+        return found
 
     def parameters_class(self, stage: Stage) -> type | None:
         """The stage's `Parameters` class, or None if it has no such module."""

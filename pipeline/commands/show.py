@@ -38,7 +38,7 @@ def command(study: Study, artefact: str, as_json: bool) -> None:
     for field in fields:
         click.echo(_line(field))
     for title, columns, rows in _tables(study, content, about.get("stage", ""), shown(path)):
-        _print_table(title, columns, rows)
+        print_table(title, columns, rows)
 
 
 def _path(study: Study, name: str) -> Path:
@@ -93,7 +93,8 @@ def _tables(study: Study, content: bytes, stage: str, name: str) -> Any:
     return artefacts.decode(content, cls, name).tables() if hasattr(cls, "tables") else ()
 
 
-def _print_table(title: str, columns: Any, rows: Any) -> None:
+def print_table(title: str, columns: Any, rows: Any) -> None:
+    """Print a table with its title, its columns aligned."""
     cells = [[str(column) for column in columns], *([_short(cell) for cell in row] for row in rows)]
     widths = [max(len(row[index]) for row in cells) for index in range(len(cells[0]))]
     click.echo(f"\n{title}")

@@ -51,14 +51,19 @@ def parameter(
     bound: Bound | None = None,
     choices: tuple[str, ...] = (),
     default: Any = dataclasses.MISSING,
+    file: bool = False,
 ) -> Any:
-    """A field of a parameter dataclass. `unit` is "1" for a pure number and "-" for a word."""
+    """A field of a parameter dataclass. `unit` is "1" for a pure number and "-" for a word.
+
+    The value of a `file` is a path; the stage finds the file among its inputs under the parameter's name.
+    """
     metadata = {
         "unit": unit,
         "description": description,
         "symbol": symbol,
         "bound": bound or Bound(),
         "choices": choices,
+        "file": file,
     }
     return dataclasses.field(metadata=metadata, default=default)
 

@@ -1,4 +1,4 @@
-"""Writes measurements as an SQLite database in the schema of `stages.imu.schema`: the form in which a study keeps them."""
+"""Writes measurements as an SQLite database in the schema of `stages.imu.schema`: the form a study keeps them in."""
 
 from __future__ import annotations
 

@@ -16,6 +16,9 @@ class Settings:
 
     FILE: ClassVar[str] = "imu"
 
+    database: str | None = parameter(
+        "-", "SQLite file of a lab's own measurements, from the study's folder; null: the synthetic ones", file=True
+    )
     gravity: float = parameter("m/s^2", "gravity where the measurement was made", symbol="g", bound=POSITIVE)
     rest_leg_angle_deg: float = parameter(
         "deg", "inner leg's angle from the slope normal in the still stand, foot ahead positive", bound=Bound(-90, 90)

@@ -34,6 +34,8 @@ class SensorReport:
     gaps: int = quantity("1", "holes in the sequence of samples")
     resets: int = quantity("1", "restarts of the packet counter")
     batch_size: int = quantity("1", "samples in a packet")
+    smallest_batch: int = quantity("1", "fewest samples of a packet that arrived")
+    largest_batch: int = quantity("1", "most samples of a packet that arrived")
     stamp: str = quantity("-", "stamp the clock was fitted to")
     rate_hz: float = quantity("Hz", "fitted sampling rate")
     rate_ppm: float = quantity("ppm", "fitted rate relative to the nominal one")
@@ -68,6 +70,7 @@ def report_sensor(
     rate_unit = angular_rate_unit(trace)
     raw = np.hstack((indexed.recording.acceleration, indexed.recording.angular_rate))
     dead = dead_axes(raw)
+    batches = batch_sizes(indexed)
     refused = tuple(_refusals(trace, settings, dead, reading, unit, rate_unit))
     remarks = () if frame is not None or refused else ("no still stand: the frame cannot be found",)
     return SensorReport(
@@ -82,6 +85,8 @@ def report_sensor(
         gaps=indexed.gaps,
         resets=indexed.resets,
         batch_size=indexed.batch_size,
+        smallest_batch=int(batches.min(initial=indexed.batch_size)),
+        largest_batch=int(batches.max(initial=0)),
         stamp=clock.stamp,
         rate_hz=clock.rate_hz,
         rate_ppm=clock.rate_ppm,
@@ -132,6 +137,12 @@ def _refusals(
     if share > settings.loss_tolerance:
         found.append(f"{share:.0%} of the samples are lost")
     return found
+
+
+def batch_sizes(indexed: IndexedRecording) -> np.ndarray:
+    """Samples that arrived of each packet (p,) of which any did."""
+    packet = np.column_stack((indexed.segment, indexed.index // indexed.batch_size))
+    return np.unique(packet, axis=0, return_counts=True)[1]
 
 
 def missing_share(indexed: IndexedRecording) -> float:

@@ -8,9 +8,8 @@ import numpy as np
 
 from stages.biped.quantity import quantity
 from stages.imu.ensemble import Ensemble
-from stages.imu.report import NOT_OBSERVABLE, SensorReport
-
-Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
+from stages.imu.report import SensorReport
+from stages.imu.run_report import RunReport, Table, tables
 
 
 @dataclass(frozen=True)
@@ -31,18 +30,12 @@ class SensorSignals:
 class Run:
     """One run that was accepted."""
 
-    name: str = quantity("-", "experiment")
-    origin: str = quantity("-", "measured or synthetic")
-    slope_deg: float = quantity("deg", "inclination as read off")
+    report: RunReport = quantity("-", "what the run is worth")
     start: float = quantity("s", "clock of the stamps at the run's first heel strike")
     hip: SensorSignals = quantity("-", "hip sensor")
     foot: SensorSignals = quantity("-", "foot sensor")
-    foot_lag: float = quantity("s", "lag of the foot's stamps, taken out")
-    lever_arm: float = quantity("m", "distance of the sensors along the leg, from their signals")
     heel_strike_time: np.ndarray = quantity("s", "heel strikes since the first one, shape (s,)", symbol="t_HS")
     heel_strike_leg: np.ndarray = quantity("1", "leg that lands, 0 inner, 1 outer, shape (s,)")
-    step_frequency: float = quantity("Hz", "steps per second after the transient", symbol="f")
-    step_frequency_error: float = quantity("Hz", "standard error of the step frequency")
     strides: np.ndarray = quantity("SI", "registered strides, shape (strides, phases, signals)")
 
 
@@ -53,8 +46,8 @@ class Result:
     origin: str = quantity("-", "measured, synthetic or mixed")
     signals: tuple[str, ...] = quantity("-", "names of the registered signals, in order")
     reports: tuple[SensorReport, ...] = quantity("-", "one report a run and sensor, rejected ones included")
-    rejected: tuple[str, ...] = quantity("-", "runs not used, each with its reason")
     runs: tuple[Run, ...] = quantity("-", "accepted runs")
+    rejected: tuple[RunReport, ...] = quantity("-", "runs not used, each with its reason")
     ensemble: Ensemble = quantity("-", "all strides of all runs")
     step_frequency: float = quantity("Hz", "mean step frequency of the runs", symbol="f")
     step_frequency_spread: float = quantity("Hz", "standard deviation between runs")
@@ -71,60 +64,5 @@ class Result:
         )
 
     def tables(self) -> list[Table]:
-        """The report as tables: (title, columns, rows)."""
-        return [_faults(self), _clocks(self), _sensors(self), _runs(self)]
-
-
-def _faults(result: Result) -> Table:
-    columns = ("run", "sensor", "rows", "duplicates", "same key", "out of order", "unusable", "lost packets", "resets")
-    rows: list[tuple[str, ...]] = [
-        (
-            *(r.run, r.place, str(r.rows), str(r.exact_duplicates), str(r.key_duplicates), str(r.out_of_order)),
-            str(r.unusable_rows),
-            "can't be observed" if r.lost_packets == NOT_OBSERVABLE else str(r.lost_packets),
-            str(r.resets),
-        )
-        for r in result.reports
-    ]
-    return f"Rows ({result.origin})", columns, rows
-
-
-def _clocks(result: Result) -> Table:
-    columns = ("run", "sensor", "stamp", "batch", "rate Hz", "rate ppm", "robust ppm", "jitter ms", "after ms")
-    rows: list[tuple[str, ...]] = [
-        (
-            *(r.run, r.place, r.stamp, str(r.batch_size), f"{r.rate_hz:.3f}", f"{r.rate_ppm:.0f}"),
-            *(f"{r.robust_ppm:.0f}", f"{r.jitter_before_s * 1e3:.2f}", f"{r.jitter_after_s * 1e3:.2f}"),
-        )
-        for r in result.reports
-    ]
-    return f"Clocks ({result.origin})", columns, rows
-
-
-def _sensors(result: Result) -> Table:
-    columns = (
-        *("run", "sensor", "missing", "dead", "clipped a", "clipped w", "still s", "static", "gain"),
-        *("unit a", "unit w", "off swing deg", "off mount deg", "verdict"),
-    )
-    rows: list[tuple[str, ...]] = [
-        (
-            *(r.run, r.place, str(r.missing_values), " ".join(r.dead_axes) or "none", str(r.clipped_acceleration)),
-            *(str(r.clipped_angular_rate), f"{r.rest_s:.2f}", f"{r.static_reading:.5g}", f"{r.static_gain:.4f}"),
-            *(r.acceleration_unit, r.angular_rate_unit, f"{r.swing_residual_deg:.2f}", f"{r.mounting_deg:.2f}"),
-            ("accepted" if r.accepted else "rejected") + (": " + "; ".join(r.reasons) if r.reasons else ""),
-        )
-        for r in result.reports
-    ]
-    return f"Sensors ({result.origin})", columns, rows
-
-
-def _runs(result: Result) -> Table:
-    columns = ("run", "heel strikes", "strides", "step frequency Hz", "standard error Hz", "foot lag ms", "lever arm m")
-    rows: list[tuple[str, ...]] = [
-        (
-            *(run.name, str(len(run.heel_strike_time)), str(len(run.strides)), f"{run.step_frequency:.4f}"),
-            *(f"{run.step_frequency_error:.4f}", f"{run.foot_lag * 1e3:.2f}", f"{run.lever_arm:.3f}"),
-        )
-        for run in result.runs
-    ]
-    return f"Runs ({result.origin})", columns, rows
+        """The reports as tables: (title, columns, rows)."""
+        return tables(self.reports, [*(run.report for run in self.runs), *self.rejected], self.origin)

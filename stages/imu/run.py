@@ -19,14 +19,18 @@ from stages.imu.parameters import Parameters, Settings
 from stages.imu.refusal import SourceRefused
 from stages.imu.report import SensorReport
 from stages.imu.result import Result, Run, SensorSignals
+from stages.imu.run_report import RunReport, origin_of
 from stages.imu.schema import Experiment, Recording
 from stages.imu.source_sqlite import SqliteSource
 from stages.imu.trial import BodySensor, Trial, read_trial
 
 
 def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
-    """Ingest inputs["measurements"], the path of an SQLite database. Raises SourceRefused, in one sentence."""
-    with SqliteSource(Path(inputs["measurements"])) as source:
+    """Ingest inputs["measurements"], the path of an SQLite database, or the lab's own, inputs["database"].
+
+    Raises SourceRefused, in one sentence.
+    """
+    with SqliteSource(Path(inputs.get("database") or inputs["measurements"])) as source:
         return collect(trials(source.runs(), parameters.settings, progress), parameters.settings)
 
 
@@ -42,52 +46,45 @@ def trials(
 def collect(found: Iterable[Trial], settings: Settings) -> Result:
     """All trials as one result. Raises SourceRefused if none can be used."""
     reports: list[SensorReport] = []
-    rejected: list[str] = []
+    rejected: list[RunReport] = []
     runs: list[Run] = []
     for trial in found:
         reports.extend(trial.reports)
         if trial.accepted:
             runs.append(run_of(trial))
         else:
-            rejected.append(f"{trial.experiment.name}: {trial.reason}")
+            rejected.append(trial.report())
     if not runs:
         raise SourceRefused(f"no run can be used; the first was turned down: {_first_reason(rejected, reports)}")
     strides = np.concatenate([one.strides for one in runs])
-    frequency = np.array([one.step_frequency for one in runs])
-    origins = {one.origin for one in runs}
+    frequency = np.array([one.report.step_frequency for one in runs])
     return Result(
-        origin=origins.pop() if len(origins) == 1 else "mixed",
+        origin=origin_of(one.report for one in runs),
         signals=SENSOR_SIGNALS,
         reports=tuple(reports),
-        rejected=tuple(rejected),
         runs=tuple(runs),
+        rejected=tuple(rejected),
         ensemble=ensemble_of(strides),
         step_frequency=float(np.mean(frequency)),
         step_frequency_spread=float(np.std(frequency, ddof=1)) if len(runs) > 1 else math.nan,
     )
 
 
-def _first_reason(rejected: list[str], reports: list[SensorReport]) -> str:
+def _first_reason(rejected: list[RunReport], reports: list[SensorReport]) -> str:
     reasons = next((report.reasons for report in reports if not report.accepted), ())
-    return "; ".join(reasons) or (rejected[0] if rejected else "no run at all")
+    return "; ".join(reasons) or (f"{rejected[0].name}: {rejected[0].reason}" if rejected else "no run at all")
 
 
 def run_of(trial: Trial) -> Run:
     """A trial as it is stored, its times counted from the first heel strike."""
     start = float(trial.strikes.time[0])
     return Run(
-        name=trial.experiment.name,
-        origin=trial.experiment.origin,
-        slope_deg=math.nan if trial.experiment.slope_deg is None else trial.experiment.slope_deg,
+        report=trial.report(),
         start=start,
         hip=signals_of(trial.sensors.get("hip"), start),
         foot=signals_of(trial.sensors.get("foot"), start),
-        foot_lag=trial.foot_lag,
-        lever_arm=trial.lever_arm,
         heel_strike_time=trial.strikes.time - start,
         heel_strike_leg=trial.strikes.leg,
-        step_frequency=trial.frequency.value,
-        step_frequency_error=trial.frequency.standard_error,
         strides=trial.strides,
     )
 

@@ -10,7 +10,8 @@ A description of one experiment, as it stands in a YAML file:
         device: {place: foot, rate_hz: 100, accelerometer_unit: m/s^2, gyroscope_unit: rad/s}
         columns: {packet: PacketCounter, ax: Acc_X, ay: Acc_Y, az: Acc_Z, gx: Gyr_X, gy: Gyr_Y, gz: Gyr_Z}
 
-`device` takes the columns of table `device` in `stages.imu.schema`, `columns` those of table `sample`.
+`device` takes the columns of table `device` in `stages.imu.schema`, `columns` those of table `sample`. Several
+experiments stand as a list under the one key `runs`.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from stages.imu.schema import SAMPLE_VALUES, TABLES, Device, Experiment, Recordi
 
 DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 NEEDED = ("ax", "ay", "az", "gx", "gy", "gz")
+RUN_KEYS = {"experiment", "files"}
 FILE_KEYS = {"file", "delimiter", "header_rows", "device", "columns"}
 DEVICE_KEYS = {name for name, _, _ in TABLES["device"]}
 
@@ -44,24 +46,42 @@ class ColumnMap:
 
 
 class CsvSource:
-    """The files of one experiment; reads only. Raises SourceRefused, in one sentence, for what cannot be read."""
+    """The files of one experiment, or of several; reads only.
+
+    Raises SourceRefused, in one sentence, for what cannot be read.
+    """
 
     def __init__(self, description: Mapping[str, Any], folder: Path) -> None:
         self.folder = folder
-        self.maps = column_maps(description)
-        self.experiment = experiment_from_row(_mapping(description.get("experiment", {}), "experiment"))
+        described = description.get("runs", [description])
+        if not isinstance(described, Sequence) or isinstance(described, str) or not described:
+            raise SourceRefused("runs: must be a list of experiments with their files")
+        self.maps = []
+        for one in described:
+            run = _mapping(one, "a run")
+            _only(run, RUN_KEYS, "a run")
+            experiment = experiment_from_row(_mapping(run.get("experiment", {}), "experiment"))
+            self.maps.append((experiment, column_maps(run)))
+
+    def __enter__(self) -> CsvSource:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Nothing is kept open."""
 
     def runs(self) -> Iterator[tuple[Experiment, tuple[Recording, ...]]]:
-        """The one experiment with the recordings of all its files."""
-        yield self.experiment, tuple(self._read(one) for one in self.maps)
+        """Each experiment with the recordings of all its files; one is in memory at a time."""
+        for experiment, maps in self.maps:
+            yield experiment, tuple(self._read(experiment, one) for one in maps)
 
-    def _read(self, one: ColumnMap) -> Recording:
+    def _read(self, experiment: Experiment, one: ColumnMap) -> Recording:
         path = self.folder / one.file
         try:
             with path.open(encoding="utf-8", errors="replace", newline="") as file:
                 rows = csv.reader(islice(file, one.header_rows, None), delimiter=one.delimiter)
                 names = [name.strip().lstrip("\ufeff") for name in next(rows, [])]
-                return self._recording(one, names, [row for row in rows if any(cell.strip() for cell in row)])
+                filled = [row for row in rows if any(cell.strip() for cell in row)]
+                return self._recording(experiment, one, names, filled)
         except (OSError, ValueError) as error:
             if isinstance(error, SourceRefused):
                 raise
@@ -69,14 +89,16 @@ class CsvSource:
         except csv.Error as error:
             raise SourceRefused(f"{printable(one.file)} is no table ({error})") from error
 
-    def _recording(self, one: ColumnMap, names: Sequence[str], rows: Sequence[Sequence[str]]) -> Recording:
+    def _recording(
+        self, experiment: Experiment, one: ColumnMap, names: Sequence[str], rows: Sequence[Sequence[str]]
+    ) -> Recording:
         repeated = [name for name in one.columns.values() if names.count(name) != 1]
         if repeated:
             has = "more than once" if repeated[0] in names else "not at all"
             raise SourceRefused(f"{printable(one.file)} has the column {printable(repeated[0])} {has}")
         place = [names.index(one.columns[value]) if value in one.columns else None for value in SAMPLE_VALUES]
         cells = [[None if at is None or at >= len(row) else row[at] for at in place] for row in rows]
-        return recording_from_columns(self.experiment, one.device, numbers(cells, len(SAMPLE_VALUES)))
+        return recording_from_columns(experiment, one.device, numbers(cells, len(SAMPLE_VALUES)))
 
 
 def column_maps(description: Mapping[str, Any]) -> tuple[ColumnMap, ...]:

@@ -15,6 +15,7 @@ from stages.imu.parameters import Settings
 from stages.imu.registration import register, stride_bounds
 from stages.imu.report import SensorReport, report_sensor
 from stages.imu.resample import resample
+from stages.imu.run_report import RunReport
 from stages.imu.schema import Experiment, Recording
 from stages.imu.sensor import SensorTrace, trace_sensor
 
@@ -55,6 +56,24 @@ class Trial:
     accepted: bool
     reason: str
 
+    def report(self) -> RunReport:
+        """What the run is worth."""
+        slope = self.experiment.slope_deg
+        return RunReport(
+            name=self.experiment.name,
+            origin=self.experiment.origin,
+            slope_deg=math.nan if slope is None else slope,
+            overlap=self.overlap,
+            foot_lag=self.foot_lag,
+            lever_arm=self.lever_arm,
+            heel_strikes=len(self.strikes.time),
+            strides=len(self.strides),
+            step_frequency=self.frequency.value,
+            step_frequency_error=self.frequency.standard_error,
+            accepted=self.accepted,
+            reason=self.reason,
+        )
+
 
 def read_trial(experiment: Experiment, recordings: tuple[Recording, ...], settings: Settings) -> Trial:
     """Take one run from raw rows to registered strides, or to the reason why not."""
@@ -71,7 +90,8 @@ def read_trial(experiment: Experiment, recordings: tuple[Recording, ...], settin
         lag = foot_lag(sensors, settings)
         foot = sensors["foot"]
         sensors["foot"] = BodySensor(foot.trace, foot.frame, foot.time - lag, foot.force, foot.rate)
-        overlap = overlap_of(sensors["hip"].time, sensors["foot"].time)
+        if all(sensor.trace.clock.stamp != "none" for sensor in sensors.values()):
+            overlap = overlap_of(sensors["hip"].time, sensors["foot"].time)
         lever = lever_arm(sensors, settings)
     strikes = strikes_of(sensors, settings)
     used = HeelStrikes(strikes.time[settings.skipped_steps :], strikes.leg[settings.skipped_steps :])

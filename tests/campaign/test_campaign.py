@@ -100,7 +100,7 @@ def test_the_sensor_flattens_the_spike_of_heel_strike(made: Result) -> None:
 def test_the_ingest_finds_the_heel_strikes_of_the_twin(made: Result, ingested: Ingested) -> None:
     assert not ingested.rejected
     for truth, found in zip(made.runs, ingested.runs):
-        assert found.name == truth.name
+        assert found.report.name == truth.name
         assert len(found.heel_strike_time) == len(truth.heel_strike_time)
         assert (found.heel_strike_leg == truth.heel_strike_leg).all()
         absolute = found.start - truth.clock_start + found.heel_strike_time

@@ -54,5 +54,5 @@ def score(run: Run, truth: Truth) -> Score:
         strike_error=float(np.abs(error[hit]).max(initial=0)),
         strike_bias=float(np.mean(error[hit])),
         legs_right=bool((legs == run.heel_strike_leg)[hit].all()),
-        frequency_error=run.step_frequency / exact.value - 1,
+        frequency_error=run.report.step_frequency / exact.value - 1,
     )

@@ -26,7 +26,7 @@ def ingested(request, tmp_path_factory) -> tuple[Result, dict[str, Truth]]:
 @pytest.fixture(scope="module")
 def scores(ingested) -> list[Score]:
     result, truth = ingested
-    return [score(one, truth[one.name]) for one in result.runs]
+    return [score(one, truth[one.report.name]) for one in result.runs]
 
 
 def test_every_run_is_used(ingested) -> None:
@@ -64,7 +64,7 @@ def test_origin_is_passed_on(ingested) -> None:
 def test_sensors_sit_where_they_sit(ingested) -> None:
     """The foot sensor is 0.233 m below the hip sensor."""
     result, _ = ingested
-    assert np.median([one.lever_arm for one in result.runs]) == pytest.approx(0.233, abs=0.01)
+    assert np.median([one.report.lever_arm for one in result.runs]) == pytest.approx(0.233, abs=0.01)
 
 
 def test_registered_strides_are_the_motion(ingested) -> None:

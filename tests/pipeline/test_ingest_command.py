@@ -1,0 +1,96 @@
+"""`bipedstudy ingest`: the report on the screen and as JSON, its exit codes, and silence about connections."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from tests.imu.stand_in import make_database, make_run
+
+ACCELERATION, RATE = ("ax", "ay", "az"), ("gx", "gy", "gz")
+
+
+@pytest.fixture(scope="module")
+def database(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("lab") / "lab.sqlite"
+    path.write_bytes(make_database([make_run(seed, steps=9, rest_s=1.5) for seed in (1, 2)]))
+    return path
+
+
+def ingest(repository: Path, *arguments: object, **environment: str) -> tuple[int, str, str]:
+    done = subprocess.run(
+        [sys.executable, "-m", "pipeline.cli", "ingest", *map(str, arguments)],
+        cwd=repository,
+        env={**os.environ, "PYTHONPATH": str(repository), **environment},
+        text=True,
+        capture_output=True,
+        timeout=60,
+    )
+    assert "Traceback" not in done.stderr
+    return done.returncode, done.stdout, done.stderr
+
+
+def test_the_report_and_a_stored_copy(repository: Path, database: Path, tmp_path: Path) -> None:
+    before = database.read_bytes()
+    copy = tmp_path / "copy.sqlite"
+    code, out, errors = ingest(repository, database, "--store", copy)
+    assert code == 0 and "2 of 2 runs can be used" in errors
+    assert [line.split()[0] for line in out.splitlines() if "(synthetic)" in line] == [
+        "Rows", "Clocks", "Sensors", "Runs"
+    ]  # fmt: skip
+    assert database.read_bytes() == before
+    _, again, _ = ingest(repository, copy)
+    assert again == out
+    code, _, errors = ingest(repository, database, "--store", copy)
+    assert code == 2 and "is there already" in errors
+
+
+def test_files_with_a_column_map_as_json(repository: Path, tmp_path: Path) -> None:
+    """A sensor that never moves: every item is reported, and the run is rejected."""
+    names = ("count", *ACCELERATION, *RATE)
+    rows = [f"{i},{0.01 * (i % 2)},9.81,0,0,0,0.001" for i in range(0, 400) if i % 50]
+    (tmp_path / "hip.csv").write_text("\n".join([",".join(names), *rows]))
+    device = {"place": "hip", "rate_hz": 100, "accelerometer_unit": "m/s^2", "gyroscope_unit": "rad/s"}
+    columns = {"packet": "count", **{name: name for name in (*ACCELERATION, *RATE)}}
+    run = {"experiment": {"name": "still"}, "files": [{"file": "hip.csv", "device": device, "columns": columns}]}
+    (tmp_path / "map.yaml").write_text(yaml.safe_dump({"runs": [run]}))
+    code, out, _ = ingest(repository, tmp_path, "--map", tmp_path / "map.yaml", "--json")
+    assert code == 3
+    answer = json.loads(out)
+    (sensor,), (whole,) = answer["sensors"], answer["runs"]
+    assert (sensor["rows"], sensor["lost_packets"], sensor["gaps"]) == (392, 7, 7)
+    assert sensor["dead_axes"] == ["ay", "az", "gx", "gy", "gz"]
+    assert not sensor["accepted"] and sensor["reasons"][0].startswith("dead axes")
+    assert sensor["acceleration_unit"] == "m/s^2" and sensor["acceleration_step"] == pytest.approx(0.01)
+    assert (whole["name"], whole["accepted"], whole["overlap"]) == ("still", False, None)
+
+
+@pytest.mark.parametrize(
+    ("source", "words"),
+    [
+        ("nothing.sqlite", "cannot be read"),
+        ("README.md", "is not an SQLite database"),
+        ("params", "is a folder"),
+        ("env:BIPEDSTUDY_NOT_SET", "is not set"),
+    ],
+)
+def test_bad_sources(repository: Path, source: str, words: str) -> None:
+    code, out, errors = ingest(repository, source)
+    assert (code, out) == (2, "")
+    assert words in errors and len(errors.splitlines()) == 1
+
+
+def test_a_connection_string_is_never_told(repository: Path, tmp_path: Path) -> None:
+    """Neither on the screen nor in any file, whether it comes as an argument or by its variable."""
+    secret = "postgresql://anna:swordfish@host.invalid/gait"
+    for arguments in ((secret,), ("env:LAB",)):
+        code, out, errors = ingest(repository, *arguments, "--results", tmp_path / "results", LAB=secret)
+        assert code == 2 and out == "" and len(errors.splitlines()) == 1
+        assert not [part for part in ("anna", "swordfish", "invalid", "gait") if part in errors], errors
+    assert not [path for path in tmp_path.rglob("*") if path.is_file() and b"swordfish" in path.read_bytes()]
