@@ -20,6 +20,7 @@ class SensorTruth:
     acceleration_bias: np.ndarray = quantity("m/s^2", "bias of each accelerometer axis, shape (3,)")
     angular_rate_bias: np.ndarray = quantity("rad/s", "bias of each gyroscope axis, shape (3,)")
     period: float = quantity("s", "true sampling period")
+    low_pass_delay: float = quantity("s", "delay of the sensor's low pass far below its cut-off")
     packet: np.ndarray = quantity("1", "packet number of each row that arrived, shape (n,)")
     position: np.ndarray = quantity("1", "its position in the packet, shape (n,)")
     sample_time: np.ndarray = quantity("s", "true time at which it was sampled, shape (n,)", symbol="t")

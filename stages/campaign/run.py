@@ -29,6 +29,7 @@ from stages.campaign.virtual_sensor import (
     read,
 )
 from stages.imu.schema import Device, Experiment
+from stages.imu.sensor import filter_delay
 
 SYNTHETIC = "synthetic"
 FIRST_RUN_AT = 1_600_000_000.0  # s, what the phone's clock shows at the first run: any date does
@@ -156,6 +157,7 @@ def sensor_truth(
         acceleration_bias=errors.acceleration_bias,
         angular_rate_bias=errors.angular_rate_bias,
         period=errors.period,
+        low_pass_delay=filter_delay(parameters.sensor.bandwidth_hz),
         packet=sent.packet,
         position=sent.position,
         sample_time=readings.time[sent.row],

@@ -14,6 +14,7 @@ import numpy as np
 from stages.analytic.result import Result as AnalyticResult
 from stages.analytic.sensitivity import OUTSOLE
 from stages.biped.quantity import quantity
+from stages.biped.walk import SENSOR_SIGNALS
 from stages.comparison.agreement import STANDARD_GRAVITY, ModelAgreement, TwinAgreement
 from stages.comparison.measurement import MeasurementAgreement
 from stages.comparison.parameters import Settings
@@ -255,7 +256,7 @@ def twin_like_simple(twin: TwinAgreement, settings: Settings) -> Claim:
 
 
 def measurement_encloses(measured: MeasurementAgreement, settings: Settings) -> Claim:
-    shares = measured.enclosed_share[:3]
+    shares = [measured.twin[name].envelope_share for name in SENSOR_SIGNALS[:3]]
     return Claim(
         "measurement_encloses",
         "the whole set of 30 runs encloses the simulated curves (section 7.4, figure 16)",

@@ -1,4 +1,4 @@
-"""How far measurements agree with the twin."""
+"""How far measurements agree with the twin and the simple model."""
 
 from __future__ import annotations
 
@@ -10,18 +10,22 @@ import numpy as np
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.comparison.stride import Stride
+from stages.imu.agreement import Agreement, FrequencyDifference, agreement, frequency_difference
 
 
 @dataclass(frozen=True)
 class MeasurementAgreement:
-    """Measured (or synthetic) strides against the twin's."""
+    """Measured (or synthetic) strides against the models' last stride, signal by signal."""
 
     origin: str = quantity("-", "measured, synthetic or mixed")
     runs: int = quantity("1", "runs accepted")
     step_frequency: float = quantity("Hz", "mean step frequency of the runs")
     step_frequency_spread: float = quantity("Hz", "standard deviation between runs")
     twin_step_frequency: float = quantity("Hz", "step frequency of the twin over the same steps")
-    enclosed_share: np.ndarray = quantity("1", "share of the stride where the envelope holds the twin, shape (6,)")
+    twin_frequency: FrequencyDifference = quantity("-", "runs against the twin over the same steps")
+    simple_frequency: FrequencyDifference = quantity("-", "runs against the settled simple model")
+    twin: dict[str, Agreement] = quantity("-", "agreement with the twin, by signal")
+    simple: dict[str, Agreement] = quantity("-", "agreement with the simple model, by signal")
 
 
 def same_steps_frequency(imu: Any, walk: Walk, skipped: int) -> float:
@@ -31,17 +35,38 @@ def same_steps_frequency(imu: Any, walk: Walk, skipped: int) -> float:
     return float((len(strikes) - 1) / (strikes[-1] - strikes[0]))
 
 
-def compare_measurement(imu: Any, walk: Walk, twin: Stride, skipped: int) -> MeasurementAgreement:
-    """Agreement of the ingest's result with the twin's walk and its last stride; `skipped` heel strikes left out."""
-    lower, upper, phase = imu.ensemble.lower, imu.ensemble.upper, imu.ensemble.phase
-    curves = np.column_stack([np.interp(phase, twin.phase, column) for column in twin.signals.T])
-    known = np.isfinite(lower) & np.isfinite(upper)
-    inside = known & (curves >= lower) & (curves <= upper)
+def compare_measurement(imu: Any, walk: Walk, twin: Stride, simple: Stride, skipped: int) -> MeasurementAgreement:
+    """Agreement of the ingest's result with the last stride of twin and simple model.
+
+    `walk` is the twin's, whose step frequency is taken over the runs' own steps; `skipped` heel strikes left out.
+    """
+    runs = np.array([run.report.step_frequency for run in imu.runs])
+    frequency = same_steps_frequency(imu, walk, skipped)
     return MeasurementAgreement(
         origin=imu.origin,
         runs=len(imu.runs),
         step_frequency=imu.step_frequency,
         step_frequency_spread=imu.step_frequency_spread,
-        twin_step_frequency=same_steps_frequency(imu, walk, skipped),
-        enclosed_share=inside.sum(axis=0) / np.maximum(known.sum(axis=0), 1),
+        twin_step_frequency=frequency,
+        twin_frequency=frequency_difference(runs, frequency),
+        simple_frequency=frequency_difference(runs, 2 / simple.period),
+        twin=stride_agreement(imu, twin),
+        simple=stride_agreement(imu, simple),
     )
+
+
+def stride_agreement(imu: Any, stride: Stride) -> dict[str, Agreement]:
+    """Agreement of a model's stride with the ensemble, by the signals' names, at the ensemble's phases.
+
+    The model's curves are not passed through the sensor's low pass, as in the paper: at heel strike they differ by it.
+    """
+    known = imu.ensemble
+    return {
+        name: agreement(
+            np.interp(known.phase, stride.phase, stride.signals[:, column]),
+            known.mean[:, column],
+            known.lower[:, column],
+            known.upper[:, column],
+        )
+        for column, name in enumerate(imu.signals)
+    }

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from stages.biped.quantity import quantity
 from stages.comparison.agreement import ModelAgreement, TwinAgreement
 from stages.comparison.claims import Claim
+from stages.comparison.ingest_score import IngestScore
 from stages.comparison.measurement import MeasurementAgreement
 
 
@@ -17,6 +18,7 @@ class Result:
     models: ModelAgreement = quantity("-", "constraint model against penalty model")
     twin: TwinAgreement = quantity("-", "twin against simple model")
     measurement: MeasurementAgreement = quantity("-", "measurements against twin")
+    ingest: IngestScore | None = quantity("-", "the ingest against the synthetic truth; empty for other measurements")
     claims: tuple[Claim, ...] = quantity("-", "the paper's claims")
     files: dict[str, bytes] = quantity("-", "figures and claims, by path in the results folder")
 
@@ -28,3 +30,7 @@ class Result:
             f"{verdicts.count(True)} claims hold, {verdicts.count(False)} do not, {verdicts.count(None)} undecided; "
             f"{pictures} figures"
         )
+
+    def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
+        """How well the ingest reads what is known: (title, columns, rows)."""
+        return [self.ingest.table()] if self.ingest is not None else []

@@ -26,6 +26,7 @@ from stages.comparison.figures import (
     twin_ladder,
     twin_pushes,
 )
+from stages.comparison.ingest_score import score_ingest
 from stages.comparison.measurement import MeasurementAgreement, compare_measurement
 from stages.comparison.parameters import Parameters
 from stages.comparison.result import Result
@@ -42,12 +43,15 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
     strides = {name: last_stride(inputs[name].walk, settings.phase_points) for name in walkers}
     models = compare_models(inputs["analytic"], inputs["multibody"], strides)
     twin = compare_twin(inputs["twin"], strides)
-    measured = compare_measurement(inputs["imu"], inputs["twin"].walk, strides["twin"], settings.skipped_steps)
+    measured = compare_measurement(
+        inputs["imu"], inputs["twin"].walk, strides["twin"], strides["multibody"], settings.skipped_steps
+    )
+    score = score_ingest(inputs["campaign"], inputs["imu"], settings.skipped_steps)
     progress(0.2, "judging the claims")
     verdicts = judge(parameters, inputs, models, twin, measured)
     progress(0.3, "drawing")
-    files = {"claims.yaml": claims.as_yaml(verdicts), **draw_all(parameters, inputs, strides)}
-    return Result(models, twin, measured, verdicts, files)
+    files = {"claims.yaml": claims.as_yaml(verdicts), **draw_all(parameters, inputs, strides, measured)}
+    return Result(models, twin, measured, score, verdicts, files)
 
 
 def judge(
@@ -87,7 +91,7 @@ def judge(
 
 
 def draw_all(
-    parameters: Parameters, inputs: Mapping[str, Any], strides: Mapping[str, Stride]
+    parameters: Parameters, inputs: Mapping[str, Any], strides: Mapping[str, Stride], measured: MeasurementAgreement
 ) -> dict[str, bytes]:
     """All figures as files, by path in the results folder."""
     settings, radius = parameters.settings, parameters.biped.foot_radius
@@ -110,7 +114,7 @@ def draw_all(
                 figure_16.NAME,
                 figure_16.draw(
                     np.concatenate([run.strides for run in imu.runs]),
-                    imu.origin,
+                    measured,
                     strides["twin"],
                     strides["multibody"],
                 ),

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from stages.biped.walk import Walk
+from stages.biped.walk import SENSOR_SIGNALS, Walk
+from stages.comparison.measurement import MeasurementAgreement
 from stages.contact_study.result import VARIED, Candidates, OneStep, Result, Variations
 from stages.ground.contact_law import ContactLaw
+from stages.imu.agreement import Agreement, FrequencyDifference
 
 DEFAULTS = ContactLaw(1e5, 2.2, 1e4, 1e-4, 1.1, 1.0, 0.1, 1.0)
 
@@ -75,3 +77,11 @@ def make_study(hip: float = 2e-3, chosen: float = 2e-4, ground_is_choice: bool =
         time, make_step(hip=hip), bump, variations, candidates, make_step(hip=chosen), bump, make_step(hip=chosen),
         ground_is_choice,
     )  # fmt: skip
+
+
+def make_agreement(origin: str = "measured", share: float = 1.0, frequency: float = 1.9) -> MeasurementAgreement:
+    """Runs that agree with both models in every signal, but for the share inside the envelope."""
+    found = Agreement(0.1, 0.01, 0.99, True, 0.98, 0.0, -0.2, 0.2, share)
+    difference = FrequencyDifference(frequency - 2.0, frequency - 2.1, frequency - 1.9, 0.95)
+    signals = dict.fromkeys(SENSOR_SIGNALS, found)
+    return MeasurementAgreement(origin, 30, frequency, 0.01, 2.0, difference, difference, signals, signals)

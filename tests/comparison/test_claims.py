@@ -7,13 +7,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import yaml
-from made_up import make_study
+from made_up import make_agreement, make_study
 
 from stages.comparison import claims
 from stages.comparison.agreement import ModelAgreement, TwinAgreement
 from stages.comparison.claims import Claim
 from stages.comparison.hip_motion import HipDifference
-from stages.comparison.measurement import MeasurementAgreement
 from stages.comparison.parameters import Settings
 from stages.multibody.result import FrictionVariation
 
@@ -46,10 +45,6 @@ def models(position=1e-4, velocity=1e-3, energy=1e-8):
 
 def twin(steps=4, rms=0.01, above=0.0):
     return TwinAgreement(steps, 2.0, np.full(6, rms), 20.0, 30.0, 3.0, above)
-
-
-def measured(origin="measured", share=1.0, frequency=1.9):
-    return MeasurementAgreement(origin, 30, frequency, 0.01, 2.0, np.full(6, share))
 
 
 def friction(change):
@@ -85,9 +80,12 @@ CASES = [
     (claims.twin_like_simple(twin(), SETTINGS), claims.twin_like_simple(twin(rms=0.2), SETTINGS)),
     (claims.ramp_length(analytic()), claims.ramp_length(analytic(length=0.4))),
     (claims.sensor_range(twin()), claims.sensor_range(twin(above=1e-3))),
-    (claims.measurement_encloses(measured(), SETTINGS), claims.measurement_encloses(measured(share=0.5), SETTINGS)),
+    (
+        claims.measurement_encloses(make_agreement(), SETTINGS),
+        claims.measurement_encloses(make_agreement(share=0.5), SETTINGS),
+    ),
     (claims.outsole_slows(with_outsole(2.0)), claims.outsole_slows(with_outsole(2.1))),
-    (claims.measurement_slower(measured()), claims.measurement_slower(measured(frequency=2.1))),
+    (claims.measurement_slower(make_agreement()), claims.measurement_slower(make_agreement(frequency=2.1))),
 ]
 
 
@@ -104,9 +102,9 @@ def test_the_claim_on_the_contact_set_says_whether_ground_yaml_holds_the_choice(
 
 
 def test_synthetic_measurements_decide_nothing():
-    assert claims.measurement_encloses(measured("synthetic"), SETTINGS).holds is None
-    assert claims.measurement_slower(measured("synthetic")).holds is None
-    assert "synthetic" in claims.measurement_encloses(measured("synthetic"), SETTINGS).why
+    assert claims.measurement_encloses(make_agreement("synthetic"), SETTINGS).holds is None
+    assert claims.measurement_slower(make_agreement("synthetic")).holds is None
+    assert "synthetic" in claims.measurement_encloses(make_agreement("synthetic"), SETTINGS).why
 
 
 def test_a_design_without_neighbouring_gaits_still_gets_an_answer():

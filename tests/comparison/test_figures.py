@@ -5,7 +5,7 @@ import io
 import matplotlib.image
 import numpy as np
 import pytest
-from made_up import DEFAULTS, make_study, make_walk
+from made_up import DEFAULTS, make_agreement, make_study, make_walk
 
 from stages.comparison.figures import (
     figure_02,
@@ -79,7 +79,7 @@ def figures():
         figure_07.NAME: lambda: figure_07.draw(other, 0.083, np.radians(2)),
         figure_08.NAME: lambda: figure_08.draw(analytic, other, 1.0, (3e-4, 5e-3)),
         figure_10.NAME: lambda: figure_10.draw(other, poses(other)),
-        figure_16.NAME: lambda: figure_16.draw(strides, "synthetic", stride, last_stride(other, 101)),
+        figure_16.NAME: lambda: figure_16.draw(strides, make_agreement("synthetic"), stride, last_stride(other, 101)),
         twin_ladder.NAME: lambda: twin_ladder.draw(ladder()),
         twin_pushes.NAME: lambda: twin_pushes.draw(pushes()),
     }
@@ -123,13 +123,16 @@ def test_figure_08_shows_the_walks_and_their_difference_in_millimetres():
 def test_figure_16_says_what_is_synthetic():
     stride = last_stride(make_walk(), 101)
     with style.drawing():
-        synthetic = figure_16.draw(stride.signals[None], "synthetic", stride, stride)
-        measured = figure_16.draw(stride.signals[None], "measured", stride, stride)
+        synthetic = figure_16.draw(stride.signals[None], make_agreement("synthetic"), stride, stride)
+        measured = figure_16.draw(stride.signals[None], make_agreement(), stride, stride)
 
     def words(figure):
         return " ".join(text.get_text() for axes in figure.get_axes() for text in axes.texts)
 
     assert "SYNTHETIC" in words(synthetic)
+    for measure in ("RMSE", "multiple correlation", "ICC(A,1)", "bias", "limit of agreement", "inside the envelope"):
+        assert measure in words(synthetic)
+    assert "mHz" in synthetic.get_supxlabel()
     assert "SYNTHETIC" not in words(measured)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,11 +13,13 @@ from stages.biped.design import Biped
 from stages.campaign.database import database_bytes
 from stages.campaign.parameters import RadioSettings, SensorSettings
 from stages.campaign.radio import Transmitted, transmit
+from stages.campaign.result import RunTruth, SensorTruth
 from stages.campaign.standing import joined, rolling_leg, stand_and_push
 from stages.campaign.virtual_sensor import Readings, SensorErrors, SensorMotion, draw_errors, read
 from stages.ground.slope import Slope
 from stages.imu.parameters import Settings
 from stages.imu.schema import Device, Experiment
+from stages.imu.sensor import filter_delay
 
 GRID = 1 / 5000
 BIPED = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)
@@ -34,13 +37,30 @@ def device(place: str) -> Device:
 
 @dataclass(frozen=True)
 class Truth:
-    """What really happened in a run, by true time."""
+    """What really happened in a run, and what was sent of it."""
 
-    strikes: np.ndarray
-    legs: np.ndarray
-    readings: tuple[Readings, Readings]
-    errors: tuple[SensorErrors, SensorErrors]
+    run: RunTruth
     sent: tuple[Transmitted, Transmitted]
+
+
+def sensor_truth(place: str, errors: SensorErrors, readings: Readings, sent: Transmitted) -> SensorTruth:
+    return SensorTruth(
+        place=place,
+        rotation=errors.rotation,
+        acceleration_gain=errors.acceleration_gain,
+        angular_rate_gain=errors.angular_rate_gain,
+        acceleration_bias=errors.acceleration_bias,
+        angular_rate_bias=errors.angular_rate_bias,
+        period=errors.period,
+        low_pass_delay=filter_delay(SENSOR.bandwidth_hz),
+        packet=sent.packet,
+        position=sent.position,
+        sample_time=readings.time[sent.row],
+        lost_packets=0,
+        peak=math.nan,
+        peak_filtered=math.nan,
+        peak_sampled=math.nan,
+    )
 
 
 def walking(steps: int, period: float, amplitude: float = 0.24) -> tuple[SensorMotion, SensorMotion, np.ndarray]:
@@ -82,14 +102,27 @@ def make_run(
     rate = hip.angular_velocity[:, 2]
     time, leg = stand_and_push(0.0, (0.0, rate[0], (rate[1] - rate[0]) / GRID), rest_s, 0.4, GRID)
     before = rolling_leg(tuple(leg), BIPED, SLOPE, time)
-    readings, errors, sent = [], [], []
+    sensors, sent = {}, []
     start = 1.6e9 + 100.0 * seed
     for place, motion, rest in zip(("hip", "foot"), (hip, foot), before):
-        errors.append(draw_errors(SENSOR, device(place), rng))
-        readings.append(read(joined(rest, motion), errors[-1], SENSOR, rng))
-        sent.append(transmit(readings[-1], start, 100.0, radio, rng))
-    truth = Truth(strikes, (np.arange(steps) + 1) % 2, tuple(readings), tuple(errors), tuple(sent))
-    return Experiment(f"run {seed}", "synthetic", SLOPE.slope_deg), truth
+        errors = draw_errors(SENSOR, device(place), rng)
+        readings = read(joined(rest, motion), errors, SENSOR, rng)
+        sent.append(transmit(readings, start, 100.0, radio, rng))
+        sensors[place] = sensor_truth(place, errors, readings, sent[-1])
+    truth = RunTruth(
+        name=f"run {seed}",
+        clock_start=start,
+        slope_deg=SLOPE.slope_deg,
+        stance_push=1.0,
+        swing_push=1.0,
+        outsole=0.0,
+        failed_attempts=0,
+        heel_strike_time=strikes,
+        heel_strike_leg=(np.arange(steps) + 1) % 2,
+        hip=sensors["hip"],
+        foot=sensors["foot"],
+    )
+    return Experiment(truth.name, "synthetic", SLOPE.slope_deg), Truth(truth, (sent[0], sent[1]))
 
 
 def make_database(runs: list[tuple[Experiment, Truth]]) -> bytes:

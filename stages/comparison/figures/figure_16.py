@@ -1,28 +1,41 @@
-"""Figure 16: hip acceleration and angular velocity of the (synthetic) measurements, the twin and the simple model."""
+"""Figure 16: hip acceleration and angular velocity of the (synthetic) measurements, the twin and the simple model.
+
+Beside each panel stand the numbers of the agreement; below them the difference of the step frequencies.
+"""
 
 from __future__ import annotations
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from stages.biped.walk import SENSOR_SIGNALS
 from stages.comparison.figures import style
+from stages.comparison.measurement import MeasurementAgreement
 from stages.comparison.stride import Stride
+from stages.imu.agreement import Agreement, FrequencyDifference
 
 NAME = "figure_16_measurement"
-PANELS = ((0, "hip, forward\n[m/s²]"), (1, "hip, up the leg\n[m/s²]"), (2, "hip, angular\nvelocity [rad/s]"))
+PANELS = (
+    (0, "hip, forward", "m/s²"),
+    (1, "hip, up the leg", "m/s²"),
+    (2, "hip, angular velocity", "rad/s"),
+)
 
 
-def draw(strides: np.ndarray, origin: str, twin: Stride, simple: Stride) -> Figure:
-    """Registered strides of all runs (s, p, 6) in grey, twin and simple model over them.
+def draw(strides: np.ndarray, measured: MeasurementAgreement, twin: Stride, simple: Stride) -> Figure:
+    """Registered strides of all runs (s, p, 6) in grey, twin and simple model over them, their agreement beside.
 
-    `origin` says what the measurements are: measured, synthetic or mixed; it stands in the picture.
+    The measurements' origin (measured, synthetic or mixed) stands in the picture.
     """
-    figure, axes = plt.subplots(3, 1, figsize=(style.TWO_COLUMNS, 5.4), sharex=True)
+    figure, grid = plt.subplots(
+        3, 2, figsize=(style.TWO_COLUMNS, 6.0), sharex="col", gridspec_kw={"width_ratios": (1.0, 0.62)}
+    )
     phase = np.linspace(0, 100, strides.shape[1])
-    for (column, label), panel, letter in zip(PANELS, axes, "abc", strict=True):
+    for (column, name, unit), (panel, beside), letter in zip(PANELS, grid, "abc", strict=True):
         panel.plot(phase, strides[:, :, column].T, color=style.MEASURED, linewidth=0.3, alpha=0.35)
-        panel.plot([], [], color=style.MEASURED, label=f"{len(strides)} strides, {origin}")
+        panel.plot([], [], color=style.MEASURED, label=f"{len(strides)} strides, {measured.origin}")
         panel.plot(100 * twin.phase, twin.signals[:, column], color=style.TWIN, label="digital twin")
         panel.plot(100 * simple.phase, simple.signals[:, column], "--", color=style.MULTIBODY, label="simple model")
         low, high = np.nanmin(strides[:, :, column]), np.nanmax(strides[:, :, column])
@@ -39,19 +52,69 @@ def draw(strides: np.ndarray, origin: str, twin: Stride, simple: Stride) -> Figu
                 fontsize=7,
                 va="top",
             )
-        panel.set_ylabel(label)
+        panel.set_ylabel(f"{name}\n[{unit}]")
         style.panel_label(panel, letter)
-    axes[-1].set_xlabel("stride of the inner leg, heel strike to heel strike [%]")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
-    if origin != "measured":
-        axes[0].text(
+        signal = SENSOR_SIGNALS[column]
+        write(beside, agreement_rows(measured.twin[signal], measured.simple[signal], unit))
+    grid[-1, 0].set_xlabel("stride of the inner leg, heel strike to heel strike [%]")
+    figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    figure.supxlabel(frequency_line(measured), fontsize=7)
+    if measured.origin != "measured":
+        grid[0, 0].text(
             0.99,
             0.95,
             "SYNTHETIC measurements",
-            transform=axes[0].transAxes,
+            transform=grid[0, 0].transAxes,
             ha="right",
             va="top",
             fontsize=7,
             color="#555555",
         )
     return figure
+
+
+def agreement_rows(twin: Agreement, simple: Agreement, unit: str) -> list[tuple[str, str, str]]:
+    """Rows of a panel's table: measure, twin, simple model."""
+
+    def row(name: str, field: str, form: str, scale: float = 1.0) -> tuple[str, str, str]:
+        values = (scale * float(getattr(one, field)) for one in (twin, simple))
+        first, second = (format(value, form) if np.isfinite(value) else "undefined" for value in values)
+        return name, first, second
+
+    return [
+        ("agreement with the mean", "twin", "simple"),
+        row(f"RMSE [{unit}]", "rmse", ".2f"),
+        row("RMSE / range [%]", "nrmse", ".1f", 100),
+        row("multiple correlation", "correlation", ".3f"),
+        row("ICC(A,1)", "icc", ".3f"),
+        row(f"bias [{unit}]", "bias", "+.3f"),
+        row(f"upper limit of agreement [{unit}]", "upper_limit", "+.2f"),
+        row(f"lower limit of agreement [{unit}]", "lower_limit", "+.2f"),
+        row("inside the envelope [%]", "envelope_share", ".0f", 100),
+    ]
+
+
+def write(axes: Axes, rows: list[tuple[str, str, str]]) -> None:
+    """Rows as text without a frame, the first one as head, numbers flush right."""
+    axes.axis("off")
+    for number, row in enumerate(rows):
+        weight = "bold" if number == 0 else "normal"
+        height = 1 - (number + 0.5) / len(rows)
+        for x, text, align in zip((0.0, 0.84, 1.0), row, ("left", "right", "right"), strict=True):
+            axes.text(x, height, text, transform=axes.transAxes, fontsize=6.5, ha=align, va="center", weight=weight)
+
+
+def frequency_line(measured: MeasurementAgreement) -> str:
+    """Difference of the step frequencies with its confidence interval, as a sentence."""
+
+    def words(model: str, found: FrequencyDifference) -> str:
+        interval = (
+            f" ({1e3 * found.lower:+.1f} to {1e3 * found.upper:+.1f} at {100 * found.confidence:.0f} %)"
+            if np.isfinite(found.lower)
+            else ""
+        )
+        return f"{1e3 * found.difference:+.1f} mHz{interval} from the {model}"
+
+    twin = words("twin over the same steps", measured.twin_frequency)
+    simple = words("settled simple model", measured.simple_frequency)
+    return f"Step frequency of {measured.runs} {measured.origin} runs: {twin}, {simple}"
