@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
-from stages.comparison.stride import Stride
+from stages.comparison.stride import Stride, through_low_pass
 from stages.imu.agreement import Agreement, FrequencyDifference, agreement, frequency_difference
 
 
@@ -24,6 +25,7 @@ class MeasurementAgreement:
     twin_step_frequency: float = quantity("Hz", "step frequency of the twin over the same steps")
     twin_frequency: FrequencyDifference = quantity("-", "runs against the twin over the same steps")
     simple_frequency: FrequencyDifference = quantity("-", "runs against the settled simple model")
+    bandwidth: float = quantity("Hz", "low pass of the sensors, which the models' curves pass too; NaN: none declared")
     twin: dict[str, Agreement] = quantity("-", "agreement with the twin, by signal")
     simple: dict[str, Agreement] = quantity("-", "agreement with the simple model, by signal")
 
@@ -41,7 +43,7 @@ def compare_measurement(imu: Any, walk: Walk, twin: Stride, simple: Stride, skip
     `walk` is the twin's, whose step frequency is taken over the runs' own steps; `skipped` heel strikes left out.
     """
     runs = np.array([run.report.step_frequency for run in imu.runs])
-    frequency = same_steps_frequency(imu, walk, skipped)
+    frequency, bandwidth = same_steps_frequency(imu, walk, skipped), bandwidth_of(imu)
     return MeasurementAgreement(
         origin=imu.origin,
         runs=len(imu.runs),
@@ -50,20 +52,28 @@ def compare_measurement(imu: Any, walk: Walk, twin: Stride, simple: Stride, skip
         twin_step_frequency=frequency,
         twin_frequency=frequency_difference(runs, frequency),
         simple_frequency=frequency_difference(runs, 2 / simple.period),
-        twin=stride_agreement(imu, twin),
-        simple=stride_agreement(imu, simple),
+        bandwidth=bandwidth,
+        twin=stride_agreement(imu, twin, bandwidth),
+        simple=stride_agreement(imu, simple, bandwidth),
     )
 
 
-def stride_agreement(imu: Any, stride: Stride) -> dict[str, Agreement]:
+def bandwidth_of(imu: Any) -> float:
+    """The one cut-off [Hz] all sensors in use declare; NaN if they declare none or differ."""
+    declared = {report.bandwidth_hz for report in imu.reports if report.accepted}
+    return declared.pop() if len(declared) == 1 else math.nan
+
+
+def stride_agreement(imu: Any, stride: Stride, bandwidth: float) -> dict[str, Agreement]:
     """Agreement of a model's stride with the ensemble, by the signals' names, at the ensemble's phases.
 
-    The model's curves are not passed through the sensor's low pass, as in the paper: at heel strike they differ by it.
+    The model's curves pass the sensor's low pass first: the spike of a heel strike lasts less than a sample, and where
+    it falls between two phases would decide everything else.
     """
-    known = imu.ensemble
+    known, signals = imu.ensemble, through_low_pass(stride, bandwidth)
     return {
         name: agreement(
-            np.interp(known.phase, stride.phase, stride.signals[:, column]),
+            np.interp(known.phase, stride.phase, signals[:, column]),
             known.mean[:, column],
             known.lower[:, column],
             known.upper[:, column],

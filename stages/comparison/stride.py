@@ -62,6 +62,21 @@ def last_stride(walk: Walk, points: int) -> Stride:
     return Stride(phase, end - start, position, at(walk.hip_velocity), at(sensor_signals(walk)), peaks)
 
 
+def through_low_pass(stride: Stride, bandwidth_hz: float) -> np.ndarray:
+    """A stride's signals (p, 6) as a sensor's second-order Butterworth low pass shows them, its mean delay taken out.
+
+    The stride counts as periodic, so the filter acts on its Fourier series: 1 / (1 + i sqrt(2) w - w^2), w relative to
+    the cut-off. The signals as they are where `bandwidth_hz` is NaN.
+    """
+    if not bandwidth_hz > 0:
+        return stride.signals
+    series = np.fft.rfft(stride.signals[:-1], axis=0)
+    w = np.arange(len(series)) / stride.period / bandwidth_hz
+    passed = np.exp(1j * np.sqrt(2) * w) / (1 + 1j * np.sqrt(2) * w - w**2)
+    smooth = np.fft.irfft(series * passed[:, None], n=len(stride.signals) - 1, axis=0)
+    return np.concatenate((smooth, smooth[:1]))
+
+
 def normalised_rms(curve: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """Rms difference of two sets of curves (p, k) over the range of the reference, (k,); NaN for a constant one."""
     extent = np.ptp(reference, axis=0)

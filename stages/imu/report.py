@@ -25,6 +25,7 @@ class SensorReport:
 
     run: str = quantity("-", "experiment")
     place: str = quantity("-", "place of the sensor")
+    bandwidth_hz: float = quantity("Hz", "cut-off of the sensor's low pass as declared; NaN where it is not")
     rows: int = quantity("1", "rows stored")
     exact_duplicates: int = quantity("1", "rows that repeat another in every column")
     key_duplicates: int = quantity("1", "rows that repeat the packet and position of another with other content")
@@ -76,6 +77,7 @@ def report_sensor(
     return SensorReport(
         run=run,
         place=device.place,
+        bandwidth_hz=math.nan if device.bandwidth_hz is None else device.bandwidth_hz,
         rows=rows,
         exact_duplicates=indexed.exact_duplicates,
         key_duplicates=indexed.key_duplicates,

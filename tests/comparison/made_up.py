@@ -84,4 +84,4 @@ def make_agreement(origin: str = "measured", share: float = 1.0, frequency: floa
     found = Agreement(0.1, 0.01, 0.99, True, 0.98, 0.0, -0.2, 0.2, share)
     difference = FrequencyDifference(frequency - 2.0, frequency - 2.1, frequency - 1.9, 0.95)
     signals = dict.fromkeys(SENSOR_SIGNALS, found)
-    return MeasurementAgreement(origin, 30, frequency, 0.01, 2.0, difference, difference, signals, signals)
+    return MeasurementAgreement(origin, 30, frequency, 0.01, 2.0, difference, difference, 40.0, signals, signals)

@@ -5,8 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 from made_up import make_walk
+from scipy.signal import butter, freqs
 
-from stages.comparison.stride import last_stride, normalised_rms
+from stages.comparison.stride import Stride, last_stride, normalised_rms, through_low_pass
 
 
 def test_a_stride_runs_between_heel_strikes_of_the_inner_leg():
@@ -37,3 +38,21 @@ def test_rms_over_range_of_a_shifted_sine_is_known():
     result = normalised_rms(shifted, reference)
     assert result[0] == pytest.approx(0.05, rel=1e-9)
     assert np.isnan(result[1]), "a constant reference has no range"
+
+
+@pytest.mark.parametrize("hz", [2.0, 10.0, 40.0])
+def test_the_low_pass_is_that_of_the_sensor(hz):
+    """A sine comes out with the Butterworth filter's gain, and slow ones where they were: the delay is taken out."""
+    phase = np.linspace(0, 1, 4001)
+    cycles = round(hz)
+    wave = np.repeat(np.sin(2 * np.pi * cycles * phase)[:, None], 6, axis=1)
+    shown = through_low_pass(Stride(phase, 1.0, wave, wave, wave, wave[0]), 40.0)
+    _, response = freqs(*butter(2, 2 * np.pi * 40, analog=True), worN=[2 * np.pi * hz])
+    gain, lag = np.abs(response[0]), np.angle(response[0]) + np.sqrt(2) * hz / 40
+    np.testing.assert_allclose(shown[:, 0], gain * np.sin(2 * np.pi * cycles * phase + lag), atol=1e-9)
+    assert lag == pytest.approx(0, abs=(hz / 40) ** 3)
+
+
+def test_without_a_declared_low_pass_the_curves_stay():
+    stride = last_stride(make_walk(), 101)
+    assert through_low_pass(stride, float("nan")) is stride.signals

@@ -105,6 +105,10 @@ def no_counter(content: bytes, rng: np.random.Generator) -> bytes:
     return edited(content, ("UPDATE sample SET packet = NULL, position = NULL", ()))
 
 
+def emptied(content: bytes, rng: np.random.Generator) -> bytes:
+    return edited(content, (f"DELETE FROM {('device', 'experiment', 'sample')[rng.integers(3)]}", ()))
+
+
 def missing_table(content: bytes, rng: np.random.Generator) -> bytes:
     return edited(content, (f"DROP TABLE {('device', 'experiment', 'sample')[rng.integers(3)]}", ()))
 
@@ -163,6 +167,7 @@ HARMFUL: tuple[Damage, ...] = (
     one_stamp,
     no_stamps,
     no_counter,
+    emptied,
     missing_table,
     hostile_names,
     endless_view,

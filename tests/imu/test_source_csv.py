@@ -70,3 +70,30 @@ def test_no_table(content: bytes, tmp_path: Path) -> None:
     (tmp_path / "one.csv").write_bytes(content)
     with pytest.raises(SourceRefused):
         list(CsvSource(DESCRIPTION, tmp_path).runs())
+
+
+def test_several_experiments_in_one_description(tmp_path: Path) -> None:
+    (tmp_path / "one.csv").write_text(TEXT)
+    second = deepcopy(DESCRIPTION) | {"experiment": {"name": "two"}}
+    source = CsvSource({"runs": [DESCRIPTION, second]}, tmp_path)
+    assert [(experiment.name, len(recordings)) for experiment, recordings in source.runs()] == [("one", 1), ("two", 1)]
+    for wrong in ([], "one", [3], [DESCRIPTION | {"blood": 1}]):
+        with pytest.raises(SourceRefused):
+            CsvSource({"runs": wrong}, tmp_path)
+
+
+@pytest.mark.parametrize("name", ["x' OR 1 -- DROP TABLE sample", "\x1b[31m", "💥", "%s{0}", "a\tb"])
+def test_hostile_column_names_are_names(name: str, tmp_path: Path) -> None:
+    """They are found where they are, shown harmlessly where they are not, and the files stay as they were."""
+    content = TEXT.replace("Z;P", f"{name};P").encode()
+    (tmp_path / "one.csv").write_bytes(content)
+    description = deepcopy(DESCRIPTION)
+    description["files"][0]["columns"]["az"] = name
+    ((_, (recording,)),) = CsvSource(description, tmp_path).runs()
+    assert recording.acceleration[0, 2] == 9.81
+    (tmp_path / "one.csv").write_text(TEXT)
+    with pytest.raises(SourceRefused) as refused:
+        list(CsvSource(description, tmp_path).runs())
+    assert str(refused.value).isprintable()
+    assert (tmp_path / "one.csv").read_text() == TEXT
+    assert [child.name for child in tmp_path.iterdir()] == ["one.csv"]

@@ -62,11 +62,11 @@ def draw(strides: np.ndarray, measured: MeasurementAgreement, twin: Stride, simp
     if measured.origin != "measured":
         grid[0, 0].text(
             0.99,
-            0.95,
+            0.04,
             "SYNTHETIC measurements",
             transform=grid[0, 0].transAxes,
             ha="right",
-            va="top",
+            va="bottom",
             fontsize=7,
             color="#555555",
         )
@@ -82,7 +82,7 @@ def agreement_rows(twin: Agreement, simple: Agreement, unit: str) -> list[tuple[
         return name, first, second
 
     return [
-        ("agreement with the mean", "twin", "simple"),
+        ("agreement", "twin", "simple"),
         row(f"RMSE [{unit}]", "rmse", ".2f"),
         row("RMSE / range [%]", "nrmse", ".1f", 100),
         row("multiple correlation", "correlation", ".3f"),
@@ -100,7 +100,7 @@ def write(axes: Axes, rows: list[tuple[str, str, str]]) -> None:
     for number, row in enumerate(rows):
         weight = "bold" if number == 0 else "normal"
         height = 1 - (number + 0.5) / len(rows)
-        for x, text, align in zip((0.0, 0.84, 1.0), row, ("left", "right", "right"), strict=True):
+        for x, text, align in zip((0.0, 0.83, 1.0), row, ("left", "right", "right"), strict=True):
             axes.text(x, height, text, transform=axes.transAxes, fontsize=6.5, ha=align, va="center", weight=weight)
 
 
@@ -117,4 +117,8 @@ def frequency_line(measured: MeasurementAgreement) -> str:
 
     twin = words("twin over the same steps", measured.twin_frequency)
     simple = words("settled simple model", measured.simple_frequency)
-    return f"Step frequency of {measured.runs} {measured.origin} runs: {twin}, {simple}"
+    low_pass = f"; models behind the sensors' {measured.bandwidth:g} Hz low pass" if measured.bandwidth > 0 else ""
+    return (
+        f"Agreement with the mean of {measured.runs} {measured.origin} runs{low_pass}.\n"
+        f"Step frequency of the runs: {twin},\n{simple}."
+    )

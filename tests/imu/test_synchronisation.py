@@ -1,0 +1,42 @@
+"""Hip and foot are brought together by their stamps first, then by cross-correlation within half a step."""
+
+import numpy as np
+import pytest
+
+from stages.imu.parameters import Parameters
+from stages.imu.result import Result
+from stages.imu.run import run
+from tests.imu.damage import edited
+from tests.imu.stand_in import SETTINGS, make_database, make_run
+
+
+def ingested(lag: float, folder) -> Result:
+    """A run whose foot sensor's stamps are late by `lag` [s]: another phone, another clock."""
+    stamps = ", ".join(f"{name} = {name} + {lag}" for name in ("phone_stamp", "server_stamp"))
+    content = edited(make_database([make_run(4)]), (f"UPDATE sample SET {stamps} WHERE device_id = 2", ()))
+    path = folder / "log.sqlite"
+    path.write_bytes(content)
+    return run(Parameters(SETTINGS), {"measurements": path})
+
+
+@pytest.mark.parametrize("lag", [-0.2, -0.043, 0.0, 0.043, 0.2])
+def test_a_lag_of_the_foot_is_found_and_taken_out(lag: float, tmp_path) -> None:
+    """Half a step is 0.24 s. The rest is what the radio's smallest delays differ by."""
+    (found,) = ingested(lag, tmp_path).runs
+    assert found.report.foot_lag == pytest.approx(lag, abs=3e-3)
+    ahead = found.foot.time[0] - found.hip.time[0]
+    (alone,) = ingested(0.0, tmp_path).runs
+    assert ahead == pytest.approx(alone.foot.time[0] - alone.hip.time[0], abs=2e-3)
+    assert found.report.lever_arm == pytest.approx(0.233, abs=0.01)
+
+
+def test_registered_foot_and_hip_turn_as_one(tmp_path) -> None:
+    """They ride on one leg: their rates agree at every phase although the foot's clock is 43 ms late.
+
+    Without the correlation they would be 43 ms apart, which at the swing's 20 rad/s^2 makes 0.5 rad/s.
+    """
+    result = ingested(0.043, tmp_path)
+    hip, foot = (result.signals.index(f"{place}_lateral_rate") for place in ("hip", "foot"))
+    rates = result.ensemble.mean[:, [hip, foot]]
+    assert np.nanmax(np.abs(rates[:, 0] - rates[:, 1])) < 0.15 * np.nanmax(np.abs(rates))
+    assert np.sqrt(np.nanmean((rates[:, 0] - rates[:, 1]) ** 2)) < 0.1
