@@ -27,12 +27,12 @@ def database_bytes(devices: Sequence[Device], runs: Iterable[tuple[Experiment, S
 
 def _interleaved(identities: Sequence[int], sent: Sequence[Transmitted]) -> list[Row]:
     """Rows of all devices as they reach the server: by server stamp, within a device in order."""
-    rows: list[Row] = []
+    arrived: list[tuple[float, Row]] = []
     for identity, of_device in zip(identities, sent, strict=True):
         for i in range(len(of_device.packet)):
             stamps = (of_device.device_stamp[i], of_device.phone_stamp[i], of_device.server_stamp[i])
             counts = (*of_device.acceleration[i].tolist(), *of_device.angular_rate[i].tolist())
             values = (int(of_device.packet[i]), int(of_device.position[i]), *map(float, stamps), *counts)
-            rows.append((identity, values))
-    rows.sort(key=lambda row: row[1][4])  # by server stamp; stable, so the order of a device stays
-    return rows
+            arrived.append((stamps[-1], (identity, values)))
+    arrived.sort(key=lambda row: row[0])  # stable: keeps the order of a device
+    return [row for _, row in arrived]

@@ -54,7 +54,8 @@ class SqlSource(TableSource):
 
     def __init__(self, connection_string: str, statement_s: float = STATEMENT_S) -> None:
         super().__init__("SQL database")
-        self._engine, self._connection = None, None
+        self._engine: Any = None
+        self._connection: Any = None
         try:
             self._open(connection_string, statement_s)
         except ImportError:
@@ -96,7 +97,6 @@ class SqlSource(TableSource):
         """Rows of a SELECT."""
         import sqlalchemy
 
-        assert self._connection is not None
         try:
             for row in self._connection.execute(sqlalchemy.text(sql), values):
                 yield tuple(row)
