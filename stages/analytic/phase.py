@@ -65,19 +65,20 @@ def falling_root(g0, d0, g1, d1):
 
 
 @compiled
-def locate(implicit, phase, y, h, g0, d0, g1, d1, p, stages, new):
-    """Shorten the step from `y` until the guard is zero at its end; leaves that state in `new`, returns its length.
+def locate(implicit, phase, y, h, g0, d0, g1, d1, p, stages, event, rates):
+    """Shorten the step from `y` until the guard is zero at its end; returns the length of that step.
+
+    Leaves the state there in `event` and its rates in `rates`.
 
     Newton's method inside a shrinking bracket, until a correction is lost in round-off.
     """
     low, high = 0.0, h
     length = h * falling_root(g0, h * d0, g1, h * d1)
-    rates = np.empty(y.size)
     last = h
     for _ in range(60):
-        take_step(implicit, phase, y, length, p, stages, new)
-        flow(phase, new, p, rates)
-        value, rate, _ = guard(phase, new, p, rates)
+        take_step(implicit, phase, y, length, p, stages, event)
+        flow(phase, event, p, rates)
+        value, rate, _ = guard(phase, event, p, rates)
         if value > 0.0:
             low = length
         else:
@@ -121,6 +122,7 @@ def integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes, count):
     """
     size, base = y.size, size_of(phase)
     stages, new, rates = np.empty((STAGES, size)), np.empty(size), np.empty(size)
+    event, event_rates = np.empty(size), np.empty(size)
     implicit = takes_implicit_steps(phase == RIGID, p)
     time, evaluations = 0.0, 1
     flow(phase, y, p, stages[0])
@@ -147,14 +149,11 @@ def integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes, count):
             nodes[count, 2 : 2 + base] = y[:base]
             count += 1
         if g0 > 0.0 and g1 <= 0.0 and (armed or armed0):
-            length = locate(implicit, phase, y, h, g0, d0, g1, d1, p, stages, new)
-            flow(phase, new, p, rates)
-            if guard(phase, new, p, rates)[2]:
-                y[:] = new
+            length = locate(implicit, phase, y, h, g0, d0, g1, d1, p, stages, event, event_rates)
+            if guard(phase, event, p, event_rates)[2]:
+                y[:] = event
                 shift_to_event(phase, y, p)
                 return EVENT, time + length, h, count, evaluations
-            take_step(implicit, phase, y, h, p, stages, new)
-            flow(phase, new, p, rates)
         time += h
         y[:] = new
         stages[0, :] = rates

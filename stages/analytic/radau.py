@@ -12,17 +12,7 @@ import numpy as np
 
 from stages.analytic.compiled import compiled
 from stages.analytic.flow import flow, size_of
-from stages.analytic.radau_tableau import (
-    A_INVERSE,
-    ESTIMATE,
-    PAIR_COLUMNS,
-    PAIR_ROWS,
-    PAIR_VALUES,
-    REAL_COLUMN,
-    REAL_ROW,
-    REAL_VALUE,
-    STAGES,
-)
+from stages.analytic.radau_tableau import A_INVERSE, COLUMNS, ESTIMATE, REAL_VALUE, ROWS, STAGES, VALUES
 
 ITERATIONS = 50
 #: A correction of the state this small may be round-off; larger ones must shrink by this factor, or the step fails.
@@ -35,17 +25,49 @@ SMALL_VARIATION = 1e-6
 def jacobian(phase, y, p):
     """d(dy/dt)/dy of a phase at the state, shape (n, n), by unit variations."""
     n = size_of(phase)
-    augmented, rates = np.zeros(n * (n + 1)), np.empty(n * (n + 1))
-    augmented[:n] = y[:n]
+    augmented, rates, matrix = np.zeros(n * (n + 1)), np.empty(n * (n + 1)), np.empty((n, n))
     for i in range(n):
+        augmented[i] = y[i]
         augmented[n * (i + 1) + i] = 1.0
     flow(phase, augmented, p, rates)
-    return rates[n:].reshape(n, n).T.copy()
+    for i in range(n):
+        for j in range(n):
+            matrix[i, j] = rates[n * (j + 1) + i]
+    return matrix
 
 
 @compiled
-def apply(matrix, vector, n, result):
-    """result = matrix times each n-block of a vector."""
+def invert(shift, matrix, b):
+    """Write the inverse of (shift - matrix), shape (n, n), into `b`, by Gauss and Jordan; not finite if singular."""
+    n = matrix.shape[0]
+    a = np.empty((n, n), np.complex128)
+    for i in range(n):
+        for j in range(n):
+            a[i, j] = -matrix[i, j]
+            b[i, j] = 0.0
+        a[i, i] += shift
+        b[i, i] = 1.0
+    for k in range(n):
+        pivot = k
+        for i in range(k + 1, n):
+            if abs(a[i, k].real) + abs(a[i, k].imag) > abs(a[pivot, k].real) + abs(a[pivot, k].imag):
+                pivot = i
+        factor = 1.0 / a[pivot, k]
+        for j in range(n):
+            a[pivot, j], a[k, j] = a[k, j], a[pivot, j] * factor
+            b[pivot, j], b[k, j] = b[k, j], b[pivot, j] * factor
+        for i in range(n):
+            factor = a[i, k]
+            if i != k and factor != 0.0:
+                for j in range(n):
+                    a[i, j] -= factor * a[k, j]
+                    b[i, j] -= factor * b[k, j]
+
+
+@compiled
+def apply(matrix, vector, result):
+    """result = matrix times each block of a vector."""
+    n = matrix.shape[0]
     for start in range(0, vector.size, n):
         for i in range(n):
             total = matrix[i, 0] * vector[start]
@@ -55,43 +77,37 @@ def apply(matrix, vector, n, result):
 
 
 @compiled
-def solve_stages(phase, y, h, p, real_inverse, pair_inverses):
-    """Increments z of the stages, z = h A f(y + z), shape (s, size), and the iterations; z[0, 0] is NaN on failure."""
+def solve_stages(phase, y, h, p, inverses):
+    """Increments z of the stages, z = h A f(y + z), shape (s, size), and the iterations; z[0, 0] is NaN on failure.
+
+    `inverses` are those of value / h - J, one for each value of A^-1.
+    """
     n, size = size_of(phase), y.size
-    z, rates = np.zeros((STAGES, size)), np.empty((STAGES, size))
-    point, real, real_step = np.empty(size), np.empty(size), np.empty(size)
-    pair, pair_step = np.empty(size, np.complex128), np.empty(size, np.complex128)
-    change, residual = np.empty((STAGES, size)), np.empty((STAGES, size))
+    z, rates, change = np.zeros((STAGES, size)), np.empty((STAGES, size)), np.empty((STAGES, size))
+    point, part, solved = np.empty(size), np.empty(size, np.complex128), np.empty(size, np.complex128)
     last = 1e300
     for iteration in range(ITERATIONS):
         for i in range(STAGES):
-            point[:] = y + z[i]
+            for m in range(size):
+                point[m] = y[m] + z[i, m]
             flow(phase, point, p, rates[i])
         for i in range(STAGES):
             for m in range(size):
                 total = 0.0
                 for j in range(STAGES):
                     total += A_INVERSE[i, j] * z[j, m]
-                residual[i, m] = rates[i, m] - total / h
-        for m in range(size):
-            total = 0.0
-            for j in range(STAGES):
-                total += REAL_ROW[j] * residual[j, m]
-            real[m] = total
-        apply(real_inverse, real, n, real_step)
-        for i in range(STAGES):
-            for m in range(size):
-                change[i, m] = REAL_COLUMN[i] * real_step[m]
-        for k in range(PAIR_VALUES.size):
+                rates[i, m] -= total / h
+        change[:] = 0.0
+        for k in range(VALUES.size):
             for m in range(size):
                 value = 0.0j
                 for j in range(STAGES):
-                    value += PAIR_ROWS[k, j] * residual[j, m]
-                pair[m] = value
-            apply(pair_inverses[k], pair, n, pair_step)
+                    value += ROWS[k, j] * rates[j, m]
+                part[m] = value
+            apply(inverses[k], part, solved)
             for i in range(STAGES):
                 for m in range(size):
-                    change[i, m] += 2.0 * (PAIR_COLUMNS[i, k] * pair_step[m]).real
+                    change[i, m] += (COLUMNS[i, k] * solved[m]).real
         largest, of_variations = 0.0, 0.0
         for i in range(STAGES):
             for m in range(size):
@@ -119,36 +135,36 @@ def take_step(phase, y, h, p, stages, new):
     """
     n, size = size_of(phase), y.size
     if h == 0.0:  # an event at the start of a step
-        new[:] = y
-        stages[1, :] = 0.0
+        for m in range(size):
+            new[m], stages[1, m] = y[m], 0.0
         return 0
-    matrix, unit = jacobian(phase, y, p), np.eye(n)
-    if not np.isfinite(matrix).all():
-        new[:] = np.nan
-        stages[1, :] = np.nan
-        return n
-    real_inverse = np.linalg.inv(unit * (REAL_VALUE / h) - matrix)
-    pair_inverses = np.empty((PAIR_VALUES.size, n, n), np.complex128)
-    for k in range(PAIR_VALUES.size):
-        pair_inverses[k] = np.linalg.inv(unit * (PAIR_VALUES[k] / h) - matrix)
-    z, iterations = solve_stages(phase, y, h, p, real_inverse, pair_inverses)
+    matrix = jacobian(phase, y, p)
+    inverses = np.empty((VALUES.size, n, n), np.complex128)
+    for k in range(VALUES.size):
+        invert(VALUES[k] / h, matrix, inverses[k])
+    z, iterations = solve_stages(phase, y, h, p, inverses)
     if np.isnan(z[0, 0]):
-        new[:] = np.nan
-        stages[1, :] = np.nan
+        for m in range(size):
+            new[m], stages[1, m] = np.nan, np.nan
         return STAGES * iterations
-    new[:] = y + z[STAGES - 1]
     # embedded formula, filtered twice so that stiff components do not spoil the estimate (Hairer and Wanner, IV.8.20)
-    gap, error, rates = np.empty(size), np.empty(size), np.empty(size)
+    part, filtered, rates = np.empty(size, np.complex128), np.empty(size, np.complex128), stages[0]
+    for repeat in range(2):
+        for m in range(size):
+            total = 0.0
+            for j in range(STAGES):
+                total += ESTIMATE[j] * z[j, m]
+            part[m] = total * REAL_VALUE / h + rates[m]
+        apply(inverses[0], part, filtered)
+        for m in range(size):
+            stages[1, m] = filtered[m].real
+            new[m] = y[m] + stages[1, m]
+        rates = stages[2]
+        if repeat == 0:
+            flow(phase, new, p, rates)
     for m in range(size):
-        total = 0.0
-        for j in range(STAGES):
-            total += ESTIMATE[j] * z[j, m]
-        gap[m] = total * REAL_VALUE / h
-    apply(real_inverse, gap + stages[0], n, error)
-    flow(phase, y + error, p, rates)
-    apply(real_inverse, gap + rates, n, error)
-    stages[1, :] = error
-    return STAGES * iterations + 2
+        new[m] = y[m] + z[STAGES - 1, m]
+    return STAGES * iterations + 1
 
 
 @compiled

@@ -39,17 +39,14 @@ C = nodes()
 A = runge_kutta_matrix(C)
 A_INVERSE = np.linalg.inv(A)
 
-# A^-1 = T diag(real, pairs, conjugates) T^-1: the stages' equations fall apart into one real and three complex ones
+# A^-1 = T diag(values) T^-1: the stages' equations fall apart into one for each value. Conjugates give conjugate
+# solutions, so that of each pair one is kept, with twice its column. The first value is the real one.
 _values, _vectors = np.linalg.eig(A_INVERSE)
-_inverse = np.linalg.inv(_vectors)
-_real = int(np.argmin(np.abs(_values.imag)))
-_pairs = np.flatnonzero(_values.imag > 1e-8)
-REAL_VALUE = float(_values[_real].real)
-PAIR_VALUES = _values[_pairs]
-REAL_COLUMN = np.ascontiguousarray(_vectors[:, _real].real)
-REAL_ROW = np.ascontiguousarray(_inverse[_real].real)
-PAIR_COLUMNS = np.ascontiguousarray(_vectors[:, _pairs])
-PAIR_ROWS = np.ascontiguousarray(_inverse[_pairs])
+_kept = [index for index in np.argsort(np.abs(_values.imag)) if _values[index].imag > -1e-8]
+VALUES = _values[_kept]
+ROWS = np.ascontiguousarray(np.linalg.inv(_vectors)[_kept])
+COLUMNS = np.ascontiguousarray(_vectors[:, _kept] * np.where(np.arange(len(_kept)) == 0, 1.0, 2.0))
+REAL_VALUE = float(VALUES[0].real)
 
 # An embedded formula of order s that also uses the rates at the start, with weight 1 / REAL_VALUE
 _weights = np.linalg.solve(

@@ -21,20 +21,23 @@ def walk_step(rigid, y, p, tolerance, time_limit, step_limit, nodes):
     Returns (status, phase, double stance time, period, nodes filled, evaluations): `phase` is where it ended if
     the status is not EVENT.
     """
-    double, count, evaluations, h = 0.0, 0, 0, 0.02
-    if rigid:
-        phase = RIGID
-    else:
-        status, double, h, count, evaluations = integrate(
-            DOUBLE_STANCE, y, p, tolerance, time_limit, step_limit, h, nodes, count)
-        if status != EVENT:
-            return status, DOUBLE_STANCE, double, double, count, evaluations
-        phase = SINGLE_STANCE
-        h = max(min(h, 0.02), 1e-6)
-    status, single, h, count, more = integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes, count)
+    double, single, count, evaluations, h = 0.0, 0.0, np.int64(0), 0, 0.02
+    phase = RIGID if rigid else DOUBLE_STANCE
+    status = EVENT
+    for _ in range(1 if rigid else 2):  # one call, no constants in it: each constant is compiled apart
+        status, duration, h, count, more = integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes, count)
+        evaluations += more
+        if phase == DOUBLE_STANCE:
+            double = duration
+            if status != EVENT:
+                break
+            phase = SINGLE_STANCE
+            h = max(min(h, 0.02), 1e-6)
+        else:
+            single = duration
     if status == EVENT:
         heel_strike_reset(phase, y, p)
-    return status, phase, double, double + single, count, evaluations + more
+    return status, phase, double, double + single, count, evaluations
 
 
 @compiled
