@@ -18,6 +18,7 @@ from stages.analytic.stiffness import attainable_tolerance, fastest_rate
 from stages.analytic.walker import Vector, Walker, build_walker
 from stages.biped.design import Biped
 from stages.biped.gait import Gait
+from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 
 #: Two fixed points closer than this are one.
@@ -158,12 +159,14 @@ def step_length(walker: Walker, point: FixedPoint) -> float:
     return float(-(stance - radius) * np.sin(theta) - (swing - radius) * np.sin(psi) - radius * (theta + psi))
 
 
-def find_gait(biped: Biped, slope: Slope, tolerance: float) -> tuple[Walker, FixedPoint]:
-    """The design's most stable gait of period one, stable or not.
+def find_gait(
+    biped: Biped, slope: Slope, tolerance: float, friction: Friction | None = None
+) -> tuple[Walker, FixedPoint]:
+    """The design's most stable gait of period one, stable or not; with `friction` the trailing foot may slip and rise.
 
     Raises NoGait with the reason if there is none in the range searched.
     """
-    walker = build_walker(biped, slope)
+    walker = build_walker(biped, slope, friction)
     found = find_gaits(walker, tolerance, unstable=False)
     if not found:
         raise NoGait(why_no_gait(walker))
