@@ -29,8 +29,9 @@ EVENT, FALL, TIME_LIMIT, STEP_FLOOR, STEP_LIMIT, BOTTOMED, WEDGED, CHATTER = 0, 
 FALLEN = 0.3
 SMALLEST_STEP = 1e-14
 GUARD_STEP = 1e-7
-#: A sliding or hovering phase may start where its guard is zero up to round-off.
-GUARD_FLOOR = 1e-12
+#: A sliding or hovering phase may start where its guard is zero up to round-off, and be short: its first step is at most
+#: this long, so that what the guard does first is seen.
+GUARD_FLOOR, FIRST_STEP = 1e-12, 1e-5
 
 
 @compiled
@@ -137,8 +138,9 @@ def integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes, count):
     if phase == DOUBLE_STANCE and (g0 < 0.0 or (g0 == 0.0 and d0 < 0.0)):
         return EVENT, 0.0, h, count, evaluations
     leaving = phase > DOUBLE_STANCE and abs(g0) <= GUARD_FLOOR
-    if leaving:
-        g0 = 0.0
+    if phase > DOUBLE_STANCE:
+        h = min(h, FIRST_STEP)
+        g0 = 0.0 if leaving else g0
     for _ in range(step_limit):
         if h < SMALLEST_STEP:
             return STEP_FLOOR, time, h, count, evaluations

@@ -12,7 +12,7 @@ import numpy as np
 
 from stages.analytic.compiled import compiled
 from stages.analytic.errors import StepFailed
-from stages.analytic.flow import DOUBLE_STANCE, SINGLE_STANCE, contact_directions, flow
+from stages.analytic.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE, contact_directions, flow
 from stages.analytic.integrator import STAGES, take_step
 from stages.analytic.phase import CHATTER, EVENT, WEDGED, integrate
 from stages.analytic.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, step_failure
