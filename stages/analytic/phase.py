@@ -29,8 +29,8 @@ EVENT, FALL, TIME_LIMIT, STEP_FLOOR, STEP_LIMIT, BOTTOMED, WEDGED, CHATTER = 0, 
 FALLEN = 0.3
 SMALLEST_STEP = 1e-14
 GUARD_STEP = 1e-7
-#: A sliding or hovering phase may start where its guard is zero up to round-off, and be short: its first step is at most
-#: this long, so that what the guard does first is seen.
+#: A sliding or hovering phase may start where its guard is zero up to round-off, and be short: its first step is at
+#: most this long, so that what the guard does first is seen.
 GUARD_FLOOR, FIRST_STEP = 1e-12, 1e-5
 
 
@@ -155,12 +155,12 @@ def integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes, count):
         if armed and h > GUARD_STEP and hidden_crossing(g0, d0, g1, d1, h):
             h *= 0.5
             continue
-        if leaving and g1 <= 0.0:  # the guard rises and falls within the step: shorten it, to see the fall apart
+        if leaving and g1 < -GUARD_FLOOR:  # it rises and falls within the step: shorten it, to see the fall apart
             if h <= GUARD_STEP:
-                return EVENT, 0.0, h, count, evaluations
+                return EVENT, time, h, count, evaluations
             h *= 0.25
             continue
-        leaving = False
+        leaving = leaving and g1 <= GUARD_FLOOR
         if count < nodes.shape[0]:
             nodes[count, 0], nodes[count, 1] = time, phase
             nodes[count, 2 : 2 + base] = y[:base]
@@ -177,7 +177,7 @@ def integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes, count):
         time += h
         y[:] = new
         stages[0, :] = rates
-        g0, d0, armed0 = g1, d1, armed
+        g0, d0, armed0 = 0.0 if leaving else g1, d1, armed
         if not (cos(y[0]) > FALLEN) or abs(y[1 if phase == RIGID else 2]) > 3.0:
             return FALL, time, h, count, evaluations
         if phase != RIGID and min(y[1], y[3]) <= max(p[3], p[4]):

@@ -18,20 +18,20 @@ from stages.analytic.flow import (
 )
 from stages.analytic.gait_report import report_gait
 from stages.analytic.gait_search import find_gait, step_length
-from stages.analytic.parameters import Settings
+from stages.analytic.parameters import Parameters, Settings
 from stages.analytic.poincare import fixed_point, poincare_derivative, poincare_map
 from stages.analytic.readable import terms
 from stages.analytic.recording import record, states_at
+from stages.analytic.run import run
 from stages.analytic.sampling import accelerations_and_forces, sample_walk
 from stages.analytic.step import section_state
 from stages.analytic.transitions import foot_clearance, heel_strike_reset
 from stages.analytic.validity import dense_states
 from stages.analytic.walker import build_walker
 from stages.ground.friction_coefficients import Friction
-from tests.analytic.designs import HEAVY_LEGS, SLOPE, TABLE_1, TABLE_1_RIGID, walker_of
+from tests.analytic.designs import FRICTION, HEAVY_LEGS, SLOPE, TABLE_1, TABLE_1_RIGID, walker_of
 from tests.analytic.test_transitions import landing_states
 
-PAPER = Friction(static_friction=1.1, dynamic_friction=1.0)
 SLIDES = {SLIDING_FORWARD: 1.0, SLIDING_BACK: -1.0}
 
 
@@ -42,7 +42,7 @@ def with_friction(static, dynamic=None, design=TABLE_1):
 @pytest.fixture(scope="module")
 def gait():
     """(walker, fixed point) of Table 1 with the paper's friction."""
-    return find_gait(TABLE_1, SLOPE, 1e-12, PAPER)
+    return find_gait(TABLE_1, SLOPE, 1e-12, FRICTION)
 
 
 @pytest.fixture(scope="module")
@@ -350,7 +350,19 @@ def test_stiff_legs_tend_to_rigid_ones(rigid_gait):
 
 def test_rigid_legs_do_not_ask_for_friction():
     """Their trailing foot leaves without an impulse, which is the law's own answer: the gait is the same."""
-    assert build_walker(TABLE_1_RIGID, SLOPE, PAPER) == build_walker(TABLE_1_RIGID, SLOPE)
+    assert build_walker(TABLE_1_RIGID, SLOPE, FRICTION) == build_walker(TABLE_1_RIGID, SLOPE)
+
+
+def test_stage_walks_with_limited_friction(gait):
+    """From the parameters to the result: the same gait, its walk from mid-stance, and its neighbours' multipliers."""
+    settings = Settings(tolerance=1e-10, steps=2, sampling_rate_hz=1000.0, transition="coulomb")
+    result = run(Parameters(TABLE_1, SLOPE, FRICTION, settings), {})
+    walker, point = gait
+    assert result.gait.period_s == pytest.approx(point.steps[0].period * walker.time, rel=1e-8)
+    assert result.monodromy_matrix.shape == (7, 7) and abs(result.energy.residual) <= 1e-9
+    assert np.abs(result.constraint_drift).max() <= 1e-10
+    assert len(result.walk.heel_strike_time) == 3 and len(result.walk.toe_off_time) == 2
+    assert all(np.isfinite(each.multiplier_above) for each in result.variations)
 
 
 def test_readable_path_refuses_limited_friction():
