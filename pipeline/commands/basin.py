@@ -35,7 +35,7 @@ def command(
     values = study.parameters([answer.STAGE])[answer.STAGE]
     search, basin = answer.module(study, "gait_search"), answer.module(study, "basin")
     with answer.or_reason(study, "basin", as_json):
-        walker, point = search.find_gait(values.biped, values.slope, values.settings.tolerance)
+        walker, point = search.find_gait(values.biped, values.slope, values.settings.tolerance, values.limited_friction)
     first = -np.linspace(*angles, points)
     second = np.linspace(*rates, points) * walker.time
     with click.progressbar(length=1000, label="starts", file=click.get_text_stream("stderr")) as bar:

@@ -28,7 +28,9 @@ def command(study: Study, parameter: str, limits: str, doublings: int, as_json: 
     low_high = answer.interval(limits, "LIMITS")
     values = study.parameters([answer.STAGE])[answer.STAGE]
     search, family = answer.module(study, "gait_search"), answer.module(study, "family")
-    design = answer.module(study, "design_point").DesignPoint(values.biped, values.slope)
+    design = answer.module(study, "design_point").DesignPoint(
+        values.biped, values.slope, values.limited_friction
+    )
     here = answer.number_of_design(design, parameter)
     if not low_high[0] <= here <= low_high[1]:
         raise StudyError(f"LIMITS {limits} do not hold the design's {parameter} = {here:g}, where the family starts")
@@ -38,7 +40,7 @@ def command(study: Study, parameter: str, limits: str, doublings: int, as_json: 
             raise StudyError(f"LIMITS: {parameter} = {limit:g} is not allowed; allowed is {bound}")
     tolerance = values.settings.tolerance
     with answer.or_reason(study, "branches", as_json):
-        _, point = search.find_gait(values.biped, values.slope, tolerance)
+        _, point = search.find_gait(values.biped, values.slope, tolerance, values.limited_friction)
         branches = family.follow_family(design, parameter, low_high, point.z, tolerance, doublings)
     if as_json:
         options.print_json({"parameter": parameter, "branches": [as_plain(branch) for branch in branches]})

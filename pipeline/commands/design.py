@@ -45,11 +45,13 @@ def command(
     """
     values = study.parameters([answer.STAGE])[answer.STAGE]
     search, engine = answer.module(study, "gait_search"), answer.module(study, "design_search")
-    design = answer.module(study, "design_point").DesignPoint(values.biped, values.slope)
+    design = answer.module(study, "design_point").DesignPoint(
+        values.biped, values.slope, values.limited_friction
+    )
     bounds = dict(bounds_of(design, text, share) for text in varied or _DEFAULT)
     held = dict(target_of(text, engine.TARGETS) for text in targets)
     with answer.or_reason(study, "design", as_json):
-        _, point = search.find_gait(values.biped, values.slope, values.settings.tolerance)
+        _, point = search.find_gait(values.biped, values.slope, values.settings.tolerance, values.limited_friction)
         found = engine.search_design(
             design,
             point.z,

@@ -29,7 +29,7 @@ def command(study: Study, every: bool, as_json: bool, figure: Path | None) -> No
     tolerance = values.settings.tolerance
     search, report = answer.module(study, "gait_search"), answer.module(study, "gait_report")
     with answer.or_reason(study, "gait", as_json):
-        walker, point = search.find_gait(values.biped, values.slope, tolerance)
+        walker, point = search.find_gait(values.biped, values.slope, tolerance, values.limited_friction)
         points = search.find_gaits(walker, tolerance, unstable=True) if every else [point]
         found = [report.report_gait(walker, each, tolerance) for each in points]
         cycle = None

@@ -44,7 +44,7 @@ def walk_starts(rigid, starts, p, gaits, near, steps, tolerance, time_limit, ste
             if status != EVENT:
                 break
             survived[i] += 1
-            z = section_coordinates(rigid, y)
+            z = section_coordinates(rigid, y, p)
             for g in range(gaits.shape[0]):
                 if np.abs(z - gaits[g]).max() < near:
                     reached[i] = g

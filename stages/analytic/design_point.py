@@ -8,19 +8,24 @@ from dataclasses import dataclass
 from stages.analytic.walker import Walker, build_walker
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound
+from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 
 
 @dataclass(frozen=True)
 class DesignPoint:
-    """A biped on a slope. Names are those of the parameter files: "biped.hip_mass", "ground.slope_deg"."""
+    """A biped on a slope, with the friction of its trailing foot where that is limited.
+
+    Names are those of the parameter files: "biped.hip_mass", "ground.slope_deg".
+    """
 
     biped: Biped
     slope: Slope
+    friction: Friction | None = None
 
     def walker(self) -> Walker:
         """The design as the integrator sees it."""
-        return build_walker(self.biped, self.slope)
+        return build_walker(self.biped, self.slope, self.friction)
 
     def value(self, name: str) -> float:
         """Value of a parameter. Raises KeyError with the known names."""
@@ -31,7 +36,9 @@ class DesignPoint:
         """The design with one parameter changed; no rule is checked. Raises KeyError with the known names."""
         owner, key = self._owner(name)
         changed = dataclasses.replace(owner, **{key: float(value)})
-        return DesignPoint(changed, self.slope) if owner is self.biped else DesignPoint(self.biped, changed)
+        if owner is self.biped:
+            return dataclasses.replace(self, biped=changed)
+        return dataclasses.replace(self, slope=changed)
 
     def bound(self, name: str) -> Bound:
         """The range the parameter files allow. Raises KeyError with the known names."""

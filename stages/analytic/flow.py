@@ -3,15 +3,18 @@
 The state is y = (q, qd), followed by any number of variations dy, each as long as the state. Phases:
 rigid single stance, q = (theta, psi); compliant single and double stance, q = (theta, L_1, psi, L_2).
 In double stance the trailing foot's constraints hold at acceleration level; given a consistent start they only drift.
+Where friction is limited (see `coulomb`) the trailing foot may also slide, forward or back, which leaves the constraint
+of its height alone, or hover: in the air behind the other foot, and to come down again.
 """
 
 from __future__ import annotations
 
 from stages.analytic import equations as eq
 from stages.analytic.compiled import compiled
-from stages.analytic.elimination import factor, factor_constrained, solve, solve_constrained
+from stages.analytic.elimination import dot, factor, factor_constrained, solve, solve_constrained
 
 RIGID, SINGLE_STANCE, DOUBLE_STANCE = 0, 1, 2
+SLIDING_FORWARD, SLIDING_BACK, HOVERING = 3, 4, 5
 
 
 @compiled
@@ -75,17 +78,24 @@ def double_jacobians(y, qdd, force, p):
 
 
 @compiled
-def double_variation(jacobians, system, dy, start):
-    """Variations of qdd and lambda in double stance for the variation of the state stored from `start`."""
-    by_state, by_force, by_contact = jacobians
-    factors, constrained, normal, roll = system
-    free = solve(
+def free_variation(jacobians, factors, dy, start):
+    """Variation of qdd at unchanged lambda for the variation of the state stored from `start`."""
+    by_state, by_force, _ = jacobians
+    return solve(
         factors,
         row_times(by_force, 0, 4, dy, start) - row_times(by_state, 0, 8, dy, start),
         row_times(by_force, 1, 4, dy, start) - row_times(by_state, 1, 8, dy, start),
         row_times(by_force, 2, 4, dy, start) - row_times(by_state, 2, 8, dy, start),
         row_times(by_force, 3, 4, dy, start) - row_times(by_state, 3, 8, dy, start),
     )
+
+
+@compiled
+def double_variation(jacobians, system, dy, start):
+    """Variations of qdd and lambda in double stance for the variation of the state stored from `start`."""
+    _, _, by_contact = jacobians
+    factors, constrained, normal, roll = system
+    free = free_variation(jacobians, factors, dy, start)
     return solve_constrained(
         factors, constrained, normal, roll, free,
         -row_times(by_contact, 0, 8, dy, start), -row_times(by_contact, 1, 8, dy, start))
@@ -141,11 +151,60 @@ def double_rates(y, p, rates):
 
 
 @compiled
+def push_of(factors, normal, roll, ratio):
+    """A force with normal part one and friction `ratio`: what it accelerates, and that along the normal.
+
+    The latter is the inverse of the contact's effective mass; friction can turn its sign (Painleve's paradox).
+    """
+    push = solve(factors, normal[0] + ratio * roll[0], normal[1] + ratio * roll[1],
+                 normal[2] + ratio * roll[2], normal[3] + ratio * roll[3])
+    return push, dot(normal, push)
+
+
+@compiled
+def sliding_acceleration(phase, y, p):
+    """qdd and lambda while the trailing foot slides, lambda_2 = -mu_d sign(slip) lambda_1, and what solves it again."""
+    ratio = -p[11] if phase == SLIDING_FORWARD else p[11]
+    free, factors = single_acceleration(y, p)
+    normal, roll, target, _ = contact_directions(y, p)
+    push, mobility = push_of(factors, normal, roll, ratio)
+    force = (target - dot(normal, free)) / mobility
+    qdd = (free[0] + push[0] * force, free[1] + push[1] * force, free[2] + push[2] * force, free[3] + push[3] * force)
+    return qdd, (force, ratio * force), factors, push, mobility, normal
+
+
+@compiled
+def sliding_variation(jacobians, system, dy, start):
+    """Variations of qdd and lambda_1 of a sliding foot for the variation of the state stored from `start`."""
+    factors, push, mobility, normal = system
+    free = free_variation(jacobians, factors, dy, start)
+    force = (-row_times(jacobians[2], 0, 8, dy, start) - dot(normal, free)) / mobility
+    return (free[0] + push[0] * force, free[1] + push[1] * force,
+            free[2] + push[2] * force, free[3] + push[3] * force), force
+
+
+@compiled
+def sliding_rates(phase, y, p, rates):
+    """Rates of state and variations, trailing foot sliding."""
+    qdd, force, factors, push, mobility, normal = sliding_acceleration(phase, y, p)
+    store(rates, y, 0, qdd)
+    if y.size > 8:
+        jacobians = double_jacobians(y, qdd, force, p)
+        for start in range(8, y.size, 8):
+            change, _ = sliding_variation(jacobians, (factors, push, mobility, normal), y, start)
+            store(rates, y, start, change)
+
+
+@compiled
 def flow(phase, y, p, rates):
     """Write dy/dt of the phase into `rates`."""
     if phase == RIGID:
         rigid_rates(y, p, rates)
     elif phase == SINGLE_STANCE:
         single_rates(y, p, rates)
-    else:
+    elif phase == DOUBLE_STANCE:
         double_rates(y, p, rates)
+    elif phase == HOVERING:
+        single_rates(y, p, rates)
+    else:
+        sliding_rates(phase, y, p, rates)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stages.analytic.energy import EnergyAudit, audit
-from stages.analytic.flow import DOUBLE_STANCE, RIGID
 from stages.analytic.gait_search import describe, step_length
 from stages.analytic.poincare import FixedPoint
 from stages.analytic.recording import Segment, record
@@ -28,7 +27,7 @@ class GaitReport:
 def record_step(walker: Walker, point: FixedPoint, tolerance: float) -> list[Segment]:
     """The segments of the gait's step, from heel strike to heel strike."""
     start = section_state(walker.rigid, point.z, walker.p)
-    return record(walker, start, 1, tolerance, RIGID if walker.rigid else DOUBLE_STANCE)
+    return record(walker, start, 1, tolerance)
 
 
 def report_gait(walker: Walker, point: FixedPoint, tolerance: float) -> GaitReport:

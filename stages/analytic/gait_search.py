@@ -12,12 +12,13 @@ from collections.abc import Iterable
 import numpy as np
 
 from stages.analytic.errors import NoGait, StepFailed
-from stages.analytic.poincare import FixedPoint, fixed_point
+from stages.analytic.poincare import FixedPoint, fixed_point, poincare_map
 from stages.analytic.search_starts import ANGLES, RATES, SCAN_STEPS, landed, lengths_after_heel_strike, ranked_starts
 from stages.analytic.stiffness import attainable_tolerance, fastest_rate
 from stages.analytic.walker import Vector, Walker, build_walker
 from stages.biped.design import Biped
 from stages.biped.gait import Gait
+from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 
 #: Two fixed points closer than this are one.
@@ -116,6 +117,8 @@ def why_no_gait(walker: Walker) -> str:
     """Reason why the search found nothing."""
     if walker.p[8] <= 0.0:
         return "no periodic gait: on level ground gravity does no work, and every heel strike loses energy"
+    if not walker.rolls and (reason := why_no_step(walker)):
+        return f"no periodic gait found: from the gait of the same biped with rolling feet, {reason}"
     where = f"stance angle {ANGLES[0]:g} to {ANGLES[-1]:g} rad, stance rate {RATES[0]:g} to {RATES[-1]:g} sqrt(g/L)"
     if fastest_rate(walker) > GRID_RATE:
         return (
@@ -126,6 +129,17 @@ def why_no_gait(walker: Walker) -> str:
     return (
         f"no periodic gait in the range searched ({where}): of {ANGLES.size * RATES.size} starts the longest walk made "
         f"{steps} steps, and Newton's method converged from none")
+
+
+def why_no_step(walker: Walker) -> str:
+    """Why a walker with limited friction makes no step from the gait of the same biped with rolling feet, if so."""
+    rolling = dataclasses.replace(walker, p=(*walker.p[:10], np.inf, np.inf))
+    for point in find_gaits(rolling, SEARCH_TOLERANCE, unstable=False)[:1]:
+        try:
+            poincare_map(walker, np.append(point.z, [0.0, 0.0]), SEARCH_TOLERANCE)
+        except StepFailed as reason:
+            return str(reason)
+    return ""
 
 
 def describe(walker: Walker, point: FixedPoint) -> Gait:
@@ -158,12 +172,14 @@ def step_length(walker: Walker, point: FixedPoint) -> float:
     return float(-(stance - radius) * np.sin(theta) - (swing - radius) * np.sin(psi) - radius * (theta + psi))
 
 
-def find_gait(biped: Biped, slope: Slope, tolerance: float) -> tuple[Walker, FixedPoint]:
-    """The design's most stable gait of period one, stable or not.
+def find_gait(
+    biped: Biped, slope: Slope, tolerance: float, friction: Friction | None = None
+) -> tuple[Walker, FixedPoint]:
+    """The design's most stable gait of period one, stable or not; with `friction` the trailing foot may slip and rise.
 
     Raises NoGait with the reason if there is none in the range searched.
     """
-    walker = build_walker(biped, slope)
+    walker = build_walker(biped, slope, friction)
     found = find_gaits(walker, tolerance, unstable=False)
     if not found:
         raise NoGait(why_no_gait(walker))

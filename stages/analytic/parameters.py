@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.design import Biped
-from stages.biped.quantity import Bound, parameter
+from stages.biped.quantity import Bound, Broken, parameter
+from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 
 
@@ -24,6 +26,14 @@ class Settings:
     integrator: str = parameter(
         "-", "what computes the gait: compiled code with exact derivatives, or SciPy step by step",
         choices=("compiled", "scipy"), default="compiled")
+    transition: str = parameter(
+        "-", "trailing foot from heel strike to toe-off: rolls whatever it takes, or has Coulomb friction and no pull",
+        choices=("rolling", "coulomb"), default="rolling")
+
+    def broken_rules(self) -> Iterator[Broken]:
+        """The readable path knows rolling feet only."""
+        if self.transition == "coulomb" and self.integrator == "scipy":
+            yield Broken("integrator", "compiled with transition = coulomb (the SciPy path knows rolling feet only)")
 
 
 @dataclass(frozen=True)
@@ -32,4 +42,10 @@ class Parameters:
 
     biped: Biped
     slope: Slope
+    friction: Friction
     settings: Settings
+
+    @property
+    def limited_friction(self) -> Friction | None:
+        """Friction of the trailing foot; None where it rolls whatever that takes."""
+        return self.friction if self.settings.transition == "coulomb" else None

@@ -11,7 +11,8 @@ from math import cos
 import numpy as np
 
 from stages.analytic.compiled import compiled
-from stages.analytic.flow import DOUBLE_STANCE, RIGID, flow, size_of
+from stages.analytic.coulomb_guard import limited_guard, limited_variation, wedges
+from stages.analytic.flow import DOUBLE_STANCE, HOVERING, RIGID, SLIDING_FORWARD, flow, size_of
 from stages.analytic.integrator import STAGES, error_norm, step_factor, take_step
 from stages.analytic.stiffness import takes_implicit_steps
 from stages.analytic.transitions import (
@@ -22,12 +23,15 @@ from stages.analytic.transitions import (
     toe_off_variation,
 )
 
-EVENT, FALL, TIME_LIMIT, STEP_FLOOR, STEP_LIMIT, BOTTOMED = 0, 1, 2, 3, 4, 5
+EVENT, FALL, TIME_LIMIT, STEP_FLOOR, STEP_LIMIT, BOTTOMED, WEDGED, CHATTER = 0, 1, 2, 3, 4, 5, 6, 7
 
 #: Cosine of the stance angle below which the walker has fallen.
 FALLEN = 0.3
 SMALLEST_STEP = 1e-14
 GUARD_STEP = 1e-7
+#: A sliding or hovering phase may start where its guard is zero up to round-off, and be short: its first step is at
+#: most this long, so that what the guard does first is seen.
+GUARD_FLOOR, FIRST_STEP = 1e-12, 1e-5
 
 
 @compiled
@@ -39,6 +43,9 @@ def guard(phase, y, p, rates):
     """
     if phase == DOUBLE_STANCE:
         value, rate = toe_off_guard(y, p, rates)
+        return value, rate, True
+    if phase > DOUBLE_STANCE:
+        value, rate = limited_guard(phase, y, p, rates)
         return value, rate, True
     value, rate, ahead = foot_clearance(phase, y, p)
     return value, rate, ahead > 0.0
@@ -106,6 +113,8 @@ def shift_to_event(phase, y, p):
     for start in range(base, y.size, base):
         if phase == DOUBLE_STANCE:
             change = toe_off_variation(y, p, start)
+        elif phase > DOUBLE_STANCE:
+            change = limited_variation(phase, y, p, start)
         else:
             change = clearance_variation(phase, y, p, start)
         delay = -change / rate
@@ -130,6 +139,10 @@ def integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes, count):
     rejected = False
     if phase == DOUBLE_STANCE and (g0 < 0.0 or (g0 == 0.0 and d0 < 0.0)):
         return EVENT, 0.0, h, count, evaluations
+    leaving = phase > DOUBLE_STANCE and abs(g0) <= GUARD_FLOOR
+    if phase > DOUBLE_STANCE:
+        h = min(h, FIRST_STEP)
+        g0 = 0.0 if leaving else g0
     for _ in range(step_limit):
         if h < SMALLEST_STEP:
             return STEP_FLOOR, time, h, count, evaluations
@@ -144,6 +157,12 @@ def integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes, count):
         if armed and h > GUARD_STEP and hidden_crossing(g0, d0, g1, d1, h):
             h *= 0.5
             continue
+        if leaving and g1 < -GUARD_FLOOR:  # it rises and falls within the step: shorten it, to see the fall apart
+            if h <= GUARD_STEP:
+                return EVENT, time, h, count, evaluations
+            h *= 0.25
+            continue
+        leaving = leaving and g1 <= GUARD_FLOOR
         if count < nodes.shape[0]:
             nodes[count, 0], nodes[count, 1] = time, phase
             nodes[count, 2 : 2 + base] = y[:base]
@@ -157,11 +176,13 @@ def integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes, count):
         time += h
         y[:] = new
         stages[0, :] = rates
-        g0, d0, armed0 = g1, d1, armed
+        g0, d0, armed0 = 0.0 if leaving else g1, d1, armed
         if not (cos(y[0]) > FALLEN) or abs(y[1 if phase == RIGID else 2]) > 3.0:
             return FALL, time, h, count, evaluations
         if phase != RIGID and min(y[1], y[3]) <= max(p[3], p[4]):
             return BOTTOMED, time, h, count, evaluations
+        if DOUBLE_STANCE < phase < HOVERING and wedges(y, p, -p[11] if phase == SLIDING_FORWARD else p[11]):
+            return WEDGED, time, h, count, evaluations
         if time > time_limit:
             return TIME_LIMIT, time, h, count, evaluations
         h *= min(1.0, step_factor(error)) if rejected else step_factor(error)

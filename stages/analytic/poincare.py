@@ -8,10 +8,12 @@ import numpy as np
 
 from stages.analytic import equations as eq
 from stages.analytic.compiled import compiled
+from stages.analytic.coulomb_section import landing_tangent, landing_variations
 from stages.analytic.errors import StepFailed
-from stages.analytic.flow import DOUBLE_STANCE
-from stages.analytic.phase import BOTTOMED, EVENT, FALL, STEP_FLOOR, TIME_LIMIT
-from stages.analytic.step import NO_NODES, section_coordinates, section_state, walk_step
+from stages.analytic.flow import HOVERING, SINGLE_STANCE
+from stages.analytic.phase import BOTTOMED, CHATTER, EVENT, FALL, STEP_FLOOR, TIME_LIMIT, WEDGED
+from stages.analytic.step import NO_NODES, section_coordinates, section_state, section_variation, walk_step
+from stages.analytic.succession import in_contact
 from stages.analytic.walker import Vector, Walker
 
 #: Longest phase, in pendulum times sqrt(L/g); a step takes about 2.6.
@@ -35,11 +37,14 @@ class Step:
 
 def step_failure(status: int, phase: int) -> str:
     """Why a step has no end, in words."""
-    where = "double stance" if phase == DOUBLE_STANCE else "single stance"
+    where = "double stance" if in_contact(phase) or phase == HOVERING else "single stance"
+    wedged = "at heel strike" if phase == SINGLE_STANCE else "in double stance"
     reasons = {
         FALL: f"the walker falls in {where}",
         TIME_LIMIT: f"{where} does not end: the walker stands still or rocks",
         BOTTOMED: f"a leg is pressed down to its foot in {where}",
+        WEDGED: f"friction can wedge the trailing foot {wedged}: the laws of contact have several solutions or none",
+        CHATTER: "the trailing foot changes between sliding, rolling and hovering without end",
         STEP_FLOOR: f"the step size falls to the round-off floor in {where}",
     }
     return reasons.get(status, f"{where} needs more than {STEP_LIMIT_OF_A_PHASE} integration steps")
@@ -57,7 +62,7 @@ def poincare_map(walker: Walker, z: Vector, tolerance: float) -> Step:
         walker.rigid, y, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, NO_NODES)
     if status != EVENT:
         raise StepFailed(step_failure(status, phase))
-    return Step(section_coordinates(walker.rigid, y), y, period, double, evaluations)
+    return Step(section_coordinates(walker.rigid, y, walker.p), y, period, double, evaluations)
 
 
 @compiled
@@ -99,14 +104,22 @@ def poincare_derivative(walker: Walker, z: Vector, tolerance: float) -> tuple[St
     start = section_state(walker.rigid, np.asarray(z, dtype=float), walker.p)
     if not np.isfinite(start).all():
         raise StepFailed("the trailing foot cannot reach the ground")
-    y = np.concatenate([start, section_tangent(walker.rigid, start, walker.p)])
+    if walker.section_size == 7:
+        tangent = landing_tangent(np.asarray(z, dtype=float), start, walker.p)
+    else:
+        tangent = section_tangent(walker.rigid, start, walker.p)
+    y = np.concatenate([start, tangent])
     status, phase, double, period, _, evaluations = walk_step(
         walker.rigid, y, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, NO_NODES)
     if status != EVENT:
         raise StepFailed(step_failure(status, phase))
     columns = y.reshape(-1, walker.size)
-    derivative = np.column_stack([section_coordinates(walker.rigid, column) for column in columns[1:]])
-    return Step(section_coordinates(walker.rigid, y), columns[0].copy(), period, double, evaluations), derivative
+    if walker.section_size == 7:
+        derivative = landing_variations(y, walker.p)
+    else:
+        derivative = np.column_stack([section_variation(walker.rigid, column) for column in columns[1:]])
+    end = columns[0].copy()
+    return Step(section_coordinates(walker.rigid, end, walker.p), end, period, double, evaluations), derivative
 
 
 def iterate(walker: Walker, z: Vector, steps: int, tolerance: float) -> tuple[list[Step], np.ndarray]:

@@ -140,7 +140,7 @@ def take_step(walker: Walker, z: Vector, tolerance: float) -> Step:
         double, y = double_stance(walker, y, tolerance)
     single, y = single_stance(walker, y, tolerance)
     y = heel_strike(walker, y)
-    return Step(section_coordinates(walker.rigid, y), y, double + single, double, 0)
+    return Step(section_coordinates(walker.rigid, y, walker.p), y, double + single, double, 0)
 
 
 def derivative(walker: Walker, z: Vector, tolerance: float) -> np.ndarray:

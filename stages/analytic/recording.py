@@ -14,11 +14,12 @@ from stages.analytic.compiled import compiled
 from stages.analytic.errors import StepFailed
 from stages.analytic.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE, contact_directions, flow
 from stages.analytic.integrator import STAGES, take_step
-from stages.analytic.phase import EVENT, integrate
+from stages.analytic.phase import CHATTER, EVENT, WEDGED, integrate
 from stages.analytic.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, step_failure
-from stages.analytic.step import section_state
+from stages.analytic.step import MOST_PHASES, section_state
 from stages.analytic.stiffness import takes_implicit_steps
-from stages.analytic.transitions import foot_clearance, heel_strike_reset
+from stages.analytic.succession import first_phase, in_contact, succeed
+from stages.analytic.transitions import foot_clearance
 from stages.analytic.walker import Vector, Walker
 
 #: Steps of a phase that are kept room for at first, and the factor of more room.
@@ -76,25 +77,38 @@ def next_origin(walker: Walker, segment: Segment) -> float:
     return float(centre + p[3] * psi)
 
 
-def record(walker: Walker, y: Vector, heel_strikes: int, tolerance: float, phase: int) -> list[Segment]:
-    """Segments of a walk that starts in `phase` at state `y` with leg 0 standing, up to the given heel strike.
+def record(
+    walker: Walker, y: Vector, heel_strikes: int, tolerance: float, phase: int | None = None
+) -> list[Segment]:
+    """Segments of a walk that starts at state `y` with leg 0 standing, up to the given heel strike.
 
-    Raises StepFailed if the walker does not get there.
+    It starts in `phase`, by default the one that follows a heel strike. Raises StepFailed if the walker does not get
+    there.
     """
     segments: list[Segment] = []
-    start, leg, origin, strikes = 0.0, 0, 0.0, 0
-    while strikes < heel_strikes:
+    start, leg, origin, strikes, decided = 0.0, 0, 0.0, 0, True
+    if phase is None:
+        phase, decided = first_phase(walker.rigid, y, walker.p)
+    while True:
+        if not decided:
+            raise StepFailed(step_failure(WEDGED, phase))
         segment = integrate_segment(walker, phase, y, start, leg, origin, tolerance)
         segments.append(segment)
         start += segment.duration
+        if is_last(segment):
+            strikes += 1
+            if strikes == heel_strikes:
+                return segments
+            origin, leg = next_origin(walker, segment), 1 - leg
+        elif len(segments) > MOST_PHASES and not any(map(is_last, segments[-MOST_PHASES:])):
+            raise StepFailed(step_failure(CHATTER, phase))
         y = segment.end.copy()
-        if phase == DOUBLE_STANCE:
-            phase = SINGLE_STANCE
-            continue
-        heel_strike_reset(phase, y, walker.p)
-        origin, leg, strikes = next_origin(walker, segment), 1 - leg, strikes + 1
-        phase = RIGID if walker.rigid else DOUBLE_STANCE
-    return segments
+        phase, decided = succeed(phase, y, walker.p)
+
+
+def is_last(segment: Segment) -> bool:
+    """Whether a segment is the last one of its step: single stance, which ends with heel strike."""
+    return segment.phase <= SINGLE_STANCE
 
 
 @compiled
@@ -120,7 +134,7 @@ def crossing_state(walker: Walker, z: Vector, tolerance: float) -> np.ndarray:
     Raises StepFailed if the walker does not vault over its stance leg.
     """
     start = section_state(walker.rigid, z, walker.p)
-    segment = record(walker, start, 1, tolerance, RIGID if walker.rigid else DOUBLE_STANCE)[-1]
+    segment = record(walker, start, 1, tolerance)[-1]
     before = np.flatnonzero(segment.states[:, 0] < 0)
     if not before.size or segment.end[0] <= 0:
         raise StepFailed("the stance leg is never upright in single stance")
@@ -141,15 +155,16 @@ def crossing_state(walker: Walker, z: Vector, tolerance: float) -> np.ndarray:
 
 
 def constraint_drift(walker: Walker, segments: list[Segment]) -> np.ndarray:
-    """Clearance, its rate and the slip velocity of the trailing foot at toe-off, dimensionless, shape (3,).
+    """Clearance, its rate and the slip velocity of the trailing foot where it ends to roll, dimensionless, shape (3,).
 
     All three are zero at heel strike; what they are at toe-off is the drift of constraints that are held at
-    acceleration level. Zero for rigid legs, which have no double stance.
+    acceleration level. For a foot that slides until toe-off, clearance and its rate there, and no slip velocity, which
+    no constraint holds. Zero for rigid legs, which have no double stance.
     """
-    for segment in segments:
-        if segment.phase == DOUBLE_STANCE:
-            y = segment.end
-            _, roll, _, _ = contact_directions(y, walker.p)
-            clearance, rate, _ = foot_clearance(DOUBLE_STANCE, y, walker.p)
-            return np.array([clearance, rate, float(np.dot(roll, y[4:8]))])
-    return np.zeros(3)
+    both = [segment for segment in segments if in_contact(segment.phase)]
+    if not both:
+        return np.zeros(3)
+    y, phase = both[-1].end, both[-1].phase
+    _, roll, _, _ = contact_directions(y, walker.p)
+    clearance, rate, _ = foot_clearance(phase, y, walker.p)
+    return np.array([clearance, rate, float(np.dot(roll, y[4:8])) if phase == DOUBLE_STANCE else 0.0])

@@ -27,7 +27,8 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
     """
     tolerance = parameters.settings.tolerance
     progress(0.0, "looking for gaits")
-    walker, point = find_gait(parameters.biped, parameters.slope, tolerance)
+    friction = parameters.limited_friction
+    walker, point = find_gait(parameters.biped, parameters.slope, tolerance, friction)
     if parameters.settings.integrator == "scipy":
         point = refine(walker, point.z, tolerance)
     progress(0.6, "recording the walk")
@@ -43,7 +44,7 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
         monodromy_matrix=point.monodromy_matrix,
         energy=report.energy,
         constraint_drift=constraint_drift(walker, report.segments),
-        variations=vary_design(parameters.biped, parameters.slope, point.z, tolerance),
+        variations=vary_design(parameters.biped, parameters.slope, point.z, tolerance, friction),
         validity=report.validity,
         walk=sample_walk(walker, segments, parameters.settings.sampling_rate_hz),
     )

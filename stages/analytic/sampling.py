@@ -6,8 +6,17 @@ import numpy as np
 
 from stages.analytic import equations as eq
 from stages.analytic.compiled import compiled
-from stages.analytic.flow import DOUBLE_STANCE, RIGID, double_acceleration, rigid_acceleration, single_acceleration
-from stages.analytic.recording import Segment, states_at
+from stages.analytic.flow import (
+    DOUBLE_STANCE,
+    RIGID,
+    SINGLE_STANCE,
+    double_acceleration,
+    rigid_acceleration,
+    single_acceleration,
+    sliding_acceleration,
+)
+from stages.analytic.recording import Segment, is_last, states_at
+from stages.analytic.succession import in_contact
 from stages.analytic.walker import Walker
 from stages.biped.frames import specific_force
 from stages.biped.kinematics import (
@@ -39,6 +48,9 @@ def accelerations_and_forces(phase, states, p):
             continue
         if phase == DOUBLE_STANCE:
             qdd, force, _, _, _, _ = double_acceleration(y, p)
+            row[6], row[7] = force[1], force[0]
+        elif in_contact(phase):
+            qdd, force, _, _, _, _ = sliding_acceleration(phase, y, p)
             row[6], row[7] = force[1], force[0]
         else:
             qdd, _ = single_acceleration(y, p)
@@ -116,13 +128,30 @@ def sample_walk(walker: Walker, segments: list[Segment], sampling_rate: float) -
         name: scale * np.concatenate([piece[name] for piece in pieces])
         for name, scale in signal_scales(walker).items()
     }
-    strikes = [s for s in segments if s.phase != DOUBLE_STANCE]
-    lifts = [s for s in segments if s.phase == DOUBLE_STANCE] if not walker.rigid else strikes
+    strikes = [s for s in segments if is_last(s)]
+    lifts = lift_offs(segments) if not walker.rigid else [(s.start + s.duration, s.stance_leg) for s in strikes]
     return Walk(
         time=times * walker.time,
         **signals,
         heel_strike_time=np.array([(s.start + s.duration) * walker.time for s in strikes]),
         heel_strike_leg=np.array([1 - s.stance_leg for s in strikes]),
-        toe_off_time=np.array([(s.start + s.duration) * walker.time for s in lifts]),
-        toe_off_leg=np.array([1 - s.stance_leg for s in lifts] if not walker.rigid else [s.stance_leg for s in lifts]),
+        toe_off_time=np.array([time * walker.time for time, _ in lifts]),
+        toe_off_leg=np.array([leg for _, leg in lifts]),
     )
+
+
+def lift_offs(segments: list[Segment]) -> list[tuple[float, int]]:
+    """Dimensionless time at which the trailing foot leaves the ground for good in each step, and its leg.
+
+    That is the end of the last phase with both feet on the ground, or heel strike where there is none.
+    """
+    lifts: list[tuple[float, int]] = []
+    latest = segments[0].start if segments[0].phase != SINGLE_STANCE else None
+    for segment in segments:
+        if in_contact(segment.phase):
+            latest = segment.start + segment.duration
+        elif is_last(segment):
+            if latest is not None:
+                lifts.append((latest, 1 - segment.stance_leg))
+            latest = segment.start + segment.duration
+    return lifts

@@ -50,7 +50,8 @@ def start_coordinates(walker: Walker, angle: float, rate: float) -> Vector:
         return np.array([-angle, rate, rate * np.cos(2 * angle) - rate])
     landing, trailing = lengths_after_heel_strike(walker)
     hip, foot = walker.p[0], walker.p[1]
-    return np.array([-angle, landing, trailing, rate, -rate * np.sin(2 * angle) * hip / (hip + foot)])
+    at_rest = [] if walker.rolls else [0.0, 0.0]
+    return np.array([-angle, landing, trailing, rate, -rate * np.sin(2 * angle) * hip / (hip + foot), *at_rest])
 
 
 def grid(walker: Walker) -> Iterator[Vector]:
@@ -99,7 +100,8 @@ def landed(walker: Walker, rigid: Walker, point: FixedPoint) -> Vector:
     y = np.array([theta, 1.0, psi, 1.0, dtheta, 0.0, dpsi, 0.0])
     heel_strike_reset(SINGLE_STANCE, y, walker.p)
     landing, trailing = lengths_after_heel_strike(walker)
-    return np.array([y[0], landing, trailing, y[4], y[5]])
+    at_rest = [] if walker.rolls else [0.0, 0.0]
+    return np.array([y[0], landing, trailing, y[4], y[5], *at_rest])
 
 
 def end_of_step(rigid: Walker, point: FixedPoint) -> tuple[float, float, float, float]:

@@ -10,6 +10,7 @@ from stages.analytic.poincare import fixed_point
 from stages.analytic.walker import Vector, build_walker
 from stages.biped.design import Biped
 from stages.biped.quantity import quantity
+from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 
 #: Name of the change that puts a layer under the feet: leg length, foot radius and height of the mass grow alike.
@@ -31,25 +32,29 @@ class Variation:
     frequency_above: float = quantity("Hz", "step frequency with the parameter raised; NaN without a gait")
 
 
-def neighbour(biped: Biped, slope: Slope, z: Vector, tolerance: float) -> tuple[float, float]:
+def neighbour(
+    biped: Biped, slope: Slope, z: Vector, tolerance: float, friction: Friction | None
+) -> tuple[float, float]:
     """Largest multiplier and step frequency [Hz] of the gait near section coordinates `z`; NaN if there is none."""
-    walker = build_walker(biped, slope)
+    walker = build_walker(biped, slope, friction)
     point = fixed_point(walker, z, tolerance)
     if point is None:
         return float("nan"), float("nan")
     return by_stability(point), 1 / (point.steps[0].period * walker.time)
 
 
-def vary_design(biped: Biped, slope: Slope, z: Vector, tolerance: float, change: float = 0.05) -> tuple[Variation, ...]:
+def vary_design(
+    biped: Biped, slope: Slope, z: Vector, tolerance: float, friction: Friction | None = None, change: float = 0.05
+) -> tuple[Variation, ...]:
     """The gait with each design parameter lowered and raised by `change`, the others fixed, and with an outsole."""
 
     def with_factor(name: str, factor: float) -> tuple[float, float]:
         changed = dataclasses.replace(biped, **{name: getattr(biped, name) * factor})
-        return neighbour(changed, slope, z, tolerance)
+        return neighbour(changed, slope, z, tolerance, friction)
 
     def with_layer(thickness: float) -> tuple[float, float]:
         grown = {name: getattr(biped, name) + thickness for name in ("leg_length", "foot_radius", "foot_com")}
-        return neighbour(dataclasses.replace(biped, **grown), slope, z, tolerance)
+        return neighbour(dataclasses.replace(biped, **grown), slope, z, tolerance, friction)
 
     variations = []
     for name in DESIGN:

@@ -7,11 +7,14 @@ from math import acos, cos, sin
 import numpy as np
 
 from stages.analytic.compiled import compiled
-from stages.analytic.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE
-from stages.analytic.phase import EVENT, integrate
-from stages.analytic.transitions import heel_strike_reset
+from stages.analytic.coulomb_section import landed_state, landing_coordinates
+from stages.analytic.flow import SINGLE_STANCE
+from stages.analytic.phase import CHATTER, EVENT, WEDGED, integrate
+from stages.analytic.succession import first_phase, in_contact, succeed
 
 NO_NODES = np.empty((0, 10))
+#: A trailing foot that changes between rolling, sliding and hovering more often than this does so without end.
+MOST_PHASES = 100
 
 
 @compiled
@@ -21,23 +24,24 @@ def walk_step(rigid, y, p, tolerance, time_limit, step_limit, nodes):
     Returns (status, phase, double stance time, period, nodes filled, evaluations): `phase` is where it ended if
     the status is not EVENT.
     """
-    double, single, count, evaluations, h = 0.0, 0.0, np.int64(0), 0, 0.02
-    phase = RIGID if rigid else DOUBLE_STANCE
-    status = EVENT
-    for _ in range(1 if rigid else 2):  # one call, no constants in it: each constant is compiled apart
+    double, time, count, evaluations, h = 0.0, 0.0, np.int64(0), 0, 0.02
+    phase, decided = first_phase(rigid, y, p)
+    for _ in range(MOST_PHASES):  # one call, no constants in it: each constant is compiled apart
+        if not decided:
+            return WEDGED, phase, double, time, count, evaluations
         status, duration, h, count, more = integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes, count)
+        time += duration
         evaluations += more
-        if phase == DOUBLE_STANCE:
-            double = duration
-            if status != EVENT:
-                break
-            phase = SINGLE_STANCE
-            h = max(min(h, 0.02), 1e-6)
-        else:
-            single = duration
-    if status == EVENT:
-        heel_strike_reset(phase, y, p)
-    return status, phase, double, double + single, count, evaluations
+        if status != EVENT:
+            return status, phase, double, time, count, evaluations
+        if in_contact(phase):
+            double = time
+        ended = phase
+        phase, decided = succeed(phase, y, p)
+        if ended <= SINGLE_STANCE:
+            return EVENT if decided else WEDGED, ended, double, time, count, evaluations
+        h = max(min(h, 0.02), 1e-6)
+    return CHATTER, phase, double, time, count, evaluations
 
 
 @compiled
@@ -45,8 +49,11 @@ def section_state(rigid, z, p):
     """State just after heel strike from its section coordinates, eqs. (3) and (4).
 
     Rigid: z = (theta, dtheta, dpsi). Compliant: z = (theta, L_1, L_2, dtheta, dL_1); the trailing foot's angle
-    and two rates follow from its constraints.
+    and two rates follow from its constraints. With limited friction z goes on with those two rates of the trailing
+    foot, see `coulomb_section`.
     """
+    if not rigid and p[10] < np.inf:
+        return landed_state(z, p)
     if rigid:
         return np.array([z[0], -abs(z[0]), z[1], z[2]])
     theta, stance, swing = z[0], z[1] - p[3], z[2] - p[3]
@@ -64,8 +71,16 @@ def section_state(rigid, z, p):
 
 
 @compiled
-def section_coordinates(rigid, y):
-    """The section coordinates z of a state just after heel strike, or of a variation of it."""
+def section_coordinates(rigid, y, p):
+    """The section coordinates z of a state just after heel strike."""
+    if not rigid and p[10] < np.inf:
+        return landing_coordinates(y, p)
+    return section_variation(rigid, y)
+
+
+@compiled
+def section_variation(rigid, y):
+    """The variation of the section coordinates, for a variation of a state on the section where feet roll."""
     if rigid:
         return np.array([y[0], y[2], y[3]])
     return np.array([y[0], y[1], y[3], y[4], y[5]])

@@ -11,15 +11,16 @@ import numpy as np
 
 from stages.analytic import equations as eq
 from stages.analytic.compiled import compiled
-from stages.analytic.elimination import factor, factor_constrained, solve, solve_constrained
+from stages.analytic.coulomb_impact import limited_reset
+from stages.analytic.elimination import factor, factor_constrained, solve_constrained
 from stages.analytic.flow import (
     RIGID,
     contact_directions,
     double_acceleration,
     double_jacobians,
     double_variation,
-    row_times,
 )
+from stages.analytic.impulse_terms import by_position, free_jump, impulse_jacobians, without_forces
 
 
 @compiled
@@ -52,26 +53,27 @@ def clearance_variation(phase, y, p, start):
 
 @compiled
 def toe_off_guard(y, p, rates):
-    """Normal force of the trailing foot in double stance and its rate along `rates` = dy/dt."""
+    """What ends the trailing foot's rolling in double stance, and its rate along `rates` = dy/dt.
+
+    Its normal force, or with limited friction the friction it has left.
+    """
     qdd, force, factors, constrained, normal, roll = double_acceleration(y, p)
     jacobians = double_jacobians(y, qdd, force, p)
     _, change = double_variation(jacobians, (factors, constrained, normal, roll), rates, 0)
+    if p[10] < np.inf:
+        return p[10] * force[0] - abs(force[1]), p[10] * change[0] - np.sign(force[1]) * change[1]
     return force[0], change[0]
 
 
 @compiled
 def toe_off_variation(y, p, start):
-    """Change of the trailing foot's normal force for the variation stored from `start`."""
+    """Change of that guard for the variation stored from `start`."""
     qdd, force, factors, constrained, normal, roll = double_acceleration(y, p)
     jacobians = double_jacobians(y, qdd, force, p)
     _, change = double_variation(jacobians, (factors, constrained, normal, roll), y, start)
+    if p[10] < np.inf:
+        return p[10] * change[0] - np.sign(force[1]) * change[1]
     return change[0]
-
-
-@compiled
-def without_forces(p):
-    """Parameters with stiffness, damping and gravity off: what is left of the equations is inertia."""
-    return p[0], p[1], p[2], p[3], p[4], 0.0, 0.0, p[7], 0.0, 0.0
 
 
 @compiled
@@ -103,41 +105,18 @@ def compliant_reset(y, p):
     """Heel strike of compliant legs on the state and its variations, in place."""
     after, impulse, factors, constrained, normal, roll = landing_impulse(y, p)
     if y.size > 8:
-        inertia = without_forces(p)
-        by_mass = eq.compliant_residual_jacobian(
-            y[0], y[1], y[2], y[3], 0.0, 0.0, 0.0, 0.0,
-            after[0] - y[4], after[1] - y[5], after[2] - y[6], after[3] - y[7], inertia)
-        by_force = eq.contact_force_jacobian(y[0], y[1], y[2], y[3], impulse[0], impulse[1], p)
-        by_contact = eq.contact_acceleration_jacobian(
-            y[0], y[1], y[2], y[3], 0.0, 0.0, 0.0, 0.0, after[0], after[1], after[2], after[3], p)
+        jacobians = impulse_jacobians(y, (y[4], y[5], y[6], y[7]), after, impulse, p)
         for start in range(8, y.size, 8):
-            change = solve(
-                factors,
-                row_times(by_force, 0, 4, y, start) - by_position(by_mass, 0, y, start),
-                row_times(by_force, 1, 4, y, start) - by_position(by_mass, 1, y, start),
-                row_times(by_force, 2, 4, y, start) - by_position(by_mass, 2, y, start),
-                row_times(by_force, 3, 4, y, start) - by_position(by_mass, 3, y, start),
-            )
-            free = (y[start + 4] + change[0], y[start + 5] + change[1],
-                    y[start + 6] + change[2], y[start + 7] + change[3])
+            free = free_jump(jacobians, factors, y, start)
             jump, _ = solve_constrained(
                 factors, constrained, normal, roll, free,
-                -by_position(by_contact, 0, y, start), -by_position(by_contact, 1, y, start))
+                -by_position(jacobians[2], 0, y, start), -by_position(jacobians[2], 1, y, start))
             for i in range(4):
                 y[start + 4 + i] = jump[i]
             rename_legs(y, start)
     for i in range(4):
         y[4 + i] = after[i]
     rename_legs(y, 0)
-
-
-@compiled
-def by_position(matrix, row, dy, start):
-    """The position half of one row of a (n, 8) Jacobian, times a variation."""
-    total = 0.0
-    for column in range(4):
-        total += matrix[row * 8 + column] * dy[start + column]
-    return total
 
 
 @compiled
@@ -168,11 +147,14 @@ def rigid_reset(y, p):
 
 @compiled
 def heel_strike_reset(phase, y, p):
-    """State and variations just after heel strike, in the new names, in place."""
+    """State and variations just after heel strike, in the new names, in place; False if the impact is undecided."""
     if phase == RIGID:
         rigid_reset(y, p)
+    elif p[10] < np.inf:
+        return limited_reset(y, p)
     else:
         compliant_reset(y, p)
+    return True
 
 
 @compiled

@@ -13,6 +13,7 @@ import numpy as np
 
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
+from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 
 Vector = np.ndarray
@@ -34,9 +35,16 @@ class Walker:
         return 4 if self.rigid else 8
 
     @property
+    def rolls(self) -> bool:
+        """Whether a foot on the ground rolls, whatever friction that takes; else the trailing foot may slip or rise."""
+        return self.p[10] == math.inf
+
+    @property
     def section_size(self) -> int:
         """Number of section coordinates just after heel strike."""
-        return 3 if self.rigid else 5
+        if self.rigid:
+            return 3
+        return 5 if self.rolls else 7
 
     @property
     def force(self) -> float:
@@ -63,8 +71,13 @@ class Walker:
         return StanceState(*si.tolist())
 
 
-def build_walker(biped: Biped, slope: Slope) -> Walker:
-    """Scale a design to its own mass, leg length and pendulum time."""
+def build_walker(biped: Biped, slope: Slope, friction: Friction | None = None) -> Walker:
+    """Scale a design to its own mass, leg length and pendulum time.
+
+    With `friction` the trailing foot of compliant legs may slip and rise; without, it rolls until toe-off. Rigid legs
+    have no double stance: their trailing foot leaves without an impulse, which no friction changes.
+    """
+    limited = friction is not None and biped.legs == "compliant"
     mass, length = biped.total_mass, biped.leg_length
     time = math.sqrt(length / slope.gravity)
     p = (
@@ -78,5 +91,7 @@ def build_walker(biped: Biped, slope: Slope) -> Walker:
         biped.leg_inertia / (mass * length**2),
         math.sin(slope.angle),
         -math.cos(slope.angle),
+        friction.static_friction if friction and limited else math.inf,
+        friction.dynamic_friction if friction and limited else math.inf,
     )
     return Walker(biped.legs == "rigid", p, mass, length, time)

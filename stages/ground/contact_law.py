@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.quantity import Bound, Broken, parameter
+from stages.ground.friction_coefficients import Friction, dynamic_friction, static_friction
 
 
 @dataclass(frozen=True)
@@ -26,8 +27,8 @@ class ContactLaw:
     damping_depth: float = parameter(
         "m", "penetration at which the damping is complete", symbol="d", bound=Bound(above=0)
     )
-    static_friction: float = parameter("1", "static friction coefficient", symbol="mu_s", bound=Bound(minimum=0))
-    dynamic_friction: float = parameter("1", "dynamic friction coefficient", symbol="mu_d", bound=Bound(minimum=0))
+    static_friction: float = static_friction()
+    dynamic_friction: float = dynamic_friction()
     stiction_velocity: float = parameter("m/s", "slip speed of greatest friction", symbol="v_s", bound=Bound(above=0))
     friction_velocity: float = parameter(
         "m/s", "least slip speed of dynamic friction", symbol="v_d", bound=Bound(above=0)
@@ -46,10 +47,14 @@ class ContactLaw:
 
     def broken_rules(self) -> Iterator[Broken]:
         """Dynamic friction does not exceed static friction; the two transition velocities are in order."""
-        if self.dynamic_friction > self.static_friction:
-            yield Broken("dynamic_friction", f"<= static_friction = {self.static_friction:g}")
+        yield from self.coefficients.broken_rules()
         if self.stiction_velocity >= self.friction_velocity:
             yield Broken("stiction_velocity", f"< friction_velocity = {self.friction_velocity:g} m/s")
+
+    @property
+    def coefficients(self) -> Friction:
+        """The two friction coefficients alone."""
+        return Friction(self.static_friction, self.dynamic_friction)
 
     @property
     def stiffness_si(self) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 
 from stages.analytic.walker import Walker, build_walker
 from stages.biped.design import Biped
+from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 
 #: Table 1 of the paper.
@@ -18,6 +19,7 @@ TABLE_1_RIGID = dataclasses.replace(TABLE_1, legs="rigid")
 #: Every parameter at work: leg inertia too.
 HEAVY_LEGS = dataclasses.replace(TABLE_1, leg_inertia=2e-3)
 SLOPE = Slope(slope_deg=2.0, gravity=9.81)
+FRICTION = Friction(static_friction=1.1, dynamic_friction=1.0)
 
 
 def changed(design: Biped, **values: object) -> Biped:

@@ -68,7 +68,7 @@ def test_image_lies_on_the_section(table_1_gait):
     """The state after a step keeps both constraints, in position and in velocity, and has five free numbers."""
     walker, point = table_1_gait
     y = poincare_map(walker, point.z + 1e-3, 1e-12).state
-    assert np.abs(section_state(False, section_coordinates(False, y), walker.p) - y).max() <= 1e-12
+    assert np.abs(section_state(False, section_coordinates(False, y, walker.p), walker.p) - y).max() <= 1e-12
 
 
 def test_one_multiplier_is_zero(table_1_gait):

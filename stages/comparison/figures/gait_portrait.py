@@ -8,7 +8,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from stages.analytic.flow import DOUBLE_STANCE, RIGID
 from stages.analytic.poincare import FixedPoint
 from stages.analytic.recording import record
 from stages.analytic.sampling import sample_walk
@@ -26,9 +25,7 @@ def draw(walker: Walker, points: Sequence[FixedPoint], tolerance: float, rate_hz
         largest = float(np.abs(point.floquet_multipliers).max())
         line = "-" if largest < 1 else (0, (3, 2))
         start = section_state(walker.rigid, point.z, walker.p)
-        walk = sample_walk(
-            walker, record(walker, start, 2, tolerance, RIGID if walker.rigid else DOUBLE_STANCE), rate_hz
-        )
+        walk = sample_walk(walker, record(walker, start, 2, tolerance), rate_hz)
         label = f"gait {number}: |multiplier| {largest:.3g}"
         portrait.plot(np.degrees(walk.leg_angle[:, 0]), walk.leg_rate[:, 0], color=colour, linestyle=line, label=label)
         force.plot(walk.time, walk.ground_reaction[:, 0, 1], color=colour, linestyle=line)

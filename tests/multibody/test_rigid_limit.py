@@ -1,0 +1,65 @@
+"""The penalty model as its contact stiffens: the constraint model with Coulomb friction is its limit.
+
+Both walk one step from the same mid-stance state. Stiction velocities are small, so that creep does not count, and
+contact damping grows with the stiffness so that the impact stays as plastic as it was: with penetration p ~
+k^(-1/(e + 1)) of an impact, the damping's depth shrinks and its size grows by the same power.
+"""
+
+import numpy as np
+import pytest
+
+from stages.analytic.flow import SINGLE_STANCE
+from stages.analytic.gait_search import find_gait
+from stages.analytic.recording import crossing_state, record
+from stages.analytic.sampling import sample_walk
+from stages.ground.contact_law import ContactLaw
+from stages.ground.friction_coefficients import Friction
+from stages.multibody.state import rolling_state
+from stages.multibody.walk import simulate
+
+FRICTION, EXPONENT = 1.1, 2.2
+#: Time around heel strike left out [s].
+IMPACT = 5e-3
+
+
+def walk_of(biped, slope, friction):
+    """One step of the constraint model's gait from mid-stance to mid-stance, its period, and its state at the start."""
+    walker, point = find_gait(biped, slope, 1e-11, friction)
+    upright = crossing_state(walker, point.z, 1e-11)
+    walk = sample_walk(walker, record(walker, upright, 2, 1e-11, SINGLE_STANCE), 5000.0)
+    return walk, point.steps[0].period * walker.time, walker.stance_state(upright)
+
+
+def differences(constraint, factor, biped, slope, settings, stiction_velocity=1e-3):
+    """Largest hip difference [mm] and velocity difference [mm/s] away from heel strike, stiffness times `factor`."""
+    walk, period, upright = constraint
+    scale = factor ** (1 / (EXPONENT + 1))
+    law = ContactLaw(
+        1e5 * factor, EXPONENT, 1e4 * scale, 1e-4 / scale, FRICTION, FRICTION, stiction_velocity, 2 * stiction_velocity)
+    start = rolling_state(biped, law, upright, float(walk.ground_reaction[0, 0, 1]))
+    run = simulate(biped, slope, law, start, settings, steps=1)
+    assert run.completed
+    away = (walk.time <= period) & (np.abs(walk.time - walk.heel_strike_time[0]) > IMPACT)
+    position, velocity = run.trajectory.at(walk.time[away])
+    return (1e3 * np.abs(position[:, :2] - walk.hip_position[away]).max(),
+            1e3 * np.abs(velocity[:, :2] - walk.hip_velocity[away]).max())
+
+
+@pytest.mark.slow
+def test_penalty_contact_tends_to_coulomb_transitions(biped, slope, settings):
+    """Hip within 0.03 mm and 0.5 mm/s away from the impact; the difference falls like the static penetration,
+    k^(-1/e), while creep is smaller than it."""
+    limited = walk_of(biped, slope, Friction(FRICTION, FRICTION))
+    factors = (1.0, 10.0, 100.0)
+    found = np.array([differences(limited, factor, biped, slope, settings) for factor in factors])
+    orders = np.log10(found[:-1, 0] / found[1:, 0])
+    assert orders == pytest.approx([1 / EXPONENT] * 2, abs=0.1), (found, orders)
+    position, velocity = differences(limited, 1e4, biped, slope, settings)
+    assert position <= 0.03 and velocity <= 0.5, (position, velocity)
+
+
+@pytest.mark.slow
+def test_penalty_contact_does_not_tend_to_rolling_transitions(biped, slope, settings):
+    """A trailing foot that rolls through the impact is told apart at the same stiffness."""
+    position, velocity = differences(walk_of(biped, slope, None), 1e4, biped, slope, settings)
+    assert position > 0.1 and velocity > 0.5, (position, velocity)
