@@ -82,7 +82,9 @@ class Toy:
         """Start `bipedstudy` in the study's folder as a process of its own."""
         home = str(Path(__file__).resolve().parents[2])
         environment = {**os.environ, "PYTHONPATH": home, "COLUMNS": "200"}
-        code = f"import sys; sys.path.insert(0, {str(self.root)!r}); from pipeline.cli import main; main()"
+        # a shell that runs the tests in the background has interrupts ignored, and its children inherit that
+        heed = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+        code = f"{heed}; import sys; sys.path.insert(0, {str(self.root)!r}); from pipeline.cli import main; main()"
         return subprocess.Popen(
             [sys.executable, "-c", code, *arguments],
             cwd=self.root,
