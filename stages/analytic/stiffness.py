@@ -42,7 +42,10 @@ def takes_implicit_steps(rigid, p):
 
 def fastest_rate(walker: Walker) -> float:
     """Magnitude of the fastest eigenvalue of a leg's spring and damper, in 1 / pendulum time; 0 for rigid legs."""
-    return 0.0 if walker.rigid else float(axial_rates(walker.p)[0])
+    if walker.rigid:
+        return 0.0
+    rate, _ = axial_rates.py_func(walker.p)  # once a search: not worth loading machine code
+    return float(rate)
 
 
 def attainable_tolerance(walker: Walker, tolerance: float) -> float:
