@@ -50,6 +50,18 @@ def step_failure(status: int, phase: int) -> str:
     return reasons.get(status, f"{where} needs more than {STEP_LIMIT_OF_A_PHASE} integration steps")
 
 
+def require_landing(walker: Walker, y: Vector, status: int, phase: int) -> None:
+    """A step ends at heel strike with the hip between the feet, as the section has it.
+
+    Raises StepFailed otherwise. A walker that rocks back lands with the hip behind both feet; the section coordinates of
+    that state are those of another one, so that it could look periodic.
+    """
+    if status != EVENT:
+        raise StepFailed(step_failure(status, phase))
+    if y[1 if walker.rigid else 2] >= 0.0:
+        raise StepFailed("the walker rocks back: at heel strike the hip is behind both feet")
+
+
 def poincare_map(walker: Walker, z: Vector, tolerance: float) -> Step:
     """Image of section coordinates `z`, shape (3,) or (5,), after one step.
 
@@ -60,8 +72,7 @@ def poincare_map(walker: Walker, z: Vector, tolerance: float) -> Step:
         raise StepFailed("the trailing foot cannot reach the ground")
     status, phase, double, period, _, evaluations = walk_step(
         walker.rigid, y, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, NO_NODES)
-    if status != EVENT:
-        raise StepFailed(step_failure(status, phase))
+    require_landing(walker, y, status, phase)
     return Step(section_coordinates(walker.rigid, y, walker.p), y, period, double, evaluations)
 
 
@@ -111,8 +122,7 @@ def poincare_derivative(walker: Walker, z: Vector, tolerance: float) -> tuple[St
     y = np.concatenate([start, tangent])
     status, phase, double, period, _, evaluations = walk_step(
         walker.rigid, y, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, NO_NODES)
-    if status != EVENT:
-        raise StepFailed(step_failure(status, phase))
+    require_landing(walker, y, status, phase)
     columns = y.reshape(-1, walker.size)
     if walker.section_size == 7:
         derivative = landing_variations(y, walker.p)

@@ -15,8 +15,10 @@ from stages.analytic.flow import flow, size_of
 from stages.analytic.radau_tableau import A_INVERSE, COLUMNS, ESTIMATE, REAL_VALUE, ROWS, STAGES, VALUES
 
 ITERATIONS = 50
-#: A correction of the state this small may be round-off; larger ones must shrink by this factor, or the step fails.
-SMALL, SLOWEST = 1e-11, 0.7
+#: A correction of the state this small, or this small a share of a spring force's round-off, may be round-off itself.
+SMALL, SHARE_OF_ROUND_OFF = 1e-11, 5e-17
+#: Larger corrections must shrink by this factor after the first few, or the step fails.
+SLOWEST, PATIENCE = 0.7, 4
 #: What round-off may leave in a variation: a stiff spring multiplies that of a length of order one by its stiffness.
 SMALL_VARIATION = 1e-6
 
@@ -85,7 +87,7 @@ def solve_stages(phase, y, h, p, inverses):
     n, size = size_of(phase), y.size
     z, rates, change = np.zeros((STAGES, size)), np.empty((STAGES, size)), np.empty((STAGES, size))
     point, part, solved = np.empty(size), np.empty(size, np.complex128), np.empty(size, np.complex128)
-    last = 1e300
+    last, small = 1e300, max(SMALL, SHARE_OF_ROUND_OFF * p[5])
     for iteration in range(ITERATIONS):
         for i in range(STAGES):
             for m in range(size):
@@ -117,10 +119,10 @@ def solve_stages(phase, y, h, p, inverses):
                     largest = max(largest, relative)
                 else:
                     of_variations = max(of_variations, relative)
-        settled = largest <= 2e-16 or (largest <= SMALL and largest >= SLOWEST * last)
+        settled = largest <= 2e-16 or (largest <= small and largest >= SLOWEST * last)
         if settled and of_variations <= SMALL_VARIATION:
             return z, iteration + 1
-        if not largest < 1e10 or (iteration >= 2 and largest > SLOWEST * last and not settled):
+        if not largest < 1e10 or (iteration >= PATIENCE and largest > SLOWEST * last and not settled):
             break
         last = largest
     z[0, 0] = np.nan

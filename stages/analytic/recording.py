@@ -17,7 +17,7 @@ from stages.analytic.integrator import STAGES, take_step
 from stages.analytic.phase import CHATTER, EVENT, WEDGED, integrate
 from stages.analytic.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, step_failure
 from stages.analytic.step import MOST_PHASES, section_state
-from stages.analytic.stiffness import takes_implicit_steps
+from stages.analytic.stiffness import attainable_tolerance, takes_implicit_steps
 from stages.analytic.succession import first_phase, in_contact, succeed
 from stages.analytic.transitions import foot_clearance
 from stages.analytic.walker import Vector, Walker
@@ -85,6 +85,7 @@ def record(
     It starts in `phase`, by default the one that follows a heel strike. Raises StepFailed if the walker does not get
     there.
     """
+    tolerance = attainable_tolerance(walker, tolerance)
     segments: list[Segment] = []
     start, leg, origin, strikes, decided = 0.0, 0, 0.0, 0, True
     if phase is None:

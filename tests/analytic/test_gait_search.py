@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from stages.analytic.errors import NoGait
+from stages.analytic.errors import NoGait, StepFailed
+from stages.analytic.gait_report import report_gait
 from stages.analytic.gait_search import by_stability, describe, find_gait, find_gaits
 from stages.analytic.poincare import poincare_map
 from stages.ground.slope import Slope
@@ -80,3 +81,13 @@ def test_every_corner_has_an_answer(slope_deg, stiffness, damping):
     assert slope_deg > 0
     noise = 1e3 * np.finfo(float).eps * walker.p[5]
     assert np.abs(poincare_map(walker, point.z, 1e-9).z - point.z).max() <= max(1e-7, noise)
+    assert abs(report_gait(walker, point, 1e-10).energy.residual) <= max(1e-7, noise)
+
+
+def test_a_walker_that_rocks_back_has_no_gait():
+    """It lands with the hip behind both feet, where the section's coordinates are those of another state: a fixed
+    point of them would be no gait, and its energy audit would not close."""
+    walker = walker_of(changed(TABLE_1, stiffness=1e4, damping=0.0), slope_deg=1.0)
+    rocking = np.array([-0.02412, 0.99866, 0.99858, 0.00764, -0.2301])
+    with pytest.raises(StepFailed, match="hip is behind both feet"):
+        poincare_map(walker, rocking, 1e-10)
