@@ -53,8 +53,8 @@ def step_failure(status: int, phase: int) -> str:
 def require_landing(walker: Walker, y: Vector, status: int, phase: int) -> None:
     """A step ends at heel strike with the hip between the feet, as the section has it.
 
-    Raises StepFailed otherwise. A walker that rocks back lands with the hip behind both feet; the section coordinates of
-    that state are those of another one, so that it could look periodic.
+    Raises StepFailed otherwise. A walker that rocks back lands with the hip behind both feet; the section coordinates
+    of that state are those of another one, so that it could look periodic.
     """
     if status != EVENT:
         raise StepFailed(step_failure(status, phase))
