@@ -20,6 +20,8 @@ _COMMANDS = {
     "graph": "graph",
     "show": "show",
     "claims": "claims",
+    "report": "report",
+    "figures": "figures",
     "ingest": "ingest",
     "gait": "gait",
     "continue": "continue_gait",

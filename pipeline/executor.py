@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from pipeline import provenance
+from pipeline import fingerprint
 from pipeline.display import Display
 from pipeline.errors import ANSWER, FAILED, StageFailed
 from pipeline.log import Log
@@ -116,34 +116,20 @@ class _Run:
         self._start(assessment)
 
     def _start(self, assessment: Assessment) -> None:
-        from pipeline.order import Order, pickled
+        from pipeline.order import order_of
         from pipeline.process import Worker
 
         name, parts, store = assessment.name, assessment.ingredients, self.study.store
         assert parts is not None
         stage = self.study.graph.stages[name]
-        about = provenance.attributes(parts)
         inputs = [
             (file, str(store.place(file)), above.outs[file].sha256)
             for path in stage.inputs
             for above in [self.entries[self.study.graph.maker(path)]]
             for file in above.contents(path)
         ]
-        named = self.study.named_files(self.planner.values[name])
-        inputs += [(key, str(path), sha256) for key, (path, sha256) in named.items()]
-        folder = store.new_folder(about["key"])
-        order = Order(
-            stage=name,
-            package=self.study.package,
-            code_root=str(self.study.code_root),
-            folder=str(folder),
-            artefact=stage.artefact,
-            outs=list(stage.outs),
-            inputs=inputs,
-            code=parts["code"],
-            parameters=pickled(self.planner.values[name]),
-            provenance=about,
-        )
+        folder = store.new_folder(fingerprint.key(parts))
+        order = order_of(self.study, self.planner.values[name], parts, folder, inputs)
         reasons = ("asked for by --force",) if name in self.force else assessment.reasons
         self.display.started(name, reasons)
         worker = Worker(order, self.study.root, folder / "stage.log", self.events)

@@ -6,7 +6,14 @@ import base64
 import json
 import pickle
 from dataclasses import asdict, dataclass
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipeline.provenance import attributes
+
+if TYPE_CHECKING:
+    from pipeline.fingerprint import Ingredients
+    from pipeline.study import Study
 
 
 @dataclass(frozen=True)
@@ -32,3 +39,25 @@ class Order:
 def pickled(parameters: Any) -> str:
     """Parameters as text for an order."""
     return base64.b64encode(pickle.dumps(parameters)).decode()
+
+
+def order_of(study: Study, values: Any, parts: Ingredients, folder: Path, inputs: list[tuple[str, str, str]]) -> Order:
+    """The order to compute the stage of `parts` with the parameters `values` into `folder`.
+
+    `inputs` are the results it reads; the files that parameters name are added.
+    """
+    about = attributes(parts)
+    stage = study.graph.stages[parts["stage"]]
+    named = [(key, str(path), sha256) for key, (path, sha256) in study.named_files(values).items()]
+    return Order(
+        stage=stage.name,
+        package=study.package,
+        code_root=str(study.code_root),
+        folder=str(folder),
+        artefact=stage.artefact,
+        outs=list(stage.outs),
+        inputs=inputs + named,
+        code=parts["code"],
+        parameters=pickled(values),
+        provenance=about,
+    )

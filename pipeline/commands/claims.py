@@ -11,7 +11,7 @@ from pipeline import options, yaml_text
 from pipeline.errors import StudyError
 from pipeline.study import Study, shown
 
-_VERDICT = {True: "holds", False: "does not hold", None: "open"}
+VERDICT = {True: "holds", False: "does not hold", None: "open"}
 _MARKS = ("<!-- claims -->", "<!-- /claims -->")
 _KEYS = {"id", "stated", "found", "holds", "why"}
 
@@ -34,7 +34,7 @@ def command(study: Study, as_json: bool, markdown: bool, into: Path | None) -> N
         click.echo(as_markdown(claims))
     else:
         for claim in claims:
-            click.echo(f"{claim['id']}: {_VERDICT[claim['holds']]}")
+            click.echo(f"{claim['id']}: {VERDICT[claim['holds']]}")
             for key in ("stated", "found", "why"):
                 click.echo(f"  {key:<7} {claim[key]}")
 
@@ -67,6 +67,6 @@ def as_markdown(claims: list[dict[str, Any]]) -> str:
     """The verdict table of the README."""
     lines = ["| Claim | Stated in the paper | Found here | Verdict | Why |", "| --- | --- | --- | --- | --- |"]
     for claim in claims:
-        cells = [claim["id"], claim["stated"], claim["found"], _VERDICT[claim["holds"]], claim["why"]]
+        cells = [claim["id"], claim["stated"], claim["found"], VERDICT[claim["holds"]], claim["why"]]
         lines.append("| " + " | ".join(" ".join(str(cell).split()).replace("|", "\\|") for cell in cells) + " |")
     return "\n".join(lines)

@@ -15,9 +15,13 @@ from pipeline.study import Study
 def command(
     study: Study, jobs: int | None, force: bool, dry_run: bool, wait: bool, as_json: bool, verbose: bool
 ) -> None:
-    """Bring every stage up to date."""
+    """Bring every stage up to date, then the report."""
     from pipeline.commands.running import run_stages
+    from pipeline.report.page import refresh
 
     names = tuple(study.graph.stages)
     forced = names if force else ()
-    run_stages(study, names, forced=forced, jobs=jobs, dry_run=dry_run, wait=wait, as_json=as_json, verbose=verbose)
+    run_stages(
+        study, names, forced=forced, jobs=jobs, dry_run=dry_run, wait=wait, as_json=as_json, verbose=verbose,
+        afterwards=refresh,
+    )  # fmt: skip

@@ -6,7 +6,10 @@ import contextlib
 import os
 import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import click
 
 from pipeline import display, lock
 from pipeline.commands.status import print_survey
@@ -26,8 +29,12 @@ def run_stages(
     wait: bool,
     as_json: bool,
     verbose: bool,
+    afterwards: Callable[[Study], Path | None] | None = None,
 ) -> None:
-    """Bring `names` up to date under the results folder's lock, or say what that would take."""
+    """Bring `names` up to date under the results folder's lock, or say what that would take.
+
+    `afterwards` follows under the same lock; it returns the file it wrote, if any.
+    """
     values = study.parameters(names)
     if dry_run:
         survey = Planner(study, values).survey(names)
@@ -41,6 +48,9 @@ def run_stages(
             with contextlib.suppress(OSError):
                 study.store.sweep()
             outcomes = bring_up_to_date(study, values, shows, force=forced, jobs=jobs or os.cpu_count() or 1)
+            written = afterwards(study) if afterwards else None
+            if written is not None and not as_json:
+                click.echo(f"{written.stem:<12} written              {shown(written)}")
     except lock.NotWritable:
         if forced or any(item.state is not State.CURRENT for item in Planner(study, values).survey(names)):
             raise

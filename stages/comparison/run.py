@@ -1,6 +1,7 @@
 """Comparison stage: how far all sources agree, the paper's claims with verdicts, and its figures.
 
-Inputs: the results of all other stages. Settings: params/comparison.yaml. Outputs: `Result`, figures, claims.yaml.
+Inputs: the results of all other stages. Settings: params/comparison.yaml. Outputs: `Result`, figures with
+captions.yaml, claims.yaml.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from stages.biped.progress import Progress, ignore
-from stages.comparison import claims
+from stages.comparison import captions, claims
 from stages.comparison.agreement import ModelAgreement, TwinAgreement, compare_models, compare_twin
 from stages.comparison.figures import (
     figure_02,
@@ -22,6 +23,7 @@ from stages.comparison.figures import (
     figure_08,
     figure_10,
     figure_16,
+    gait_animation,
     style,
     twin_ladder,
     twin_pushes,
@@ -50,7 +52,10 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
     progress(0.2, "judging the claims")
     verdicts = judge(parameters, inputs, models, twin, measured)
     progress(0.3, "drawing")
-    files = {"claims.yaml": claims.as_yaml(verdicts), **draw_all(parameters, inputs, strides, measured)}
+    figures = draw_all(parameters, inputs, strides, measured)
+    compared = captions.Compared(inputs, parameters, models, twin, measured)
+    drawn = list(dict.fromkeys(path.removeprefix("figures/").partition(".")[0] for path in figures))
+    files = {"claims.yaml": claims.as_yaml(verdicts), "captions.yaml": captions.as_yaml(compared, drawn), **figures}
     return Result(models, twin, measured, score, verdicts, files)
 
 
@@ -98,7 +103,8 @@ def draw_all(
     analytic, multibody, twin, imu = (inputs[name] for name in ("analytic", "multibody", "twin", "imu"))
     study, dpi = inputs["contact_study"], settings.resolution_dpi
     limits = (settings.position_limit, settings.velocity_limit)
-    files: dict[str, bytes] = {}
+    shown = gait_animation.sources(analytic.walk, multibody.walk, twin.walk)
+    files = gait_animation.draw(shown, radius, parameters.slope.angle)
     with style.drawing():
         for name, figure in (
             (figure_02.NAME, figure_02.draw(analytic.walk, multibody.walk)),

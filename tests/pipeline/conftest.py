@@ -70,12 +70,12 @@ class Toy:
         path.write_text(text.replace(old, new))
 
     def results(self) -> dict[str, bytes]:
-        """Every file in the results folder outside the cache and the logs."""
+        """Every file in the results folder outside the cache, the logs and the report, which tells the times."""
         folder = self.root / "results"
         return {
             path.relative_to(folder).as_posix(): path.read_bytes()
             for path in sorted(folder.rglob("*"))
-            if path.is_file() and path.relative_to(folder).parts[0] not in (".cache", "log", "log.jsonl")
+            if path.is_file() and path.relative_to(folder).parts[0] not in (".cache", "log", "log.jsonl", "report.html")
         }
 
     def start(self, *arguments: str) -> subprocess.Popen[str]:

@@ -1,0 +1,35 @@
+"""`bipedstudy report`: the page that shows the whole study."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from pipeline import options
+from pipeline.study import Study, shown
+
+
+@click.command("report")
+@options.study
+@click.option(
+    "--into", type=click.Path(dir_okay=False, path_type=Path), help="Write FILE (default: results/report.html)."
+)
+@click.option("--no-times", is_flag=True, help="Leave out how long stages took: the same results give the same bytes.")
+def command(study: Study, into: Path | None, no_times: bool) -> None:
+    """Write one self-contained page: claims, figures, animation, parameters, provenance. run-all does this too."""
+    from pipeline import durable
+    from pipeline.planning import Planner, State
+    from pipeline.report import page
+    from pipeline.report.content import entries
+
+    made = entries(study)
+    names = tuple(study.graph.stages)
+    survey = Planner(study, study.parameters(names)).survey(names)
+    study.sources.memo.save()
+    stale = {item.name: "; ".join(item.reasons) for item in survey if item.state is not State.CURRENT}
+    if stale:
+        click.echo(f"note: not current: {', '.join(stale)}; the page says so (see bipedstudy status)", err=True)
+    path = into or study.results / page.NAME
+    durable.write(path, page.render(study, made, not no_times, stale))
+    click.echo(f"written: {shown(path)}")

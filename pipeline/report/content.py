@@ -1,0 +1,135 @@
+"""What the report says, gathered from the results folder: only files that are as their stage made them.
+
+The pipeline knows nothing of walking: words come from claims.yaml and captions.yaml, pictures from results/figures.
+How long a stage took stands in the cache's manifests, never in the results.
+"""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pipeline import durable, yaml_text
+from pipeline.commands import claims
+from pipeline.errors import StudyError
+from pipeline.fingerprint import compact
+from pipeline.store import Entry
+from pipeline.study import Study, shown
+
+CLAIMS, CAPTIONS, FIGURES = "results/claims.yaml", "results/captions.yaml", "results/figures"
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure: its name, title and text, and either a picture as an address of data or a fragment of a page."""
+
+    name: str
+    title: str
+    text: str
+    picture: str
+    fragment: str
+
+
+@dataclass(frozen=True)
+class Content:
+    """Everything the page shows. `stages` and `parameters` are rows by column name."""
+
+    claims: list[Row]
+    figures: list[Figure]
+    synthetic: str
+    stages: list[Row]
+    parameters: dict[str, list[Row]]
+    versions: dict[str, str]
+
+
+def entries(study: Study) -> dict[str, Entry]:
+    """The stored result of every stage, by name. Raises `StudyError` if one has not been computed."""
+    found = {name: study.store.current(name) for name in study.graph.stages}
+    missing = [name for name, entry in found.items() if entry is None]
+    if missing:
+        raise StudyError(
+            f"{shown(study.results)} holds no result of {', '.join(missing)}; make it with: bipedstudy run-all"
+        )
+    return {name: entry for name, entry in found.items() if entry is not None}
+
+
+def gather(study: Study, made: Mapping[str, Entry], with_times: bool) -> Content:
+    """Read everything. Raises `StudyError` for a file that is missing or not as its stage made it."""
+    files = {path: _intact(study, entry, path) for entry in made.values() for path in entry.outs if _is_shown(path)}
+    words = _words(files.get(CAPTIONS))
+    parameters: dict[str, dict[str, Any]] = {}
+    versions: dict[str, str] = {}
+    for entry in made.values():
+        versions |= entry.ingredients["versions"]
+        for file, values in entry.ingredients["parameters"].items():
+            parameters.setdefault(file, {}).update(values)
+    return Content(
+        claims=claims.read(study) if CLAIMS in files else [],
+        figures=_figures(files, words),
+        synthetic=str(words.get("synthetic", "")),
+        stages=[_stage(entry, with_times) for entry in made.values()],
+        parameters={file: list(_parameters(study, file, values)) for file, values in sorted(parameters.items())},
+        versions=dict(sorted(versions.items())),
+    )
+
+
+def _is_shown(path: str) -> bool:
+    return path in (CLAIMS, CAPTIONS) or (path.startswith(FIGURES + "/") and path.endswith((".png", ".html")))
+
+
+def _intact(study: Study, entry: Entry, path: str) -> bytes:
+    content, out = durable.read(study.store.place(path)), entry.outs[path]
+    if content is None or durable.digest(content) != out.sha256:
+        what = "is missing" if content is None else "was edited or damaged"
+        raise StudyError(f"{path} {what}; put it right with: bipedstudy run {entry.stage}")
+    return content
+
+
+def _words(content: bytes | None) -> dict[str, Any]:
+    plain = yaml_text.parse((content or b"").decode(), CAPTIONS).plain()
+    return plain if isinstance(plain, dict) else {}
+
+
+def _figures(files: Mapping[str, bytes], words: Mapping[str, Any]) -> list[Figure]:
+    """Figures in the captions' order, then those without a caption by name."""
+    captions = {caption["name"]: caption for caption in words.get("figures", ())}
+    drawn = {path.removeprefix(FIGURES + "/").rpartition(".")[0]: path for path in sorted(files) if FIGURES in path}
+    order = [name for name in captions if name in drawn] + [name for name in drawn if name not in captions]
+    found = []
+    for name in order:
+        caption, content = captions.get(name, {}), files[drawn[name]]
+        is_page = drawn[name].endswith(".html")
+        picture = "" if is_page else "data:image/png;base64," + base64.b64encode(content).decode()
+        fragment = content.decode() if is_page else ""
+        found.append(Figure(name, caption.get("title", name), caption.get("text", ""), picture, fragment))
+    return found
+
+
+def _stage(entry: Entry, with_times: bool) -> Row:
+    return {
+        "name": entry.stage,
+        "summary": entry.summary,
+        "key": entry.key,
+        "seconds": f"{entry.seconds:.1f}" if with_times else "",
+        "size": f"{sum(out.size for out in entry.outs.values()) / 1e6:.2f}",
+        "inputs": ", ".join(sorted(path.removeprefix("results/") for path in entry.ingredients["inputs"])),
+    }
+
+
+def _parameters(study: Study, file: str, used: Mapping[str, Any]) -> Any:
+    """Rows of a parameter file: the value that was used, with the unit and the source that the file states."""
+    stated = yaml_text.read(study.params / f"{file}.yaml", f"{shown(study.params)}/{file}.yaml").plain()
+    for key, value in used.items():
+        about = stated.get(key) if isinstance(stated, dict) else None
+        about = about if isinstance(about, dict) else {"value": about}
+        changed = "value" in about and about["value"] != value
+        yield {
+            "key": key,
+            "value": compact(value),
+            "unit": about.get("unit", ""),
+            "source": f"set for this run; the file says {compact(about['value'])}" if changed
+            else about.get("source", ""),
+        }  # fmt: skip

@@ -1,0 +1,72 @@
+"""Writes the report, and tells whether the one that lies there still fits the results.
+
+The page is no stage's output: it holds how long stages took, which no two runs share. Without the times the same
+results give the same bytes.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pipeline import durable
+from pipeline.store import Entry
+from pipeline.study import Study
+
+NAME = "report.html"
+_TEMPLATE = Path(__file__).with_name("page.html")
+_SEAL = '<meta name="made-from" content="{}">'
+_HEAD = 600  # bytes of the page within which the seal stands
+
+
+def seal(study: Study, made: Mapping[str, Entry], with_times: bool, stale: Mapping[str, str]) -> str:
+    """Hash of all that the page follows from: keys of the results, parameter files, template and its code."""
+    parts: list[Any] = [[(entry.key, entry.seconds if with_times else 0) for entry in made.values()], dict(stale)]
+    files = [*sorted(study.params.glob("*.yaml")), *sorted(_TEMPLATE.parent.glob("*.*"))]
+    parts += [durable.digest(durable.read(path) or b"") for path in files]
+    return durable.digest(json.dumps(parts).encode())[:32]
+
+
+def is_current(path: Path, wanted: str) -> bool:
+    """Whether the page at `path` carries the seal `wanted`."""
+    try:
+        with open(path, "rb") as file:
+            return _SEAL.format(wanted).encode() in file.read(_HEAD)
+    except OSError:
+        return False
+
+
+def render(study: Study, made: Mapping[str, Entry], with_times: bool, stale: Mapping[str, str]) -> bytes:
+    """The page. `stale` maps stages that are not current to the reason. Raises `StudyError` for damaged results."""
+    from jinja2 import Environment, StrictUndefined
+
+    from pipeline.commands.claims import VERDICT
+    from pipeline.report.content import gather
+
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    template = environment.from_string(_TEMPLATE.read_text(encoding="utf-8"))
+    content = gather(study, made, with_times)
+    page = template.render(
+        content=content,
+        seal=_SEAL.format(seal(study, made, with_times, stale)),
+        verdict=VERDICT,
+        counts={word: sum(VERDICT[claim["holds"]] == word for claim in content.claims) for word in VERDICT.values()},
+        with_times=with_times,
+        seconds=f"{sum(entry.seconds for entry in made.values()):.0f}",
+        stale=stale,
+    )
+    return page.encode()
+
+
+def refresh(study: Study) -> Path | None:
+    """Write results/report.html if it does not fit the results; its path if it was written. For the end of a run."""
+    from pipeline.report.content import entries
+
+    made = entries(study)
+    path = study.results / NAME
+    if is_current(path, seal(study, made, True, {})):
+        return None
+    durable.write(path, render(study, made, True, {}))
+    return path
