@@ -8,7 +8,7 @@ TEST := .venv/installed-test
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PYTEST := $(BIN)/python -m pytest -n 2
 
-.PHONY: install readme study test test-slow check lock clean
+.PHONY: install readme study test test-slow check lint coverage test-floor lock clean
 
 install: $(STUDY)
 
@@ -26,9 +26,26 @@ readme: study
 	$(BIN)/bipedstudy claims --into README.md
 	cp results/figures/figure_08_hip_motion.png docs/hip_motion.png
 
-check: $(TEST)
-	$(BIN)/ruff check .
+check: lint
 	$(BIN)/mypy
+
+lint: $(TEST)
+	$(BIN)/ruff check .
+
+# Which lines the quick tests reach. Compiled functions and stages in worker processes are not seen. The tool only
+# counts, so it is not pinned.
+coverage: $(TEST)
+	$(PIP) install 'coverage>=7'
+	$(BIN)/python -m coverage run --source pipeline,stages -m pytest -q
+	$(BIN)/python -m coverage report --skip-covered --sort cover
+
+# The quick tests with the lowest versions that pyproject.toml allows, in an environment of their own.
+FLOOR := .venv-floor/bin/python
+test-floor:
+	$(PYTHON) -m venv .venv-floor
+	sed -n 's/^    "\([a-z0-9-]*\)\(\[[a-z]*\]\)\{0,1\}>=\([0-9.]*\)",$$/\1==\3.*/p' pyproject.toml > .venv-floor/floor.txt
+	$(FLOOR) -m pip --disable-pip-version-check --quiet install -c .venv-floor/floor.txt 'setuptools>=77' --editable '.[test]'
+	$(FLOOR) -m pytest -n 2
 
 $(BIN)/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' \
@@ -52,4 +69,4 @@ lock:
 	echo 'setuptools>=77' | $(LOCK) --constraint requirements/test.txt pyproject.toml - --output-file requirements/study.txt
 
 clean:
-	rm -rf .venv build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf .venv .venv-floor build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache

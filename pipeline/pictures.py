@@ -8,9 +8,9 @@ from pathlib import Path
 
 from pipeline import durable
 
-#: Largest rms difference of two pictures, in grey levels of 255, called the same. A change of 1e-3 in the data of a
-#: figure gives more (tests/comparison/test_golden.py); the same drawing on another machine gives less.
-TOLERANCE = 0.05
+#: Largest rms difference of two pictures, in grey levels of 255, called the same. A change of a figure's data by 1e-3
+#: gives at least three times as much (tests/comparison/test_golden.py); a single thin curve changed so may give less.
+TOLERANCE = 0.25
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ def compare(expected: Path, drawn: Path, kept: Path, tolerance: float = TOLERANC
             found.append(Difference(name, "is missing" if one is None else "is no longer drawn", True))
         elif one != other:
             found.append(
-                _pixels(expected / name, drawn / name, kept, tolerance)
+                difference(expected / name, drawn / name, kept, tolerance)
                 if name.endswith(".png")
                 else Difference(name, "has other bytes", False)
             )
@@ -49,19 +49,20 @@ def rms(expected: Path, drawn: Path) -> float:
     return 255.0 * float(np.sqrt(np.mean((one - other) ** 2))) if one.shape == other.shape else float("inf")
 
 
-def _pixels(expected: Path, drawn: Path, kept: Path, tolerance: float) -> Difference:
+def difference(expected: Path, drawn: Path, kept: Path, tolerance: float) -> Difference:
+    """How the pixels of two PNG files differ."""
     name = drawn.name
-    difference = rms(expected, drawn)
-    if difference <= tolerance:
-        return Difference(name, f"has other bytes, pixels differ by {difference:.2g} of 255 rms", False)
+    size = rms(expected, drawn)
+    if size <= tolerance:
+        return Difference(name, f"has other bytes, pixels differ by {size:.2g} of 255 rms", False)
     kept.mkdir(parents=True, exist_ok=True)
     for path, suffix in ((expected, "expected"), (drawn, "drawn")):
         shutil.copyfile(path, kept / f"{drawn.stem}-{suffix}.png")
-    if difference == float("inf"):
+    if size == float("inf"):
         return Difference(name, "has another size", True, kept / f"{drawn.stem}-drawn.png")
     target = kept / f"{drawn.stem}-difference.png"
     _draw_difference(expected, drawn, target)
-    return Difference(name, f"differs by {difference:.2g} of 255 rms (allowed {tolerance:g})", True, target)
+    return Difference(name, f"differs by {size:.2g} of 255 rms (allowed {tolerance:g})", True, target)
 
 
 def _draw_difference(expected: Path, drawn: Path, target: Path) -> None:

@@ -9,11 +9,14 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipeline import durable
 from pipeline.store import Entry
 from pipeline.study import Study
+
+if TYPE_CHECKING:
+    from pipeline.report.content import Content
 
 NAME = "report.html"
 _TEMPLATE = Path(__file__).with_name("page.html")
@@ -40,21 +43,27 @@ def is_current(path: Path, wanted: str) -> bool:
 
 def render(study: Study, made: Mapping[str, Entry], with_times: bool, stale: Mapping[str, str]) -> bytes:
     """The page. `stale` maps stages that are not current to the reason. Raises `StudyError` for damaged results."""
+    from pipeline.report.content import gather
+
+    seconds = f"{sum(entry.seconds for entry in made.values()):.0f}" if with_times else ""
+    return html(gather(study, made, with_times), seal(study, made, with_times, stale), seconds, stale)
+
+
+def html(content: Content, sealed: str, seconds: str, stale: Mapping[str, str]) -> bytes:
+    """The page of a given content; `seconds` is the time of all stages, empty to leave times out."""
     from jinja2 import Environment, StrictUndefined
 
     from pipeline.commands.claims import VERDICT
-    from pipeline.report.content import gather
 
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     template = environment.from_string(_TEMPLATE.read_text(encoding="utf-8"))
-    content = gather(study, made, with_times)
     page = template.render(
         content=content,
-        seal=_SEAL.format(seal(study, made, with_times, stale)),
+        seal=_SEAL.format(sealed),
         verdict=VERDICT,
         counts={word: sum(VERDICT[claim["holds"]] == word for claim in content.claims) for word in VERDICT.values()},
-        with_times=with_times,
-        seconds=f"{sum(entry.seconds for entry in made.values()):.0f}",
+        with_times=bool(seconds),
+        seconds=seconds,
         stale=stale,
     )
     return page.encode()

@@ -1,6 +1,9 @@
-"""A made-up walk: smooth, periodic, with known strides. Nothing in it comes from a model."""
+"""Made-up results. A walk: smooth, periodic, with known strides. Nothing in it comes from a model."""
 
 from __future__ import annotations
+
+import dataclasses
+from typing import Any
 
 import numpy as np
 
@@ -40,6 +43,16 @@ def make_walk(period: float = 0.5, steps: int = 8, speed: float = 0.3, first_per
         toe_off_time=strikes + 0.02,
         toe_off_leg=1 - legs,
     )
+
+
+def scaled(value: Any, factor: float) -> Any:
+    """A result with every number times a factor."""
+    if isinstance(value, float) or (isinstance(value, np.ndarray) and value.dtype.kind == "f"):
+        return factor * value
+    if dataclasses.is_dataclass(value):
+        parts = {field.name: scaled(getattr(value, field.name), factor) for field in dataclasses.fields(value)}
+        return dataclasses.replace(value, **parts)
+    return tuple(scaled(part, factor) for part in value) if isinstance(value, tuple) else value
 
 
 def make_step(law: ContactLaw = DEFAULTS, hip: float = 2e-3, creep: float = 4e-3) -> OneStep:

@@ -1,99 +1,22 @@
 from __future__ import annotations
 
-import io
-
-import matplotlib.image
 import numpy as np
 import pytest
 from made_up import DEFAULTS, make_agreement, make_study, make_walk
+from made_up_figures import figures, ladder, pushes
 
 from stages.comparison.figures import (
     figure_02,
     figure_04,
     figure_05,
     figure_06,
-    figure_07,
     figure_08,
-    figure_10,
     figure_16,
     style,
     twin_ladder,
     twin_pushes,
 )
 from stages.comparison.stride import last_stride
-from stages.twin.snapshots import Snapshots
-from stages.twin_ladder.result import COMPLETED, RungGait
-from stages.twin_ladder.result import Result as Ladder
-from stages.twin_pushes.result import PushedWalk
-from stages.twin_pushes.result import Result as Pushes
-
-
-def poses(walk):
-    """Three upright poses with feet side by side."""
-    count = 3
-    lanes = np.array([-0.04, 0.04, -0.09, 0.09])
-    top = np.zeros((count, 4, 3))
-    top[:, :, 0], top[:, :, 1], top[:, :, 2] = np.arange(count)[:, None] * 0.08, 0.333, lanes
-    up = np.broadcast_to([0.0, 1.0, 0.0], (count, 4, 3))
-    axis = np.broadcast_to([0.0, 0.0, 1.0], (count, 3))
-    return Snapshots(walk.time[:count], top[:, 0], axis, top, up, top - 0.25 * up, np.full(4, 0.083), 0.02)
-
-
-def ladder():
-    """Three made-up rungs, the second without a gait, the first without motion out of the plane."""
-    multipliers, none, unknown = np.array([[-0.7, 0.0], [0.5, 0.1]]), np.zeros((0, 2)), float("nan")
-    return Ladder(
-        0.48,
-        0.16,
-        (
-            RungGait("first", "more", COMPLETED, False, 0.49, 0.161, 0.0, multipliers, none, 1e-6, 800.0, 20),
-            RungGait("second", "more", "fell", False, unknown, unknown, unknown, none, none, unknown, unknown, 0),
-            RungGait("third", "more", COMPLETED, True, 0.47, 0.165, 0.0, multipliers, multipliers, 1e-6, 800.0, 20),
-        ),
-        0.47,
-        0.165,
-    )
-
-
-def pushes():
-    """A push that is walked off, one that is not, and one of another kind."""
-    time = np.linspace(0.0, 2.0, 50)
-
-    def walk(kind, size, outcome):
-        reason = "" if outcome == "completed" else "fell in step 2"
-        return PushedWalk(kind, "m/s", size, outcome, reason, 4, time, np.sin(time), size * time, time, 0.1, 0.2)
-
-    return Pushes((walk("side", 0.1, "completed"), walk("side", 0.2, "fell"), walk("spin", 1.0, "fell")))
-
-
-def figures():
-    """Every figure of made-up walks, by name."""
-    analytic, other = make_walk(), make_walk(period=0.51)
-    stride = last_stride(analytic, 101)
-    strides = np.stack([stride.signals * (1 + 0.01 * i) for i in range(-3, 4)])
-    return {
-        figure_02.NAME: lambda: figure_02.draw(analytic, other),
-        figure_04.NAME: lambda: figure_04.draw(DEFAULTS),
-        figure_05.NAME: lambda: figure_05.draw(make_study(), analytic),
-        figure_06.NAME: lambda: figure_06.draw(make_study(), analytic),
-        figure_07.NAME: lambda: figure_07.draw(other, 0.083, np.radians(2)),
-        figure_08.NAME: lambda: figure_08.draw(analytic, other, 1.0, (3e-4, 5e-3)),
-        figure_10.NAME: lambda: figure_10.draw(other, poses(other)),
-        figure_16.NAME: lambda: figure_16.draw(strides, make_agreement("synthetic"), stride, last_stride(other, 101)),
-        twin_ladder.NAME: lambda: twin_ladder.draw(ladder()),
-        twin_pushes.NAME: lambda: twin_pushes.draw(pushes()),
-    }
-
-
-@pytest.mark.parametrize("name", figures())
-def test_a_figure_is_drawn_twice_with_the_same_bytes(name):
-    with style.drawing():
-        first = style.pictures(name, figures()[name](), 80)
-        second = style.pictures(name, figures()[name](), 80)
-    assert set(first) == {f"figures/{name}.png", f"figures/{name}.pdf"}
-    assert first == second
-    picture = matplotlib.image.imread(io.BytesIO(first[f"figures/{name}.png"]))
-    assert picture.std() > 0.05, "the picture is not empty"
 
 
 def labels(figure):

@@ -1,0 +1,88 @@
+"""`bipedstudy figures --check`: what differs is found, said and drawn."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from matplotlib.image import imread, imsave
+
+from pipeline.pictures import TOLERANCE, compare, rms
+
+
+@pytest.fixture
+def folders(tmp_path):
+    """Two folders with the same grey picture and one text."""
+    grey = np.full((40, 60, 3), 0.5)
+    grey[10:30, 20] = 0.0
+    for name in ("expected", "drawn"):
+        (tmp_path / name).mkdir()
+        imsave(tmp_path / name / "a.png", grey)
+        (tmp_path / name / "a.pdf").write_text("same")
+    return tmp_path / "expected", tmp_path / "drawn", tmp_path / "kept"
+
+
+def test_equal_folders_do_not_differ(folders):
+    assert compare(*folders) == []
+    assert not folders[2].exists()
+
+
+def test_a_moved_line_is_found_and_drawn_in_two_colours(folders):
+    expected, drawn, kept = folders
+    moved = np.full((40, 60, 3), 0.5)
+    moved[10:30, 21] = 0.0
+    imsave(drawn / "a.png", moved)
+    (found,) = compare(*folders)
+    share = 2 * 20 / (40 * 60)
+    assert rms(expected / "a.png", drawn / "a.png") == pytest.approx(127 * np.sqrt(share), rel=1e-3)
+    assert found.fails and found.picture == kept / "a-difference.png" and "rms" in found.what
+    picture = imread(found.picture)[15, 19:23, :3]
+    assert picture[1] == pytest.approx([0.84, 0.37, 0.0], abs=0.01), "only in the first: orange"
+    assert picture[2] == pytest.approx([0.0, 0.45, 0.70], abs=0.01), "only in the second: blue"
+    assert np.ptp(picture[0]) == pytest.approx(0, abs=1e-6)
+
+
+def test_other_bytes_with_the_same_pixels_are_said_and_pass(folders):
+    expected, drawn, _ = folders
+    (drawn / "a.png").write_bytes((expected / "a.png").read_bytes() + b"\0")
+    (drawn / "a.pdf").write_text("other")
+    assert [(one.name, one.fails) for one in compare(*folders)] == [("a.pdf", False), ("a.png", False)]
+
+
+def test_missing_new_and_resized_pictures_fail(folders):
+    expected, drawn, _ = folders
+    (expected / "old.png").write_bytes(b"")
+    (drawn / "new.png").write_bytes(b"")
+    imsave(drawn / "a.png", np.zeros((10, 10, 3)))
+    found = {one.name: (one.what, one.fails) for one in compare(*folders)}
+    assert found == {
+        "a.png": ("has another size", True),
+        "new.png": ("is missing", True),
+        "old.png": ("is no longer drawn", True),
+    }
+
+
+def test_the_tolerance_is_a_fraction_of_a_grey_level():
+    assert 0 < TOLERANCE < 1
+
+
+def test_the_command_draws_from_the_artefacts_that_lie_there(toy_with_commands):
+    toy = toy_with_commands
+    assert toy.command("figures")[0] == 2
+    assert toy.command("run-all")[0] == 0
+    assert toy.command("figures")[1] == "results/figures/one.svg\n"
+    before = toy.results()
+    code, out, errors = toy.command("figures", "--check")
+    assert (code, out, errors) == (0, "1 files, 0 differ, 0 of them beyond what is allowed\n", "")
+    (toy.root / "results/figures/one.svg").write_text("by hand")
+    assert toy.command("figures", "--check")[0] == 0, "only pixels decide"
+    code, out, _ = toy.command("figures", "--check", "--exact")
+    assert code == 1 and out.startswith("one.svg has other bytes")
+    (toy.root / "results/figures/one.svg").rename(toy.root / "results/figures/other.svg")
+    code, out, _ = toy.command("figures", "--check")
+    assert code == 1 and "one.svg is missing" in out and "other.svg is no longer drawn" in out
+    assert {name for name in toy.results() if not name.startswith("figures")} == {
+        name for name in before if not name.startswith("figures")
+    }
+    (toy.root / "results/bounce.h5").unlink()
+    code, _, errors = toy.command("figures", "--check")
+    assert code == 2 and errors == "error: results/bounce.h5 is not there yet; make it with: bipedstudy run-all\n"
