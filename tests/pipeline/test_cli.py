@@ -18,11 +18,11 @@ def ran(toy_with_commands):
     return toy_with_commands
 
 
-def test_run_all_prints_a_line_for_each_stage(toy_with_commands):
+def test_run_all_prints_a_line_for_each_stage_and_for_the_report(toy_with_commands):
     code, out, errors = toy_with_commands.command("run-all", "--jobs", "1")
     assert (code, errors) == (0, "")
     lines = out.splitlines()
-    assert len(lines) == 4
+    assert len(lines) == 5 and lines[4].split() == ["report", "written", "results/report.html"]
     assert lines[0].split()[:2] == ["fall", "computed"] and lines[0].endswith("fell 4.91 m")
     code, out, _ = toy_with_commands.command("run-all")
     assert [line.split()[1] for line in out.splitlines()] == ["current"] * 4
