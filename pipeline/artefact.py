@@ -136,13 +136,13 @@ def _write(group: Any, name: str, value: Any, metadata: Mapping[str, Any]) -> No
     elif value is None:
         item = group.create_dataset(name, data=h5py.Empty("f8"), track_times=False)
     else:
-        item = group.create_dataset(name, data=_storable(value), track_times=False)
+        item = group.create_dataset(name, data=storable(value), track_times=False)
     for key in _ATTRIBUTES:
         if metadata.get(key):
             item.attrs[key] = metadata[key]
 
 
-def _storable(value: Any) -> Any:
+def storable(value: Any) -> Any:
     """A NumPy array of one fixed type: text as fixed-length UTF-8, numbers little-endian."""
     if isinstance(value, str) or (isinstance(value, tuple) and value and isinstance(value[0], str)):
         encoded = np.char.encode(np.array(value, dtype=np.str_), "utf-8")

@@ -27,6 +27,7 @@ _COMMANDS = {
     "continue": "continue_gait",
     "basin": "basin",
     "design": "design",
+    "sweep": "sweep",
 }
 _INTERRUPTED = 130
 

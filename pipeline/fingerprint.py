@@ -13,7 +13,7 @@ from pipeline.distributions import versions
 from pipeline.graph import Stage
 
 Ingredients = dict[str, Any]
-_WRITER = Path(__file__).with_name("artefact.py")
+WRITER = Path(__file__).with_name("artefact.py")
 
 
 def ingredients(
@@ -28,7 +28,7 @@ def ingredients(
     return {
         "stage": stage.name,
         "code": closure.files,
-        "writer": sources.memo.meaning(_WRITER.read_bytes()).tree,
+        "writer": sources.memo.meaning(WRITER.read_bytes()).tree,
         "parameters": {file: dict(values) for file, values in parameters.items()},
         "inputs": dict(inputs),
         "versions": versions((*closure.foreign, "h5py")),

@@ -38,7 +38,7 @@ def as_plain(parameters: Any) -> dict[str, dict[str, Any]]:
     plain: dict[str, dict[str, Any]] = {}
     for field in dataclasses.fields(parameters):
         section = getattr(parameters, field.name)
-        values = {name: _plain_value(getattr(section, name)) for name in declared(section.__class__)}
+        values = {name: plain_value(getattr(section, name)) for name in declared(section.__class__)}
         plain.setdefault(section.FILE, {}).update(values)
     return plain
 
@@ -145,7 +145,7 @@ class _Loading:
 
     def _broken(self, file: str, broken: Any, instance: Any, entries: dict[str, Node]) -> None:
         field, _ = declared(instance.__class__)[broken.key]
-        value = with_unit(shown(_plain_value(getattr(instance, broken.key))), field)
+        value = with_unit(shown(plain_value(getattr(instance, broken.key))), field)
         line = entries[broken.key].line if broken.key in entries else 0
         self._problem(file, line, f"{broken.key} = {value} is not allowed; allowed: {broken.allowed}", broken.key)
 
@@ -165,9 +165,10 @@ class _Loading:
             self.problems.append((file, line, f"{place}: {text}"))
 
 
-def _plain_value(value: Any) -> Any:
+def plain_value(value: Any) -> Any:
+    """A parameter's value with tables as lists of mappings."""
     if isinstance(value, tuple):
-        return [_plain_value(item) for item in value]
+        return [plain_value(item) for item in value]
     if dataclasses.is_dataclass(value):
-        return {field.name: _plain_value(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        return {field.name: plain_value(getattr(value, field.name)) for field in dataclasses.fields(value)}
     return value

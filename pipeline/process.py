@@ -11,7 +11,7 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from pipeline.order import Order
 
@@ -30,19 +30,8 @@ class Worker:
 
     def __init__(self, order: Order, root: Path, log: Path, events: queue.SimpleQueue[Event]) -> None:
         self.stage, self.log, self._events = order.stage, log, events
-        package_home = str(Path(__file__).resolve().parent.parent)
-        search = [order.code_root, package_home, os.environ.get("PYTHONPATH", "")]
-        environment = {**os.environ, **_SETTINGS, "PYTHONPATH": os.pathsep.join(part for part in search if part)}
         with open(log, "wb") as errors:
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", "pipeline.worker"],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=errors,
-                cwd=root,
-                env=environment,
-                start_new_session=os.name == "posix",
-            )
+            self._process = start("pipeline.worker", order.code_root, root, errors)
         assert self._process.stdin is not None
         with contextlib.suppress(OSError):
             self._process.stdin.write(order.line())
@@ -51,12 +40,7 @@ class Worker:
 
     def end(self) -> None:
         """Kill the worker and whatever it started."""
-        with contextlib.suppress(OSError):
-            if os.name == "posix":
-                os.killpg(self._process.pid, signal.SIGKILL)
-            else:
-                self._process.kill()
-        self._process.wait()
+        end(self._process)
 
     def _listen(self) -> None:
         assert self._process.stdout is not None
@@ -68,12 +52,45 @@ class Worker:
                 break
             self._events.put((self.stage, last))
         else:
-            last = {"failed": {"kind": "crash", "text": _ending(self._process.wait())}}
+            last = {"failed": {"kind": "crash", "text": ending(self._process.wait())}}
         self.end()
         self._events.put((self.stage, last))
 
 
-def _ending(code: int) -> str:
+def start(module: str, code_root: str, folder: Path | None, errors: IO[bytes] | int) -> subprocess.Popen[bytes]:
+    """A process of its own group that runs `module` with pipes to and from it, and its standard error in `errors`."""
+    package_home = str(Path(__file__).resolve().parent.parent)
+    search = [code_root, package_home, os.environ.get("PYTHONPATH", "")]
+    return subprocess.Popen(
+        [sys.executable, "-m", module],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=errors,
+        cwd=folder,
+        env={**os.environ, **_SETTINGS, "PYTHONPATH": os.pathsep.join(part for part in search if part)},
+        start_new_session=os.name == "posix",
+    )
+
+
+def end(process: subprocess.Popen[bytes]) -> None:
+    """Kill a process that `start` made, and whatever it started."""
+    with contextlib.suppress(OSError):
+        if os.name == "posix":
+            os.killpg(process.pid, signal.SIGKILL)
+        else:
+            process.kill()
+    process.wait()
+
+
+def end_group() -> None:
+    """End this process, one that `start` made, and whatever it started itself."""
+    if hasattr(os, "killpg") and os.getpgrp() == os.getpid():
+        os.killpg(0, signal.SIGKILL)
+    os._exit(1)
+
+
+def ending(code: int) -> str:
+    """How a process ended, for the end of a sentence."""
     if code < 0:
         with contextlib.suppress(ValueError):
             return f"its process was ended by the system ({signal.Signals(-code).name})"

@@ -19,6 +19,7 @@ from pipeline.fingerprint import Ingredients
 _MANIFEST = "manifest.json"
 _MAKING = "making-"
 _RESULTS = "results/"
+SWEEPS = "sweeps"
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,8 @@ class Store:
         for path in self.folder.glob(_MAKING + "*"):
             shutil.rmtree(path, ignore_errors=True)
         folders = [self.folder, self.folder / "current", self.results]
-        folders += [path for path in self.results.iterdir() if path.is_dir() and path != self.folder]
+        apart = (self.folder.name, SWEEPS)  # a sweep holds a lock of its own and may be writing
+        folders += [path for path in self.results.iterdir() if path.is_dir() and path.name not in apart]
         for folder in folders:
             for path in folder.glob(".*.part"):
                 if durable.is_unfinished(path):

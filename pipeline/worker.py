@@ -11,7 +11,6 @@ import importlib
 import json
 import os
 import pickle
-import signal
 import sys
 import threading
 import time
@@ -23,6 +22,7 @@ from pipeline import artefact, durable
 from pipeline.errors import StudyError, is_answer
 from pipeline.observed_import import ObservedSources
 from pipeline.order import Order
+from pipeline.process import end_group
 
 _REPORT_EVERY_S = 0.1
 
@@ -140,9 +140,7 @@ def _send(messages: TextIO, message: dict[str, Any]) -> None:
 def _end_with_parent() -> None:
     while os.read(0, 4096):
         pass
-    if hasattr(os, "killpg") and os.getpgrp() == os.getpid():
-        os.killpg(0, signal.SIGKILL)
-    os._exit(1)
+    end_group()
 
 
 if __name__ == "__main__":

@@ -1,0 +1,100 @@
+"""`bipedstudy sweep SPEC.yaml`: one stage at many points."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from pipeline import options
+from pipeline.errors import ANSWER, StudyError
+from pipeline.study import Study, shown
+
+if TYPE_CHECKING:
+    from pipeline.sweep.sweep import Summary
+
+
+@click.command("sweep")
+@click.argument("spec", type=click.Path(dir_okay=False, path_type=Path), metavar="SPEC")
+@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="The table (default: results/sweeps).")
+@click.option("--jobs", "-j", metavar="N", type=click.IntRange(min=1), help="Processes (default: cores).")
+@click.option("--cluster", metavar="ADDRESS", help="Compute on the dask cluster of the scheduler at ADDRESS.")
+@click.option("--dry-run", is_flag=True, help="Say how many points there are and what each computes; run nothing.")
+@click.option("--wait", is_flag=True, help="Wait for another sweep in the same results folder.")
+@options.study
+@options.as_json
+def command(
+    study: Study,
+    spec: Path,
+    out: Path | None,
+    jobs: int | None,
+    cluster: str | None,
+    dry_run: bool,
+    wait: bool,
+    as_json: bool,
+) -> None:
+    """Compute a stage at every point that the file SPEC describes, and write one table with a row for each.
+
+    docs/sweeps.md shows how a SPEC is written. What was computed before is not computed again, also after an
+    interruption. A point without a result is a row with its reason; ends with 3 if no point has one.
+    """
+    from pipeline import display, lock
+    from pipeline.sweep import progress
+    from pipeline.sweep import spec as specs
+    from pipeline.sweep.sweep import Sweep
+
+    if jobs and cluster:
+        raise StudyError("--jobs is for this machine; a cluster has as many workers as it has")
+    shows = display.for_terminal(False, as_json)
+    sweep = Sweep(study, specs.read(spec), shows)
+    names = ", ".join(sweep.chain.touched)
+    if dry_run:
+        click.echo(f"{len(sweep.points)} points, each computes {names}; varied: {', '.join(sweep.spec.names)}")
+        return
+    target = out or sweep.folder / f"{spec.stem}.h5"
+    said = " ".join(["bipedstudy", *sys.argv[1:]])
+    with lock.held(sweep.folder, shown(sweep.folder), said, wait, shows.note), _client(cluster) as (client, workers):
+        summary = sweep.run(
+            target, workers or jobs or os.cpu_count() or 1, client, lambda total: progress.for_terminal(total, as_json)
+        )
+    if as_json:
+        options.print_json({**dataclasses.asdict(summary), "busy": summary.busy, "table": shown(target)})
+    else:
+        for line in lines(summary):
+            click.echo(line)
+        click.echo(f"table: {shown(target)}")
+    if not summary.outcomes.get("computed"):
+        sys.exit(ANSWER)
+
+
+def lines(summary: Summary) -> list[str]:
+    """A sweep's summary: outcomes, and what it cost."""
+    parts = [f"{count} {outcome}" for outcome, count in sorted(summary.outcomes.items())]
+    said = [f"{summary.points} points: {', '.join(parts)}; {summary.reused} were known"]
+    if summary.busy is not None:
+        said.append(f"{summary.computed_now} points in {summary.seconds:.1f} s on {summary.workers} workers; "
+                    f"{100 * summary.busy:.0f} % of their time went into points")  # fmt: skip
+    return said
+
+
+def _client(address: str | None) -> Any:
+    import contextlib
+
+    @contextlib.contextmanager
+    def connected() -> Any:
+        if address is None:
+            yield None, 0
+            return
+        from pipeline.sweep import cluster
+
+        client = cluster.connected(address)
+        try:
+            yield client, cluster.threads(client)
+        finally:
+            client.close()
+
+    return connected()

@@ -1,0 +1,77 @@
+"""One varied parameter of a sweep: from a share between 0 and 1 to a value."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from statistics import NormalDist
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Range:
+    """Values from `low` to `high`, evenly spread, or evenly in the logarithm; `steps` of them in a grid."""
+
+    low: float
+    high: float
+    logarithmic: bool = False
+    steps: int | None = None
+
+    def at(self, share: float) -> float:
+        """The value at `share` of the way, in [low, high]."""
+        if self.logarithmic:
+            value = math.exp(math.log(self.low) + share * (math.log(self.high) - math.log(self.low)))
+        else:
+            value = self.low + share * (self.high - self.low)
+        return min(max(value, self.low), self.high)
+
+    def values(self) -> list[Any]:
+        """The values of a grid, both ends included."""
+        count = self.steps or 1
+        return [self.at(index / (count - 1)) if count > 1 else self.low for index in range(count)]
+
+    def extremes(self) -> list[Any]:
+        """Values to check before anything runs."""
+        return [self.low, self.high]
+
+
+@dataclass(frozen=True)
+class Normal:
+    """Normally distributed values."""
+
+    mean: float
+    deviation: float
+
+    def at(self, share: float) -> float:
+        """The quantile of `share`; the ends of the interval stay finite."""
+        return NormalDist(self.mean, self.deviation).inv_cdf(min(max(share, 1e-16), 1 - 1e-16))
+
+    def values(self) -> list[Any]:
+        """A distribution has no grid; the spec refuses it before."""
+        return [self.mean]
+
+    def extremes(self) -> list[Any]:
+        """The mean must be a legal value; what lies too far out becomes a row that says so."""
+        return [self.mean]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Given values, each as likely as the others."""
+
+    options: tuple[Any, ...]
+
+    def at(self, share: float) -> Any:
+        """The option whose equal part of the interval holds `share`."""
+        return self.options[min(int(share * len(self.options)), len(self.options) - 1)]
+
+    def values(self) -> list[Any]:
+        """All options in order."""
+        return list(self.options)
+
+    def extremes(self) -> list[Any]:
+        """Every option must be legal."""
+        return list(self.options)
+
+
+Axis = Range | Normal | Choice

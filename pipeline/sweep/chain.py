@@ -1,0 +1,265 @@
+"""What a point computes: the swept stage, and of the stages above it those that a varied parameter touches.
+
+The others are brought up to date once, like for `bipedstudy run`, and their results are handed to every worker.
+"""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import json
+import pickle
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pipeline import durable, fingerprint, parameters
+from pipeline.errors import StudyError
+from pipeline.overrides import Override, applied, parsed
+from pipeline.parameter_value import Refused, broken_rules, checked, declared, shown, with_unit
+from pipeline.study import Study
+from pipeline.sweep.spec import Spec
+from pipeline.yaml_text import Node
+
+
+@dataclass(frozen=True)
+class Link:
+    """One stage of the chain: its name and the results it reads."""
+
+    stage: str
+    inputs: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Job:
+    """All a worker needs, on this machine or another. `fixed` is the content of results that no point changes.
+
+    `code` (file -> meaning), `versions` and `writer` are what the points' keys were made from; `pipeline` is the
+    code of the sweep's own worker side.
+    """
+
+    package: str
+    code_root: str
+    root: str
+    links: tuple[Link, ...]
+    fixed: Mapping[str, bytes]
+    code: Mapping[str, str]
+    versions: Mapping[str, str]
+    writer: str
+    time_limit_s: float
+    start_limit_s: float
+
+    def line(self) -> str:
+        """The job as one line of text."""
+        return packed(self)
+
+
+def packed(value: Any) -> str:
+    """A value as one line of text for another process of this program."""
+    return base64.b64encode(pickle.dumps(value)).decode()
+
+
+class Chain:
+    """The stages that every point computes, and their parameters at a point."""
+
+    def __init__(self, study: Study, spec: Spec) -> None:
+        self.study, self.spec = study, spec
+        study.graph.stage(spec.stage)
+        self.names = study.graph.needed_for((spec.stage,))
+        self.base = study.parameters(self.names)
+        known = parameters.sections(cls for cls in map(self._class, study.graph.stages) if cls is not None)
+        keys = {file: [key for cls in classes for key in declared(cls)] for file, classes in known.items()}
+        self._overrides = {name: self._parsed(name, keys) for name in spec.names}
+        self.touched = self._touched()
+        self._check()
+        self._ingredients: dict[str, Any] = {}
+
+    def parameters(self, point: Mapping[str, Any]) -> dict[str, Any]:
+        """Parameters of the touched stages at a point. Raises `StudyError` naming the value that is not allowed."""
+        return {name: self._varied(self.base[name], point) for name in self.touched}
+
+    def key(self, values: Mapping[str, Any]) -> str:
+        """What the result of a point is known by: code, versions, inputs and every parameter of the touched stages."""
+        plain = {name: parameters.as_plain(value) for name, value in values.items()}
+        named = {name: {key: sha for key, (_, sha) in self.study.named_files(value).items()}
+                 for name, value in values.items() if parameters.files(value)}  # fmt: skip
+        text = json.dumps([plain, named], sort_keys=True, separators=(",", ":"))
+        return durable.digest(text.encode())[:32]
+
+    @property
+    def above(self) -> tuple[str, ...]:
+        """Stages that no varied parameter touches and that the touched ones read."""
+        graph = self.study.graph
+        read = {maker for name in self.touched for maker in graph.upstream(name)}
+        return tuple(name for name in self.names if name in read and name not in self.touched)
+
+    def job(self, fixed: Mapping[str, bytes], contents: Mapping[str, str]) -> Job:
+        """The job of this chain; `fixed` is path -> content of what the stages `above` made, `contents` their hashes.
+
+        The code is read here, once: what the workers really import is held against it.
+        """
+        study, code, versions, writer = self.study, {}, {}, ""
+        for name in self.touched:
+            stage = study.graph.stages[name]
+            inputs = {path: sha for path, sha in contents.items() if _is_read(path, stage.inputs)}
+            parts = fingerprint.ingredients(stage, study.sources, {}, inputs)
+            self._ingredients[name] = parts
+            code.update(parts["code"])
+            versions.update(parts["versions"])
+            writer = parts["writer"]
+        study.sources.memo.save()
+        return Job(
+            study.package,
+            str(study.code_root),
+            str(study.root),
+            tuple(Link(name, study.graph.stages[name].inputs) for name in self.touched),
+            dict(fixed),
+            code,
+            versions,
+            writer,
+            self.spec.time_limit_s,
+            self.spec.start_limit_s,
+        )
+
+    def ground(self) -> dict[str, Any]:
+        """What all points share: code, versions and inputs of the touched stages. Known once the job is made."""
+        return self._ingredients
+
+    def fixed(self) -> dict[str, Any]:
+        """Every parameter of the touched stages as the files and `--set` have it, by name."""
+        return {
+            f"{file}.{key}": value
+            for name in self.touched
+            for file, values in parameters.as_plain(self.base[name]).items()
+            for key, value in values.items()
+        }
+
+    def result_class(self) -> Any:
+        """The class of the swept stage's result."""
+        import importlib
+
+        return importlib.import_module(f"{self.study.package}.{self.spec.stage}.result").Result
+
+    def unit(self, name: str) -> str:
+        """Unit of a varied parameter; empty for a word and for an entry of a table."""
+        override = self._overrides[name]
+        for section in self._sections(override.file):
+            if override.key in declared(section.__class__) and not override.inner:
+                unit = str(declared(section.__class__)[override.key][0].metadata["unit"])
+                return "" if unit == "-" else unit
+        return ""
+
+    def _class(self, name: str) -> type | None:
+        return self.study.parameters_class(self.study.graph.stages[name])
+
+    def _parsed(self, name: str, keys: Mapping[str, list[str]]) -> Override:
+        try:
+            return parsed(f"{name}=0", keys)
+        except StudyError as error:
+            raise StudyError(f"{self.spec.name}: {text.removeprefix('--set ')}" for text in error.sentences) from None
+
+    def _sections(self, file: str) -> list[Any]:
+        return [section for name in self.names for section in _sections(self.base[name]) if file == section.FILE]
+
+    def _touched(self) -> tuple[str, ...]:
+        varied = {(override.file, override.key): name for name, override in self._overrides.items()}
+        idle = dict(varied)
+        touched: list[str] = []
+        for name in self.names:
+            reads = {
+                (section.FILE, key) for section in _sections(self.base[name]) for key in declared(section.__class__)
+            }
+            if reads & varied.keys() or set(self.study.graph.upstream(name)) & set(touched):
+                touched.append(name)
+            for place in reads & varied.keys():
+                idle.pop(place, None)
+        if idle:
+            raise StudyError(f"{self.spec.name}: {name}: stage {self.spec.stage} does not depend on this parameter"
+                             for name in idle.values())  # fmt: skip
+        return tuple(touched)
+
+    def _check(self) -> None:
+        """Every limit and option of each axis must be legal by itself; rules between values are each point's matter."""
+        axes: Iterable[tuple[str, Any]] = [
+            (name, value) for name, axis in self.spec.axes.items() for value in axis.extremes()
+        ] or [pair for point in self.spec.points for pair in point.items()]
+        problems = []
+        for name, value in axes:
+            for section in self._sections(self._overrides[name].file):
+                try:
+                    self._value(section, name, value)
+                except StudyError as error:
+                    problems += [f"{self.spec.name}: {sentence}" for sentence in error.sentences]
+        if problems:
+            raise StudyError(dict.fromkeys(problems))
+
+    def _varied(self, values: Any, point: Mapping[str, Any]) -> Any:
+        changed = {}
+        for field in dataclasses.fields(values):
+            section = getattr(values, field.name)
+            new: dict[str, Any] = {}
+            for name, value in point.items():
+                override = self._overrides[name]
+                if override.file == section.FILE and override.key in declared(section.__class__):
+                    whole = dataclasses.replace(section, **new) if new else section
+                    new[override.key] = self._value(whole, name, value)
+            if new:
+                changed[field.name] = dataclasses.replace(section, **new)
+                _keep_rules(changed[field.name])
+        if not changed:
+            return values
+        whole = dataclasses.replace(values, **changed)
+        _keep_rules(whole)
+        return whole
+
+    def _value(self, section: Any, name: str, value: Any) -> Any:
+        """The checked value of a section's parameter with this override, which may reach into a table."""
+        override = dataclasses.replace(self._overrides[name], value=_node(value))
+        if override.key not in declared(section.__class__):
+            return None
+        field, kind = declared(section.__class__)[override.key]
+        entry = _node(parameters.plain_value(getattr(section, override.key)))
+        try:
+            return checked(applied(override, entry), field, kind)
+        except Refused as refused:
+            raise StudyError(f"{name} {refused.reason}") from None
+
+
+def _sections(values: Any) -> list[Any]:
+    return [getattr(values, field.name) for field in dataclasses.fields(values)]
+
+
+def _keep_rules(instance: Any) -> None:
+    for broken in broken_rules(instance):
+        key = broken.key.rpartition(".")[2]
+        value = ""
+        if hasattr(instance, key) and key in declared(instance.__class__):
+            field = declared(instance.__class__)[key][0]
+            value = f" = {with_unit(shown(parameters.plain_value(getattr(instance, key))), field)}"
+        raise StudyError(f"{key}{value} is not allowed; allowed: {broken.allowed}")
+
+
+def _node(value: Any) -> Node:
+    if isinstance(value, (list, tuple)):
+        return Node([_node(item) for item in value], 0)
+    if isinstance(value, dict):
+        return Node({key: _node(item) for key, item in value.items()}, 0)
+    return Node(value, 0)
+
+
+def _is_read(path: str, inputs: Iterable[str]) -> bool:
+    return any(path == name or path.startswith(name + "/") for name in inputs)
+
+
+def within(code_root: str, package: str) -> Path:
+    """Folder that holds the package: as the job says, or, on another machine, where it is installed."""
+    root = Path(code_root)
+    if (root / package).is_dir():
+        return root
+    import importlib.util
+
+    spec = importlib.util.find_spec(package)
+    if spec is None or not spec.submodule_search_locations:
+        raise StudyError(f'there is no package "{package}" on this machine')
+    return Path(next(iter(spec.submodule_search_locations))).parent

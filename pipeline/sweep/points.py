@@ -1,0 +1,62 @@
+"""The points of a sweep: what each varied parameter is at point 0, 1, 2, ... The same spec gives the same points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from pipeline.sweep.axes import Axis
+from pipeline.sweep.spec import Spec
+
+if TYPE_CHECKING:
+    import numpy as np
+
+Point = dict[str, Any]
+
+
+class Points(Sequence[Point]):
+    """All points, each made when it is asked for, so that a million of them need little memory."""
+
+    def __init__(self, spec: Spec) -> None:
+        self._spec = spec
+        self._shares = _shares(spec)
+        self._grids = [axis.values() for axis in spec.axes.values()] if spec.kind == "grid" else []
+
+    def __len__(self) -> int:
+        return self._spec.count
+
+    def __getitem__(self, index: Any) -> Any:
+        spec = self._spec
+        if isinstance(index, slice):
+            return [self[each] for each in range(*index.indices(len(self)))]
+        if not 0 <= index < len(self):
+            raise IndexError(index)
+        if spec.kind == "list":
+            return dict(spec.points[index])
+        if self._shares is not None:
+            pairs: zip[tuple[tuple[str, Axis], Any]] = zip(spec.axes.items(), self._shares[index])
+            return {name: axis.at(float(share)) for (name, axis), share in pairs}
+        return dict(zip(spec.axes, self._of_grid(index)))
+
+    def _of_grid(self, index: int) -> list[Any]:
+        """Values at a point of the grid; the last parameter changes fastest."""
+        chosen = []
+        for values in reversed(self._grids):
+            index, place = divmod(index, len(values))
+            chosen.append(values[place])
+        return chosen[::-1]
+
+
+def _shares(spec: Spec) -> np.ndarray | None:
+    """Shares between 0 and 1 of each drawn point, shape (count, parameters); None where points are not drawn."""
+    if spec.kind not in ("latin_hypercube", "monte_carlo"):
+        return None
+    import numpy as np
+
+    random = np.random.default_rng(spec.seed)
+    if spec.kind == "monte_carlo":
+        return random.random((spec.count, len(spec.axes)))
+    from scipy.stats import qmc
+
+    drawn: np.ndarray = qmc.LatinHypercube(d=len(spec.axes), seed=random).random(spec.count)
+    return drawn

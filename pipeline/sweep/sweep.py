@@ -1,0 +1,148 @@
+"""A sweep from its spec to its table: what is known is taken, the rest computed, each point kept as it comes."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import time
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pipeline import durable, lock
+from pipeline.display import Display
+from pipeline.errors import StudyError
+from pipeline.executor import bring_up_to_date
+from pipeline.store import SWEEPS
+from pipeline.study import Study, shown
+from pipeline.sweep import pool, table
+from pipeline.sweep.bench import Task
+from pipeline.sweep.chain import Chain, Job, packed
+from pipeline.sweep.chunks import Chunks
+from pipeline.sweep.journal import Journal
+from pipeline.sweep.points import Points
+from pipeline.sweep.row import COMPUTED, KEPT, NOT_ALLOWED, Row
+from pipeline.sweep.spec import Spec
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a sweep came to. `busy` is the share of the workers' time that went into points."""
+
+    points: int
+    outcomes: Mapping[str, int]
+    reused: int
+    computed_now: int
+    seconds: float
+    point_seconds: float
+    workers: int
+
+    @property
+    def busy(self) -> float | None:
+        """Seconds in points over seconds of all workers; None where nothing was computed."""
+        return self.point_seconds / (self.seconds * self.workers) if self.computed_now and self.seconds else None
+
+
+class Sweep:
+    """One sweep of a study."""
+
+    def __init__(self, study: Study, spec: Spec, display: Display) -> None:
+        study = dataclasses.replace(study, settings=(*spec.settings, *study.settings))
+        self.study, self.spec, self.display = study, spec, display
+        self.chain = Chain(study, spec)
+        self.points = Points(spec)
+        self.folder = study.results / SWEEPS
+
+    def run(self, out: Path, workers: int, client: Any, shows: Any) -> Summary:
+        """Compute what is missing and write the table to `out`. Call it under the lock of `folder`."""
+        job = self._job()
+        with Journal(self.folder / ".cache" / f"{self._ground(job)}.jsonl") as journal:
+            keys, refused = self._keys()
+            known = sum(key in journal for key in keys if key)
+            first: dict[str, int] = {}
+            for index, key in enumerate(keys):
+                if key and key not in journal:
+                    first.setdefault(key, index)
+            missing = sorted(first.values())
+            if known:
+                self.display.note(f"{known} of {len(keys)} points are known already")
+            unkept: dict[str, Row] = {}
+            began, point_seconds = time.monotonic(), 0.0
+            if missing:
+                meter = shows(len(missing))
+                try:
+                    for index, row in self._rows(job, missing, workers, client):
+                        if keys[index] in journal or keys[index] in unkept:
+                            continue  # a chunk that was given to another worker may come back twice
+                        point_seconds += row.seconds
+                        if row.outcome in KEPT:
+                            journal.add(keys[index], row)
+                        else:
+                            unkept[keys[index]] = row
+                        meter.one_more(row.outcome != COMPUTED)
+                finally:
+                    meter.close()
+            seconds = time.monotonic() - began
+            lost = sum(key not in journal and key not in unkept for key in first)
+            if lost:
+                raise StudyError(f"{lost} points did not come back; run the sweep again to compute them")
+            outcomes: Counter[str] = Counter()
+            content = table.encode(self.chain, self._lines(keys, refused, journal, unkept, outcomes), len(keys),
+                                   self.display.note)  # fmt: skip
+        durable.write(out, content)
+        return Summary(len(keys), dict(outcomes), known, len(missing), seconds, point_seconds, workers)
+
+    def _rows(self, job: Job, missing: list[int], workers: int, client: Any) -> Iterator[tuple[int, Row]]:
+        chunks = Chunks(missing, self._task, workers)
+        if client is None:
+            return pool.compute(job, chunks, min(workers, len(missing)))
+        from pipeline.sweep import cluster
+
+        return cluster.compute(client, job, chunks, durable.digest(job.line().encode()))
+
+    def _task(self, index: int) -> Task:
+        return index, packed(self.chain.parameters(self.points[index]))
+
+    def _keys(self) -> tuple[list[str], dict[int, Row]]:
+        """Key of each point (empty where the values are not allowed), and the rows of those."""
+        keys, refused = [], {}
+        for index in range(len(self.points)):
+            try:
+                keys.append(self.chain.key(self.chain.parameters(self.points[index])))
+            except StudyError as error:
+                keys.append("")
+                refused[index] = Row(NOT_ALLOWED, str(error))
+        return keys, refused
+
+    def _lines(
+        self, keys: list[str], refused: Mapping[int, Row], journal: Journal, unkept: Mapping[str, Row],
+        outcomes: Counter[str],
+    ) -> Iterator[tuple[Mapping[str, Any], Row]]:  # fmt: skip
+        for index, key in enumerate(keys):
+            row = refused.get(index) or (journal.row(key) if key in journal else unkept[key])
+            outcomes[row.outcome] += 1
+            yield self.points[index], row
+
+    def _job(self) -> Job:
+        """The job, after the stages that no point changes have been brought up to date."""
+        fixed: dict[str, bytes] = {}
+        contents: dict[str, str] = {}
+        above = self.chain.above
+        if above:
+            names = self.study.graph.needed_for(above)
+            values = {name: self.chain.base[name] for name in names}
+            with lock.held(self.study.results, shown(self.study.results), "bipedstudy sweep", True, self.display.note):
+                bring_up_to_date(self.study, values, self.display, jobs=os.cpu_count() or 1)
+                for name in above:
+                    entry = self.study.store.current(name)
+                    assert entry is not None
+                    for path, made in entry.outs.items():
+                        fixed[path] = durable.read(self.study.store.place(path)) or b""
+                        contents[path] = made.content
+        return self.chain.job(fixed, contents)
+
+    def _ground(self, job: Job) -> str:
+        return durable.digest(json.dumps(self.chain.ground(), sort_keys=True).encode())[:32]

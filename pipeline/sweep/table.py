@@ -1,0 +1,85 @@
+"""A sweep as one table in HDF5: a column for each varied parameter, the outcome and its reason, and each output.
+
+Every point is a row, in the order of the spec, also those without a result: their outputs are NaN or empty words, and
+their reason says why. The same sweep gives the same bytes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from fnmatch import fnmatchcase
+from typing import Any
+
+import h5py
+import numpy as np
+
+from pipeline import artefact, fingerprint
+from pipeline.sweep import row as rows
+from pipeline.sweep.chain import Chain
+from pipeline.sweep.row import Row
+
+
+def encode(
+    chain: Chain, lines: Iterable[tuple[Mapping[str, Any], Row]], count: int, note: Callable[[str], None]
+) -> bytes:
+    """The HDF5 file of a sweep's points with their rows; `note` is told of an output that no result has."""
+    given: dict[str, Any] = {}
+    found: dict[str, Any] = {}
+    outcomes, reasons = [], []
+    for index, (point, row) in enumerate(lines):
+        for name, value in point.items():
+            _put(given, name, index, value, count)
+        for name, value in row.values.items():
+            if any(fnmatchcase(name, pattern) for pattern in chain.spec.outputs):
+                _put(found, name, index, value, count)
+        outcomes.append(row.outcome)
+        reasons.append(row.reason)
+    for pattern in chain.spec.outputs:
+        if not any(fnmatchcase(name, pattern) for name in found):
+            note(f'{chain.spec.name}: outputs: no point has a result "{pattern}"')
+    with h5py.File("table", "w", driver="core", backing_store=False, libver=("v110", "v110"), track_order=True) as file:
+        file.attrs["format"] = artefact.FORMAT
+        group = file.create_group("table", track_order=True)
+        for name, column in given.items():
+            _write(group, name, column, {"unit": chain.unit(name), "description": "varied"})
+        _write(group, "outcome", outcomes, {"description": "computed, or what kept the point from it"})
+        _write(group, "reason", reasons, {"description": "why there is no result"})
+        for name in found:
+            _write(group, name, found[name], rows.about(chain.result_class(), name))
+        about = file.create_group("provenance")
+        for name, text in _provenance(chain).items():
+            about.attrs[name] = text
+        file.flush()
+        return bytes(file.id.get_file_image())
+
+
+def _put(columns: dict[str, Any], name: str, index: int, value: Any, count: int) -> None:
+    number = isinstance(value, (int, float))
+    if name not in columns:
+        columns[name] = np.full(count, np.nan) if number else [""] * count
+    if number and not isinstance(columns[name], np.ndarray):
+        value = str(value)
+    columns[name][index] = value if number or not isinstance(columns[name], np.ndarray) else np.nan
+
+
+def _write(group: Any, name: str, column: Any, attributes: Mapping[str, str]) -> None:
+    if not isinstance(column, np.ndarray):
+        column = artefact.storable(tuple(str(value) for value in column))
+    item = group.create_dataset(name, data=column, track_times=False, compression="gzip", shuffle=True)
+    for key, text in attributes.items():
+        if text:
+            item.attrs[key] = text
+
+
+def _provenance(chain: Chain) -> dict[str, str]:
+    spec, swept = chain.spec, chain.ground()[chain.spec.stage]
+    base = fingerprint.compact
+    fixed = {name: value for name, value in chain.fixed().items() if name not in spec.names}
+    return {
+        "stage": spec.stage,
+        "key": fingerprint.key(swept),
+        "sweep": f"{spec.kind}, {spec.count} points" + (f", seed {spec.seed}" if spec.axes and spec.seed else ""),
+        "axes": "\n".join(f"{name} = {axis}" for name, axis in spec.axes.items()),
+        "parameters": "\n".join(f"{name} = {base(value)}" for name, value in fixed.items()),
+        "versions": "\n".join(f"{name} {version}" for name, version in swept["versions"].items()),
+    }

@@ -1,0 +1,306 @@
+"""Sweeps: points, keys, and that whatever happens to workers, no point is lost and none is there twice."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from pipeline.display import Display
+from pipeline.errors import StudyError
+from pipeline.sweep import pool, progress
+from pipeline.sweep import spec as specs
+from pipeline.sweep.points import Points
+from pipeline.sweep.row import Row
+from pipeline.sweep.sweep import Sweep
+
+GRID = """
+stage: bounce
+kind: grid
+vary:
+  fall.steps: [2, 5, 9]
+  ground.gravity: {low: 1, high: 9, steps: 3}
+"""
+
+
+def spec_of(folder: Path, text: str, name: str = "sweep") -> specs.Spec:
+    path = folder / f"{name}.yaml"
+    path.write_text(text)
+    return specs.read(path)
+
+
+def run(toy, text, *, workers=2, client=None, **replaced):
+    sweep = Sweep(toy.study(), spec_of(toy.root, text), Display())
+    out = toy.root / "table.h5"
+    summary = sweep.run(out, workers, client, progress.Silence)
+    return summary, table(out)
+
+
+def table(path):
+    with h5py.File(path) as file:
+        columns = {name: column[()] for name, column in file["table"].items()}
+    return {name: [word.decode() for word in column] if column.dtype.kind == "S" else column
+            for name, column in columns.items()}  # fmt: skip
+
+
+def test_a_grid_computes_the_stage_and_what_is_above_it(toy):
+    summary, columns = run(toy, GRID)
+    assert summary.outcomes == {"computed": 9}
+    assert columns["fall.steps"].tolist() == [2, 2, 2, 5, 5, 5, 9, 9, 9]
+    assert columns["ground.gravity"].tolist() == [1, 5, 9] * 3
+    # bounce: way fallen in a second (Galileo) times the stiffness of ground.yaml
+    assert columns["force"] == pytest.approx(0.5 * columns["ground.gravity"] * 1e5, rel=1e-12)
+
+
+def test_a_sweep_gives_what_run_gives(toy):
+    _, columns = run(toy, "stage: fall\nkind: list\npoints:\n  - {fall.height: 3.5, fall.parts.1.mass: 0.7}\n")
+    toy.run("fall.height=3.5", "fall.parts.1.mass=0.7", names=("fall",))
+    with h5py.File(toy.root / "results/fall.h5") as file:
+        assert columns["height"][0] == file["height"][()] == 3.5
+        assert columns["mass.shell"][0] == file["mass/shell"][()] == 0.7
+
+
+def test_units_and_reasons_stand_in_the_table(toy):
+    run(toy, GRID)
+    with h5py.File(toy.root / "table.h5") as file:
+        assert file["table/ground.gravity"].attrs["unit"] == "m/s^2"
+        assert dict(file["table/force"].attrs) == {"unit": "N", "symbol": "F", "description": "peak force"}
+
+
+def test_known_points_are_not_computed_again_until_the_code_is_edited(toy):
+    first, _ = run(toy, GRID)
+    content = (toy.root / "table.h5").read_bytes()
+    again, _ = run(toy, GRID)
+    assert (first.computed_now, again.computed_now, again.reused) == (9, 0, 9)
+    assert (toy.root / "table.h5").read_bytes() == content
+    other, _ = run(toy, "stage: bounce\nkind: list\npoints:\n  - {ground.gravity: 5, fall.steps: 9}\n"
+                        "  - {ground.gravity: 6, fall.steps: 9}\n")  # fmt: skip
+    assert (other.reused, other.computed_now) == (1, 1)
+    toy.edit("PACKAGE/body/motion.py", "0.5 * gravity", "0.25 * gravity")
+    again, columns = run(toy, GRID)
+    assert again.computed_now == 9
+    assert columns["force"] == pytest.approx(0.25 * columns["ground.gravity"] * 1e5, rel=1e-12)
+
+
+def test_code_edited_during_a_sweep_is_refused(toy):
+    sweep = Sweep(toy.study(), spec_of(toy.root, GRID), Display())
+    job = sweep._job()
+    toy.edit("PACKAGE/body/motion.py", "0.5 * gravity", "0.25 * gravity")
+    sweep._job = lambda: job
+    with pytest.raises(StudyError, match=r"motion\.py differs from what the sweep was started with"):
+        sweep.run(toy.root / "table.h5", 1, None, progress.Silence)
+
+
+def test_stages_that_no_point_touches_are_computed_once_and_shared(toy):
+    _, columns = run(toy, "stage: bounce\nkind: grid\nvary: {ground.contact_stiffness: [1, 2e5]}\n")
+    assert (toy.root / "results/fall.h5").exists()
+    assert columns["force"] == pytest.approx([4.905, 4.905 * 2e5], rel=1e-12)
+
+
+def test_failures_are_rows_with_reasons(toy):
+    text = """
+stage: fall
+kind: list
+time_limit_s: 1
+start_limit_s: 2
+points:
+  - {fall.behaviour: well}
+  - {fall.behaviour: answer}
+  - {fall.behaviour: raise}
+  - {fall.behaviour: crash}
+  - {fall.behaviour: sleep}
+  - {fall.behaviour: well, fall.height: 7}
+"""
+    _, columns = run(toy, text)
+    assert columns["outcome"] == ["computed", "no answer", "error", "crash", "time limit", "computed"]
+    reasons = columns["reason"]
+    assert reasons[1] == "nothing falls upwards" and reasons[0] == ""
+    assert reasons[2].startswith("ZeroDivisionError: a pendulum without length (run.py:")
+    assert reasons[3] == "its process was ended by the system (SIGSEGV), twice"
+    assert reasons[4].startswith("took longer than ")
+    assert np.isnan(columns["height"][1:5]).all() and columns["height"][5] == 7
+    again, _ = run(toy, text.replace("crash", "raise").replace("sleep", "raise"))
+    assert (again.reused, again.computed_now) == (3, 1)  # only results and reasoned refusals are kept
+
+
+def test_values_that_break_a_rule_are_rows_and_illegal_limits_are_refused(toy):
+    _, columns = run(toy, "stage: bounce\nkind: grid\nvary: {ground.dynamic_friction: [0.9, 1.2]}\n")
+    assert columns["outcome"] == ["computed", "not allowed"]
+    assert columns["reason"][1] == "dynamic_friction = 1.2 is not allowed; allowed: <= static_friction = 1.1"
+    with pytest.raises(StudyError) as refused:
+        run(toy, "stage: fall\nkind: grid\nvary: {ground.gravity: {low: -1, high: 9, steps: 2}, fall.steps: [1.5]}\n")
+    assert refused.value.sentences == (
+        "sweep: ground.gravity = -1 m/s^2 is not allowed; allowed: > 0 and <= 100 m/s^2",
+        "sweep: fall.steps = 1.5 is not a whole number; allowed: >= 1",
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("kind: grid", "sweep.yaml: stage is missing"),
+        ("stage: fal\nkind: grid\nvary: {fall.steps: [1]}", 'there is no stage "fal"'),
+        ("stage: fall\nkind: cube\nvary: {fall.steps: [1]}", "sweep.yaml:2: kind = cube is not allowed; allowed: grid"),
+        ("stage: fall\nkind: grid\nvary: {fall.step: [1]}", 'there is no parameter "step" in fall; did you mean'),
+        ("stage: fall\nkind: grid\nvary: {side.seed: [1]}", "side.seed: stage fall does not depend on this parameter"),
+        ("stage: fall\nkind: grid\nvary: {fall.height: {low: 1, high: 2}}", "sweep.yaml:3: fall.height: steps"),
+        ("stage: fall\nkind: monte_carlo\nvary: {fall.steps: [1]}\nseed: 1", "sweep.yaml: count is missing"),
+        ("stage: fall\nkind: grid\nvary: {fall.height: {low: 2, high: 1, steps: 2}}", "low < high"),
+        ("stage: fall\nkind: grid\nvary: {fall.steps: [1]}\ntime: 3", 'sweep.yaml:4: there is no key "time"'),
+        ("stage: fall\nkind: grid\nvary: {fall.steps: [1]}\ntime_limit_s: 0", "sweep.yaml:4: time_limit_s = 0 is not"),
+        ("stage: fall\nkind: list", "points is missing"),
+    ],
+)  # fmt: skip
+def test_a_wrong_spec_is_refused_with_a_sentence(toy, text, sentence):
+    with pytest.raises(StudyError) as refused:
+        run(toy, text)
+    assert any(sentence in each for each in refused.value.sentences), refused.value.sentences
+
+
+DRAWN = """
+stage: fall
+kind: {kind}
+count: 64
+seed: 5
+vary:
+  fall.height: {{low: 1, high: 100, scale: log}}
+  ground.gravity: {{low: 2, high: 4}}
+  fall.steps: [1, 2, 3, 4]
+"""
+
+
+@pytest.mark.parametrize("kind", ["latin_hypercube", "monte_carlo"])
+def test_drawn_points_repeat_with_their_seed_and_keep_to_their_limits(tmp_path, kind):
+    spec = spec_of(tmp_path, DRAWN.format(kind=kind))
+    points = Points(spec)[:]
+    assert points == Points(spec)[:]
+    assert points != Points(spec_of(tmp_path, DRAWN.format(kind=kind).replace("seed: 5", "seed: 6")))[:]
+    heights = np.array([point["fall.height"] for point in points])
+    assert heights.min() >= 1 and heights.max() <= 100
+    assert {point["fall.steps"] for point in points} == {1, 2, 3, 4}
+    if kind == "latin_hypercube":  # exactly one point in each of the 64 equal parts, here of the logarithm
+        assert sorted((np.log(heights) / np.log(100) * 64).astype(int)) == list(range(64))
+        steps = [point["fall.steps"] for point in points]
+        assert [steps.count(value) for value in (1, 2, 3, 4)] == [16] * 4
+
+
+def test_normal_values_have_their_mean_and_deviation(tmp_path):
+    text = "stage: fall\nkind: latin_hypercube\ncount: 4000\nseed: 1\nvary: {fall.height: {mean: 5, deviation: 0.5}}\n"
+    drawn = np.array([point["fall.height"] for point in Points(spec_of(tmp_path, text))[:]])
+    assert drawn.mean() == pytest.approx(5, abs=2e-3) and drawn.std() == pytest.approx(0.5, rel=5e-3)
+
+
+SLOW = "stage: side\nkind: grid\nset: {side.wait: 0.1}\nvary: {side.seed: {low: 0, high: 23, steps: 24}}\n".replace(
+    "{low: 0, high: 23, steps: 24}", str(list(range(24)))
+)
+
+
+def workers():
+    """Worker processes of sweeps that this process started."""
+    found = []
+    for task in Path(f"/proc/{os.getpid()}/task").iterdir():
+        for pid in (task / "children").read_text().split():
+            with_arguments = Path(f"/proc/{pid}/cmdline").read_bytes()
+            if b"pipeline.sweep.worker" in with_arguments:
+                found.append(int(pid))
+    return found
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc to find the workers")
+def test_killed_workers_lose_nothing(toy):
+    killed = []
+
+    def kill():
+        while len(killed) < 3:
+            time.sleep(0.5)
+            for pid in workers()[:1]:
+                os.kill(pid, signal.SIGKILL)
+                killed.append(pid)
+
+    threading.Thread(target=kill, daemon=True).start()
+    summary, columns = run(toy, SLOW)
+    assert killed and summary.outcomes == {"computed": 24}
+    assert columns["side.seed"].tolist() == list(range(24))
+    undisturbed, right = run(toy, SLOW)
+    assert undisturbed.computed_now == 0 and columns["number"].tolist() == right["number"].tolist()
+
+
+def test_results_that_come_twice_count_once(toy, monkeypatch):
+    once = pool.compute
+
+    def twice(*arguments):
+        for index, row in once(*arguments):
+            yield index, row
+            yield index, Row("computed", "", {"force": -1.0})
+
+    monkeypatch.setattr(pool, "compute", twice)
+    summary, columns = run(toy, GRID)
+    assert summary.outcomes == {"computed": 9} and (columns["force"] > 0).all()
+    journal = next((toy.root / "results/sweeps/.cache").glob("*.jsonl")).read_text().splitlines()
+    assert len(journal) == len({json.loads(line[17:])["key"] for line in journal}) == 9
+
+
+def test_results_that_never_come_are_told(toy, monkeypatch):
+    once = pool.compute
+    monkeypatch.setattr(pool, "compute", lambda *arguments: list(once(*arguments))[1:])
+    with pytest.raises(StudyError, match="1 points did not come back"):
+        run(toy, GRID)
+
+
+def test_equal_points_are_computed_once_and_are_a_row_each(toy):
+    summary, columns = run(toy, "stage: side\nkind: list\npoints: [{side.seed: 4}, {side.seed: 4}, {side.seed: 4}]\n")
+    assert summary.computed_now == 1 and len(set(columns["number"])) == 1 and len(columns["number"]) == 3
+
+
+def test_a_damaged_journal_costs_only_its_damaged_lines(toy):
+    _, right = run(toy, GRID)
+    journal = next((toy.root / "results/sweeps/.cache").glob("*.jsonl"))
+    lines = journal.read_bytes().splitlines(keepends=True)
+    edited, torn = lines[0].replace(b'"force": ', b'"force": 1'), lines[-1][:-20]
+    journal.write_bytes(b"".join([b"\xff\x00 nonsense\n\n", edited, *lines[1:-1], torn]))
+    again, columns = run(toy, GRID)
+    assert again.computed_now == 2
+    assert columns["force"].tolist() == right["force"].tolist()
+    assert run(toy, GRID)[0].computed_now == 0
+
+
+def test_the_command(toy_with_commands):
+    toy = toy_with_commands
+    (toy.root / "grid.yaml").write_text(GRID)
+    code, out, errors = toy.command("sweep", "grid.yaml", "--jobs", "1")
+    assert code == 0, errors
+    assert out.splitlines()[0] == "9 points: 9 computed; 0 were known"
+    assert out.splitlines()[-1] == "table: results/sweeps/grid.h5"
+    code, out, _ = toy.command("sweep", "grid.yaml", "--json")
+    assert json.loads(out)["reused"] == 9
+    code, out, errors = toy.command("show", "results/sweeps/grid.h5")
+    assert code == 0 and any(line.split()[:1] == ["force"] for line in out.splitlines()), errors
+    code, out, errors = toy.command("sweep", "grid.yaml", "--set", "fall.behaviour=answer", "--set", "fall.height=1")
+    assert code == 3 and "9 no answer" in out
+    code, _, errors = toy.command("sweep", "none.yaml")
+    assert (code, errors) == (2, "error: none.yaml: there is no such file\n")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="uses POSIX signals")
+def test_an_interrupted_sweep_goes_on_where_it_was(toy_with_commands):
+    toy = toy_with_commands
+    (toy.root / "slow.yaml").write_text(SLOW)
+    process = toy.start("sweep", "slow.yaml", "--jobs", "1")
+    journals = toy.root / "results/sweeps/.cache"
+    end = time.monotonic() + 20
+    while time.monotonic() < end and sum(len(p.read_bytes().splitlines()) for p in journals.glob("*.jsonl")) < 3:
+        time.sleep(0.02)
+    process.kill()
+    process.communicate()
+    code, out, errors = toy.command("sweep", "slow.yaml", "--json")
+    assert code == 0, errors
+    answer = json.loads(out)
+    assert answer["reused"] >= 3 and answer["reused"] + answer["computed_now"] == 24
+    assert answer["outcomes"] == {"computed": 24}

@@ -1,0 +1,79 @@
+"""Sweeps on a dask cluster of this machine: the same table, also when dask's workers are killed half way."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+
+import pytest
+
+from pipeline.display import Display
+from pipeline.errors import StudyError
+from pipeline.sweep import progress
+from pipeline.sweep import spec as specs
+from pipeline.sweep.sweep import Sweep
+
+distributed = pytest.importorskip("distributed", reason="needs the extra cluster")
+
+SLOW = f"stage: side\nkind: grid\nset: {{side.wait: 0.1}}\nvary: {{side.seed: {list(range(60))}}}\n"
+MIXED = """
+stage: fall
+kind: list
+time_limit_s: 1
+start_limit_s: 3
+points: [{fall.behaviour: well}, {fall.behaviour: crash}, {fall.behaviour: sleep}, {fall.behaviour: answer}]
+"""
+
+
+@pytest.fixture
+def client(monkeypatch, repository):
+    monkeypatch.setenv("PYTHONPATH", str(repository))
+    with (
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        yield client
+
+
+def run(toy, text, client):
+    path = toy.root / "sweep.yaml"
+    path.write_text(text)
+    out = toy.root / f"table-{'cluster' if client else 'here'}.h5"
+    study = toy.study()
+    if client is None:  # a results folder of its own, so that nothing is known
+        study = type(study)(toy.root, toy.root / "params", toy.root / "elsewhere", (), toy.package)
+    return Sweep(study, specs.read(path), Display()).run(out, 2, client, progress.Silence), out.read_bytes()
+
+
+@pytest.mark.slow
+def test_a_cluster_makes_the_same_table_with_a_worker_killed_half_way(toy, client):
+    killed = []
+
+    def kill():
+        time.sleep(2.5)
+        pid = next(iter(client.run(os.getpid).values()))
+        os.kill(pid, signal.SIGKILL)
+        killed.append(pid)
+
+    threading.Thread(target=kill, daemon=True).start()
+    there, table = run(toy, SLOW, client)
+    here, same = run(toy, SLOW, None)
+    assert killed and there.computed_now == here.computed_now == 60
+    assert table == same
+
+
+@pytest.mark.slow
+def test_hangs_and_crashes_on_a_cluster_are_rows(toy, client):
+    summary, _ = run(toy, MIXED, client)
+    assert summary.outcomes == {"computed": 1, "crash": 1, "time limit": 1, "no answer": 1}
+    assert len(client.scheduler_info(n_workers=-1)["workers"]) == 2
+
+
+def test_a_scheduler_that_is_not_there_is_one_sentence(monkeypatch):
+    from pipeline.sweep import cluster
+
+    monkeypatch.setattr(cluster, "_CONNECT_S", 1)
+    with pytest.raises(StudyError, match=r"no dask scheduler answers there"):
+        cluster.connected("tcp://127.0.0.1:9")
