@@ -28,6 +28,8 @@ _COMMANDS = {
     "basin": "basin",
     "design": "design",
     "sweep": "sweep",
+    "init": "init",
+    "doctor": "doctor",
 }
 _INTERRUPTED = 130
 

@@ -1,0 +1,118 @@
+"""What a machine must have for the study to run, looked at one by one."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.metadata
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from pipeline.study import Study, shown
+
+GOOD, WARNING, BAD = "good", "warning", "bad"
+_LOCK = Path(__file__).resolve().parent.parent / "requirements/study.txt"
+_LEAST_FREE_MB, _WISHED_FREE_MB = 100, 1000
+_SHOWN_DIFFERENCES = 5
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing looked at: good, a warning (it runs, but see the text), or bad (it cannot run)."""
+
+    what: str
+    state: str
+    text: str
+
+
+def examine(study: Study) -> Iterator[Finding]:
+    """Look at everything, in the order in which trouble is most likely."""
+    yield exudyn()
+    yield versions(_LOCK)
+    yield writable("results folder", study.results)
+    yield writable("temporary folder", Path(tempfile.gettempdir()))
+    yield from compiled(study)
+    yield free_space(study.results)
+    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    yield Finding("cores", GOOD, f"{count}")
+
+
+def exudyn() -> Finding:
+    """Whether Exudyn's compiled library loads; it needs libGL and libX11 of the system."""
+    try:
+        module = importlib.import_module("exudyn")
+        version = importlib.metadata.version("exudyn")
+        module.SystemContainer()
+    except Exception as error:
+        hint = "; on Debian: apt-get install libgl1 libx11-6" if "lib" in str(error) else ""
+        return Finding("exudyn", BAD, f"does not load: {error}{hint}")
+    return Finding("exudyn", GOOD, f"{version}, its library loads")
+
+
+def versions(lock: Path) -> Finding:
+    """Installed packages against the lock file."""
+    python = f"Python {sys.version_info.major}.{sys.version_info.minor}"
+    if not lock.is_file():
+        return Finding("versions", WARNING, f"{python}; there is no lock at {lock} to compare with")
+    missing, other = [], []
+    for name, version in _pinned(lock.read_text(encoding="utf-8")):
+        try:
+            installed = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            missing.append(name)
+            continue
+        if installed != version:
+            other.append(f"{name} {installed} instead of {version}")
+    if missing:
+        return Finding("versions", BAD, f"{python}; not installed: {', '.join(missing)}; make install")
+    if other:
+        more = f" and {len(other) - _SHOWN_DIFFERENCES} more" if len(other) > _SHOWN_DIFFERENCES else ""
+        return Finding("versions", WARNING, f"{python}; {', '.join(other[:_SHOWN_DIFFERENCES])}{more}")
+    return Finding("versions", GOOD, f"{python}; all as in {lock.name}")
+
+
+def _pinned(text: str) -> Iterator[tuple[str, str]]:
+    """Name and version of each package that the lock wants on this machine."""
+    from packaging.requirements import Requirement
+
+    for line in text.splitlines():
+        if line[:1].isalnum():
+            wanted = Requirement(line.rstrip("\\ "))
+            if wanted.marker is None or wanted.marker.evaluate():
+                yield wanted.name, str(wanted.specifier).removeprefix("==")
+
+
+def writable(what: str, folder: Path) -> Finding:
+    """Whether a file can be made in the folder, or, where it is not there yet, in what is above it."""
+    there = next(path for path in (folder, *folder.parents) if path.exists())
+    try:
+        with tempfile.TemporaryFile(dir=there):
+            return Finding(what, GOOD, f"{shown(folder)} can be written")
+    except OSError as error:
+        return Finding(what, BAD, f"{shown(folder)} cannot be written: {error.strerror}")
+
+
+def compiled(study: Study) -> Iterator[Finding]:
+    """Whether the analytic stage's machine code is on disk already."""
+    try:
+        folder = importlib.import_module(f"{study.package}.analytic.compiled").cache_folder()
+    except ImportError:
+        return
+    yield writable("compile cache folder", folder)
+    count = sum(1 for _ in folder.rglob("*.nbi"))
+    if count:
+        yield Finding("compile cache", GOOD, f"warm: {count} compiled functions")
+    else:
+        yield Finding("compile cache", WARNING, "cold: the first use of the analytic stage compiles for some minutes")
+
+
+def free_space(folder: Path) -> Finding:
+    """Free disk space where the results go."""
+    there = next(path for path in (folder, *folder.parents) if path.exists())
+    free = shutil.disk_usage(there).free // 1_000_000
+    state = BAD if free < _LEAST_FREE_MB else WARNING if free < _WISHED_FREE_MB else GOOD
+    return Finding("free disk", state, f"{free} MB")

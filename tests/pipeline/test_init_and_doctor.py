@@ -1,0 +1,97 @@
+"""`bipedstudy init` lays out a study that works; `bipedstudy doctor` finds what is wrong; completion completes."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import pytest
+
+from pipeline import doctor, graph
+
+
+def bipedstudy(folder, *arguments, **environment):
+    code = "from pipeline.cli import main; main()"
+    home = os.pathsep.join(path for path in sys.path if path)
+    done = subprocess.run(
+        [sys.executable, "-c", code, *arguments], cwd=folder, text=True, capture_output=True,
+        env={**os.environ, "PYTHONPATH": home, **environment})  # fmt: skip
+    return done.returncode, done.stdout, done.stderr
+
+
+def test_a_new_study_has_the_same_stages_and_every_parameter(tmp_path, repository):
+    code, out, errors = bipedstudy(tmp_path, "init", "mine", PYTHONPATH=str(repository))
+    assert (code, errors) == (0, "") and "cd mine" in out
+    assert list(graph.read(tmp_path / "mine").stages) == list(graph.read(repository).stages)
+    code, out, errors = bipedstudy(tmp_path / "mine", "status", PYTHONPATH=str(repository))
+    assert code == 0, errors
+    assert out.splitlines()[0].split() == ["analytic", "stale", "never", "run"]
+    assert not list(tmp_path.glob(".mine*"))
+
+
+def test_init_never_writes_into_what_is_there(tmp_path, repository):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine/notes.txt").write_text("mine")
+    code, _, errors = bipedstudy(tmp_path, "init", "mine", PYTHONPATH=str(repository))
+    assert (code, errors) == (2, "error: mine: is there already and not an empty folder; choose another\n")
+    assert [path.name for path in (tmp_path / "mine").iterdir()] == ["notes.txt"]
+
+
+def test_doctor_on_this_machine(repository):
+    code, out, errors = bipedstudy(repository, "doctor", "--json", PYTHONPATH=str(repository))
+    findings = {finding["what"]: finding for finding in json.loads(out)}
+    assert {"exudyn", "versions", "results folder", "compile cache", "free disk", "cores"} <= set(findings), errors
+    assert code == (1 if any(finding["state"] == "bad" for finding in findings.values()) else 0)
+
+
+def test_a_library_that_does_not_load_is_bad_and_says_what_to_install(monkeypatch):
+    def broken(name):
+        raise ImportError("libGL.so.1: cannot open shared object file: No such file or directory")
+
+    monkeypatch.setattr(doctor.importlib, "import_module", broken)
+    found = doctor.exudyn()
+    assert found.state == "bad" and found.text.endswith("apt-get install libgl1 libx11-6")
+
+
+@pytest.mark.parametrize(
+    ("line", "state", "text"),
+    [
+        ("click==0.0.1 \\", "warning", "click {} instead of 0.0.1"),
+        ("no-such-package==1.0 \\", "bad", "not installed: no-such-package; make install"),
+        ("no-such-package==1.0 ; python_version < '3' \\", "good", "all as in lock.txt"),
+    ],
+)
+def test_versions_are_held_against_the_lock(tmp_path, line, state, text):
+    import importlib.metadata
+
+    (tmp_path / "lock.txt").write_text(f"{line}\n    --hash=sha256:00\n")
+    found = doctor.versions(tmp_path / "lock.txt")
+    assert found.state == state and text.format(importlib.metadata.version("click")) in found.text
+
+
+def test_a_folder_that_cannot_be_written_is_bad(tmp_path):
+    (tmp_path / "file").touch()
+    assert doctor.writable("results", tmp_path / "file/below").state == "bad"
+    assert doctor.writable("results", tmp_path / "new/below").state == "good"
+
+
+def test_a_full_disk_and_a_cold_cache_are_told(monkeypatch, tmp_path):
+    monkeypatch.setattr(doctor.shutil, "disk_usage", lambda path: SimpleNamespace(free=5_000_000))
+    assert doctor.free_space(tmp_path) == doctor.Finding("free disk", "bad", "5 MB")
+    monkeypatch.setattr(doctor.importlib, "import_module",
+                        lambda name: SimpleNamespace(cache_folder=lambda: tmp_path / "none"))  # fmt: skip
+    states = [finding.state for finding in doctor.compiled(SimpleNamespace(package="stages"))]
+    assert states == ["good", "warning"]
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion(tmp_path, repository, shell):
+    code, out, _ = bipedstudy(tmp_path, PYTHONPATH=str(repository), _BIPEDSTUDY_COMPLETE=f"{shell}_source")
+    assert "bipedstudy" in out and "complete" in out
+    if shell == "bash":
+        code, out, errors = bipedstudy(tmp_path, PYTHONPATH=str(repository), _BIPEDSTUDY_COMPLETE="bash_complete",
+                                       COMP_WORDS="bipedstudy sw", COMP_CWORD="1")  # fmt: skip
+        assert code == 0 and out.split() == ["plain,sweep"], errors
