@@ -77,7 +77,7 @@ def versions(lock: Path) -> Finding:
 
 def _pinned(text: str) -> Iterator[tuple[str, str]]:
     """Name and version of each package that the lock wants on this machine."""
-    from packaging.requirements import Requirement
+    from packaging.requirements import Requirement  # comes with matplotlib
 
     for line in text.splitlines():
         if line[:1].isalnum():

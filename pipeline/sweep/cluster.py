@@ -23,7 +23,7 @@ _CONNECT_S = 15
 _ATTEMPTS = 3
 
 _here = threading.local()
-_benches: list[Bench] = []
+_benches: dict[str, list[Bench]] = {}
 _jobs: dict[str, Job] = {}
 
 
@@ -53,7 +53,8 @@ def compute(client: Any, job: Job, chunks: Chunks, name: str) -> Iterator[tuple[
     from distributed import as_completed
     from distributed.scheduler import KilledWorker
 
-    client.register_plugin(_plugin(name, job), name=_PLUGIN)
+    plugin = f"{_PLUGIN}-{name}"
+    client.register_plugin(_plugin(name, job), name=plugin)
     sent: dict[Any, list[Task]] = {}
     attempts: dict[int, int] = {}
     done = as_completed(with_results=False, raise_errors=False)
@@ -83,7 +84,7 @@ def compute(client: Any, job: Job, chunks: Chunks, name: str) -> Iterator[tuple[
     finally:
         with contextlib.suppress(Exception):
             client.cancel(list(sent))
-            client.unregister_worker_plugin(_PLUGIN)
+            client.unregister_worker_plugin(plugin)
 
 
 def _again(tasks: list[Task], attempts: dict[int, int], send: Any) -> Iterator[tuple[int, Row]]:
@@ -101,10 +102,11 @@ def work(name: str, tasks: list[Task]) -> list[tuple[int, Row]]:
     job = _jobs.get(name)
     if job is None:
         raise RuntimeError("this dask worker does not know the sweep's job")
-    if getattr(_here, "name", None) != name:
-        _here.name, _here.bench = name, Bench(job)
-        _benches.append(_here.bench)
-    return list(_here.bench.work(tasks))
+    mine: dict[str, Bench] = _here.__dict__.setdefault("benches", {})
+    if name not in mine:
+        mine[name] = Bench(job)
+        _benches.setdefault(name, []).append(mine[name])
+    return list(mine[name].work(tasks))
 
 
 def remember(name: str, job: Job) -> None:
@@ -112,11 +114,11 @@ def remember(name: str, job: Job) -> None:
     _jobs[name] = job
 
 
-def forget() -> None:
-    """End the benches of this dask worker."""
-    _jobs.clear()
-    while _benches:
-        _benches.pop().close()
+def forget(name: str) -> None:
+    """End the job's benches on this dask worker; other sweeps go on."""
+    _jobs.pop(name, None)
+    for bench in _benches.pop(name, []):
+        bench.close()
 
 
 def _plugin(name: str, job: Job) -> Any:
@@ -128,6 +130,6 @@ def _plugin(name: str, job: Job) -> Any:
             remember(name, job)
 
         def teardown(self, worker: Any) -> None:
-            forget()
+            forget(name)
 
     return Install()

@@ -6,6 +6,7 @@ import dataclasses
 import json
 import os
 import time
+import uuid
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -101,7 +102,7 @@ class Sweep:
             return pool.compute(job, chunks, min(workers, len(missing)))
         from pipeline.sweep import cluster
 
-        return cluster.compute(client, job, chunks, durable.digest(job.line().encode()))
+        return cluster.compute(client, job, chunks, uuid.uuid4().hex)
 
     def _task(self, index: int) -> Task:
         return index, packed(self.chain.parameters(self.points[index]))

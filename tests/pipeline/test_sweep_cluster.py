@@ -77,3 +77,10 @@ def test_a_scheduler_that_is_not_there_is_one_sentence(monkeypatch):
     monkeypatch.setattr(cluster, "_CONNECT_S", 1)
     with pytest.raises(StudyError, match=r"no dask scheduler answers there"):
         cluster.connected("tcp://127.0.0.1:9")
+
+
+@pytest.mark.slow
+def test_two_sweeps_after_each_other_on_one_cluster(toy, client):
+    first, _ = run(toy, MIXED, client)
+    again, _ = run(toy, MIXED.replace("fall.behaviour: well", "fall.height: 3"), client)
+    assert first.outcomes == again.outcomes
