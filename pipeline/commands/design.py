@@ -26,7 +26,9 @@ _DEFAULT = ("biped.foot_radius", "biped.foot_com", "biped.stiffness", "biped.dam
     show_default=True,
     help="Share by which a parameter without bounds may change.",
 )
-@click.option("--iterations", type=click.IntRange(1, 1000), default=60, show_default=True)
+@click.option(
+    "--iterations", type=click.IntRange(1, 1000), default=60, show_default=True, help="Most steps of the search."
+)
 @options.study
 @options.as_json
 @answer.figure
@@ -45,9 +47,7 @@ def command(
     """
     values = study.parameters([answer.STAGE])[answer.STAGE]
     search, engine = answer.module(study, "gait_search"), answer.module(study, "design_search")
-    design = answer.module(study, "design_point").DesignPoint(
-        values.biped, values.slope, values.limited_friction
-    )
+    design = answer.module(study, "design_point").DesignPoint(values.biped, values.slope, values.limited_friction)
     bounds = dict(bounds_of(design, text, share) for text in varied or _DEFAULT)
     held = dict(target_of(text, engine.TARGETS) for text in targets)
     with answer.or_reason(study, "design", as_json):
