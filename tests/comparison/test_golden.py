@@ -1,12 +1,15 @@
 """Every figure against a golden picture, and against itself: drawn from made-up results, so that physics may change.
 
+Golden pictures hold for one version of Matplotlib, named in drawn_by.txt, which is edited by hand for another.
 After a wanted change: `python -m pytest tests/comparison/test_golden.py --write-golden`, and look at what it wrote.
 """
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
+import matplotlib
 import matplotlib.pyplot as plt
 import pytest
 from made_up_figures import figures
@@ -15,9 +18,16 @@ from pipeline.pictures import TOLERANCE, difference, rms
 from stages.comparison.figures import style
 
 GOLDEN = Path(__file__).parents[1] / "baseline"
+DRAWN_BY = GOLDEN / "drawn_by.txt"
 DPI = 80
+VERSION = "matplotlib " + ".".join(matplotlib.__version__.split(".")[:2])
+#: Matplotlib 3.8 and 3.11 set text so differently that pictures differ by 20 to 35 of 255 rms.
+same_version = pytest.mark.skipif(
+    DRAWN_BY.read_text().strip() != VERSION, reason=f"golden pictures are of {DRAWN_BY.read_text().strip()}"
+)
 
 
+@cache
 def pictures(name):
     """A figure's files at a low resolution."""
     with style.drawing():
@@ -25,18 +35,24 @@ def pictures(name):
 
 
 @pytest.mark.parametrize("name", figures())
-def test_a_figure_is_the_golden_picture_and_has_the_same_bytes_twice(name, tmp_path, request):
+def test_a_figure_has_the_same_bytes_twice(name):
     first = pictures(name)
     assert set(first) == {f"figures/{name}.png", f"figures/{name}.pdf"}
-    assert pictures(name) == first
+    assert pictures.__wrapped__(name) == first
+
+
+@same_version
+@pytest.mark.parametrize("name", figures())
+def test_a_figure_is_the_golden_picture(name, tmp_path, request):
     golden, drawn = GOLDEN / f"{name}.png", tmp_path / f"{name}.png"
-    drawn.write_bytes(first[f"figures/{name}.png"])
+    drawn.write_bytes(pictures(name)[f"figures/{name}.png"])
     if request.config.getoption("--write-golden"):
         golden.write_bytes(drawn.read_bytes())
     found = difference(golden, drawn, tmp_path / "differences", TOLERANCE)
     assert not found.fails, f"{found.name} {found.what}; look at {found.picture}"
 
 
+@same_version
 @pytest.mark.parametrize("name", figures())
 def test_a_thousandth_more_in_the_data_is_seen(name, tmp_path):
     drawn = tmp_path / f"{name}.png"
