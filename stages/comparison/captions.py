@@ -14,6 +14,7 @@ import numpy as np
 
 from stages.comparison.agreement import ModelAgreement, TwinAgreement
 from stages.comparison.figures import (
+    error_budget,
     figure_02,
     figure_04,
     figure_05,
@@ -133,6 +134,13 @@ def _twin_ladder(known: Compared) -> str:
     return f"What each detail does to a step: {known.inputs['twin_ladder'].summary()}."
 
 
+def _error_budget(known: Compared) -> str:
+    return (
+        "Penalty model minus constraint model, split into signed contributions that add up to it; integration "
+        f"errors are too small to draw. {known.inputs['error_budget'].summary()}."
+    )
+
+
 def _twin_pushes(known: Compared) -> str:
     return f"{known.inputs['twin_pushes'].summary()}."
 
@@ -149,6 +157,7 @@ CAPTIONS: dict[str, tuple[str, Callable[[Compared], str]]] = {
     figure_10.NAME: ("Figure 10: the digital twin", _figure_10),
     figure_16.NAME: ("Figure 16: measurements and models", _figure_16),
     twin_ladder.NAME: ("From the simple model to the twin", _twin_ladder),
+    error_budget.NAME: ("Error budget", _error_budget),
     twin_pushes.NAME: ("Pushes to the side", _twin_pushes),
 }
 

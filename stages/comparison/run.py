@@ -15,6 +15,7 @@ from stages.biped.progress import Progress, ignore
 from stages.comparison import captions, claims
 from stages.comparison.agreement import ModelAgreement, TwinAgreement, compare_models, compare_twin
 from stages.comparison.figures import (
+    error_budget,
     figure_02,
     figure_04,
     figure_05,
@@ -77,7 +78,7 @@ def judge(
         claims.contact_set(inputs["contact_study"], settings),
         claims.hip_displacement(models, settings),
         claims.hip_velocity(models, settings),
-        claims.integration_tolerance(analytic, models),
+        claims.integration_tolerance(inputs["error_budget"]),
         claims.friction_velocities(
             multibody.friction_variations,
             multibody.cycle.period_s,
@@ -114,6 +115,7 @@ def draw_all(
             (figure_07.NAME, figure_07.draw(multibody.walk, radius, parameters.slope.angle)),
             (figure_08.NAME, figure_08.draw(analytic.walk, multibody.walk, 2 * analytic.gait.period_s, limits)),
             (figure_10.NAME, figure_10.draw(twin.walk, twin.snapshots)),
+            (error_budget.NAME, error_budget.draw(inputs["error_budget"])),
             (twin_ladder.NAME, twin_ladder.draw(inputs["twin_ladder"])),
             (twin_pushes.NAME, twin_pushes.draw(inputs["twin_pushes"])),
             (

@@ -48,7 +48,9 @@ class LimitCycle:
 
 
 @dataclass(frozen=True)
-class _Step:
+class SectionStep:
+    """One step on the section: where it ends, as `section_numbers` (10,) and as a state, how long and wide it was."""
+
     numbers: np.ndarray
     state: PlanarState
     duration: float
@@ -98,15 +100,15 @@ def limit_cycle(
 
     walked = 0
 
-    def walk(start: PlanarState, steps: int) -> _Step:
+    def walk(start: PlanarState, steps: int) -> SectionStep:
         nonlocal walked
         walked += steps
-        return _mid_stance(simulate(biped, slope, contact, start, settings, steps=steps, assembly=machine))
+        return mid_stance_after(simulate(biped, slope, contact, start, settings, steps=steps, assembly=machine))
 
     settled = walk(state, SETTLING_STEPS)
     numbers, like = settled.numbers, settled.state
 
-    def step(at: np.ndarray) -> _Step:
+    def step(at: np.ndarray) -> SectionStep:
         return walk(section_state(at, like), 1)
 
     derivative = _derivative(step, numbers, difference)
@@ -128,7 +130,7 @@ def limit_cycle(
     )
 
 
-def _derivative(step: Callable[[np.ndarray], _Step], at: np.ndarray, difference: float) -> np.ndarray:
+def _derivative(step: Callable[[np.ndarray], SectionStep], at: np.ndarray, difference: float) -> np.ndarray:
     columns = []
     for index, scale in enumerate(SCALES):
         change = np.zeros(10)
@@ -137,8 +139,11 @@ def _derivative(step: Callable[[np.ndarray], _Step], at: np.ndarray, difference:
     return np.column_stack(columns)
 
 
-def _mid_stance(run: Run) -> _Step:
-    """The end of a run, brought to the moment in which the new stance leg is upright, with the legs named by role."""
+def mid_stance_after(run: Run) -> SectionStep:
+    """The end of a run, brought to the moment in which the new stance leg is upright, with the legs named by role.
+
+    Raises NoLimitCycle if the run failed or does not end there.
+    """
     if not run.completed:
         raise NoLimitCycle(run.message or run.outcome)
     trajectory = run.trajectory
@@ -157,4 +162,4 @@ def _mid_stance(run: Run) -> _Step:
     if stance == 1:
         pairs = ("leg_angle", "leg_rate", "leg_length", "leg_length_rate", "in_play")
         state = dataclasses.replace(state, **{name: getattr(state, name)[::-1] for name in pairs})
-    return _Step(section_numbers(state), state, moment, length, run.solver_steps)
+    return SectionStep(section_numbers(state), state, moment, length, run.solver_steps)

@@ -10,6 +10,10 @@ import numpy as np
 from stages.biped.walk import SENSOR_SIGNALS, Walk
 from stages.comparison.measurement import MeasurementAgreement
 from stages.contact_study.result import VARIED, Candidates, OneStep, Result, Variations
+from stages.error_budget.effects import COMPLIANCE, CREEP, EFFECTS, SLIP, UNEXPLAINED
+from stages.error_budget.result import CycleBudget, StepBudget
+from stages.error_budget.result import Result as Budget
+from stages.error_budget.split import Split
 from stages.ground.contact_law import ContactLaw
 from stages.imu.agreement import Agreement, FrequencyDifference
 
@@ -90,6 +94,17 @@ def make_study(hip: float = 2e-3, chosen: float = 2e-4, ground_is_choice: bool =
         time, make_step(hip=hip), bump, variations, candidates, make_step(hip=chosen), bump, make_step(hip=chosen),
         ground_is_choice,
     )  # fmt: skip
+
+
+def make_budget(integration: float = 1e-8) -> Budget:
+    """Contributions of round sizes [m] with their rates, the rest 2 % of the total; `integration` in metres."""
+    time = np.linspace(0.0, 0.48, 101)
+    sizes = {SLIP: 3e-4, CREEP: -5e-4, COMPLIANCE: 1e-4, UNEXPLAINED: -2e-6}
+    shape = np.column_stack([time, 0.1 * time, 1.0 + time, 0.1 - time])
+    split = Split(np.array([sizes.get(effect, 0.0) * shape for effect in EFFECTS]), np.abs(time - 0.24) > 0.01)
+    step = StepBudget(time, split, split, np.full((2, 4), integration))
+    scalars = np.zeros((len(EFFECTS), 4))
+    return Budget("completed", step, CycleBudget(time / 0.48, split, scalars, np.array([0.48, 0.16, 0.64, -0.61])))
 
 
 def make_agreement(origin: str = "measured", share: float = 1.0, frequency: float = 1.9) -> MeasurementAgreement:

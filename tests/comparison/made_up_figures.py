@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from made_up import DEFAULTS, make_agreement, make_study, make_walk, scaled
+from made_up import DEFAULTS, make_agreement, make_budget, make_study, make_walk, scaled
 
 from stages.comparison.figures import (
+    error_budget,
     figure_02,
     figure_04,
     figure_05,
@@ -81,6 +82,7 @@ def figures(factor=1.0):
         figure_08.NAME: lambda: figure_08.draw(analytic, other, 1.0, (3e-4, 5e-3)),
         figure_10.NAME: lambda: figure_10.draw(other, times(poses(other))),
         figure_16.NAME: lambda: figure_16.draw(strides, make_agreement("synthetic"), stride, last_stride(other, 101)),
+        error_budget.NAME: lambda: error_budget.draw(make_budget()),
         twin_ladder.NAME: lambda: twin_ladder.draw(times(ladder())),
         twin_pushes.NAME: lambda: twin_pushes.draw(times(pushes())),
     }

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import yaml
-from made_up import DEFAULTS, make_agreement, make_study
+from made_up import DEFAULTS, make_agreement, make_budget, make_study
 from made_up_figures import figures, ladder, pushes
 
 from stages.comparison import captions
@@ -27,6 +27,7 @@ def compared(origin="synthetic", frequency=2.0718):
         "analytic": SimpleNamespace(gait=gait),
         "multibody": SimpleNamespace(cycle=cycle),
         "twin": SimpleNamespace(settling=settling),
+        "error_budget": make_budget(),
         "contact_study": make_study(hip=2e-3, chosen=2e-4),
         "twin_ladder": ladder(),
         "twin_pushes": pushes(),

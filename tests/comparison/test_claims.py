@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import yaml
-from made_up import make_agreement, make_study
+from made_up import make_agreement, make_budget, make_study
 
 from stages.comparison import claims
 from stages.comparison.agreement import ModelAgreement, TwinAgreement
@@ -73,8 +74,8 @@ CASES = [
     (claims.hip_displacement(models(), SETTINGS), claims.hip_displacement(models(position=1e-3), SETTINGS)),
     (claims.hip_velocity(models(), SETTINGS), claims.hip_velocity(models(velocity=1e-2), SETTINGS)),
     (
-        claims.integration_tolerance(analytic(residual=0.1), models()),
-        claims.integration_tolerance(analytic(), models()),
+        claims.integration_tolerance(make_budget(integration=1e-4)),
+        claims.integration_tolerance(make_budget()),
     ),
     (claims.twin_settles(twin()), claims.twin_settles(twin(steps=-1))),
     (claims.twin_like_simple(twin(), SETTINGS), claims.twin_like_simple(twin(rms=0.2), SETTINGS)),
@@ -99,6 +100,12 @@ def test_a_verdict_follows_the_numbers(holding, failing):
 def test_the_claim_on_the_contact_set_says_whether_ground_yaml_holds_the_choice():
     assert "ground.yaml holds the chosen" in claims.contact_set(make_study(), SETTINGS).why
     assert "does not hold the chosen" in claims.contact_set(make_study(ground_is_choice=False), SETTINGS).why
+
+
+def test_a_difference_that_cannot_be_split_decides_nothing():
+    empty = dataclasses.replace(make_budget(), outcome="over one step: fall", step=None, cycle=None)
+    assert claims.integration_tolerance(empty).holds is None
+    assert "fall" in claims.integration_tolerance(empty).found
 
 
 def test_synthetic_measurements_decide_nothing():

@@ -1,0 +1,75 @@
+"""The budget over one step that all models start from the same mid-stance state."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stages.error_budget.effects import CONTACT
+from stages.error_budget.hip import constraint_gait, penalty_hip
+from stages.error_budget.parameters import Parameters
+from stages.error_budget.path import Limits, contributions
+from stages.error_budget.solver import NotWalked, solver_settings
+from stages.error_budget.split import Split
+from stages.ground.contact_law import ContactLaw
+from stages.multibody.events import find_events
+from stages.multibody.state import rolling_state
+from stages.multibody.walk import simulate
+
+
+class OneStep:
+    """The scene of all walks: the constraint model's mid-stance state and the times of its step."""
+
+    def __init__(self, parameters: Parameters) -> None:
+        self.parameters, settings = parameters, parameters.settings
+        self.constraint = constraint_gait(parameters.biped, parameters.slope, settings.constraint_tolerance)
+        self.time = np.linspace(0.0, self.constraint.period, settings.points)
+        self.strikes = [float(self.constraint.heel_strikes[0])]
+
+    def coarse_or_fine(self, tolerance: float, coulomb: bool = False) -> np.ndarray:
+        """The constraint model's hip from the common state at a tolerance, (n, 4); `coulomb`: the foot may slip."""
+        p = self.parameters
+        friction = p.contact.coefficients if coulomb else None
+        walk = constraint_gait(p.biped, p.slope, tolerance, friction, self.constraint.start)
+        self.strikes.append(float(walk.heel_strikes[0]))
+        return walk.hip(self.time)
+
+    def penalty(self, law: ContactLaw, tolerance: float) -> np.ndarray:
+        """The penalty model's hip from the common state, (n, 4). Raises NotWalked."""
+        p = self.parameters
+        start = rolling_state(p.biped, law, self.constraint.mid_stance, self.constraint.standing_force)
+        settings = solver_settings(p.settings.largest_step, tolerance)
+        run = simulate(p.biped, p.slope, law, start, settings, duration=float(self.time[-1]))
+        strikes = find_events(run.trajectory, p.biped.foot_radius).heel_strike_time
+        if not run.completed or not len(strikes):
+            raise NotWalked(f"over one step: {run.message or run.outcome}")
+        self.strikes.append(float(strikes[0]))
+        return penalty_hip(run.trajectory, self.time)
+
+    def compared(self) -> np.ndarray:
+        """Times outside the span in which only some of the models have had their impact, (n,)."""
+        end = max(self.strikes) + self.parameters.settings.impact_window
+        return (self.time < min(self.strikes)) | (self.time > end)
+
+
+def step_budget(parameters: Parameters) -> tuple[np.ndarray, Split, Split, np.ndarray]:
+    """Times (n,), the budget, the same with the effects of contact in reverse order, and the hip's largest integration
+    error at the paper's tolerances (2 models, 4 columns). Raises NotWalked, NoGait, StepFailed.
+    """
+    scene, settings, law = OneStep(parameters), parameters.settings, parameters.contact
+    limits = Limits(law, settings.step_share, scene.penalty, settings.penalty_tolerance, settings.limit_tolerance)
+    coarse = scene.coarse_or_fine(settings.constraint_tolerance)
+    fine = scene.coarse_or_fine(settings.constraint_fine_tolerance)
+    coulomb = scene.coarse_or_fine(settings.constraint_fine_tolerance, coulomb=True)
+    fine_penalty = scene.penalty(law, settings.penalty_fine_tolerance)
+    paper = (
+        scene.coarse_or_fine(settings.paper_constraint_tolerance) - fine,
+        scene.penalty(law, settings.paper_penalty_tolerance) - fine_penalty,
+    )
+    forward, backward = (
+        contributions(coarse, fine, coulomb, limits, fine_penalty, order) for order in (CONTACT, CONTACT[::-1])
+    )
+    compared = scene.compared()
+    largest = np.array(
+        [[*np.abs(curve[:, :2]).max(axis=0), *np.abs(curve[compared, 2:]).max(axis=0)] for curve in paper]
+    )
+    return scene.time, Split(forward, compared), Split(backward, compared), largest

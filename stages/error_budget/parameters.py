@@ -1,0 +1,79 @@
+"""Settings of the error budget."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stages.biped.design import Biped
+from stages.biped.quantity import Bound, Broken, parameter
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How far effects are driven to their limits, and how accurately all is integrated."""
+
+    FILE: ClassVar[str] = "error_budget"
+
+    step_share: float = parameter(
+        "1", "part of an effect left where it is off, over one step", bound=Bound(above=0, below=0.5)
+    )
+    cycle_share: float = parameter("1", "the same between cycles", bound=Bound(above=0, below=0.5))
+    constraint_tolerance: float = parameter(
+        "1", "tolerance of the constraint model, dimensionless", bound=Bound(minimum=1e-13, maximum=1e-3)
+    )
+    constraint_fine_tolerance: float = parameter(
+        "1", "the tighter one that measures its integration error", bound=Bound(minimum=1e-14, maximum=1e-3)
+    )
+    penalty_tolerance: float = parameter(
+        "1", "tolerance of the penalty model, in m, rad, m/s, rad/s", bound=Bound(minimum=1e-11, maximum=1e-3)
+    )
+    limit_tolerance: float = parameter(
+        "1",
+        "tolerance of the penalty model in limits, where only contact is fast",
+        bound=Bound(minimum=1e-11, maximum=1e-3),
+    )
+    penalty_fine_tolerance: float = parameter(
+        "1", "the tighter one that measures its integration error", bound=Bound(minimum=1e-11, maximum=1e-3)
+    )
+    paper_constraint_tolerance: float = parameter(
+        "1", "tolerance of the paper's constraint model", bound=Bound(minimum=1e-13, maximum=1e-3)
+    )
+    paper_penalty_tolerance: float = parameter(
+        "1", "tolerance of the paper's multibody model", bound=Bound(minimum=1e-11, maximum=1e-3)
+    )
+    largest_step: float = parameter("s", "largest step of the explicit solver", bound=Bound(above=0, maximum=1e-2))
+    impact_window: float = parameter(
+        "s", "time after heel strike in which velocities are not compared", bound=Bound(minimum=0, maximum=0.1)
+    )
+    points: int = parameter("1", "points of the curves over a step", bound=Bound(minimum=51, maximum=100_001))
+    perturbation: float = parameter(
+        "1",
+        "distance from a cycle at which its multipliers are measured, in the section's scales",
+        bound=Bound(minimum=1e-6, maximum=1e-1),
+    )
+    residual: float = parameter(
+        "1",
+        "largest change of a cycle's state in a step, in the section's scales",
+        bound=Bound(minimum=1e-10, maximum=1e-3),
+    )
+
+    def broken_rules(self) -> Iterator[Broken]:
+        """The fine tolerances are tighter."""
+        if self.constraint_fine_tolerance >= self.constraint_tolerance:
+            yield Broken("constraint_fine_tolerance", f"< constraint_tolerance = {self.constraint_tolerance:g}")
+        if self.penalty_fine_tolerance >= self.penalty_tolerance:
+            yield Broken("penalty_fine_tolerance", f"< penalty_tolerance = {self.penalty_tolerance:g}")
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """All parameters the stage uses."""
+
+    biped: Biped
+    slope: Slope
+    contact: ContactLaw
+    settings: Settings

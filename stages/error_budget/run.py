@@ -1,0 +1,31 @@
+"""Error budget: the difference of hip motion between constraint and penalty model, split into what causes it.
+
+Inputs: none; both models are walked here, on a path from one to the other on which one effect is switched on at a time.
+Settings: params/error_budget.yaml, the contact set of ground.yaml. Output: `Result`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from stages.analytic.errors import NoGait, StepFailed
+from stages.biped.progress import Progress, ignore
+from stages.error_budget.cycles import cycle_budget
+from stages.error_budget.one_step import step_budget
+from stages.error_budget.parameters import Parameters
+from stages.error_budget.result import COMPLETED, CycleBudget, Result, StepBudget
+from stages.error_budget.solver import NotWalked
+
+
+def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
+    """Split the difference over one step, then between cycles. A model that does not walk is a result that says so."""
+    step, cycle, outcome = None, None, COMPLETED
+    try:
+        progress(0.0, "one step with one effect at a time")
+        step = StepBudget(*step_budget(parameters))
+        progress(0.3, "cycles with one effect at a time")
+        cycle = CycleBudget(*cycle_budget(parameters))
+    except (NotWalked, NoGait, StepFailed) as reason:
+        outcome = str(reason)
+    return Result(outcome, step, cycle)

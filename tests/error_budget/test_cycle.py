@@ -1,0 +1,48 @@
+"""Fixed point and multipliers from a few steps of a made-up map with two large multipliers, as the walker has them."""
+
+import numpy as np
+import pytest
+
+from stages.error_budget.cycle import find_cycle, plane_map, plane_multipliers
+from stages.multibody.limit_cycle import SCALES, NoLimitCycle, SectionStep
+
+FIXED = np.linspace(0.2, 1.1, 10)
+MULTIPLIERS = np.array([0.64, -0.61, 0.0098, *np.zeros(7)])
+BASIS = np.eye(10) + 0.1 * np.random.default_rng(3).normal(size=(10, 10))
+MAP = BASIS @ np.diag(MULTIPLIERS) @ np.linalg.inv(BASIS)
+
+
+def stepper(bend=0.0):
+    def step(numbers):
+        off = numbers / SCALES - FIXED
+        return SectionStep((FIXED + MAP @ off + bend * off**2) * SCALES, None, 0.5, 0.16, 100)
+
+    return step
+
+
+def test_a_linear_map_is_found():
+    cycle = find_cycle(stepper(), FIXED + 1e-2, 1e-6, 1e-3)
+    assert cycle.state == pytest.approx(FIXED, abs=1e-5)
+    values, derivative = plane_multipliers(stepper(), cycle, 1e-3)
+    assert values == pytest.approx([0.64, -0.61], abs=2e-4)
+    again = find_cycle(stepper(), FIXED - 1e-2, 1e-6, 1e-3, derivative)
+    assert again.state == pytest.approx(FIXED, abs=1e-5)
+
+
+def test_the_second_order_of_a_map_cancels():
+    cycle = find_cycle(stepper(0.5), FIXED + 1e-2, 1e-8, 1e-3)
+    assert plane_multipliers(stepper(0.5), cycle, 1e-2)[0] == pytest.approx([0.64, -0.61], abs=1e-3)
+
+
+def test_three_differences_give_the_map_on_their_plane():
+    plane = BASIS[:, :2] @ np.array([1.0, 1.0])
+    derivative = plane_map([plane, MAP @ plane, MAP @ MAP @ plane])
+    assert derivative @ BASIS[:, 0] == pytest.approx(0.64 * BASIS[:, 0], abs=1e-9)
+
+
+def test_a_map_without_a_fixed_point_nearby_is_told():
+    def drift(numbers):
+        return SectionStep(numbers + 0.1 * np.arange(1, 11) * SCALES * np.sin(1e3 * numbers.sum()), None, 0.5, 0.1, 1)
+
+    with pytest.raises(NoLimitCycle, match="no fixed point"):
+        find_cycle(drift, FIXED, 1e-12, 1e-3)

@@ -1,0 +1,92 @@
+"""Effects in their limits, on the walker itself; the whole budget is a slow test."""
+
+import dataclasses
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from pipeline import artefact
+from stages.comparison.figures import error_budget as figure
+from stages.comparison.figures import style
+from stages.error_budget.effects import EFFECTS, INTEGRATION_CONSTRAINT, INTEGRATION_PENALTY, SLIP
+from stages.error_budget.one_step import OneStep
+from stages.error_budget.result import Result
+from stages.error_budget.run import run
+from stages.error_budget.solver import NotWalked
+from stages.error_budget.split import POSITION, VELOCITY
+
+
+def test_creep_is_proportional_to_the_stiction_velocity(parameters, scene):
+    """Before heel strike, where nothing else depends on it: halving v_s halves what it moves the hip by."""
+    before = scene.time < 0.9 * scene.constraint.heel_strikes[0]
+    hips = [
+        scene.penalty(dataclasses.replace(parameters.contact, stiction_velocity=v, friction_velocity=0.2), 1e-7)
+        for v in (0.08, 0.04, 0.02)
+    ]
+    first, second = (np.ptp((b - a)[before, 0]) for a, b in pairwise(hips))
+    assert first / second == pytest.approx(2.0, abs=0.04)
+
+
+def test_integration_errors_shrink_with_the_tolerance(parameters, scene):
+    law = parameters.contact
+    exact, fine = scene.penalty(law, 1e-8), scene.coarse_or_fine(1e-13)
+    for errors in (
+        [np.abs(scene.penalty(law, tolerance) - exact)[:, 0].max() for tolerance in (1e-4, 1e-6)],
+        [np.abs(scene.coarse_or_fine(tolerance) - fine)[:, 0].max() for tolerance in (1e-6, 1e-9)],
+    ):
+        assert errors[1] < errors[0] / 3, errors
+
+
+def test_slip_of_the_trailing_foot_does_nothing_before_heel_strike(scene):
+    slip = scene.coarse_or_fine(1e-12, coulomb=True) - scene.coarse_or_fine(1e-12)
+    before = scene.time < scene.constraint.heel_strikes[0]
+    assert np.abs(slip[before]).max() < 1e-11 < np.abs(slip[~before, 0]).max()
+
+
+def test_a_walker_that_falls_is_a_result_with_its_reason(parameters, monkeypatch):
+    def fall(*_):
+        raise NotWalked("over one step: the walker fell")
+
+    monkeypatch.setattr(OneStep, "penalty", fall)
+    result = run(parameters, {})
+    assert result.step is None and result.cycle is None and result.outcome != "completed"
+    assert artefact.decode(artefact.encode(result, {}), Result, "error_budget.h5").outcome == result.outcome
+    assert result.outcome in result.summary() and result.tables() == ()
+    with style.drawing():
+        assert style.pictures("budget", figure.draw(result), 50)
+
+
+@pytest.fixture(scope="module")
+def budget(parameters):
+    return run(parameters, {})
+
+
+@pytest.mark.slow
+def test_the_whole_difference_is_explained(budget, parameters, scene):
+    """The parts add up to the difference of two walks made apart from the path; at most a tenth of it has no name."""
+    assert budget.outcome == "completed", budget.outcome
+    direct = scene.penalty(parameters.contact, parameters.settings.penalty_tolerance) - scene.constraint.hip(scene.time)
+    for split in (budget.step.split, budget.step.reverse):
+        assert split.total == pytest.approx(direct, abs=1e-9)
+    for split in (budget.step.split, budget.cycle.split):
+        assert min(split.explained(POSITION), split.explained(VELOCITY)) >= 0.9
+        for effect in (INTEGRATION_CONSTRAINT, INTEGRATION_PENALTY):
+            assert split.rms(split.part(effect), POSITION) < 0.01 * split.rms(split.total, POSITION)
+
+
+@pytest.mark.slow
+def test_figure_and_storage(budget):
+    read = artefact.decode(artefact.encode(budget, {}), Result, "error_budget.h5")
+    assert np.array_equal(read.cycle.scalars, budget.cycle.scalars)
+    assert len(budget.tables()) == 2 and all(
+        len(row) == len(columns) for _, columns, rows in budget.tables() for row in rows
+    )
+    with style.drawing():
+        drawn = figure.draw(budget)
+    panel = drawn.axes[0]
+    total = next(line for line in panel.lines if line.get_label() == "total")
+    parts = [line for line in panel.lines if line.get_label() != "total"]
+    missing = 1e3 * sum(budget.step.split.part(e)[:, 0] for e in EFFECTS if e.startswith("integration"))
+    assert sum(line.get_ydata() for line in parts) + missing == pytest.approx(total.get_ydata(), abs=1e-9)
+    assert SLIP in [line.get_label() for line in parts]
