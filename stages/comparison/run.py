@@ -25,6 +25,7 @@ from stages.comparison.figures import (
     figure_16,
     gait_animation,
     style,
+    tradeoff,
     twin_ladder,
     twin_pushes,
 )
@@ -116,6 +117,7 @@ def draw_all(
             (figure_10.NAME, figure_10.draw(twin.walk, twin.snapshots)),
             (twin_ladder.NAME, twin_ladder.draw(inputs["twin_ladder"])),
             (twin_pushes.NAME, twin_pushes.draw(inputs["twin_pushes"])),
+            (tradeoff.NAME, tradeoff.draw(inputs["tradeoff"])),
             (
                 figure_16.NAME,
                 figure_16.draw(

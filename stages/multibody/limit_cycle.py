@@ -48,7 +48,9 @@ class LimitCycle:
 
 
 @dataclass(frozen=True)
-class _Step:
+class MidStance:
+    """The end of one step: section numbers (10,), state, duration [s], length [m] and solver steps."""
+
     numbers: np.ndarray
     state: PlanarState
     duration: float
@@ -98,15 +100,15 @@ def limit_cycle(
 
     walked = 0
 
-    def walk(start: PlanarState, steps: int) -> _Step:
+    def walk(start: PlanarState, steps: int) -> MidStance:
         nonlocal walked
         walked += steps
-        return _mid_stance(simulate(biped, slope, contact, start, settings, steps=steps, assembly=machine))
+        return mid_stance(simulate(biped, slope, contact, start, settings, steps=steps, assembly=machine))
 
     settled = walk(state, SETTLING_STEPS)
     numbers, like = settled.numbers, settled.state
 
-    def step(at: np.ndarray) -> _Step:
+    def step(at: np.ndarray) -> MidStance:
         return walk(section_state(at, like), 1)
 
     derivative = _derivative(step, numbers, difference)
@@ -128,7 +130,7 @@ def limit_cycle(
     )
 
 
-def _derivative(step: Callable[[np.ndarray], _Step], at: np.ndarray, difference: float) -> np.ndarray:
+def _derivative(step: Callable[[np.ndarray], MidStance], at: np.ndarray, difference: float) -> np.ndarray:
     columns = []
     for index, scale in enumerate(SCALES):
         change = np.zeros(10)
@@ -137,7 +139,7 @@ def _derivative(step: Callable[[np.ndarray], _Step], at: np.ndarray, difference:
     return np.column_stack(columns)
 
 
-def _mid_stance(run: Run) -> _Step:
+def mid_stance(run: Run) -> MidStance:
     """The end of a run, brought to the moment in which the new stance leg is upright, with the legs named by role."""
     if not run.completed:
         raise NoLimitCycle(run.message or run.outcome)
@@ -157,4 +159,4 @@ def _mid_stance(run: Run) -> _Step:
     if stance == 1:
         pairs = ("leg_angle", "leg_rate", "leg_length", "leg_length_rate", "in_play")
         state = dataclasses.replace(state, **{name: getattr(state, name)[::-1] for name in pairs})
-    return _Step(section_numbers(state), state, moment, length, run.solver_steps)
+    return MidStance(section_numbers(state), state, moment, length, run.solver_steps)
