@@ -19,6 +19,8 @@ COLOURS = (style.ANALYTIC, style.MULTIBODY, style.SECOND, style.THIRD, style.GRO
            style.SEQUENCE[2], style.MEASURED)
 #: Errors below this are round-off and drawn at it.
 FLOOR = 1e-16
+#: A span of less than this has ticks at 1, 2, 5 a decade.
+NARROW = 20.0
 
 
 def draw(result: Result, costs: Sequence[float] | None = None, label: str = "evaluations for a step [1]") -> Figure:
@@ -28,16 +30,16 @@ def draw(result: Result, costs: Sequence[float] | None = None, label: str = "eva
         reference.independent_differs.hip_position)]
     figure, panels = plt.subplots(
         len(models), 4, figsize=(style.TWO_COLUMNS, 2.0 * len(models) + 0.4), squeeze=False, sharex="row")
-    for line, model in zip(panels, models, strict=True):
+    for number, (line, model) in enumerate(zip(panels, models, strict=True)):
         pairs = [(row, cost) for row, cost in zip(result.rows, spent) if row.model == model]
         ways = list(dict.fromkeys(row.way for row, _ in pairs))
         for axes, error, title in zip(line, ERRORS, LABELS, strict=True):
             panel(axes, pairs, ways, error)
-            axes.set_title(title if line is panels[0] else "")
-            axes.set_ylabel("error " + title[title.index("["):])
-            axes.set_xlabel(label)
+            axes.set_title(f"error of the\n{title[:title.index('[')].strip()}" if number == 0 else "")
+            axes.set_ylabel(title[title.index("["):])
         line[3].legend(*line[0].get_legend_handles_labels(), title=model, loc="center left", fontsize=5.5,
                        bbox_to_anchor=(1.0, 0.5), title_fontsize=6)
+    figure.supxlabel(label, fontsize=8)
     return figure
 
 
@@ -63,6 +65,11 @@ def panel(axes: Axes, pairs: Sequence[tuple[Row, float]], ways: Sequence[str], e
                   if mark == "paper" else "this study's default")
     axes.set_xscale("log")
     axes.set_yscale("log")
+    known = [cost for cost in costs if math.isfinite(cost)]
+    if known and max(known) < NARROW * min(known):
+        style.round_ticks(axes.xaxis)
+    if best and max(values := [value(rows[i]) for i in best]) < NARROW * min(values):
+        style.round_ticks(axes.yaxis)
     if not best:
         axes.set_yscale("linear")
         axes.set_yticks([])
