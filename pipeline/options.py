@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 from collections.abc import Callable
@@ -9,6 +10,7 @@ from typing import Any
 
 import click
 
+from pipeline.errors import StudyError
 from pipeline.study import Study, locate
 
 Command = Callable[..., Any]
@@ -26,6 +28,27 @@ def study(function: Command) -> Command:
         return function(found, **options)
 
     return with_study
+
+
+def accuracy(function: Command) -> Command:
+    """`--accuracy` and `--verify`; the command gets a `Study` that knows the error asked for, and `verify`."""
+
+    @click.option("--accuracy", default="", metavar="WORD|KEY=VALUE",
+                  help="Solver settings for an error: draft, paper, reference, or as hip_position_m=1e-5.")
+    @click.option("--verify", is_flag=True, help="Estimate the error by a second run at half the budget.")
+    @functools.wraps(function)
+    def with_accuracy(found: Study, accuracy: str, verify: bool, **options: Any) -> Any:
+        if verify and not accuracy:
+            raise StudyError("--verify checks an accuracy asked for; give --accuracy as well")
+        asked = dataclasses.replace(found, accuracy=accuracy)
+        done = function(asked, **options)
+        if verify and not options.get("dry_run"):
+            from pipeline.verification import verify_run
+
+            verify_run(asked, options.get("stages") or tuple(asked.graph.stages))
+        return done
+
+    return with_accuracy
 
 
 def running(function: Command) -> Command:

@@ -12,7 +12,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from pipeline import durable, graph, parameters
+from pipeline import accuracy, durable, graph, parameters
+from pipeline.accuracy import Choice
 from pipeline.closure import Sources
 from pipeline.errors import StudyError
 from pipeline.graph import Graph, Stage
@@ -23,13 +24,14 @@ from pipeline.syntax import SyntaxMemo
 
 @dataclass(frozen=True)
 class Study:
-    """Where everything is. `settings` are the texts given to `--set`."""
+    """Where everything is. `settings` are the texts given to `--set`, `accuracy` that given to `--accuracy`."""
 
     root: Path
     params: Path
     results: Path
     settings: tuple[str, ...] = ()
     package: str = "stages"
+    accuracy: str = ""
 
     @cached_property
     def graph(self) -> Graph:
@@ -69,7 +71,28 @@ class Study:
         if problems:
             raise StudyError(problems)
         classes = [cls for cls in known.values() if cls is not None]
-        return parameters.load(self.params, self.settings, wanted, classes, shown(self.params))
+        values = parameters.load(self.params, self.settings, wanted, classes, shown(self.params))
+        chosen = tuple(text for choice in self.choices(values) for text in choice.texts(choice.settings))
+        if not chosen:
+            return values
+        return parameters.load(self.params, self.settings + chosen, wanted, classes, shown(self.params))
+
+    def choices(self, values: dict[str, Any]) -> list[Choice]:
+        """Solver settings for the accuracy asked for, of each stage in `values` that has any. Raises `StudyError`."""
+        if not self.accuracy:
+            return []
+        own = {name: parameters.as_plain(value).get(name, {}) for name, value in values.items()}
+        found = list(accuracy.resolve(self.accuracy, own))
+        for choice in found:
+            for key in choice.settings:
+                if any(text.partition("=")[0].strip() == f"{choice.stage}.{key}" for text in self.settings):
+                    raise StudyError(f"--accuracy chooses {choice.stage}.{key}; it cannot be given by --set as well")
+        return found
+
+    def asked(self, name: str, values: Any) -> dict[str, dict[str, float]]:
+        """The error asked of a stage, as the parameters of one more file, so that its artefact states it."""
+        chosen = self.choices({name: values})
+        return {"accuracy": dict(chosen[0].asked)} if chosen else {}
 
     def named_files(self, values: Any) -> dict[str, tuple[Path, str]]:
         """Files that a stage's parameters name: key -> (file, its SHA-256). Raises `StudyError` for a missing one."""
@@ -97,7 +120,11 @@ class Study:
 
 
 def locate(
-    params: str | None = None, results: str | None = None, settings: Iterable[str] = (), start: Path | None = None
+    params: str | None = None,
+    results: str | None = None,
+    settings: Iterable[str] = (),
+    start: Path | None = None,
+    accuracy: str = "",
 ) -> Study:
     """The study around the folder `start` (default: the working folder), else the checkout this package stands in."""
     here = (start or Path.cwd()).resolve()
@@ -110,6 +137,7 @@ def locate(
         Path(params).absolute() if params else root / "params",
         Path(results).absolute() if results else root / "results",
         tuple(settings),
+        accuracy=accuracy,
     )
 
 

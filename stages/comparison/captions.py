@@ -24,6 +24,7 @@ from stages.comparison.figures import (
     figure_10,
     figure_16,
     gait_animation,
+    tradeoff,
     twin_ladder,
     twin_pushes,
 )
@@ -145,6 +146,10 @@ def _twin_pushes(known: Compared) -> str:
     return f"{known.inputs['twin_pushes'].summary()}."
 
 
+def _tradeoff(known: Compared) -> str:
+    return f"Errors against a converged reference over the cost of a step: {known.inputs['tradeoff'].summary()}."
+
+
 #: Figure -> its title and its text, in the order in which a report shows them.
 CAPTIONS: dict[str, tuple[str, Callable[[Compared], str]]] = {
     gait_animation.NAME: ("The gait in three models", _gait),
@@ -159,6 +164,7 @@ CAPTIONS: dict[str, tuple[str, Callable[[Compared], str]]] = {
     twin_ladder.NAME: ("From the simple model to the twin", _twin_ladder),
     error_budget.NAME: ("Error budget", _error_budget),
     twin_pushes.NAME: ("Pushes to the side", _twin_pushes),
+    tradeoff.NAME: ("Speed against accuracy", _tradeoff),
 }
 
 

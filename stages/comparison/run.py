@@ -26,6 +26,7 @@ from stages.comparison.figures import (
     figure_16,
     gait_animation,
     style,
+    tradeoff,
     twin_ladder,
     twin_pushes,
 )
@@ -118,6 +119,7 @@ def draw_all(
             (error_budget.NAME, error_budget.draw(inputs["error_budget"])),
             (twin_ladder.NAME, twin_ladder.draw(inputs["twin_ladder"])),
             (twin_pushes.NAME, twin_pushes.draw(inputs["twin_pushes"])),
+            (tradeoff.NAME, tradeoff.draw(inputs["tradeoff"])),
             (
                 figure_16.NAME,
                 figure_16.draw(

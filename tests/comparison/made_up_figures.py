@@ -15,10 +15,13 @@ from stages.comparison.figures import (
     figure_08,
     figure_10,
     figure_16,
+    tradeoff,
     twin_ladder,
     twin_pushes,
 )
 from stages.comparison.stride import last_stride
+from stages.tradeoff.result import Errors, Reference, Row
+from stages.tradeoff.result import Result as Tradeoff
 from stages.twin.snapshots import Snapshots
 from stages.twin_ladder.result import COMPLETED, RungGait
 from stages.twin_ladder.result import Result as Ladder
@@ -64,6 +67,21 @@ def pushes():
     return Pushes((walk("side", 0.1, "completed"), walk("side", 0.2, "fell"), walk("spin", 1.0, "fell")))
 
 
+def ways():
+    """Two made-up ways of one model: errors fall with cost; one has no multiplier and one does not walk."""
+    nan = float("nan")
+
+    def row(way, mark, error, cost, outcome="completed"):
+        errors = Errors(error, error, nan if way == "coarse" else error, 1e3 * error)
+        return Row("model", way, f"cost {cost}", mark, outcome, errors, cost, nan, nan)
+
+    small = Errors(1e-12, 1e-12, 1e-12, 1e-12)
+    reference = Reference("model", "fine", 0.48, 0.64, 500.0, "second", small, "other", small)
+    rows = (row("fine", "default", 1e-9, 400.0), row("fine", "", 1e-6, 200.0), row("coarse", "paper", 1e-5, 900.0),
+            row("coarse", "", 1e-3, 100.0), row("coarse", "", nan, nan, "fell"))  # fmt: skip
+    return Tradeoff(4, (reference,), rows)
+
+
 def figures(factor=1.0):
     """How to draw each figure, by name; all data times a factor."""
 
@@ -83,6 +101,7 @@ def figures(factor=1.0):
         figure_10.NAME: lambda: figure_10.draw(other, times(poses(other))),
         figure_16.NAME: lambda: figure_16.draw(strides, make_agreement("synthetic"), stride, last_stride(other, 101)),
         error_budget.NAME: lambda: error_budget.draw(make_budget()),
+        tradeoff.NAME: lambda: tradeoff.draw(times(ways())),
         twin_ladder.NAME: lambda: twin_ladder.draw(times(ladder())),
         twin_pushes.NAME: lambda: twin_pushes.draw(times(pushes())),
     }

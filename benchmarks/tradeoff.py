@@ -1,0 +1,227 @@
+"""Speed against accuracy of all ways this study can walk, in clock time; keeps the tables that accuracy requests read.
+
+    python -m benchmarks.tradeoff            measures (some minutes), writes pipeline/accuracy_table.json and the page
+    python -m benchmarks.tradeoff twin       measures one kind of model anew: constraint, penalty or twin
+    python -m benchmarks.tradeoff --page     writes docs/tradeoff.md and docs/tradeoff.png from the kept table alone
+
+Reads results/analytic.h5. Times are processor times of the integration alone, the best of a few, in yardsticks: one
+step of the compiled constraint model at 1e-10, timed between the ways so that it shares the machine's mood.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import datetime
+import importlib.metadata
+import json
+import math
+import platform
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from pipeline import artefact
+from pipeline.parameters import load
+from stages.analytic.poincare import poincare_map
+from stages.analytic.result import Result as Analytic
+from stages.comparison.figures import style, tradeoff
+from stages.tradeoff import constraint_ways
+from stages.tradeoff.parameters import Parameters
+from stages.tradeoff.plan import constraint_plans, penalty_plans, twin_plan
+from stages.tradeoff.result import ERRORS, Errors, Reference, Result, Row, cells, front, gain
+from stages.tradeoff.run import measure
+
+ROOT = Path(__file__).resolve().parent.parent
+KEPT, PAGE = ROOT / "pipeline/accuracy_table.json", ROOT / "docs/tradeoff.md"
+#: Rounds end when they have taken this much processor time [s].
+LONG = 0.4
+PACKAGES = ("exudyn", "numba", "numpy", "scipy")
+
+
+def spent(call: Callable[[], Any], rounds: int = 5) -> float:
+    """Processor time of the best round [s]; a call that takes long is made once."""
+    times: list[float] = []
+    while len(times) < rounds and sum(times) < LONG:
+        began = time.process_time()
+        call()
+        times.append(time.process_time() - began)
+    return min(times)
+
+
+#: The kinds of models, by the first word of their names.
+KINDS = {"constraint": constraint_plans, "penalty": penalty_plans, "twin": lambda *given: [twin_plan(*given)]}
+
+
+def measured(kind: str) -> dict[str, Any]:
+    """The full study of one kind of model with times, as plain values."""
+    wanted = {"tradeoff": Parameters}
+    parameters = load(ROOT / "params", ["tradeoff.resolution=full"], wanted, [Parameters])["tradeoff"]
+    path = ROOT / "results/analytic.h5"
+    analytic = artefact.decode(path.read_bytes(), Analytic, str(path))
+    steps = parameters.settings.walked_steps
+    at = constraint_ways.scene(parameters.biped, parameters.slope, None, analytic.mid_stance, steps)
+
+    def yardstick() -> float:
+        return spent(lambda: [poincare_map(at.walker, at.gait, 1e-10) for _ in range(50)], 5) / 50
+
+    references, rows, sticks = [], [], []
+    for plan in KINDS[kind](parameters, analytic):
+        reference, found = measure(plan)
+        references.append(dataclasses.asdict(reference))
+        for way, row in zip(plan.ways, found):
+            stick, seconds = yardstick(), math.nan
+            if row.completed:
+                seconds = spent(way.integrate) / steps
+            sticks.append(stick)
+            rows.append({**dataclasses.asdict(row), "seconds": seconds, "yardsticks": seconds / stick})
+            print(row.model, "|", row.way, "|", row.setting, f"| {seconds / stick:.1f}", flush=True)
+    stick = sorted(sticks)[len(sticks) // 2]
+    return {
+        "about": {kind: {**about(), "yardstick_s": stick}},
+        "yardstick": "one step of the compiled constraint model at tolerance 1e-10, without recording",
+        "walked_steps": steps,
+        "references": references,
+        "rows": rows,
+    }
+
+
+def about() -> dict[str, Any]:
+    """When, on what machine and with which versions."""
+    versions = {name: importlib.metadata.version(name) for name in PACKAGES}
+    return {"made": datetime.date.today().isoformat(), "machine": f"{platform.machine()}, {platform.system()}, {cpu()}",
+            "versions": {"python": platform.python_version(), **versions}}
+
+
+def merged(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
+    """The old table with the models of the new one in place of theirs, in the order of `KINDS`."""
+    kinds = set(new["about"])
+    kept = {**new, "about": {**old.get("about", {}), **new["about"]}}
+    for part in ("references", "rows"):
+        others = [item for item in old.get(part, ()) if item["model"].split()[0] not in kinds]
+        order = list(KINDS)
+        kept[part] = sorted(others + new[part], key=lambda item: order.index(item["model"].split()[0]))
+    return kept
+
+
+def cpu() -> str:
+    """The processor's name where the system tells it."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor() or "unknown processor"
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "unknown")
+
+
+def as_result(kept: dict[str, Any]) -> tuple[Result, list[float]]:
+    """The kept table as the stage's own result, and the times in yardsticks."""
+    names = {field.name for field in dataclasses.fields(Row)}
+
+    def errors(values: dict[str, Any]) -> Errors:
+        return Errors(**{name: math.nan if value is None else value for name, value in values.items()})
+
+    rows = []
+    for row in kept["rows"]:
+        values = {key: math.nan if value is None else value for key, value in row.items() if key in names}
+        rows.append(Row(**{**values, "errors": errors(row["errors"])}))
+    references = tuple(
+        Reference(**{**{key: math.nan if value is None else value for key, value in given.items()},
+                     "second_differs": errors(given["second_differs"]),
+                     "independent_differs": errors(given["independent_differs"])})
+        for given in kept["references"])
+    times = [math.nan if row["yardsticks"] is None else row["yardsticks"] for row in kept["rows"]]
+    return Result(kept["walked_steps"], references, tuple(rows)), times
+
+
+def advice(row: Row, on_front: bool, best: Row | None) -> str:
+    """What a user should do with a setting, in one sentence, from its numbers alone."""
+    if not row.completed:
+        return "Do not use it: it does not walk to the end."
+    if on_front:
+        return f"Choose it for a hip within {row.errors.hip_position:.0e} m: nothing measured is cheaper at this error."
+    if best is None:
+        return "Nothing measured is as accurate and cheaper, but its peak or cost ties with a neighbour."
+    return f"Rather take {best.way}, {best.setting}: more accurate at less time."
+
+
+def better(row: Row, cost: float, others: list[tuple[Row, float]]) -> Row | None:
+    """The cheapest row of the same model that is at least as accurate at the hip for no more time."""
+    found = [(spent, other) for other, spent in others if other is not row and other.completed and spent <= cost
+             and other.errors.hip_position <= row.errors.hip_position]
+    return min(found, key=lambda pair: pair[0])[1] if found else None
+
+
+def page(kept: dict[str, Any]) -> str:
+    """docs/tradeoff.md."""
+    result, times = as_result(kept)
+    lines = ["# Speed against accuracy", "", "Generated by `python -m benchmarks.tradeoff`:", ""]
+    for kind, said in kept["about"].items():
+        versions = ", ".join(f"{name} {version}" for name, version in said["versions"].items())
+        lines.append(f"- {kind}: {said['made']}; {said['machine']}; {versions}; a yardstick took "
+                     f"{1e6 * said['yardstick_s']:.0f} us")
+    lines += [
+        "", f"All ways of a model walk {kept['walked_steps']} steps from one mid-stance. Time is processor time of",
+        f"the integration of one step, in yardsticks: {kept['yardstick']}. Evaluations are of the",
+        "rates; those by which the compiled way locates events are not counted, its time holds them. An implicit step",
+        "of the joints counts one, whatever its Newton iterations take: compare those by time. A dash: not measured.",
+        "", "![Work and precision](tradeoff.png)", "", "## What the errors are taken against", "",
+        "| model | reference | hip [m] | period [s] | multiplier [1] | peak force [N] |", "|---|---|---|---|---|---|"]
+    for model in result.references:
+        lines.append(f"| {model.model} | {model.way}; against {model.second} | "
+                     f"{' | '.join(cells(model.second_differs))} |")
+        lines.append(f"| | against {model.independent} | {' | '.join(cells(model.independent_differs))} |")
+    lines += ["", "## The paper's settings", ""]
+    for model in result.references:
+        ratio = gain(result.rows, model.model, times)
+        counted = gain(result.rows, model.model, [row.evaluations for row in result.rows])
+        if math.isfinite(ratio):
+            lines.append(f"- {model.model}: at the hip error of the paper's setting, this study's default way takes "
+                         f"1/{ratio:.1f} of the time and 1/{counted:.2f} of the evaluations.")
+    lines += [
+        "", "What stands for the paper: SciPy's RK23 and BDF at 1e-7, relatives of the ode23 and ode15s it names, on",
+        "this study's compiled rates but called from Python; for Adams' GSTIFF at 1e-6, which Exudyn has no like of,",
+        "implicit steps by phase on bodies and joints. The first ratio of time holds the cost of calls from Python,",
+        "the ratio of evaluations does not."]
+    for model in result.references:
+        pairs = [(row, cost) for row, cost in zip(result.rows, times) if row.model == model.model]
+        chosen = front([row for row, _ in pairs], [cost for _, cost in pairs], ERRORS[0])
+        lines += ["", f"## {model.model[0].upper()}{model.model[1:]}", "",
+                  "| way | setting | | hip [m] | period [s] | multiplier [1] | peak force [N] | evaluations | time | |",
+                  "|---|---|---|---|---|---|---|---|---|---|"]
+        for index, (row, cost) in enumerate(pairs):
+            said = advice(row, index in chosen, better(row, cost, pairs))
+            lines.append(f"| {row.way} | {row.setting} | {row.mark} | {' | '.join(cells(row.errors))} | "
+                         f"{row.evaluations:.0f} | {cost:.3g} | {said} |")
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Measure unless only the page is wanted; write table, page and figure."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("kinds", nargs="*", choices=[*KINDS, []], help="kinds of models to measure (default: all)")
+    parser.add_argument("--page", action="store_true", help="only write the page from the kept table")
+    given = parser.parse_args()
+    for kind in () if given.page else given.kinds or KINDS:
+        new = finite(measured(kind))
+        old = json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else {}
+        KEPT.write_text(json.dumps(merged(old, new), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    kept = json.loads(KEPT.read_text(encoding="utf-8"))
+    PAGE.write_text(page(kept), encoding="utf-8")
+    with style.drawing():
+        result, times = as_result(kept)
+        figure = tradeoff.draw(result, times, "time of a step [yardsticks]")
+        PAGE.with_suffix(".png").write_bytes(style.pictures("x", figure, 200)["figures/x.png"])
+
+
+def finite(value: Any) -> Any:
+    """The same with None for what is not a number, which JSON does not know."""
+    if isinstance(value, dict):
+        return {key: finite(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+if __name__ == "__main__":
+    main()

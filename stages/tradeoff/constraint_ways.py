@@ -1,0 +1,131 @@
+"""Ways to walk the constraint model: compiled code and SciPy's integrators, rolling or with limited friction."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from stages.analytic.errors import StepFailed
+from stages.analytic.flow import DOUBLE_STANCE, SINGLE_STANCE
+from stages.analytic.poincare import fixed_point, multipliers_of, poincare_derivative, poincare_map
+from stages.analytic.recording import Segment, is_last, record, states_at
+from stages.analytic.sampling import accelerations_and_forces, sample_walk
+from stages.analytic.step import section_coordinates, section_state
+from stages.analytic.succession import succeed
+from stages.analytic.walker import Vector, Walker, build_walker
+from stages.biped.design import Biped
+from stages.biped.gait import StanceState
+from stages.ground.friction_coefficients import Friction
+from stages.ground.slope import Slope
+from stages.tradeoff.scipy_walk import Rates, compiled_rates, walk_by_scipy
+from stages.tradeoff.way import GRID_HZ, Walked, Way, WayFailed
+
+ROLLING, COULOMB = "constraint model, rolling", "constraint model, coulomb"
+#: Points a phase at which its force is looked at for the peak.
+PEAK_POINTS = 400
+#: Steps of the differences that give SciPy's multipliers: lengths change by less than the springs' deflection.
+DIFFERENCE = np.array([3e-5, 3e-6, 3e-6, 3e-5, 3e-5])
+SETTLING_STEPS = 12
+
+
+@dataclass(frozen=True)
+class Scene:
+    """The walker, the mid-stance all walk from (8,), the gait's section coordinates, and the number of steps."""
+
+    model: str
+    walker: Walker
+    upright: Vector
+    gait: Vector
+    steps: int
+
+
+def scene(biped: Biped, slope: Slope, friction: Friction | None, upright: StanceState, steps: int) -> Scene:
+    """The scene of one kind of trailing foot; its gait is found by walking on from the mid-stance given.
+
+    Raises WayFailed if no gait is found.
+    """
+    walker = build_walker(biped, slope, friction)
+    y = np.array(list(vars(upright).values())) / walker.scales()
+    try:
+        after = record(walker, y, SETTLING_STEPS, 1e-12, SINGLE_STANCE)[-1].end
+        succeed(SINGLE_STANCE, after, walker.p)
+        point = fixed_point(walker, section_coordinates(False, after, walker.p), 1e-14)
+    except StepFailed as reason:
+        raise WayFailed(str(reason)) from None
+    if point is None:
+        raise WayFailed("Newton's method finds no gait next to the mid-stance given")
+    return Scene(ROLLING if friction is None else COULOMB, walker, y, point.z, steps)
+
+
+def compiled_way(at: Scene, tolerance: float, mark: str = "") -> Way:
+    """The compiled integrator of order 8 at a tolerance, with exact multipliers."""
+
+    def integrate() -> list[Segment]:
+        return record(at.walker, at.upright, at.steps, tolerance, SINGLE_STANCE)
+
+    def walk() -> Walked:
+        try:
+            segments = integrate()
+            step = poincare_map(at.walker, at.gait, tolerance)
+        except StepFailed as reason:
+            raise WayFailed(str(reason)) from None
+        return measured(at.walker, segments, step.evaluations)
+
+    def multiplier() -> float:
+        _, derivative = poincare_derivative(at.walker, at.gait, tolerance)
+        return float(np.abs(multipliers_of(derivative))[0])
+
+    return Way(at.model, "compiled", {"tolerance": tolerance}, integrate, walk, multiplier, mark)
+
+
+def scipy_way(
+    at: Scene, name: str, methods: Mapping[int, str], tolerance: float, rates: Rates = compiled_rates, mark: str = ""
+) -> Way:
+    """SciPy's integrators at a tolerance, multipliers by central differences; none with limited friction."""
+    walk_from = partial(walk_by_scipy, at.walker, methods=methods, tolerance=tolerance, rates=rates)
+
+    def integrate() -> tuple[list[Segment], Vector, int]:
+        return walk_from(at.upright, at.steps)
+
+    def walk() -> Walked:
+        segments, _, evaluations = integrate()
+        return measured(at.walker, segments, evaluations / at.steps)
+
+    def step(z: Vector) -> Vector:
+        _, end, _ = walk_from(section_state(False, z, at.walker.p), 1, phase=None)
+        return np.asarray(section_coordinates(False, end, at.walker.p))
+
+    def multiplier() -> float:
+        columns = [(step(at.gait + change) - step(at.gait - change)) / (2 * change.sum())
+                   for change in np.diag(DIFFERENCE)]
+        return float(np.abs(multipliers_of(np.column_stack(columns)))[0])
+
+    return Way(at.model, name, {"tolerance": tolerance}, integrate, walk, multiplier if at.walker.rolls else None, mark)
+
+
+def everywhere(method: str) -> dict[int, str]:
+    """One method of SciPy for all phases."""
+    return {SINGLE_STANCE: method, DOUBLE_STANCE: method}
+
+
+def measured(walker: Walker, segments: list[Segment], cost: float) -> Walked:
+    """What is compared of a walk."""
+    walk = sample_walk(walker, segments, GRID_HZ)
+    strikes = walk.heel_strike_time
+    return Walked(walk.hip_position[: int(strikes[-1] * GRID_HZ)], float(strikes[-1]), float(strikes[-1] - strikes[-2]),
+                  peak_force(walker, segments), float(cost))
+
+
+def peak_force(walker: Walker, segments: list[Segment]) -> float:
+    """Largest normal force on a foot [N], looked for at even times of every phase."""
+    peaks = []
+    for segment in segments:
+        if is_last(segment) and segment is segments[0]:
+            continue
+        times = np.linspace(0.0, segment.duration, PEAK_POINTS)
+        states = states_at(segment.phase, segment.times, segment.states, times, walker.p)
+        peaks.append(accelerations_and_forces(segment.phase, states, walker.p)[:, [5, 7]].max())
+    return float(max(peaks) * walker.force)

@@ -1,0 +1,39 @@
+"""Settings of the study of speed against accuracy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stages.analytic.parameters import Settings as ConstraintSettings
+from stages.biped.design import Biped
+from stages.biped.quantity import Bound, parameter
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+from stages.multibody.parameters import Settings as PlanarSettings
+from stages.twin.parameters import Settings as TwinSettings
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How much is measured."""
+
+    FILE: ClassVar[str] = "tradeoff"
+
+    resolution: str = parameter(
+        "-", "coarse: some settings of each way; full: all of them, with the penalty model's multipliers",
+        choices=("coarse", "full"))
+    walked_steps: int = parameter("1", "steps over which errors are taken", bound=Bound(minimum=2, maximum=20))
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """All parameters the stage uses; the settings of the three models say which way is their default."""
+
+    biped: Biped
+    slope: Slope
+    contact: ContactLaw
+    constraint: ConstraintSettings
+    planar: PlanarSettings
+    twin: TwinSettings
+    settings: Settings

@@ -1,0 +1,130 @@
+"""Which ways are measured: for each model a reference, a second one nearly as tight, an independent one, and the rest.
+
+The paper's own settings are RK23 and BDF (MATLAB's ode23 and ode15s) at 1e-7 for the constraint model, and for the
+multibody model a variable-order implicit solver at 1e-6 with finer steps around heel strike (section 3.5). Exudyn has
+no such solver; implicit steps by phase on bodies and joints stand in for it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from stages.analytic.flow import DOUBLE_STANCE, SINGLE_STANCE
+from stages.tradeoff import constraint_ways, penalty_ways, twin_ways
+from stages.tradeoff.parameters import Parameters
+from stages.tradeoff.scipy_walk import readable_rates
+from stages.tradeoff.way import Way
+from stages.twin.connectors import ConnectorTree
+
+PAPER, DEFAULT = "paper", "default"
+TRAPEZOIDAL, ALPHA = "trapezoidal", "generalized_alpha"
+LOOSE_STEP = 2e-3
+
+
+@dataclass(frozen=True)
+class Plan:
+    """One model's ways. The reference is shown converged by `second` (same way) and `independent` (another way)."""
+
+    reference: Way
+    second: Way
+    independent: Way | None
+    ways: tuple[Way, ...]
+
+
+def plans(parameters: Parameters, analytic: Any) -> Iterator[Plan]:
+    """All plans; `analytic` gives the mid-stance and the force of its first sample. Raises WayFailed."""
+    yield from constraint_plans(parameters, analytic)
+    yield from penalty_plans(parameters, analytic)
+    yield twin_plan(parameters, analytic)
+
+
+def constraint_plans(parameters: Parameters, analytic: Any) -> Iterator[Plan]:
+    """Rolling trailing foot, then limited friction."""
+    full, steps = parameters.settings.resolution == "full", parameters.settings.walked_steps
+    usual = parameters.constraint.tolerance
+    tolerances = sorted({usual, *(10.0**-n for n in range(3, 14))}, reverse=True)
+    for friction in (None, parameters.contact.coefficients):
+        at = constraint_ways.scene(parameters.biped, parameters.slope, friction, analytic.mid_stance, steps)
+        compiled = [constraint_ways.compiled_way(at, value, DEFAULT if value == usual else "") for value in tolerances]
+        dop = constraint_ways.everywhere("DOP853")
+        if friction is None:
+            independent = constraint_ways.scipy_way(at, "readable, SciPy DOP853", dop, 1e-12 if full else 1e-10,
+                                                    readable_rates)
+            compiled += scipy_ways(at, full)
+        else:
+            independent = constraint_ways.scipy_way(at, "SciPy DOP853", dop, 1e-12)
+        tight = [constraint_ways.compiled_way(at, value) for value in (1e-14, 1e-13)]
+        yield Plan(tight[0], tight[1], independent, tuple(compiled))
+
+
+def scipy_ways(at: constraint_ways.Scene, full: bool) -> list[Way]:
+    """SciPy's methods on the compiled terms, the paper's pair of methods, and the readable path."""
+    wanted = {
+        "DOP853": (1e-4, 1e-6, 1e-8, 1e-10, 1e-12) if full else (1e-6, 1e-8),
+        "RK45": (1e-4, 1e-6, 1e-8, 1e-10) if full else (1e-6,),
+        "Radau": (1e-4, 1e-6, 1e-8) if full else (),
+        "LSODA": (1e-6, 1e-8, 1e-10) if full else (),
+    }
+    ways = [constraint_ways.scipy_way(at, f"SciPy {method}", constraint_ways.everywhere(method), value)
+            for method, values in wanted.items() for value in values]
+    for value in (1e-4, 1e-5, 1e-6, 1e-7, 1e-8) if full else (1e-7,):
+        methods = {SINGLE_STANCE: "RK23", DOUBLE_STANCE: "BDF"}
+        ways.append(constraint_ways.scipy_way(at, "SciPy RK23 and BDF", methods, value,
+                                              mark=PAPER if value == 1e-7 else ""))
+    for value in (1e-6, 1e-8, 1e-10) if full else ():
+        dop = constraint_ways.everywhere("DOP853")
+        ways.append(constraint_ways.scipy_way(at, "readable, SciPy DOP853", dop, value, readable_rates))
+    return ways
+
+
+def penalty_plans(parameters: Parameters, analytic: Any) -> Iterator[Plan]:
+    """The study's ground with all ways; in full other grounds as well, with the tree."""
+    full, steps = parameters.settings.resolution == "full", parameters.settings.walked_steps
+    force = float(analytic.walk.ground_reaction[0, 0, 1])
+    settings, ground = parameters.planar, parameters.contact
+    start = parameters.biped, parameters.slope
+    at = penalty_ways.scene(penalty_ways.PENALTY, *start, ground, settings, analytic.mid_stance, force, steps)
+    tree, joints = penalty_ways.tree_way, penalty_ways.joints_way
+    by_phase = joints(at, TRAPEZOIDAL, 2e-4, 1e-5, multiplier=full, mark=PAPER)
+    ways = [tree(at, 10.0**-n, LOOSE_STEP, multiplier=full) for n in (range(3, 10) if full else (3, 4, 6, 8))]
+    ways += [tree(at, settings.tolerance, settings.largest_step, multiplier=full, mark=DEFAULT), by_phase]
+    if full:
+        ways += [tree(at, 1e-3, 5e-3, multiplier=True), tree(at, 1e-4, 5e-4, multiplier=True)]
+        ways += [joints(at, TRAPEZOIDAL, 4e-4, 1e-5, multiplier=True),
+                 joints(at, TRAPEZOIDAL, 1e-4, 5e-6, multiplier=True),
+                 joints(at, ALPHA, 2e-4, 1e-5), joints(at, ALPHA, 1e-4, 5e-6)]
+    tight = [tree(at, value, 1e-3, multiplier=full) for value in ((1e-11, 1e-10) if full else (1e-10, 1e-9))]
+    independent = joints(at, TRAPEZOIDAL, 1e-4, 5e-6) if full else by_phase
+    yield Plan(tight[0], tight[1], independent, tuple(ways))
+    if not full:
+        return
+    for name, change in (
+        ("k_c / 10", {"contact_stiffness": ground.contact_stiffness / 10}),
+        ("k_c x 10", {"contact_stiffness": ground.contact_stiffness * 10}),
+        ("restitution", {"normal_force": "restitution"}),
+    ):
+        other = dataclasses.replace(ground, **change)
+        model = f"{penalty_ways.PENALTY}, {name}"
+        at = penalty_ways.scene(model, *start, other, settings, analytic.mid_stance, force, steps)
+        yield Plan(tree(at, 1e-10, LOOSE_STEP), tree(at, 1e-9, LOOSE_STEP), None,
+                   tuple(tree(at, value, LOOSE_STEP) for value in (1e-4, 1e-6, 1e-8)))
+
+
+def twin_plan(parameters: Parameters, analytic: Any) -> Plan:
+    """The twin; independent is a ground of Exudyn's own connectors, on the same solver: there is no other for it."""
+    full, settings = parameters.settings.resolution == "full", parameters.twin
+    force = float(analytic.walk.ground_reaction[0, 0, 1])
+    at = twin_ways.scene(parameters.biped, parameters.slope, parameters.contact, settings, analytic.mid_stance, force,
+                         parameters.settings.walked_steps)
+    way = twin_ways.twin_way
+    usual = settings.tolerance, settings.largest_step
+    chosen = {(10.0**-n, LOOSE_STEP) for n in (range(4, 10) if full else (4,))} | {usual}
+    ways = [way(at, *pair, mark=f"{PAPER}, {DEFAULT}" if pair == usual == (1e-6, LOOSE_STEP) else
+                DEFAULT if pair == usual else "") for pair in sorted(chosen, reverse=True)]
+    if full:
+        ways.append(way(at, 1e-4, 5e-3))
+    tight = [way(at, value, LOOSE_STEP) for value in ((1e-10, 1e-9) if full else (1e-8, 1e-7))]
+    return Plan(tight[0], tight[1], way(at, 1e-8 if full else 1e-7, LOOSE_STEP, ConnectorTree), tuple(ways))

@@ -1,0 +1,72 @@
+"""Ways to walk the spatial twin: one solver at several tolerances, its ground compiled or made of connectors."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+from stages.biped.design import Biped
+from stages.biped.gait import StanceState
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+from stages.tradeoff.penalty_ways import STAGES
+from stages.tradeoff.way import Walked, Way, WayFailed, grid
+from stages.twin.contact import X, Y
+from stages.twin.events import find_events
+from stages.twin.machine import Machine, build
+from stages.twin.parameters import Settings
+from stages.twin.record import Record
+from stages.twin.signals import sample
+from stages.twin.simulate import Start, rolling_start, simulate_twin
+from stages.twin.tree import SpatialTree
+
+TWIN = "twin"
+COMPILED, CONNECTORS = "Exudyn tree in space, DOPRI5", "Exudyn tree in space, DOPRI5, eight connectors"
+
+
+@dataclass(frozen=True)
+class Scene:
+    """The machine on its ground, its mid-stance, and how far it walks."""
+
+    machine: Machine
+    biped: Biped
+    slope: Slope
+    contact: ContactLaw
+    settings: Settings
+    start: Start
+    steps: int
+
+
+def scene(biped: Biped, slope: Slope, contact: ContactLaw, settings: Settings, stance: StanceState, force: float,
+          steps: int) -> Scene:
+    """The twin's scene. Raises ValueError if its parts do not add up to the design."""
+    machine = build(biped, settings)
+    start = rolling_start(machine, contact, stance, force)
+    return Scene(machine, biped, slope, contact, settings, start, steps)
+
+
+def twin_way(at: Scene, tolerance: float, largest_step: float, kind: type[SpatialTree] = SpatialTree,
+             mark: str = "") -> Way:
+    """The twin at one tolerance and largest step [s]."""
+    settings = dataclasses.replace(at.settings, tolerance=tolerance, largest_step=largest_step)
+    built: list[Any] = []
+
+    def integrate() -> Record:
+        if not built:
+            built.append(kind(at.machine, at.slope, at.contact))
+        return simulate_twin(at.machine, at.slope, at.contact, at.start, settings, steps=at.steps, tree=built[0])
+
+    def walk() -> Walked:
+        record = integrate()
+        if not record.completed:
+            raise WayFailed(record.reason or record.outcome)
+        strikes = find_events(record, at.machine.feet).heel_strike_time
+        hip = record.at(grid(float(record.time[-1])))[0][:, [X, Y]]
+        force = sample(record, at.machine, at.biped, at.slope, at.contact, record.time, settings.hip_socket,
+                       settings.foot_socket).walk.ground_reaction
+        cost = STAGES * (len(record.time) - 1) / at.steps
+        return Walked(hip, float(strikes[-1]), float(strikes[-1] - strikes[-2]), float(force[:, :, 1].max()), cost)
+
+    name = COMPILED if kind is SpatialTree else CONNECTORS
+    return Way(TWIN, name, {"tolerance": tolerance, "largest_step": largest_step}, integrate, walk, None, mark)

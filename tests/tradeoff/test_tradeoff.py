@@ -1,0 +1,109 @@
+"""Orders of convergence, references that other integrators confirm, fronts, and the kept tables against a rerun."""
+
+import dataclasses
+import json
+import math
+
+import pytest
+
+from stages.tradeoff import penalty_ways, twin_ways
+from stages.tradeoff.plan import constraint_plans
+from stages.tradeoff.result import Errors, Row, cost_at, front, gain
+from stages.tradeoff.run import measure, row_of
+from stages.tradeoff.way import WayFailed
+
+NAN = math.nan
+#: A rerun may differ by this factor: errors of adaptive steps change with the last bits, as on another machine.
+FACTOR = 5.0
+
+
+@pytest.fixture(scope="session")
+def kept(repository):
+    return json.loads((repository / "pipeline/accuracy_table.json").read_text())
+
+
+@pytest.fixture(scope="session")
+def constraint(parameters, analytic):
+    return [measure(plan) for plan in constraint_plans(parameters, analytic)]
+
+
+def test_references_are_confirmed_by_an_integrator_that_shares_no_step_and_no_event_search(constraint):
+    for reference, rows in constraint:
+        assert all(row.completed for row in rows)
+        assert reference.second_differs.hip_position < 1e-12
+        assert reference.independent_differs.hip_position < 1e-9, "1e-10 relative tolerance over four steps"
+        assert reference.independent_differs.period < 1e-10
+    assert constraint[0][0].independent_differs.multiplier < 1e-5, "central differences"
+    assert constraint[0][0].period == pytest.approx(constraint[1][0].period, rel=0.01)
+    assert constraint[0][0].period != constraint[1][0].period
+
+
+def test_errors_of_the_compiled_way_fall_with_its_order(constraint):
+    """Order 8: ten times the tolerance is 10^(1/8) of the step, so the error falls about with the tolerance."""
+    for _, rows in constraint:
+        compiled = {row.tolerance: row for row in rows if row.way == "compiled"}
+        loose, tight = compiled[1e-4], compiled[1e-12]
+        for name in ("hip_position", "period", "multiplier"):
+            fall = math.log10(getattr(loose.errors, name) / getattr(tight.errors, name))
+            assert 5.5 < fall < 10.0, name
+        growth = math.log10(tight.evaluations / loose.evaluations)
+        assert 0.4 < growth < 1.1, "8 decades cost about one decade at order 8"
+
+
+def test_a_rerun_does_not_contradict_the_kept_table(kept, parameters, analytic, constraint):
+    rows = [row for _, found in constraint for row in found] + penalty_and_twin_rows(parameters, analytic)
+    compared = 0
+    for row in rows:
+        then = next((old for old in kept["rows"] if (old["model"], old["way"], old["setting"])
+                     == (row.model, row.way, row.setting)), None)  # fmt: skip
+        if then is None:
+            continue
+        compared += 1
+        assert row.outcome == then["outcome"]
+        assert row.evaluations == pytest.approx(then["evaluations"], rel=0.05)
+        now, before = row.errors.hip_position, then["errors"]["hip_position"]
+        floor = 3e-9 if row.way != "compiled" else 1e-13  # what the references of a coarse rerun are good for
+        assert now <= FACTOR * before + floor and before <= FACTOR * now + floor, row
+    assert compared >= 25
+
+
+def penalty_and_twin_rows(parameters, analytic):
+    force = float(analytic.walk.ground_reaction[0, 0, 1])
+    start = parameters.biped, parameters.slope
+    at = penalty_ways.scene(penalty_ways.PENALTY, *start, parameters.contact, parameters.planar, analytic.mid_stance,
+                            force, 4)  # fmt: skip
+    twin = twin_ways.scene(*start, parameters.contact, parameters.twin, analytic.mid_stance, force, 4)
+    tree, space = penalty_ways.tree_way, twin_ways.twin_way
+    pairs = (
+        (tree(at, 1e-8, 2e-3), (tree(at, 1e-3, 2e-3), tree(at, 1e-4, 2e-3), tree(at, 1e-6, 2e-3))),
+        (space(twin, 1e-7, 2e-3), (space(twin, 1e-4, 2e-3),)),
+    )
+    return [row_of(way, truth, NAN) for best, ways in pairs for truth in (best.walk(),) for way in ways]
+
+
+def test_a_way_that_falls_is_a_row_with_the_reason(parameters, analytic):
+    slow = dataclasses.replace(analytic.mid_stance, stance_rate=0.1)
+    at = penalty_ways.scene("slow", parameters.biped, parameters.slope, parameters.contact, parameters.planar, slow,
+                            9.4, 2)  # fmt: skip
+    with pytest.raises(WayFailed):
+        penalty_ways.tree_way(at, 1e-5, 2e-3).walk()
+    row = row_of(penalty_ways.tree_way(at, 1e-5, 2e-3), None, NAN)
+    assert not row.completed and math.isnan(row.errors.hip_position)
+
+
+def made_up(way, mark, error, cost):
+    return Row("m", way, "", mark, "completed", Errors(error, NAN, NAN, NAN), cost, NAN, NAN)
+
+
+def test_the_front_holds_what_nothing_beats():
+    rows = [made_up("a", "", 1e-3, 1.0), made_up("a", "", 1e-2, 2.0), made_up("a", "", 1e-6, 3.0)]
+    assert front(rows, [1.0, 2.0, 3.0], "hip_position") == [0, 2]
+    assert front(rows, [1.0, 2.0, 3.0], "period") == []
+
+
+def test_the_gain_is_taken_at_the_papers_error():
+    rows = [made_up("ours", "default", 1e-8, 40.0), made_up("ours", "", 1e-4, 10.0)]
+    rows.append(made_up("theirs", "paper", 1e-6, 99.0))
+    assert gain(rows, "m", [row.evaluations for row in rows]) == pytest.approx(99.0 / 20.0), "half way in logarithms"
+    assert cost_at([(1e-8, 40.0), (1e-4, 10.0)], 1e-2) == 10.0
+    assert math.isnan(cost_at([(1e-8, 40.0)], 1e-9))
