@@ -44,7 +44,7 @@ coverage: $(TEST)
 FLOOR := .venv-floor/bin/python
 test-floor:
 	$(PYTHON) -m venv .venv-floor
-	sed -n 's/^    "\([a-z0-9-]*\)\(\[[a-z]*\]\)\{0,1\}>=\([0-9.]*\)",$$/\1==\3.*/p' pyproject.toml > .venv-floor/floor.txt
+	sed -n 's/^    "\([a-z0-9-]*\)\(\[[a-z]*\]\)\{0,1\}>=\([0-9.]*\)",.*/\1==\3.*/p' pyproject.toml > .venv-floor/floor.txt
 	$(FLOOR) -m pip --disable-pip-version-check --quiet install -c .venv-floor/floor.txt 'setuptools>=77' --editable '.[test]'
 	$(FLOOR) -m pytest -n 2
 
