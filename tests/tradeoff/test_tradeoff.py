@@ -82,7 +82,7 @@ def penalty_and_twin_rows(parameters, analytic):
 
 
 def test_a_way_that_falls_is_a_row_with_the_reason(parameters, analytic):
-    slow = dataclasses.replace(analytic.mid_stance, stance_rate=0.1)
+    slow = dataclasses.replace(analytic.mid_stance, stance_rate=-0.4, swing_rate=0.0)
     at = penalty_ways.scene("slow", parameters.biped, parameters.slope, parameters.contact, parameters.planar, slow,
                             9.4, 2)  # fmt: skip
     with pytest.raises(WayFailed):

@@ -68,6 +68,7 @@ def panel(axes: Axes, pairs: Sequence[tuple[Row, float]], ways: Sequence[str], e
     known = [cost for cost in costs if math.isfinite(cost)]
     if known and max(known) < NARROW * min(known):
         style.round_ticks(axes.xaxis)
+        axes.tick_params(axis="x", labelrotation=60)
     if best and max(values := [value(rows[i]) for i in best]) < NARROW * min(values):
         style.round_ticks(axes.yaxis)
     if not best:
