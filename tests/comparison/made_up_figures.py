@@ -100,7 +100,7 @@ def figures(factor=1.0):
         figure_08.NAME: lambda: figure_08.draw(analytic, other, 1.0, (3e-4, 5e-3)),
         figure_10.NAME: lambda: figure_10.draw(other, times(poses(other))),
         figure_16.NAME: lambda: figure_16.draw(strides, make_agreement("synthetic"), stride, last_stride(other, 101)),
-        error_budget.NAME: lambda: error_budget.draw(make_budget()),
+        error_budget.NAME: lambda: error_budget.draw(make_budget(factor=factor)),
         tradeoff.NAME: lambda: tradeoff.draw(times(ways())),
         twin_ladder.NAME: lambda: twin_ladder.draw(times(ladder())),
         twin_pushes.NAME: lambda: twin_pushes.draw(times(pushes())),
