@@ -14,6 +14,7 @@ from stages.biped.progress import Progress, ignore
 from stages.comparison import claims
 from stages.comparison.agreement import ModelAgreement, TwinAgreement, compare_models, compare_twin
 from stages.comparison.figures import (
+    extremes,
     figure_02,
     figure_04,
     figure_05,
@@ -110,6 +111,7 @@ def draw_all(
             (figure_10.NAME, figure_10.draw(twin.walk, twin.snapshots)),
             (twin_ladder.NAME, twin_ladder.draw(inputs["twin_ladder"])),
             (twin_pushes.NAME, twin_pushes.draw(inputs["twin_pushes"])),
+            (extremes.NAME, extremes.draw(inputs["extremes"])),
             (
                 figure_16.NAME,
                 figure_16.draw(

@@ -8,6 +8,7 @@ import pytest
 from made_up import DEFAULTS, make_agreement, make_study, make_walk
 
 from stages.comparison.figures import (
+    extremes,
     figure_02,
     figure_04,
     figure_05,
@@ -21,6 +22,7 @@ from stages.comparison.figures import (
     twin_pushes,
 )
 from stages.comparison.stride import last_stride
+from stages.extremes.result import Result as Extremes
 from stages.twin.snapshots import Snapshots
 from stages.twin_ladder.result import COMPLETED, RungGait
 from stages.twin_ladder.result import Result as Ladder
@@ -66,6 +68,15 @@ def pushes():
     return Pushes((walk("side", 0.1, "completed"), walk("side", 0.2, "fell"), walk("spin", 1.0, "fell")))
 
 
+def extreme_points():
+    """Every status once, on two made-up axes, one of them with a zero, and two draws."""
+    status = ("right", "inaccurate", "refused", "failed", "unconfirmed", "wrong", "crashed", "hung", "right", "failed")
+    count, none = len(status), ("",) * len(status)
+    axis = ("ground.gravity",) * 4 + ("biped.damping",) * 4 + ("all together",) * 2
+    value, number = np.array([1.0, 2.0, 3.0, 4.0, 0.0, 1.0, 10.0, 1e5, 0.0, 1.0]), np.full(count, 1e-6)
+    return Extremes("full", ("tree",) * count, axis, value, none, status, number, number, none, none)
+
+
 def figures():
     """Every figure of made-up walks, by name."""
     analytic, other = make_walk(), make_walk(period=0.51)
@@ -82,6 +93,7 @@ def figures():
         figure_16.NAME: lambda: figure_16.draw(strides, make_agreement("synthetic"), stride, last_stride(other, 101)),
         twin_ladder.NAME: lambda: twin_ladder.draw(ladder()),
         twin_pushes.NAME: lambda: twin_pushes.draw(pushes()),
+        extremes.NAME: lambda: extremes.draw(extreme_points()),
     }
 
 
