@@ -115,7 +115,8 @@ def similarity(factors: tuple[float, float, float]) -> float:
 if __name__ == "__main__":
     gait = find_gait(TABLE_1, SLOPE, 1e-12)
     for name, difference in precisions(*gait).items():
-        print(f"one step, {name} against extended precision ({np.finfo(np.longdouble).nmant + 1} bits): {difference:.1e}")
+        bits = np.finfo(np.longdouble).nmant + 1
+        print(f"one step, {name} against extended precision ({bits} bits): {difference:.1e}")
     from tests.analytic.designs import double_stance_states
 
     print(f"order of summation, accelerations: {orders_of_summation(gait[0], double_stance_states(gait[0], 50)):.1e}")
