@@ -138,7 +138,7 @@ def report() -> str:
     base = base.changed((("multibody.tolerance", 1e-7), ("twin.tolerance", 1e-7)))
     lines = [
         "# What a scene's elements cost\n",
-        "Made by `benchmarks/scene_cost.py`: two steps from the same mid-stance at tolerance 1e-7. Each row is measured",
+        "Made by `benchmarks/scene_cost.py`: two steps from the same mid-stance at tolerance 1e-7. A row is measured",
         "against the scene in brackets. Changes are of the second heel strike: its time and the hip's place.\n",
         f"Exudyn {version('exudyn')}, {datetime.date.today()}, on a machine busy with other work: times are ratios to",
         "read within a third; solver steps and bytes are exact.\n",
@@ -147,11 +147,12 @@ def report() -> str:
     ]
     for words, cost, against in scenes(base):
         held = cost.inventory
+        size = held.recorded_bytes
         early = "" if cost.outcome == against.outcome == "completed" else f" ({cost.outcome}, {against.outcome})"
         lines.append(
             f"| {words}{early} | {held.bodies} | {held.coordinates} | {held.contact_pairs} "
             f"| {cost.steps} ({cost.steps / against.steps:.2f} times) | {cost.seconds / against.seconds:.2f} times "
-            f"| {held.recorded_bytes / 1e3:.0f} kB ({held.recorded_bytes / against.inventory.recorded_bytes:.2f} times) "
+            f"| {size / 1e3:.0f} kB ({size / against.inventory.recorded_bytes:.2f} times) "
             f"| {1e3 * (cost.strike - against.strike):+.3f} ms | {1e3 * (cost.place - against.place):+.3f} mm |"
         )
     lines += ["\n| sampling, after the run | time | size |", "| --- | --- | --- |"]

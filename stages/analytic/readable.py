@@ -22,8 +22,14 @@ from stages.analytic.poincare import TIME_LIMIT_OF_A_PHASE, FixedPoint, Step
 from stages.analytic.step import section_coordinates, section_state
 from stages.analytic.walker import Vector, Walker
 
+#: Evaluations of the equations of motion after which a phase is given up, some hundred times those of a usual phase.
+MOST_EVALUATIONS = 100_000
 #: The scuffing foot leaves the ground again within this time [pendulum times] where a located strike is no strike.
 STRIDE_ON = 1e-6
+
+
+class TooSlow(StepFailed):
+    """SciPy needs more evaluations for a phase than it is granted."""
 
 
 @dataclass(frozen=True)
@@ -84,10 +90,16 @@ def integrate(
     walker: Walker, y: Vector, event: Callable[[float, Vector], float], both_feet: bool, tolerance: float,
     method: str = "DOP853",
 ) -> tuple[float, Vector]:
-    """Time and state when `event` falls through zero. Raises StepFailed if it does not in time."""
-    half = y.size // 2
+    """Time and state when `event` falls through zero. Raises StepFailed if it does not in time, TooSlow if that takes
+    too many evaluations.
+    """
+    half, evaluations = y.size // 2, 0
 
     def rates(_: float, state: Vector) -> Vector:
+        nonlocal evaluations
+        evaluations += 1
+        if evaluations > MOST_EVALUATIONS:
+            raise TooSlow(f"{method} needs more than {MOST_EVALUATIONS} evaluations for a phase")
         return np.concatenate([state[half:], accelerations(walker, state, both_feet)[0]])
 
     event.terminal, event.direction = True, -1  # type: ignore[attr-defined]
