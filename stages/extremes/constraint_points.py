@@ -14,12 +14,12 @@ from stages.analytic.gait_report import report_gait
 from stages.analytic.gait_search import find_gait
 from stages.analytic.poincare import FixedPoint, Step, fixed_point, poincare_derivative, poincare_map
 from stages.analytic.search_starts import lengths_after_heel_strike
-from stages.analytic.stiffness import axial_rates, fastest_rate
+from stages.analytic.stiffness import attainable_tolerance, axial_rates, fastest_rate
 from stages.analytic.walker import Vector, Walker, build_walker
 from stages.biped.design import Biped
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import COULOMB, MARCH, STEP, Point
-from stages.extremes.verdict import Finding, failed, judged, refused
+from stages.extremes.verdict import UNCONFIRMED, Finding, failed, judged, refused
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 
@@ -30,18 +30,24 @@ REFERENCE_TOLERANCE, TIGHTER = 1e-9, 1e-12
 EXPLICIT_RATE, RINGING = 150.0, 10.0
 
 
+class NoReference(Exception):
+    """The rerun that would confirm an answer ended early."""
+
+
 def evaluate(parameters: Parameters, point: Point) -> Finding:
     """The verdict on a gait, a step, or a walk of many steps."""
     here = parameters.changed(point.changes)
     if reason := here.refusal(SECTIONS):
         return refused(reason)
     limit = parameters.settings.right_within
-    if point.engine == STEP:
-        return one_step(parameters, here, limit)
-    if point.engine == MARCH:
-        return march(here, int(point.value), limit)
-    friction = here.friction if point.engine == COULOMB else None
-    return gait(here, friction, limit)
+    try:
+        if point.engine == STEP:
+            return one_step(parameters, here, limit)
+        if point.engine == MARCH:
+            return march(here, int(point.value), limit)
+        return gait(here, here.friction if point.engine == COULOMB else None, limit)
+    except NoReference as reason:
+        return Finding(UNCONFIRMED, reason=str(reason))
 
 
 def gait(here: Parameters, friction: Friction | None, limit: float) -> Finding:
@@ -76,8 +82,9 @@ def distance(point: FixedPoint, step: Step) -> float:
 def reference_step(walker: Walker, z: Vector) -> tuple[str, Step]:
     """Name of the reference and its step from `z`: SciPy on the readable equations where it can follow the legs.
 
-    Legs that ring fast and long, and limited friction, which the readable path does not know, are checked by a rerun
-    at a tighter tolerance; the energy audit then is what is independent.
+    Raises StepFailed if the reference finds no step, NoReference if the rerun does not. Legs that ring fast and long,
+    and limited friction, which the readable path does not know, are checked by a rerun at a tighter tolerance; the
+    energy audit then is what is independent.
     """
     rate = fastest_rate(walker)
     decay = 0.0 if walker.rigid else float(axial_rates(walker.p)[1])
@@ -85,7 +92,10 @@ def reference_step(walker: Walker, z: Vector) -> tuple[str, Step]:
         method = "DOP853" if rate <= EXPLICIT_RATE else "Radau"
         with suppress(readable.TooSlow):
             return f"readable, {method}", readable.take_step(walker, z, REFERENCE_TOLERANCE, method)
-    return "tighter tolerance", poincare_map(walker, z, TIGHTER)
+    try:
+        return "tighter tolerance", poincare_map(walker, z, attainable_tolerance(walker, TIGHTER))
+    except StepFailed as reason:
+        raise NoReference(f"the rerun: {reason}") from None
 
 
 @lru_cache(maxsize=64)
