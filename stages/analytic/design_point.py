@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from stages.analytic.walker import Walker, build_walker
 from stages.biped.design import Biped
-from stages.biped.quantity import Bound
+from stages.biped.quantity import Bound, faults
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 
@@ -51,13 +51,7 @@ class DesignPoint:
 
     def is_legal(self) -> bool:
         """Whether every value lies in its bounds and all rules hold."""
-        fields = [(owner, field) for owner in (self.biped, self.slope) for field in dataclasses.fields(owner)]
-        inside = all(
-            field.metadata["bound"].holds(getattr(owner, field.name))
-            for owner, field in fields
-            if field.type == "float"
-        )
-        return inside and not list(self.biped.broken_rules())
+        return not any(True for owner in (self.biped, self.slope) for _ in faults(owner))
 
     def _field(self, name: str) -> dataclasses.Field[float]:
         owner, key = self._owner(name)

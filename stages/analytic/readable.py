@@ -22,8 +22,14 @@ from stages.analytic.poincare import TIME_LIMIT_OF_A_PHASE, FixedPoint, Step
 from stages.analytic.step import section_coordinates, section_state
 from stages.analytic.walker import Vector, Walker
 
+#: Evaluations of the equations of motion after which a phase is given up, some hundred times those of a usual phase.
+MOST_EVALUATIONS = 100_000
 #: The scuffing foot leaves the ground again within this time [pendulum times] where a located strike is no strike.
 STRIDE_ON = 1e-6
+
+
+class TooSlow(StepFailed):
+    """SciPy needs more evaluations for a phase than it is granted."""
 
 
 @dataclass(frozen=True)
@@ -81,35 +87,43 @@ def advance(walker: Walker, y: Vector) -> float:
 
 
 def integrate(
-    walker: Walker, y: Vector, event: Callable[[float, Vector], float], both_feet: bool, tolerance: float
+    walker: Walker, y: Vector, event: Callable[[float, Vector], float], both_feet: bool, tolerance: float,
+    method: str = "DOP853",
 ) -> tuple[float, Vector]:
-    """Time and state when `event` falls through zero. Raises StepFailed if it does not in time."""
-    half = y.size // 2
+    """Time and state when `event` falls through zero. Raises StepFailed if it does not in time, TooSlow if that takes
+    too many evaluations.
+    """
+    half, evaluations = y.size // 2, 0
 
     def rates(_: float, state: Vector) -> Vector:
+        nonlocal evaluations
+        evaluations += 1
+        if evaluations > MOST_EVALUATIONS:
+            raise TooSlow(f"{method} needs more than {MOST_EVALUATIONS} evaluations for a phase")
         return np.concatenate([state[half:], accelerations(walker, state, both_feet)[0]])
 
     event.terminal, event.direction = True, -1  # type: ignore[attr-defined]
     solution: Any = solve_ivp(
-        rates, (0.0, TIME_LIMIT_OF_A_PHASE), y, method="DOP853", rtol=max(tolerance, 3e-14), atol=tolerance,
+        rates, (0.0, TIME_LIMIT_OF_A_PHASE), y, method=method, rtol=max(tolerance, 3e-14), atol=tolerance,
         events=event, max_step=0.1)
     if not solution.t_events[0].size:
         raise StepFailed("the phase does not end")
     return float(solution.t_events[0][0]), solution.y_events[0][0]
 
 
-def double_stance(walker: Walker, y: Vector, tolerance: float) -> tuple[float, Vector]:
+def double_stance(walker: Walker, y: Vector, tolerance: float, method: str = "DOP853") -> tuple[float, Vector]:
     """From heel strike to toe-off, where the trailing foot's normal force falls to zero."""
     if accelerations(walker, y, True)[1][0] <= 0:
         return 0.0, y
-    return integrate(walker, y, lambda _, state: float(accelerations(walker, state, True)[1][0]), True, tolerance)
+    return integrate(
+        walker, y, lambda _, state: float(accelerations(walker, state, True)[1][0]), True, tolerance, method)
 
 
-def single_stance(walker: Walker, y: Vector, tolerance: float) -> tuple[float, Vector]:
+def single_stance(walker: Walker, y: Vector, tolerance: float, method: str = "DOP853") -> tuple[float, Vector]:
     """From toe-off to heel strike: clearance falls through zero ahead of the stance foot; behind it, it is scuffing."""
     time = 0.0
     while True:
-        more, y = integrate(walker, y, lambda _, state: clearance(walker, state), False, tolerance)
+        more, y = integrate(walker, y, lambda _, state: clearance(walker, state), False, tolerance, method)
         time += more
         if advance(walker, y) > 0:
             return time, y
@@ -132,13 +146,16 @@ def heel_strike(walker: Walker, y: Vector) -> Vector:
     return np.array([-y[2], y[3], -y[0], y[1], -qd[2], qd[3], -qd[0], qd[1]])
 
 
-def take_step(walker: Walker, z: Vector, tolerance: float) -> Step:
-    """Image of section coordinates `z` after one step, like `poincare_map`. Raises StepFailed if there is none."""
+def take_step(walker: Walker, z: Vector, tolerance: float, method: str = "DOP853") -> Step:
+    """Image of section coordinates `z` after one step, like `poincare_map`. Raises StepFailed if there is none.
+
+    `method` is one of `scipy.integrate.solve_ivp`; stiff legs ask for "Radau".
+    """
     y = section_state(walker.rigid, np.asarray(z, dtype=float), walker.p)
     double = 0.0
     if not walker.rigid:
-        double, y = double_stance(walker, y, tolerance)
-    single, y = single_stance(walker, y, tolerance)
+        double, y = double_stance(walker, y, tolerance, method)
+    single, y = single_stance(walker, y, tolerance, method)
     y = heel_strike(walker, y)
     return Step(section_coordinates(walker.rigid, y, walker.p), y, double + single, double, 0)
 

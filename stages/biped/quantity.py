@@ -7,6 +7,7 @@ and everything that shows a number (error messages, HDF5 attributes, axis labels
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,6 +42,21 @@ class Broken:
 
     key: str
     allowed: str
+
+
+def faults(section: Any) -> Iterator[Broken]:
+    """What is wrong with an instance of a parameter class: values out of bounds or not among the choices, then rules.
+
+    For sections made in code; those read from files are checked where they are read.
+    """
+    for field in dataclasses.fields(section):
+        value, bound, choices = getattr(section, field.name), field.metadata["bound"], field.metadata["choices"]
+        if isinstance(value, (int, float)) and not isinstance(value, bool) and not bound.holds(value):
+            yield Broken(field.name, str(bound))
+        if choices and value not in choices:
+            yield Broken(field.name, " or ".join(choices))
+    if hasattr(section, "broken_rules"):
+        yield from section.broken_rules()
 
 
 def parameter(

@@ -15,6 +15,7 @@ import numpy as np
 from stages.comparison.agreement import ModelAgreement, TwinAgreement
 from stages.comparison.figures import (
     error_budget,
+    extremes,
     figure_02,
     figure_04,
     figure_05,
@@ -150,6 +151,10 @@ def _tradeoff(known: Compared) -> str:
     return f"Errors against a converged reference over the cost of a step: {known.inputs['tradeoff'].summary()}."
 
 
+def _extremes(known: Compared) -> str:
+    return f"What every model answers far from the usual parameters: {known.inputs['extremes'].summary()}."
+
+
 #: Figure -> its title and its text, in the order in which a report shows them.
 CAPTIONS: dict[str, tuple[str, Callable[[Compared], str]]] = {
     gait_animation.NAME: ("The gait in three models", _gait),
@@ -165,6 +170,7 @@ CAPTIONS: dict[str, tuple[str, Callable[[Compared], str]]] = {
     error_budget.NAME: ("Error budget", _error_budget),
     twin_pushes.NAME: ("Pushes to the side", _twin_pushes),
     tradeoff.NAME: ("Speed against accuracy", _tradeoff),
+    extremes.NAME: ("The extremes", _extremes),
 }
 
 

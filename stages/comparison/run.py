@@ -16,6 +16,7 @@ from stages.comparison import captions, claims
 from stages.comparison.agreement import ModelAgreement, TwinAgreement, compare_models, compare_twin
 from stages.comparison.figures import (
     error_budget,
+    extremes,
     figure_02,
     figure_04,
     figure_05,
@@ -120,6 +121,7 @@ def draw_all(
             (twin_ladder.NAME, twin_ladder.draw(inputs["twin_ladder"])),
             (twin_pushes.NAME, twin_pushes.draw(inputs["twin_pushes"])),
             (tradeoff.NAME, tradeoff.draw(inputs["tradeoff"])),
+            (extremes.NAME, extremes.draw(inputs["extremes"])),
             (
                 figure_16.NAME,
                 figure_16.draw(

@@ -9,6 +9,7 @@ import numpy as np
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.multibody.energy import EnergyBalance
+from stages.multibody.inventory import Inventory
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,7 @@ class Result:
     energy: EnergyBalance = quantity("1", "energy balance over the last whole step")
     friction_variations: tuple[FrictionVariation, ...] = quantity("-", "settled gait at other transition velocities")
     facts: Facts = quantity("1", "how the run was made")
+    inventory: Inventory = quantity("-", "what the scene held, counted in the assembled system")
 
     def summary(self) -> str:
         """One line of what was found."""

@@ -13,13 +13,14 @@ from stages.ground.blocks import lanes
 from stages.multibody.cycle import settled_cycle
 from stages.multibody.energy import EnergyBalance, energy_balance
 from stages.multibody.friction_study import vary_friction
+from stages.multibody.inventory import take_inventory
 from stages.multibody.parameters import Parameters, Settings
 from stages.multibody.quiet_exudyn import exudyn
 from stages.multibody.result import Facts, Result
 from stages.multibody.solver import Run
 from stages.multibody.state import rolling_state
 from stages.multibody.trajectory import foot_kinematics
-from stages.multibody.walk import sample, simulate
+from stages.multibody.walk import build, sample, simulate
 
 
 def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
@@ -34,7 +35,9 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
     state = rolling_state(biped, contact, analytic.mid_stance, standing_force)
     progress(0.0, f"walking {settings.steps} steps in Exudyn ({settings.assembly})")
     blocks = lanes(analytic.gait.step_length_m, settings.block_length) if settings.scene == "blocks" else None
-    walked = simulate(biped, slope, contact, state, settings, lanes=blocks)
+    assembly = build(biped, slope, contact, settings, blocks)
+    walked = simulate(biped, slope, contact, state, settings, lanes=blocks, assembly=assembly)
+    inventory = take_inventory(assembly.mbs)
     progress(0.8, "sampling the walk")
     walk = sample(walked.trajectory, slope, biped.foot_radius, settings.sampling_rate_hz)
     penetration, slip = contact_signals(walked, walk, biped.foot_radius)
@@ -49,6 +52,7 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
         energy=_last_step_energy(walked, walk, parameters),
         friction_variations=vary_friction(biped, slope, contact, state, settings),
         facts=_facts(walked, settings),
+        inventory=inventory,
     )
 
 

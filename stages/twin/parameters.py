@@ -50,6 +50,12 @@ class Settings:
     )
     materials: tuple[Material, ...] = parameter("-", "densities")
     parts: tuple[Part, ...] = parameter("-", "bill of parts")
+    most_solver_steps: int = parameter(
+        "1",
+        "solver steps without a heel strike after which the solver is stuck",
+        bound=Bound(minimum=1000, maximum=10**7),
+        default=500_000,
+    )
 
     def broken_rules(self) -> Iterator[Broken]:
         """Places are points and lanes do not overlap."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
+from stages.multibody.inventory import Inventory
 from stages.twin.energy import EnergyBalance
 from stages.twin.settling import Settling
 from stages.twin.signals import Signals
@@ -55,6 +56,7 @@ class Result:
     parts: tuple[PartRow, ...] = quantity("-", "bill of parts")
     sums: tuple[SumRow, ...] = quantity("-", "sums of the bill beside Table 1")
     solver_steps: int = quantity("1", "number of solver steps")
+    inventory: Inventory = quantity("-", "what the scene held, counted in the assembled system")
 
     @property
     def walk(self) -> Walk:

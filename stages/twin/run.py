@@ -10,6 +10,7 @@ import numpy as np
 from stages.biped.progress import Progress, ignore
 from stages.biped.sampling_times import refined_times
 from stages.biped.walk import Walk
+from stages.multibody.inventory import take_inventory
 from stages.twin.energy import EnergyBalance, energy_balance
 from stages.twin.events import find_events
 from stages.twin.machine import build
@@ -23,6 +24,7 @@ from stages.twin.signals import sample
 from stages.twin.simulate import rolling_start, simulate_twin
 from stages.twin.snapshots import snapshots
 from stages.twin.table_one import sums
+from stages.twin.tree import SpatialTree
 
 #: Poses kept for the figure: this many, evenly over the last two strides.
 POSES = 13
@@ -41,7 +43,8 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
     start = rolling_start(machine, contact, analytic.mid_stance, float(analytic.walk.ground_reaction[0, 0, 1]))
     ramp = lay_blocks(settings, analytic.gait.step_length_m) if settings.scene == "ramp" else None
     progress(0.0, f"walking {settings.steps} steps in space")
-    record = simulate_twin(machine, slope, contact, start, settings, ramp=ramp)
+    tree = SpatialTree(machine, slope, contact)
+    record = simulate_twin(machine, slope, contact, start, settings, ramp=ramp, tree=tree)
     progress(0.8, "sampling the walk")
     times = refined_times(
         float(record.time[-1]), settings.sampling_rate_hz, find_events(record, machine.feet).heel_strike_time
@@ -61,6 +64,7 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
         parts=tuple(part_row(part) for part in settings.parts),
         sums=tuple(SumRow(what, found, wanted) for what, found, wanted in sums(settings.parts, biped)),
         solver_steps=len(record.time) - 1,
+        inventory=take_inventory(tree.mbs, len(tree.feet)),
     )
 
 

@@ -100,6 +100,7 @@ def simulate_twin(
     standing = list(start.in_play)
     common = machine_tree, wanted_steps, settings.longest_step, standing, standing.copy(), int(not standing[0])
     watch = Watch(*common) if ramp is None else RampWatch(*common, ramp=ramp)
+    watch.most_calls = settings.most_solver_steps
     machine_tree.mbs.SetPreStepUserFunction(watch)
     limit = settings.longest_step * (wanted_steps + 2)
     began = clock.perf_counter()

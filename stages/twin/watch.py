@@ -24,7 +24,8 @@ TOPPLED = 0.5
 class Watch:
     """Exudyn's pre-step function; `outcome` tells why the run ended, `reason` in which way.
 
-    `in_play` and `landed` (2,) tell which pairs stand at the start, `last_landed` which of them landed last.
+    `in_play` and `landed` (2,) tell which pairs stand at the start, `last_landed` which of them landed last. After
+    `most_calls` solver steps without a heel strike the solver is stuck.
     """
 
     tree: SpatialTree
@@ -40,13 +41,17 @@ class Watch:
     last_heel_strike: float = 0.0
     previous: float = -1.0
     stuck: int = 0
+    most_calls: int = 500_000
+    calls: int = 0
 
     def __call__(self, mbs: object, time: float) -> bool:
         """Watch the state before a solver step; False ends the run."""
+        self.calls += 1
         self.stuck = self.stuck + 1 if time == self.previous else 0
         self.previous = time
-        if self.stuck > STUCK:
-            self._end(STEP_FLOOR, "the solver's step became too small")
+        if self.stuck > STUCK or self.calls > self.most_calls:
+            many = f"the solver took {self.most_calls} steps without a heel strike"
+            self._end(STEP_FLOOR, "the solver's step became too small" if self.stuck > STUCK else many)
             raise RuntimeError(self.reason)  # an explicit solver ignores False here
         q = self.tree.position()
         if not math.isfinite(float(q.sum())):
@@ -86,6 +91,7 @@ class Watch:
     def _land(self, time: float, pair: int) -> None:
         self.landed[pair] = True
         self.heel_strikes += 1
+        self.calls = 0
         self.last_heel_strike, self.last_landed = time, pair
 
     def _rate(self, pair: int) -> float:

@@ -96,15 +96,12 @@ def make_study(hip: float = 2e-3, chosen: float = 2e-4, ground_is_choice: bool =
     )  # fmt: skip
 
 
-def make_budget(integration: float = 1e-8, factor: float = 1.0) -> Budget:
-    """Contributions of round sizes [m] with their rates, the rest 2 % of the total, times a factor.
-
-    `integration` in metres.
-    """
+def make_budget(integration: float = 1e-8) -> Budget:
+    """Contributions of round sizes [m] with their rates, the rest 2 % of the total; `integration` in metres."""
     time = np.linspace(0.0, 0.48, 101)
     sizes = {SLIP: 3e-4, CREEP: -5e-4, COMPLIANCE: 1e-4, UNEXPLAINED: -2e-6}
     shape = np.column_stack([time, 0.1 * time, 1.0 + time, 0.1 - time])
-    split = Split(np.array([factor * sizes.get(effect, 0.0) * shape for effect in EFFECTS]), np.abs(time - 0.24) > 0.01)
+    split = Split(np.array([sizes.get(effect, 0.0) * shape for effect in EFFECTS]), np.abs(time - 0.24) > 0.01)
     step = StepBudget(time, split, split, np.full((2, 4), integration))
     scalars = np.zeros((len(EFFECTS), 4))
     return Budget("completed", step, CycleBudget(time / 0.48, split, scalars, np.array([0.48, 0.16, 0.64, -0.61])))

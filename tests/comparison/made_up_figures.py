@@ -7,6 +7,7 @@ from made_up import DEFAULTS, make_agreement, make_budget, make_study, make_walk
 
 from stages.comparison.figures import (
     error_budget,
+    extremes,
     figure_02,
     figure_04,
     figure_05,
@@ -20,6 +21,7 @@ from stages.comparison.figures import (
     twin_pushes,
 )
 from stages.comparison.stride import last_stride
+from stages.extremes.result import Result as Extremes
 from stages.tradeoff.result import Errors, Reference, Row
 from stages.tradeoff.result import Result as Tradeoff
 from stages.twin.snapshots import Snapshots
@@ -82,6 +84,15 @@ def ways():
     return Tradeoff(4, (reference,), rows)
 
 
+def extreme_points():
+    """Every status once, on two made-up axes, one of them with a zero, and two draws."""
+    status = ("right", "inaccurate", "refused", "failed", "unconfirmed", "wrong", "crashed", "hung", "right", "failed")
+    count, none = len(status), ("",) * len(status)
+    axis = ("ground.gravity",) * 4 + ("biped.damping",) * 4 + ("all together",) * 2
+    value, number = np.array([1.0, 2.0, 3.0, 4.0, 0.0, 1.0, 10.0, 1e5, 0.0, 1.0]), np.full(count, 1e-6)
+    return Extremes("full", ("tree",) * count, axis, value, none, status, number, number, none, none)
+
+
 def figures(factor=1.0):
     """How to draw each figure, by name; all data times a factor."""
 
@@ -100,7 +111,8 @@ def figures(factor=1.0):
         figure_08.NAME: lambda: figure_08.draw(analytic, other, 1.0, (3e-4, 5e-3)),
         figure_10.NAME: lambda: figure_10.draw(other, times(poses(other))),
         figure_16.NAME: lambda: figure_16.draw(strides, make_agreement("synthetic"), stride, last_stride(other, 101)),
-        error_budget.NAME: lambda: error_budget.draw(make_budget(factor=factor)),
+        error_budget.NAME: lambda: error_budget.draw(times(make_budget())),
+        extremes.NAME: lambda: extremes.draw(times(extreme_points())),
         tradeoff.NAME: lambda: tradeoff.draw(times(ways())),
         twin_ladder.NAME: lambda: twin_ladder.draw(times(ladder())),
         twin_pushes.NAME: lambda: twin_pushes.draw(times(pushes())),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 from made_up import DEFAULTS, make_agreement, make_budget, make_study
-from made_up_figures import figures, ladder, pushes, ways
+from made_up_figures import extreme_points, figures, ladder, pushes, ways
 
 from stages.comparison import captions
 from stages.comparison.figures import gait_animation
@@ -32,6 +32,7 @@ def compared(origin="synthetic", frequency=2.0718):
         "twin_ladder": ladder(),
         "twin_pushes": pushes(),
         "tradeoff": ways(),
+        "extremes": extreme_points(),
     }
     settings = SimpleNamespace(position_limit=3e-4, velocity_limit=5e-3)
     parameters = SimpleNamespace(contact=DEFAULTS, slope=SimpleNamespace(angle=np.radians(2.0)), settings=settings)

@@ -1,0 +1,139 @@
+"""The constraint model at a point, beside its readable path: another integrator on equations solved another way."""
+
+from __future__ import annotations
+
+import dataclasses
+from contextlib import suppress
+from functools import lru_cache
+
+import numpy as np
+
+from stages.analytic import readable
+from stages.analytic.errors import NoGait, StepFailed
+from stages.analytic.gait_report import report_gait
+from stages.analytic.gait_search import find_gait
+from stages.analytic.poincare import FixedPoint, Step, fixed_point, poincare_derivative, poincare_map
+from stages.analytic.search_starts import lengths_after_heel_strike
+from stages.analytic.stiffness import attainable_tolerance, axial_rates, fastest_rate
+from stages.analytic.walker import Vector, Walker, build_walker
+from stages.biped.design import Biped
+from stages.extremes.parameters import Parameters
+from stages.extremes.points import COULOMB, MARCH, STEP, Point
+from stages.extremes.verdict import UNCONFIRMED, Finding, failed, judged, refused
+from stages.ground.friction_coefficients import Friction
+from stages.ground.slope import Slope
+
+SECTIONS = ("biped", "slope", "friction", "analytic")
+REFERENCE_TOLERANCE, TIGHTER = 1e-9, 1e-12
+#: Axial rate, in 1 / pendulum time, up to which the explicit reference is quick; beyond, it is implicit, if the motion
+#: decays within so many of its radians.
+EXPLICIT_RATE, RINGING = 150.0, 10.0
+
+
+class NoReference(Exception):
+    """The rerun that would confirm an answer ended early."""
+
+
+def evaluate(parameters: Parameters, point: Point) -> Finding:
+    """The verdict on a gait, a step, or a walk of many steps."""
+    here = parameters.changed(point.changes)
+    if reason := here.refusal(SECTIONS):
+        return refused(reason)
+    limit = parameters.settings.right_within
+    try:
+        if point.engine == STEP:
+            return one_step(parameters, here, limit)
+        if point.engine == MARCH:
+            return march(here, int(point.value), limit)
+        return gait(here, here.friction if point.engine == COULOMB else None, limit)
+    except NoReference as reason:
+        return Finding(UNCONFIRMED, reason=str(reason))
+
+
+def gait(here: Parameters, friction: Friction | None, limit: float) -> Finding:
+    """The gait a user is given: its distance, by Newton's correction, from the fixed point of the reference's map."""
+    tolerance = here.analytic.tolerance
+    try:
+        walker, point = find_gait(here.biped, here.slope, tolerance, friction)
+    except NoGait as reason:
+        return refused(str(reason))
+    try:
+        audit = abs(report_gait(walker, point, tolerance).energy.residual)
+    except StepFailed as reason:
+        return failed(f"the gait is found but not recorded: {reason}")
+    try:
+        reference, step = reference_step(walker, point.z)
+    except StepFailed as reason:
+        return judged(np.inf, audit, tolerance, limit, f"the reference finds no step: {reason}")
+    return judged(distance(point, step), audit, tolerance, limit, reference)
+
+
+def distance(point: FixedPoint, step: Step) -> float:
+    """How far a gait is from the fixed point of another map, and its period from that map's, to first order.
+
+    Of a section with columns of zeros (a trailing foot at rest) only the moving coordinates count.
+    """
+    gap = step.z - point.z
+    matrix = np.eye(gap.size) - point.monodromy_matrix
+    correction = np.linalg.lstsq(matrix, gap, rcond=None)[0]
+    return float(max(np.abs(correction).max(), abs(step.period - point.steps[0].period)))
+
+
+def reference_step(walker: Walker, z: Vector) -> tuple[str, Step]:
+    """Name of the reference and its step from `z`: SciPy on the readable equations where it can follow the legs.
+
+    Raises StepFailed if the reference finds no step, NoReference if the rerun does not. Legs that ring fast and long,
+    and limited friction, which the readable path does not know, are checked by a rerun at a tighter tolerance; the
+    energy audit then is what is independent.
+    """
+    rate = fastest_rate(walker)
+    decay = 0.0 if walker.rigid else float(axial_rates(walker.p)[1])
+    if walker.rolls and (rate <= EXPLICIT_RATE or decay * RINGING >= rate):
+        method = "DOP853" if rate <= EXPLICIT_RATE else "Radau"
+        with suppress(readable.TooSlow):
+            return f"readable, {method}", readable.take_step(walker, z, REFERENCE_TOLERANCE, method)
+    try:
+        return "tighter tolerance", poincare_map(walker, z, attainable_tolerance(walker, TIGHTER))
+    except StepFailed as reason:
+        raise NoReference(f"the rerun: {reason}") from None
+
+
+@lru_cache(maxsize=64)
+def usual_gait(biped: Biped, slope: Slope, friction: Friction | None = None) -> tuple[Walker, FixedPoint]:
+    """A design's gait at a tight tolerance. Raises NoGait."""
+    return find_gait(biped, slope, 1e-10, friction)
+
+
+def one_step(usual: Parameters, here: Parameters, limit: float) -> Finding:
+    """One step of a design from where the usual design's step starts, its legs loaded as this one's are."""
+    walker = build_walker(here.biped, here.slope)
+    z = usual_gait(usual.biped, usual.slope)[1].z.copy()
+    z[1:3] = lengths_after_heel_strike(walker)
+    try:
+        step = poincare_map(walker, z, here.analytic.tolerance)
+    except StepFailed as reason:
+        return failed(str(reason))
+    try:
+        reference, other = reference_step(walker, z)
+    except StepFailed as reason:
+        return judged(np.inf, np.nan, here.analytic.tolerance, limit, f"the reference finds no step: {reason}")
+    error = float(max(np.abs(step.z - other.z).max(), abs(step.period - other.period)))
+    return judged(error, np.nan, here.analytic.tolerance, limit, reference)
+
+
+def march(here: Parameters, steps: int, limit: float) -> Finding:
+    """Many steps in a row from the gait: the largest distance from it, over which a drift would grow."""
+    tolerance = here.analytic.tolerance
+    walker, point = usual_gait(here.biped, here.slope)
+    if tolerance > 1e-10:
+        point = fixed_point(walker, point.z, tolerance) or point
+    z, farthest = point.z, 0.0
+    for number in range(steps):
+        try:
+            z = poincare_map(walker, z, tolerance).z
+        except StepFailed as reason:
+            return failed(f"step {number + 1}: {reason}")
+        farthest = max(farthest, float(np.abs(z - point.z).max()))
+    change = float(np.abs(poincare_derivative(walker, z, tolerance)[0].z - z).max())
+    finding = judged(farthest, np.nan, tolerance, limit, "the gait it started from")
+    return dataclasses.replace(finding, reason=f"the last step moves it by {change:.1e}")

@@ -1,0 +1,83 @@
+"""Settings of the extremes."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from stages.analytic.parameters import Settings as AnalyticSettings
+from stages.biped.design import Biped
+from stages.biped.quantity import Bound, faults, parameter
+from stages.ground.contact_law import ContactLaw
+from stages.ground.friction_coefficients import Friction
+from stages.ground.slope import Slope
+from stages.multibody.parameters import Settings as MultibodySettings
+from stages.twin.parameters import Parameters as TwinParameters
+from stages.twin.parameters import Settings as TwinSettings
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How many points there are, when an answer is right, and when a run is given up."""
+
+    FILE: ClassVar[str] = "extremes"
+
+    resolution: str = parameter("-", "points: some, or the whole map", choices=("coarse", "full"))
+    processes: int = parameter("1", "processes that compute side by side", bound=Bound(minimum=1, maximum=256))
+    right_within: float = parameter(
+        "1", "largest error of a right answer, in leg lengths and pendulum times", bound=Bound(above=0, maximum=0.1)
+    )
+    penalty_tolerance: float = parameter(
+        "1", "tolerance of multibody and twin where it is not varied", bound=Bound(minimum=1e-9, maximum=1e-4)
+    )
+    most_solver_steps: int = parameter(
+        "1", "solver steps of multibody and twin without a heel strike after which a run is given up",
+        bound=Bound(minimum=1000, maximum=10**7),
+    )  # fmt: skip
+    longest_s: float = parameter(
+        "s", "time on the clock after which a point counts as hung", bound=Bound(minimum=10, maximum=1e5)
+    )
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """All parameters the stage uses: those of every engine, which the points depart from."""
+
+    biped: Biped
+    slope: Slope
+    friction: Friction
+    contact: ContactLaw
+    analytic: AnalyticSettings
+    multibody: MultibodySettings
+    twin: TwinSettings
+    settings: Settings
+
+    def changed(self, changes: Iterator[tuple[str, Any]] | tuple[tuple[str, Any], ...]) -> Parameters:
+        """With values changed by their names in the parameter files, as "ground.gravity"; nothing is checked.
+
+        Raises KeyError for a name no section has.
+        """
+        sections = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        for name, value in changes:
+            file, _, key = name.partition(".")
+            owners = [field for field, section in sections.items() if file == section.FILE and hasattr(section, key)]
+            if not owners:
+                raise KeyError(name)
+            for owner in owners:
+                sections[owner] = dataclasses.replace(sections[owner], **{key: value})
+        return Parameters(**sections)
+
+    def refusal(self, names: tuple[str, ...]) -> str:
+        """Why these sections would be refused, as the files' check says it; empty if they would not."""
+        for name in names:
+            section = getattr(self, name)
+            for broken in faults(section):
+                value = getattr(section, broken.key)
+                shown = f"{value:g}" if isinstance(value, (int, float)) else value
+                return f"{section.FILE}.{broken.key} = {shown} is not allowed; allowed: {broken.allowed}"
+        if "twin" in names:
+            for broken in TwinParameters(self.biped, self.slope, self.contact, self.twin).broken_rules():
+                return f"{broken.key} is not allowed; allowed: {broken.allowed}"
+        return ""

@@ -1,0 +1,186 @@
+"""The penalty models at a point: one step from the constraint model's mid-stance, beside a reference run of it."""
+
+from __future__ import annotations
+
+import dataclasses
+from functools import lru_cache
+
+import numpy as np
+
+from stages.analytic.errors import NoGait, StepFailed
+from stages.analytic.flow import SINGLE_STANCE
+from stages.analytic.recording import crossing_state, record
+from stages.analytic.sampling import sample_walk
+from stages.biped.design import Biped
+from stages.biped.gait import StanceState
+from stages.biped.walk import Walk
+from stages.extremes.constraint_points import usual_gait
+from stages.extremes.parameters import Parameters
+from stages.extremes.points import JOINTS, LIMIT, TWIN, Point
+from stages.extremes.verdict import FAILED, UNCONFIRMED, WRONG, Finding, judged, refused
+from stages.ground.contact_law import ContactLaw
+from stages.ground.friction_coefficients import Friction
+from stages.ground.slope import Slope
+from stages.multibody.energy import energy_balance
+from stages.multibody.solver import Run
+from stages.multibody.state import rolling_state
+from stages.multibody.walk import simulate
+from stages.twin.energy import energy_balance as spatial_energy_balance
+from stages.twin.machine import Machine, build
+from stages.twin.record import Record
+from stages.twin.simulate import rolling_start, simulate_twin
+
+PLANAR, SPATIAL = ("biped", "slope", "contact", "multibody"), ("biped", "slope", "contact", "twin")
+#: The reference's tolerance is tighter by this; what is the tightest tolerance Exudyn's explicit solver goes with.
+TIGHTER, TIGHTEST = 1e-2, 1e-11
+#: Points in time at which two runs are compared, and time left out around heel strike for the rigid limit [s].
+GRID, IMPACT = 400, 5e-3
+
+
+@dataclasses.dataclass(frozen=True)
+class Answer:
+    """A step of a penalty model: how it ended, hip x and y on a grid of time, and its energy balance's residual."""
+
+    completed: bool
+    outcome: str
+    time: np.ndarray
+    hip: np.ndarray
+    audit: float
+
+
+def evaluate(parameters: Parameters, point: Point) -> Finding:
+    """The verdict on one step of a penalty model."""
+    settings = parameters.settings
+    base = parameters.changed(
+        (
+            ("multibody.tolerance", settings.penalty_tolerance),
+            ("twin.tolerance", settings.penalty_tolerance),
+            ("multibody.most_solver_steps", settings.most_solver_steps),
+            ("twin.most_solver_steps", settings.most_solver_steps),
+            ("multibody.assembly", "joints" if point.engine == JOINTS else "tree"),
+        )
+    )
+    here = base.changed(point.changes)
+    spatial = point.engine == TWIN
+    if spatial and {"biped.hip_mass", "biped.foot_mass"} & dict(point.changes).keys():
+        here = here.changed((("twin.inertia", "planar"),))  # the bill of parts has Table 1's masses
+    if reason := here.refusal(SPATIAL if spatial else PLANAR):
+        return refused(reason)
+    try:
+        if point.engine == LIMIT:
+            return rigid_limit(here, point.value, settings.right_within)
+        stance, force = mid_stance(here.biped, here.slope)
+    except (NoGait, StepFailed) as reason:
+        return refused(f"no gait to start from: {reason}")
+    answer = answer_of(here, spatial, stance, force)
+    if point.engine == JOINTS:
+        other = base.changed((*point.changes, ("multibody.assembly", "tree"), ("multibody.tolerance", 1e-9)))
+        tolerance, reference = np.nan, "tree, tolerance 1e-9"
+    else:
+        tolerance = here.twin.tolerance if spatial else here.multibody.tolerance
+        tighter = max(TIGHTEST, tolerance * TIGHTER)
+        file = "twin" if spatial else "multibody"
+        other = here.changed(((f"{file}.tolerance", tighter), (f"{file}.largest_step", 5e-4)))
+        reference = f"tolerance {tighter:.0e}, energy"
+    if not answer.completed and "gets nowhere" in answer.outcome:
+        return Finding(FAILED, reason=answer.outcome)
+    checked = answer_of(other, spatial, stance, force)
+    return compared(answer, checked, here.biped, tolerance, settings.right_within, reference)
+
+
+def compared(
+    answer: Answer, other: Answer, biped: Biped, tolerance: float, limit: float, reference: str
+) -> Finding:
+    """Verdict on an answer beside its reference; without tolerance (NaN) nothing is asked for."""
+    if not answer.completed:
+        if other.completed and not (tolerance > limit or np.isnan(tolerance)):
+            return Finding(WRONG, reference=reference, reason=f"{answer.outcome}, but not in the reference")
+        said = "; the reference walks" if other.completed else ""
+        return Finding(FAILED, reference=reference, reason=answer.outcome + said)
+    if not other.completed:
+        return Finding(UNCONFIRMED, audit=answer.audit, reference=reference, reason=f"the reference: {other.outcome}")
+    end = min(answer.time[-1], other.time[-1])
+    times = np.linspace(0.0, end, GRID)
+    gap = [np.interp(times, one.time, one.hip[:, i]) for one in (answer, other) for i in (0, 1)]
+    error = max(np.abs(gap[0] - gap[2]).max(), np.abs(gap[1] - gap[3]).max()) / biped.leg_length
+    asked = 0.0 if np.isnan(tolerance) else tolerance / biped.leg_length
+    return judged(float(error), answer.audit, asked, limit, reference)
+
+
+def answer_of(here: Parameters, spatial: bool, stance: StanceState, force: float) -> Answer:
+    """One step, planar or spatial."""
+    if spatial:
+        machine = build(here.biped, here.twin)
+        start = rolling_start(machine, here.contact, stance, force)
+        record = simulate_twin(machine, here.slope, here.contact, start, here.twin, steps=1)
+        return spatial_answer(record, machine, here)
+    state = rolling_state(here.biped, here.contact, stance, force)
+    return planar_answer(simulate(here.biped, here.slope, here.contact, state, here.multibody, steps=1), here)
+
+
+def planar_answer(run: Run, here: Parameters) -> Answer:
+    """What is kept of a planar run."""
+    trajectory, audit = run.trajectory, np.nan
+    times = np.linspace(0.0, float(trajectory.time[-1]), 5 * GRID)
+    if run.completed:
+        audit = turnover(energy_balance(trajectory, here.biped, here.slope, here.contact, 0.0, float(times[-1])))
+    return Answer(run.completed, said(run.outcome, run.message), times, trajectory.at(times)[0][:, :2], audit)
+
+
+def spatial_answer(record: Record, machine: Machine, here: Parameters) -> Answer:
+    """What is kept of a twin's run."""
+    audit = np.nan
+    times = np.linspace(0.0, float(record.time[-1]), 5 * GRID)
+    if record.completed:
+        audit = turnover(spatial_energy_balance(record, machine, here.slope, here.contact, 0.0, float(times[-1])))
+    hip = record.at(times)[0][:, :2] if len(record.time) > 1 else np.zeros((len(times), 2))
+    return Answer(record.completed, said(record.outcome, record.reason), times, hip, audit)
+
+
+def said(outcome: str, message: str) -> str:
+    """How a run ended, without the time at which it did."""
+    words = f"{outcome}: {message}" if message and message != outcome else outcome
+    return "the solver gets nowhere within its steps" if outcome == "step floor" else words.split(" at t =")[0]
+
+
+def turnover(balance: object) -> float:
+    """Residual of an energy balance as a part of all the energy that changed hands, which is never zero."""
+    parts = dataclasses.asdict(balance)  # type: ignore[call-overload]
+    residual = abs(parts.pop("residual"))
+    return float(residual / max(sum(abs(part) for part in parts.values()), 1e-300))
+
+
+@lru_cache(maxsize=64)
+def mid_stance(biped: Biped, slope: Slope) -> tuple[StanceState, float]:
+    """The constraint model's mid-stance and the force on the standing foot there [N]. Raises NoGait or StepFailed."""
+    walk, _, stance = step_of(biped, slope, None)
+    return stance, float(walk.ground_reaction[0, 0, 1])
+
+
+def step_of(biped: Biped, slope: Slope, friction: Friction | None) -> tuple[Walk, float, StanceState]:
+    """The gait from one mid-stance to the one after the next, its period [s], and its state at the start."""
+    walker, point = usual_gait(biped, slope, friction)
+    upright = crossing_state(walker, point.z, 1e-10)
+    walk = sample_walk(walker, record(walker, upright, 2, 1e-10, SINGLE_STANCE), 2000.0)
+    return walk, point.steps[0].period * walker.time, walker.stance_state(upright)
+
+
+def rigid_limit(here: Parameters, factor: float, limit: float) -> Finding:
+    """The planar model with contact `factor` times as stiff, an impact as plastic as before and hardly any creep,
+    beside the constraint model with Coulomb friction, which is its limit."""
+    mu, law = here.contact.static_friction, here.contact
+    walk, period, stance = step_of(here.biped, here.slope, Friction(mu, mu))
+    scale = factor ** (1.0 / (law.contact_exponent + 1.0))
+    stiff = ContactLaw(factor * 1e5, law.contact_exponent, 1e4 * scale, 1e-4 / scale, mu, mu, 1e-3, 2e-3)
+    patient = dataclasses.replace(here.multibody, most_solver_steps=500_000)
+    state = rolling_state(here.biped, stiff, stance, float(walk.ground_reaction[0, 0, 1]))
+    run = simulate(here.biped, here.slope, stiff, state, patient, steps=1)
+    if not run.completed:
+        return Finding(FAILED, reason=said(run.outcome, run.message))
+    away = (walk.time <= period) & (np.abs(walk.time - walk.heel_strike_time[0]) > IMPACT)
+    hip = run.trajectory.at(walk.time[away])[0][:, :2]
+    error = float(np.abs(hip - walk.hip_position[away]).max() / here.biped.leg_length)
+    finding = judged(error, np.nan, limit, limit, "gait, coulomb: its rigid limit")
+    if error > limit:
+        return dataclasses.replace(finding, status="inaccurate", reason="softer than the limit, by its own stiffness")
+    return finding

@@ -1,0 +1,136 @@
+"""The points of the map: one parameter at a time for every model, and draws in which all vary together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stages.biped.design import Biped
+from stages.extremes.parameters import Parameters
+
+#: Models: the constraint model's gait with rolling and with Coulomb feet, one step of it, many steps of it in a row,
+#: the planar penalty model in both assemblies, as its contact stiffens, and the twin.
+GAIT, COULOMB, STEP, MARCH, TREE, JOINTS, LIMIT, TWIN = (
+    "gait", "gait, coulomb", "step", "steps in a row", "tree", "joints", "rigid limit", "twin")  # fmt: skip
+ENGINES = (GAIT, COULOMB, STEP, MARCH, TREE, JOINTS, LIMIT, TWIN)
+
+TOGETHER = "all together"
+MASS_RATIO, SIZE, LEG_LENGTH, FRICTION = "hip to foot mass", "size, similar", "leg length", "friction"
+SEED = 7
+
+
+@dataclass(frozen=True)
+class Point:
+    """What an engine is asked: the axis it lies on, its value there, and the parameters changed, by name."""
+
+    engine: str
+    axis: str
+    value: float
+    changes: tuple[tuple[str, Any], ...]
+
+
+def decades(low: float, high: float, count: int) -> list[float]:
+    """Values evenly spaced by ratio, to three digits; a single one is in the middle."""
+    if count == 1:
+        low = high = (low * high) ** 0.5
+    return [float(f"{value:.3g}") for value in np.geomspace(low, high, count)]
+
+
+#: Axis, lowest and highest value, further values, and the engines it is tried with.
+GROUND_FEET, SPRINGS = (TREE, JOINTS, TWIN), (GAIT, COULOMB, TREE, TWIN)
+AXES: tuple[tuple[str, float, float, tuple[float, ...], tuple[str, ...]], ...] = (
+    ("biped.stiffness", 1e2, 1e10, (), SPRINGS),
+    ("biped.damping", 1e-2, 1e5, (0.0,), SPRINGS),
+    ("ground.slope_deg", 0.1, 10.0, (0.0, 15.0, 20.0, 30.0, 45.0, 60.0, 80.0), SPRINGS),
+    ("ground.gravity", 1.62, 24.79, (3.71, 9.81), (GAIT, TREE, TWIN)),
+    (MASS_RATIO, 1e-4, 1e4, (), (GAIT, TREE, TWIN)),
+    (SIZE, 1e-3, 10.0, (), (GAIT, TREE)),
+    (LEG_LENGTH, 1e-3, 10.0, (), (GAIT, TREE)),
+    (FRICTION, 1e-2, 5.0, (0.0,), (COULOMB, *GROUND_FEET)),
+    ("ground.contact_stiffness", 1.0, 1e10, (), GROUND_FEET),
+    ("ground.contact_exponent", 1.0, 5.0, (1.5, 2.2), GROUND_FEET),
+    ("ground.contact_damping", 1.0, 1e7, (0.0,), GROUND_FEET),
+    ("ground.damping_depth", 1e-7, 1e-1, (), (TREE, TWIN)),
+    ("ground.stiction_velocity", 1e-6, 1.0, (), GROUND_FEET),
+    ("analytic.tolerance", 1e-14, 1e-2, (), (GAIT, STEP)),
+    ("multibody.tolerance", 1e-14, 1e-2, (), (TREE,)),
+    ("multibody.largest_step", 1e-5, 1e-1, (), (TREE,)),
+    ("multibody.impact_step", 1e-6, 1e-4, (), (JOINTS,)),
+    ("multibody.rolling_step", 1e-5, 1e-1, (), (JOINTS,)),
+    ("twin.tolerance", 1e-14, 1e-2, (), (TWIN,)),
+    ("twin.largest_step", 1e-5, 1e-1, (), (TWIN,)),
+)
+#: Points an axis has for each engine in the full map and in the coarse one, and draws of all parameters together.
+FULL = {GAIT: 14, COULOMB: 10, STEP: 13, TREE: 5, JOINTS: 3, TWIN: 3}
+COARSE = {GAIT: 1, COULOMB: 1, STEP: 1, TREE: 0, JOINTS: 0, TWIN: 0}
+FULL_DRAWS, COARSE_DRAWS = {STEP: 1250, TREE: 30, TWIN: 8}, {STEP: 12, TREE: 4, TWIN: 1}
+FULL_MARCHES = ((1e2, 1e-10), (1e4, 1e-6), (1e4, 1e-8), (1e4, 1e-10), (1e5, 1e-10))
+COARSE_MARCHES = ((1e2, 1e-10), (1e3, 1e-10))
+FULL_LIMIT, COARSE_LIMIT = (1.0, 10.0, 1e2, 1e3, 1e4), (1e2,)
+
+
+def points(parameters: Parameters) -> tuple[Point, ...]:
+    """All points of the resolution that the settings ask for, engine by engine."""
+    full = parameters.settings.resolution == "full"
+    count, draws = (FULL, FULL_DRAWS) if full else (COARSE, COARSE_DRAWS)
+    found = []
+    for axis, low, high, more, engines in AXES:
+        for engine in engines:
+            values = sorted({*decades(low, high, count[engine]), *(more if full else ())}) if count[engine] else []
+            found += [Point(engine, axis, value, changes(parameters.biped, axis, value)) for value in values]
+    for engine, number in draws.items():
+        found += drawn(parameters.biped, engine, number)
+    marches, limits = (FULL_MARCHES, FULL_LIMIT) if full else (COARSE_MARCHES, COARSE_LIMIT)
+    found += [Point(MARCH, f"steps, tolerance {t:g}", n, (("analytic.tolerance", t),)) for n, t in marches]
+    found += [Point(LIMIT, "stiffer contact", factor, ()) for factor in limits]
+    return tuple(sorted(found, key=lambda point: ENGINES.index(point.engine)))
+
+
+def changes(biped: Biped, axis: str, value: float) -> tuple[tuple[str, Any], ...]:
+    """The parameters, by name, that an axis's value stands for."""
+    if axis == MASS_RATIO:  # the sum stays
+        foot = biped.total_mass / (value + 2.0)
+        return ("biped.hip_mass", value * foot), ("biped.foot_mass", foot)
+    if axis in (SIZE, LEG_LENGTH):
+        scale = value / biped.leg_length
+        powers = {"leg_length": 1.0, "foot_radius": 1.0, "foot_com": 1.0}
+        if axis == SIZE:  # as of the same material, walking alike
+            powers |= {"hip_mass": 3.0, "foot_mass": 3.0, "stiffness": 2.0, "damping": 2.5, "leg_inertia": 5.0}
+        return tuple((f"biped.{key}", getattr(biped, key) * scale**power) for key, power in powers.items())
+    if axis == FRICTION:
+        return ("ground.static_friction", value), ("ground.dynamic_friction", value / 1.1)
+    if axis == "ground.stiction_velocity":
+        return (axis, value), ("ground.friction_velocity", max(1.0, 2.0 * value))
+    if axis == "multibody.rolling_step":
+        return (axis, value), ("multibody.impact_step", min(1e-5, value))
+    return ((axis, value),)
+
+
+def drawn(biped: Biped, engine: str, number: int) -> list[Point]:
+    """Draws of every parameter the engine has, by turns within a factor 2 of the study's and over the whole axes."""
+    generator = np.random.default_rng([SEED, len(engine)])
+    own = [row for row in AXES if (GAIT if engine == STEP else engine) in row[4] and row[0] not in (LEG_LENGTH, SIZE)]
+    axes = [row for row in own if row[0].split(".")[-1] not in ("tolerance", "largest_step", "contact_exponent")]
+    found = []
+    for draw in range(number):
+        everything: dict[str, Any] = {}
+        for axis, low, high, _, _ in axes:
+            inside = float(generator.uniform())
+            near = usual(biped, axis) * 4.0 ** (inside - 0.5)
+            value = near if draw % 2 == 0 else low * (high / low) ** inside
+            everything |= dict(changes(biped, axis, float(f"{value:.6g}")))
+        found.append(Point(engine, TOGETHER, float(draw), tuple(everything.items())))
+    return found
+
+
+def usual(biped: Biped, axis: str) -> float:
+    """Middle of the nearer draws of an axis."""
+    known = {
+        "biped.stiffness": biped.stiffness, "biped.damping": biped.damping,
+        MASS_RATIO: biped.hip_mass / biped.foot_mass,
+        "ground.slope_deg": 2.0, "ground.gravity": 9.81, FRICTION: 1.1, "ground.contact_stiffness": 3e5,
+        "ground.contact_damping": 3e4, "ground.damping_depth": 1e-4, "ground.stiction_velocity": 0.03,
+    }  # fmt: skip
+    return known[axis]

@@ -1,0 +1,76 @@
+"""What the extremes stage hands on."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.biped.quantity import quantity
+from stages.extremes.verdict import CRASHED, HUNG, INACCURATE, RIGHT, STATUSES, WRONG
+
+Table = tuple[str, list[str], list[list[str]]]
+
+
+@dataclass(frozen=True)
+class Result:
+    """The map: a row a point, n rows, sorted by engine and axis."""
+
+    resolution: str = quantity("-", "coarse or full")
+    engine: tuple[str, ...] = quantity("-", "what was asked")
+    axis: tuple[str, ...] = quantity("-", "what was varied")
+    value: np.ndarray = quantity("1", "value on the axis, shape (n,); of draws their number")
+    changes: tuple[str, ...] = quantity("-", "parameters changed, by name, as name=value; ...")
+    status: tuple[str, ...] = quantity("-", "right, inaccurate, refused, failed, unconfirmed, wrong, crashed or hung")
+    error: np.ndarray = quantity("1", "distance from the reference in leg lengths and pendulum times, or NaN, (n,)")
+    audit: np.ndarray = quantity("1", "part of the energy turned over that the model's own balance lacks, or NaN, (n,)")
+    reference: tuple[str, ...] = quantity("-", "what the answer was checked against")
+    reason: tuple[str, ...] = quantity("-", "why it is not right")
+
+    @property
+    def defects(self) -> int:
+        """Points answered wrong without a sign, crashed, or hung."""
+        return sum(status in (WRONG, CRASHED, HUNG) for status in self.status)
+
+    def summary(self) -> str:
+        """One line of what was found."""
+        count = Counter(self.status)
+        parts = ", ".join(f"{count[status]} {status}" for status in STATUSES if count[status])
+        return f"{len(self.status)} points ({self.resolution}): {parts}"
+
+    def rows(self) -> Iterator[tuple[str, str, float, str, float, float, str, str]]:
+        """Engine, axis, value, status, error, audit, reference, reason of every point."""
+        yield from zip(self.engine, self.axis, self.value.tolist(), self.status, self.error.tolist(),
+                       self.audit.tolist(), self.reference, self.reason, strict=True)  # fmt: skip
+
+    def tables(self) -> list[Table]:
+        """Counts, and for every engine and axis the span that is right, as (title, columns, rows of text)."""
+        return [self.counts(), self.spans()]
+
+    def counts(self) -> Table:
+        """How many points of every engine have which status."""
+        present = [status for status in STATUSES if status in self.status]
+        pairs = Counter(zip(self.engine, self.status, strict=True))
+        rows = [
+            [engine, *(str(pairs[engine, status]) for status in present),
+             str(sum(pairs[engine, status] for status in present))]
+            for engine in dict.fromkeys(self.engine)
+        ]  # fmt: skip
+        return "Points by engine", ["engine", *present, "all"], rows
+
+    def spans(self) -> Table:
+        """For every engine and axis: values tried, those right, the largest error, and the reasons for the rest."""
+        rows = []
+        for engine, axis in dict.fromkeys(zip(self.engine, self.axis, strict=True)):
+            own = [row for row in self.rows() if row[:2] == (engine, axis)]
+            right = [row[2] for row in own if row[3] == RIGHT]
+            errors = [row[4] for row in own if row[3] in (RIGHT, INACCURATE)]
+            why = Counter(f"{row[3]}: {row[7][:110]}" for row in own if row[3] != RIGHT)
+            rows.append([
+                engine, axis, f"{own[0][2]:g} to {own[-1][2]:g}",
+                f"{len(right)} of {len(own)}" + (f", {min(right):g} to {max(right):g}" if right else ""),
+                f"{max(errors):.1e}" if errors else "", "; ".join(f"{n} {text}" for text, n in why.most_common(2)),
+            ])  # fmt: skip
+        return "Axes", ["engine", "axis", "tried", "right", "largest error", "the rest, mostly"], rows

@@ -1,0 +1,67 @@
+"""The extremes stage: over which parameters every model is right, and how it says so where it is not.
+
+Inputs: none. Settings: params/extremes.yaml. Output: `Result`, a row a point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from stages.biped.progress import Progress, ignore
+from stages.extremes import constraint_points, penalty_points
+from stages.extremes.parameters import Parameters
+from stages.extremes.points import COULOMB, GAIT, MARCH, STEP, TWIN, Point, points
+from stages.extremes.result import Result
+from stages.extremes.verdict import CRASHED, Finding
+from stages.extremes.watchdog import compute
+
+CONSTRAINT = (GAIT, COULOMB, STEP, MARCH)
+
+
+def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
+    """Try every point; none of them can fail the stage."""
+    asked = points(parameters)
+    settings = parameters.settings
+
+    def done(count: int) -> None:
+        progress(count / len(asked), f"{count} of {len(asked)} points")
+
+    progress(0.0, "compiling")
+    compile_once(parameters)
+    found = compute(evaluate, parameters, asked, processes=settings.processes, longest_s=settings.longest_s, done=done)
+    return as_result(settings.resolution, asked, found)
+
+
+def compile_once(parameters: Parameters) -> None:
+    """Leave compiled code on the disk before the clock of a point runs: compiling takes longer than any point."""
+    for engine in (GAIT, COULOMB, STEP, TWIN):
+        evaluate(parameters, Point(engine, "none", 0.0, ()))
+
+
+def evaluate(parameters: Parameters, point: Point) -> Finding:
+    """The verdict on one point. An exception that the engine did not mean to raise counts as a crash."""
+    own = constraint_points if point.engine in CONSTRAINT else penalty_points
+    try:
+        finding: Finding = own.evaluate(parameters, point)
+        return finding
+    except Exception as error:
+        return Finding(CRASHED, reason=f"{type(error).__name__}: {' '.join(str(error).split())[:200]}")
+
+
+def as_result(resolution: str, asked: tuple[Point, ...], found: list[Finding]) -> Result:
+    """Points and findings as columns."""
+    return Result(
+        resolution=resolution,
+        engine=tuple(point.engine for point in asked),
+        axis=tuple(point.axis for point in asked),
+        value=np.array([point.value for point in asked]),
+        changes=tuple("; ".join(f"{name}={value:g}" for name, value in point.changes) for point in asked),
+        status=tuple(finding.status for finding in found),
+        error=np.array([finding.error for finding in found]),
+        audit=np.array([finding.audit for finding in found]),
+        reference=tuple(finding.reference for finding in found),
+        reason=tuple(finding.reason for finding in found),
+    )

@@ -1,0 +1,17 @@
+"""What the watchdog's test lets its processes do; a module of its own, for they import it."""
+
+from __future__ import annotations
+
+import os
+import time
+
+from stages.extremes.verdict import RIGHT, Finding
+
+
+def behave(common: float, point: str) -> Finding:
+    """Answer, die, or never answer."""
+    if point == "die":
+        os._exit(3)
+    if point == "hang":
+        time.sleep(1e6)
+    return Finding(RIGHT, common, reason=point)

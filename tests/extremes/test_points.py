@@ -1,0 +1,144 @@
+"""The map covers what it claims to cover, and a verdict calls an unannounced error wrong."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pipeline.parameters import load
+from stages.extremes import constraint_points, penalty_points
+from stages.extremes.parameters import Parameters
+from stages.extremes.points import COULOMB, ENGINES, GAIT, JOINTS, MARCH, STEP, TREE, TWIN, Point, points
+from stages.extremes.run import as_result, evaluate
+from stages.extremes.verdict import CRASHED, FAILED, INACCURATE, REFUSED, RIGHT, WRONG, Finding, judged
+
+
+@pytest.fixture(scope="module")
+def parameters(repository):
+    return load(repository / "params", [], {"extremes": Parameters}, [Parameters])["extremes"]
+
+
+def with_settings(parameters, **values):
+    return dataclasses.replace(parameters, settings=dataclasses.replace(parameters.settings, **values))
+
+
+@pytest.fixture(scope="module")
+def full(parameters):
+    return points(with_settings(parameters, resolution="full"))
+
+
+def test_the_full_map_has_its_points_and_its_ranges(full):
+    assert len(full) >= 1500 and len(set(full)) == len(full)
+    assert {point.engine for point in full} == set(ENGINES)
+    wanted = {
+        "biped.stiffness": (1e2, 1e10), "biped.damping": (0.0, 1e5), "friction": (0.0, 5.0),
+        "ground.stiction_velocity": (1e-6, 1.0), "ground.slope_deg": (0.0, 80.0), "analytic.tolerance": (1e-14, 1e-2),
+        "multibody.tolerance": (1e-14, 1e-2), "hip to foot mass": (1e-4, 1e4), "leg length": (1e-3, 10.0),
+        "ground.gravity": (1.62, 24.79),
+    }  # fmt: skip
+    for axis, span in wanted.items():
+        values = [point.value for point in full if point.axis == axis]
+        assert (min(values), max(values)) == pytest.approx(span, rel=1e-3), axis
+    assert max(point.value for point in full if point.engine == MARCH) == 1e5
+
+
+def test_every_point_is_what_it_says(full, parameters):
+    for point in full[::7]:
+        here = parameters.changed(point.changes)
+        for name, value in point.changes:
+            owners = [s for s in vars(here).values() if name.split(".")[0] == s.FILE and hasattr(s, name.split(".")[1])]
+            assert owners and all(getattr(owner, name.split(".")[1]) == value for owner in owners)
+        if point.axis == "hip to foot mass":
+            assert here.biped.hip_mass / here.biped.foot_mass == pytest.approx(point.value)
+            assert here.biped.total_mass == pytest.approx(parameters.biped.total_mass)
+
+
+def test_similar_bipeds_keep_their_dimensionless_numbers(full, parameters):
+    from stages.analytic.walker import build_walker
+
+    own = np.array(build_walker(parameters.biped, parameters.slope).p[:10])
+    for point in (point for point in full if point.axis == "size, similar"):
+        assert np.array(build_walker(parameters.changed(point.changes).biped, parameters.slope).p[:10]) == (
+            pytest.approx(own, rel=1e-13))
+
+
+def test_an_error_that_nothing_tells_is_wrong():
+    assert judged(1e-5, 1e-12, 1e-10, 1e-4, "").status == RIGHT
+    assert judged(1e-3, 1e-12, 1e-10, 1e-4, "").status == WRONG
+    assert judged(1e-3, 1e-2, 1e-10, 1e-4, "").status == INACCURATE, "its own audit tells"
+    assert judged(1e-3, 1e-12, 1e-4, 1e-4, "").status == INACCURATE, "such accuracy was asked for"
+    assert judged(np.nan, np.nan, 1e-10, 1e-4, "").status == WRONG
+
+
+@pytest.mark.parametrize("engine", [GAIT, COULOMB, STEP])
+def test_the_study_s_own_point_is_right(parameters, engine):
+    finding = evaluate(parameters, Point(engine, "none", 0.0, ()))
+    assert (finding.status, finding.reason) == (RIGHT, "") and finding.error < 1e-7
+
+
+def test_a_wrong_gait_is_found_out(parameters, monkeypatch):
+    """The reference sees a gait that is off, although its search claims convergence and its audit nearly closes."""
+    honest = constraint_points.find_gait
+
+    def off(*arguments):
+        walker, point = honest(*arguments)
+        return walker, dataclasses.replace(point, z=point.z + np.array([2e-4, 0.0, 0.0, 0.0, 0.0]))
+
+    monkeypatch.setattr(constraint_points, "find_gait", off)
+    finding = evaluate(parameters, Point(GAIT, "none", 0.0, ()))
+    assert finding.status in (WRONG, INACCURATE) and finding.error > 1e-4
+
+
+def test_a_wrong_step_is_found_out(parameters, monkeypatch):
+    honest = constraint_points.poincare_map
+
+    def off(*arguments):
+        step = honest(*arguments)
+        return dataclasses.replace(step, period=step.period * 1.001)
+
+    monkeypatch.setattr(constraint_points, "poincare_map", off)
+    assert evaluate(parameters, Point(STEP, "none", 0.0, ())).status == WRONG
+
+
+def test_refusals_name_key_value_and_range(parameters):
+    finding = evaluate(parameters, Point(GAIT, "none", 0.0, (("analytic.tolerance", 1e-2),)))
+    assert finding.status == REFUSED
+    assert finding.reason == "analytic.tolerance = 0.01 is not allowed; allowed: >= 1e-14 and <= 0.001"
+
+
+def test_an_exception_of_no_one_s_making_is_a_crash(parameters, monkeypatch):
+    monkeypatch.setattr(constraint_points, "find_gait", lambda *_: 1 / 0)
+    assert evaluate(parameters, Point(GAIT, "none", 0.0, ())).status == CRASHED
+
+
+@pytest.mark.parametrize("engine", [TREE, pytest.param(JOINTS, marks=pytest.mark.slow), TWIN])
+def test_a_penalty_model_s_own_point_is_right_and_a_shifted_one_wrong(parameters, engine, monkeypatch):
+    loose = with_settings(parameters, penalty_tolerance=1e-6)
+    point, honest, calls = Point(engine, "none", 0.0, ()), penalty_points.answer_of, []
+
+    def off(*arguments):
+        answer = honest(*arguments)
+        calls.append(answer)
+        return dataclasses.replace(answer, hip=answer.hip + 1e-3) if len(calls) == 1 else answer
+
+    monkeypatch.setattr(penalty_points, "answer_of", off)
+    assert evaluate(loose, point).status == WRONG
+    limit, tolerance = loose.settings.right_within, np.nan if engine == JOINTS else 1e-6
+    assert penalty_points.compared(*calls, loose.biped, tolerance, limit, "").status == RIGHT
+
+
+@pytest.mark.parametrize("engine", [TREE, TWIN])
+def test_a_solver_that_crawls_is_given_up(parameters, engine):
+    point = Point(engine, "none", 0.0, (("ground.stiction_velocity", 1e-6),))
+    finding = evaluate(with_settings(parameters, most_solver_steps=1000), point)
+    assert finding.status == FAILED and "within its steps" in finding.reason
+
+
+def test_the_result_counts_and_says_its_spans(full):
+    asked = full[:3]
+    found = [Finding(RIGHT, 1e-9, 1e-12, "other"), Finding(WRONG, 1.0, reason="why"), Finding(REFUSED, reason="no")]
+    result = as_result("full", asked, found)
+    assert result.defects == 1 and result.summary() == "3 points (full): 1 right, 1 refused, 1 wrong"
+    (_, columns, rows), (_, _, spans) = result.tables()
+    assert columns == ["engine", "right", "refused", "wrong", "all"] and rows == [["gait", "1", "1", "1", "3"]]
+    assert spans[0][3].startswith("1 of 3")
