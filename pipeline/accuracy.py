@@ -24,8 +24,9 @@ KEYS = {"hip_position_m": ("hip_position", True), "period_s": ("period", False),
         "multiplier": ("multiplier", False), "peak_force_n": ("peak_force", False)}  # fmt: skip
 DRAFT, PAPER, REFERENCE = "draft", "paper", "reference"
 WORDS = {DRAFT: {"hip_position_m": 1e-3}, REFERENCE: {"hip_position_m": 1e-8}}
-#: Settings are taken that were measured this much better than asked: errors of adaptive steps scatter.
-MARGIN = 2.0
+#: Settings are taken that were measured this much better than asked: errors of adaptive steps scatter, and a stage
+#: starts from a gait that has an error of its own. At 2 the analytic stage missed 5e-6 m by a factor 1.4.
+MARGIN = 4.0
 _FORM = "the form is draft, paper, reference, or an error as in hip_position_m=1e-5"
 
 

@@ -14,7 +14,7 @@ from pipeline.study import Study
 from pipeline.verification import walk_difference
 
 ROOT = Path(__file__).resolve().parents[2]
-ASKED = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+ASKED = (1e-3, 1e-4, 1e-5, 5e-6, 1e-6, 1e-7, 1e-8)
 
 
 def study(*settings, asked=""):
