@@ -1,6 +1,6 @@
 """Ingest of 72,000 rows (30 runs, two sensors, 12 s), and of many times that: time and memory.
 
-    python benchmarks/imu_ingest.py [TIMES]
+    python -m benchmarks.imu_ingest [TIMES]
 
 The runs are made up (tests/imu/stand_in.py) and copied with names of their own up to TIMES (default 10) times. Time is
 processor time of reading, clock repair, frames, heel strikes and registration of every run; memory is the process's
