@@ -10,6 +10,7 @@ import subprocess
 import tempfile
 import threading
 import time
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from pipeline.sweep.row import CRASH, TIME_LIMIT, Row
 _MODULE = "pipeline.sweep.worker"
 _MOST_DEATHS = 2  # at the same point
 _MOST_FALSE_STARTS = 5
+_NOWHERE = -1  # where a worker is before it begins a point
 
 Task = tuple[int, str]
 
@@ -44,7 +46,7 @@ class Bench:
         worker cannot compute this job at all.
         """
         waiting = list(tasks)
-        deaths = 0
+        deaths = Counter[int]()  # of workers, by the point they were at
         while waiting and not self._closed:
             lost = None
             for index, row in self._attempt(waiting):
@@ -52,16 +54,15 @@ class Bench:
                     lost = index
                     break
                 waiting = [task for task in waiting if task[0] != index]
-                deaths = 0
+                deaths[_NOWHERE] = 0
                 yield index, row
             if lost is not None:
-                deaths += 1
+                deaths[lost] += 1
                 how = process.ending(self._end())
-                if lost < 0 and deaths >= _MOST_FALSE_STARTS and not self._closed:
+                if deaths[_NOWHERE] >= _MOST_FALSE_STARTS and not self._closed:
                     raise StageFailed(f"the sweep's workers cannot start: {how}")
-                if lost >= 0 and deaths >= _MOST_DEATHS and not self._closed:
+                if lost != _NOWHERE and deaths[lost] >= _MOST_DEATHS and not self._closed:
                     waiting = [task for task in waiting if task[0] != lost]
-                    deaths = 0
                     yield lost, Row(CRASH, f"{how}, twice")
 
     def close(self) -> None:
@@ -70,10 +71,10 @@ class Bench:
         self._end()
 
     def _attempt(self, tasks: Sequence[Task]) -> Iterator[tuple[int, Row | None]]:
-        """Rows as long as the worker lives; at its death the point it was at (-1: none) with None."""
+        """Rows as long as the worker lives; at its death the point it was at (or `_NOWHERE`) with None."""
         self._start()
         self._send(json.dumps(tasks))
-        began, at = time.monotonic(), -1
+        began, at = time.monotonic(), _NOWHERE
         left = len(tasks)
         while left:
             limit = self.job.time_limit_s + (self.job.start_limit_s if self._fresh else 0.0)
@@ -81,7 +82,8 @@ class Bench:
                 message = self._messages.get(timeout=max(0.0, began + limit - time.monotonic()))
             except queue.Empty:
                 self._end()
-                yield (at if at >= 0 else tasks[0][0]), Row(TIME_LIMIT, f"took longer than {limit:g} s", {}, limit)
+                late = tasks[0][0] if at == _NOWHERE else at
+                yield late, Row(TIME_LIMIT, f"took longer than {limit:g} s", {}, limit)
                 return
             if message is None:
                 yield at, None
@@ -93,7 +95,7 @@ class Bench:
                 continue
             self._fresh, left, began = False, left - 1, time.monotonic()
             yield message.pop("index"), Row(**message)
-            at = -1
+            at = _NOWHERE
 
     def _start(self) -> None:
         if self._process is not None:

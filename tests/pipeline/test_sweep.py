@@ -17,6 +17,7 @@ from pipeline.display import Display
 from pipeline.errors import StudyError
 from pipeline.sweep import pool, progress
 from pipeline.sweep import spec as specs
+from pipeline.sweep.bench import Bench
 from pipeline.sweep.points import Points
 from pipeline.sweep.row import Row
 from pipeline.sweep.sweep import Sweep
@@ -217,10 +218,10 @@ def workers():
 def test_killed_workers_lose_nothing(toy):
     killed = []
 
-    def kill():
-        while len(killed) < 3:
+    def kill():  # each of the first two once: a point whose worker dies twice is a row that says so
+        while len(killed) < 2:
             time.sleep(0.5)
-            for pid in workers()[:1]:
+            for pid in [pid for pid in sorted(workers()) if pid not in killed][:1]:
                 os.kill(pid, signal.SIGKILL)
                 killed.append(pid)
 
@@ -230,6 +231,15 @@ def test_killed_workers_lose_nothing(toy):
     assert columns["side.seed"].tolist() == list(range(24))
     undisturbed, right = run(toy, SLOW)
     assert undisturbed.computed_now == 0 and columns["number"].tolist() == right["number"].tolist()
+
+
+def test_only_deaths_at_the_same_point_are_counted_together(toy, monkeypatch):
+    bench = Bench(Sweep(toy.study(), spec_of(toy.root, SLOW), Display())._job())
+    well = Row("computed", "", {})
+    attempts = iter([[(-1, None)], [(0, None)], [(-1, None)], [(0, well), (1, None)], [(1, None)], [(2, well)]])
+    monkeypatch.setattr(bench, "_attempt", lambda waiting: next(attempts))
+    rows = dict(bench.work([(0, ""), (1, ""), (2, "")]))
+    assert [rows[index].outcome for index in range(3)] == ["computed", "crash", "computed"]
 
 
 def test_results_that_come_twice_count_once(toy, monkeypatch):
