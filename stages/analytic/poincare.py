@@ -62,17 +62,32 @@ def require_landing(walker: Walker, y: Vector, status: int, phase: int) -> None:
         raise StepFailed("the walker rocks back: at heel strike the hip is behind both feet")
 
 
+def start_state(walker: Walker, z: Vector) -> Vector:
+    """State just after heel strike at section coordinates `z`. Raises StepFailed if there is none."""
+    y = section_state(walker.rigid, np.asarray(z, dtype=float), walker.p)
+    if not np.isfinite(y).all():
+        raise StepFailed("the trailing foot cannot reach the ground")
+    return y
+
+
+def advance(walker: Walker, y: Vector, tolerance: float) -> tuple[float, float, int]:
+    """Advance state and variations by one step, in place; returns double stance time, period, evaluations.
+
+    Raises StepFailed as `require_landing` does.
+    """
+    status, phase, double, period, _, evaluations = walk_step(
+        walker.rigid, y, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, NO_NODES)
+    require_landing(walker, y, status, phase)
+    return double, period, evaluations
+
+
 def poincare_map(walker: Walker, z: Vector, tolerance: float) -> Step:
     """Image of section coordinates `z`, shape (3,) or (5,), after one step.
 
     Raises StepFailed if the walker falls or stands still.
     """
-    y = section_state(walker.rigid, np.asarray(z, dtype=float), walker.p)
-    if not np.isfinite(y).all():
-        raise StepFailed("the trailing foot cannot reach the ground")
-    status, phase, double, period, _, evaluations = walk_step(
-        walker.rigid, y, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, NO_NODES)
-    require_landing(walker, y, status, phase)
+    y = start_state(walker, z)
+    double, period, evaluations = advance(walker, y, tolerance)
     return Step(section_coordinates(walker.rigid, y, walker.p), y, period, double, evaluations)
 
 
@@ -112,17 +127,13 @@ def poincare_derivative(walker: Walker, z: Vector, tolerance: float) -> tuple[St
 
     Raises StepFailed like `poincare_map`.
     """
-    start = section_state(walker.rigid, np.asarray(z, dtype=float), walker.p)
-    if not np.isfinite(start).all():
-        raise StepFailed("the trailing foot cannot reach the ground")
+    start = start_state(walker, z)
     if walker.section_size == 7:
         tangent = landing_tangent(np.asarray(z, dtype=float), start, walker.p)
     else:
         tangent = section_tangent(walker.rigid, start, walker.p)
     y = np.concatenate([start, tangent])
-    status, phase, double, period, _, evaluations = walk_step(
-        walker.rigid, y, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, NO_NODES)
-    require_landing(walker, y, status, phase)
+    double, period, evaluations = advance(walker, y, tolerance)
     columns = y.reshape(-1, walker.size)
     if walker.section_size == 7:
         derivative = landing_variations(y, walker.p)

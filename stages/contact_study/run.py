@@ -34,7 +34,7 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
     scene = Scene(
         parameters.biped,
         parameters.slope,
-        solver_settings(settings),
+        SolverSettings.of_one_step(settings.tolerance, settings.largest_step, settings.most_solver_steps),
         analytic.walk,
         analytic.mid_stance,
         analytic.gait.period_s,
@@ -138,20 +138,3 @@ def columns(varied: Sequence[tuple[str, OneStep, np.ndarray]]) -> Variations:
 def same_set(one: ContactLaw, other: ContactLaw) -> bool:
     """Whether two laws have the same values of all parameters that the study varies."""
     return all(getattr(one, key) == getattr(other, key) for key in VARIED)
-
-
-def solver_settings(settings: Settings) -> SolverSettings:
-    """The explicit solver of the tree assembly; what belongs to the other assembly is not used."""
-    return SolverSettings(
-        assembly="tree",
-        steps=1,
-        sampling_rate_hz=1000.0,
-        tolerance=settings.tolerance,
-        largest_step=settings.largest_step,
-        implicit_solver="trapezoidal",
-        rolling_step=1e-4,
-        impact_step=1e-5,
-        impact_window=0.02,
-        longest_step=3.0,
-        most_solver_steps=settings.most_solver_steps,
-    )

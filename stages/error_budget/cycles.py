@@ -6,16 +6,17 @@ import numpy as np
 
 from stages.error_budget.cycle import find_cycle, plane_multipliers
 from stages.error_budget.effects import CONTACT
+from stages.error_budget.errors import NotWalked
 from stages.error_budget.hip import ConstraintWalk, constraint_gait, penalty_hip
 from stages.error_budget.parameters import Parameters
 from stages.error_budget.path import Limits, contributions
-from stages.error_budget.solver import NotWalked, solver_settings
 from stages.error_budget.split import Split
 from stages.ground.contact_law import ContactLaw
 from stages.ground.normal_force import static_penetration
 from stages.multibody.events import find_events
 from stages.multibody.limit_cycle import SCALES, NoLimitCycle, SectionStep, mid_stance_after, section_numbers
 from stages.multibody.limit_cycle import section_state as state_of
+from stages.multibody.parameters import Settings
 from stages.multibody.state import rolling_state
 from stages.multibody.trajectory import Trajectory
 from stages.multibody.walk import build, simulate
@@ -58,7 +59,7 @@ class Cycles:
     def penalty(self, law: ContactLaw, tolerance: float) -> np.ndarray:
         """The penalty model's cycle, searched from the last one found. Raises NotWalked."""
         p, settings = self.parameters, self.parameters.settings
-        solver = solver_settings(settings.largest_step, tolerance)
+        solver = Settings.of_one_step(tolerance, settings.largest_step)
         machine = build(p.biped, p.slope, law, solver)
         force = self.coulomb.standing_force
         start = rolling_state(p.biped, law, self.coulomb.mid_stance, force)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from stages.error_budget.effects import CONTACT
+from stages.error_budget.errors import NotWalked
 from stages.error_budget.hip import constraint_gait, penalty_hip
 from stages.error_budget.parameters import Parameters
 from stages.error_budget.path import Limits, contributions
-from stages.error_budget.solver import NotWalked, solver_settings
 from stages.error_budget.split import Split
 from stages.ground.contact_law import ContactLaw
 from stages.multibody.events import find_events
+from stages.multibody.parameters import Settings
 from stages.multibody.state import rolling_state
 from stages.multibody.walk import simulate
 
@@ -37,7 +38,7 @@ class OneStep:
         """The penalty model's hip from the common state, (n, 4). Raises NotWalked."""
         p = self.parameters
         start = rolling_state(p.biped, law, self.constraint.mid_stance, self.constraint.standing_force)
-        settings = solver_settings(p.settings.largest_step, tolerance)
+        settings = Settings.of_one_step(tolerance, p.settings.largest_step)
         run = simulate(p.biped, p.slope, law, start, settings, duration=float(self.time[-1]))
         strikes = find_events(run.trajectory, p.biped.foot_radius).heel_strike_time
         if not run.completed or not len(strikes):

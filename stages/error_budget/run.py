@@ -12,10 +12,10 @@ from typing import Any
 from stages.analytic.errors import NoGait, StepFailed
 from stages.biped.progress import Progress, ignore
 from stages.error_budget.cycles import cycle_budget
+from stages.error_budget.errors import NotWalked
 from stages.error_budget.one_step import step_budget
 from stages.error_budget.parameters import Parameters
 from stages.error_budget.result import COMPLETED, CycleBudget, Result, StepBudget
-from stages.error_budget.solver import NotWalked
 
 
 def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:

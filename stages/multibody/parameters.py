@@ -50,6 +50,23 @@ class Settings:
         default=500_000,
     )
 
+    @classmethod
+    def of_one_step(cls, tolerance: float, largest_step: float, most_solver_steps: int = 500_000) -> Settings:
+        """One step by the explicit solver of the tree assembly; what belongs to the other assembly is not used."""
+        return cls(
+            assembly="tree",
+            steps=1,
+            sampling_rate_hz=1000.0,
+            tolerance=tolerance,
+            largest_step=largest_step,
+            implicit_solver="trapezoidal",
+            rolling_step=1e-4,
+            impact_step=1e-5,
+            impact_window=0.02,
+            longest_step=3.0,
+            most_solver_steps=most_solver_steps,
+        )
+
     def broken_rules(self) -> Iterator[Broken]:
         """The fine step is not coarser than the coarse one."""
         if self.impact_step > self.rolling_step:

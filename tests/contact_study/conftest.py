@@ -9,7 +9,8 @@ from pipeline.parameters import load
 from stages.biped.gait import StanceState
 from stages.contact_study.one_step import Scene
 from stages.contact_study.parameters import Parameters
-from stages.contact_study.run import default_law, solver_settings
+from stages.contact_study.run import default_law
+from stages.multibody.parameters import Settings
 from stages.multibody.state import rolling_state
 from stages.multibody.walk import sample, simulate
 
@@ -28,22 +29,27 @@ def default(parameters):
 
 
 @pytest.fixture(scope="session")
-def stand_in(parameters, default):
+def solver(parameters):
+    settings = parameters.settings
+    return Settings.of_one_step(settings.tolerance, settings.largest_step, settings.most_solver_steps)
+
+
+@pytest.fixture(scope="session")
+def stand_in(parameters, default, solver):
     """What the stage reads of an analytic result: a walk of the penalty model with the starting set."""
     rough = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)  # a mid-stance that leads to a step, no result
     start = rolling_state(parameters.biped, default, rough, STANDING_FORCE)
-    solver = solver_settings(parameters.settings)
     run = simulate(parameters.biped, parameters.slope, default, start, solver, duration=PERIOD)
     walk = sample(run.trajectory, parameters.slope, parameters.biped.foot_radius, 2000.0)
     return SimpleNamespace(walk=walk, mid_stance=rough, gait=SimpleNamespace(period_s=PERIOD))
 
 
 @pytest.fixture(scope="session")
-def scene(parameters, stand_in):
+def scene(parameters, stand_in, solver):
     return Scene(
         parameters.biped,
         parameters.slope,
-        solver_settings(parameters.settings),
+        solver,
         stand_in.walk,
         stand_in.mid_stance,
         PERIOD,

@@ -10,10 +10,10 @@ from pipeline import artefact
 from stages.comparison.figures import error_budget as figure
 from stages.comparison.figures import style
 from stages.error_budget.effects import EFFECTS, INTEGRATION_CONSTRAINT, INTEGRATION_PENALTY, SLIP
+from stages.error_budget.errors import NotWalked
 from stages.error_budget.one_step import OneStep
 from stages.error_budget.result import Result
 from stages.error_budget.run import run
-from stages.error_budget.solver import NotWalked
 from stages.error_budget.split import POSITION, VELOCITY
 
 
