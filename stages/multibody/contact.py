@@ -10,16 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from exudyn.utilities import CreateSymbolicUserFunction
-
 from stages.ground.blocks import Lane
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import friction_coefficient, friction_slope
 from stages.ground.normal_force import normal_force
 from stages.ground.operations import SCALARS, Operations
-from stages.multibody.quiet_exudyn import exudyn
-
-symbolic = exudyn.symbolic
+from stages.multibody.quiet_exudyn import CreateSymbolicUserFunction, symbolic
 
 CONNECTOR = "ObjectConnectorRigidBodySpringDamper"
 USER_FUNCTION = "springForceTorqueUserFunction"

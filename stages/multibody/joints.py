@@ -10,28 +10,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from exudyn.itemInterface import (
-    LoadMassProportional,
-    MarkerBodyMass,
-    MarkerBodyPosition,
-    MarkerBodyRigid,
-    NodeRigidBody2D,
-    ObjectConnectorRigidBodySpringDamper,
-    ObjectConnectorSpringDamper,
-    ObjectGround,
-    ObjectJointPrismatic2D,
-    ObjectJointRevolute2D,
-    ObjectRigidBody2D,
-    SensorNode,
-    SensorObject,
-)
 
 from stages.biped.design import Biped
 from stages.ground.blocks import Lane
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.contact import planar_ground
-from stages.multibody.quiet_exudyn import exudyn
+from stages.multibody.quiet_exudyn import exudyn, items
 from stages.multibody.scuffing import Pose
 from stages.multibody.state import PlanarState
 
@@ -74,12 +59,12 @@ class Joints:
         foot = below, biped.foot_mass, biped.leg_inertia
         self.nodes, bodies = [], []
         for height, mass, inertia in ((0.0, biped.hip_mass, IDLE_INERTIA), foot, foot):
-            node = mbs.AddNode(NodeRigidBody2D(referenceCoordinates=[0.0, height, 0.0]))
+            node = mbs.AddNode(items.NodeRigidBody2D(referenceCoordinates=[0.0, height, 0.0]))
             self.nodes.append(node)
-            bodies.append(mbs.AddObject(ObjectRigidBody2D(mass=mass, inertia=inertia, nodeNumber=node)))
+            bodies.append(mbs.AddObject(items.ObjectRigidBody2D(mass=mass, inertia=inertia, nodeNumber=node)))
         for body in bodies:
-            marker = mbs.AddMarker(MarkerBodyMass(bodyNumber=body))
-            mbs.AddLoad(LoadMassProportional(markerNumber=marker, loadVector=[*slope.gravity_vector, 0.0]))
+            marker = mbs.AddMarker(items.MarkerBodyMass(bodyNumber=body))
+            mbs.AddLoad(items.LoadMassProportional(markerNumber=marker, loadVector=[*slope.gravity_vector, 0.0]))
         return bodies
 
     def _add_legs(self) -> None:
@@ -87,16 +72,16 @@ class Joints:
         self.joints = []
         above = biped.leg_length - biped.foot_com
         for foot in self.bodies[1:]:
-            hip = mbs.AddMarker(MarkerBodyRigid(bodyNumber=self.bodies[0]))
+            hip = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=self.bodies[0]))
             if biped.legs == "rigid":
-                end = mbs.AddMarker(MarkerBodyPosition(bodyNumber=foot, localPosition=[0.0, above, 0.0]))
-                self.joints.append(mbs.AddObject(ObjectJointRevolute2D(markerNumbers=[hip, end])))
+                end = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=foot, localPosition=[0.0, above, 0.0]))
+                self.joints.append(mbs.AddObject(items.ObjectJointRevolute2D(markerNumbers=[hip, end])))
                 continue
             # The foot must be marker 1: its normal turns with it. The other way round is accepted and wrong.
-            axis = mbs.AddMarker(MarkerBodyRigid(bodyNumber=foot))
+            axis = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=foot))
             self.joints.append(
                 mbs.AddObject(
-                    ObjectJointPrismatic2D(
+                    items.ObjectJointPrismatic2D(
                         markerNumbers=[hip, axis],
                         axisMarker0=[0.0, 1.0, 0.0],
                         normalMarker1=[1.0, 0.0, 0.0],
@@ -104,9 +89,9 @@ class Joints:
                     )
                 )
             )
-            centre = mbs.AddMarker(MarkerBodyPosition(bodyNumber=foot))
+            centre = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=foot))
             mbs.AddObject(
-                ObjectConnectorSpringDamper(
+                items.ObjectConnectorSpringDamper(
                     markerNumbers=[hip, centre],
                     referenceLength=above,
                     stiffness=biped.stiffness,
@@ -116,16 +101,16 @@ class Joints:
 
     def _add_ground(self, contact: ContactLaw, lanes: Lanes, compiled: bool) -> list[Any]:
         mbs, biped = self.mbs, self.biped
-        plane = mbs.AddMarker(MarkerBodyRigid(bodyNumber=mbs.AddObject(ObjectGround())))
+        plane = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=mbs.AddObject(items.ObjectGround())))
         radius = biped.foot_radius
         self.laws = [planar_ground(mbs, contact, radius, lane, compiled=compiled) for lane in lanes or (None, None)]
         contacts = []
         for foot, law in zip(self.bodies[1:], self.laws):
             centre = [0.0, biped.foot_radius - biped.foot_com, 0.0]
-            disc = mbs.AddMarker(MarkerBodyRigid(bodyNumber=foot, localPosition=centre))
+            disc = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=foot, localPosition=centre))
             contacts.append(
                 mbs.AddObject(
-                    ObjectConnectorRigidBodySpringDamper(
+                    items.ObjectConnectorRigidBodySpringDamper(
                         markerNumbers=[plane, disc],
                         stiffness=np.zeros((6, 6)),
                         damping=np.zeros((6, 6)),
@@ -140,9 +125,11 @@ class Joints:
         sensors: dict[str, Any] = {}
         for name, kind in COORDINATES:
             for index, node in enumerate(self.nodes):
-                sensors[f"{name} {index}"] = SensorNode(nodeNumber=node, outputVariableType=kind, **kept)
+                sensors[f"{name} {index}"] = items.SensorNode(nodeNumber=node, outputVariableType=kind, **kept)
         for leg, contact in enumerate(self.contacts):
-            sensors[f"ground {leg}"] = SensorObject(objectNumber=contact, outputVariableType=OUTPUT.ForceLocal, **kept)
+            sensors[f"ground {leg}"] = items.SensorObject(
+                objectNumber=contact, outputVariableType=OUTPUT.ForceLocal, **kept
+            )
         return {name: self.mbs.AddSensor(sensor) for name, sensor in sensors.items()}
 
     def set_in_play(self, leg: int, acts: bool) -> None:

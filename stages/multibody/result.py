@@ -42,7 +42,7 @@ class Facts:
 
     assembly: str = quantity("-", "assembly of the model")
     solver: str = quantity("-", "name of the solver")
-    exudyn_version: str = quantity("-", "version of Exudyn")
+    exudyn_version: str = quantity("-", "version and build of Exudyn")
     solver_steps: int = quantity("1", "number of solver steps")
     smallest_step: float = quantity("s", "smallest solver step after the first millisecond")
     joint_drift: float = quantity("m", "largest violation of a joint, zero in minimal coordinates")

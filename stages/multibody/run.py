@@ -15,7 +15,7 @@ from stages.multibody.energy import EnergyBalance, energy_balance
 from stages.multibody.friction_study import vary_friction
 from stages.multibody.inventory import take_inventory
 from stages.multibody.parameters import Parameters, Settings
-from stages.multibody.quiet_exudyn import exudyn
+from stages.multibody.quiet_exudyn import VERSION
 from stages.multibody.result import Facts, Result
 from stages.multibody.solver import Run
 from stages.multibody.state import rolling_state
@@ -82,7 +82,7 @@ def _facts(walked: Run, settings: Settings) -> Facts:
     return Facts(
         assembly=settings.assembly,
         solver="DOPRI5" if settings.assembly == "tree" else settings.implicit_solver,
-        exudyn_version=exudyn.__version__,
+        exudyn_version=VERSION,
         solver_steps=walked.solver_steps,
         smallest_step=float(spans.min()) if len(spans) else float("nan"),
         joint_drift=walked.joint_drift,

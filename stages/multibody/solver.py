@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from stages.multibody.parameters import Settings
-from stages.multibody.quiet_exudyn import exudyn
+from stages.multibody.quiet_exudyn import SOLVER_ERRORS, exudyn
 from stages.multibody.scuffing import COMPLETED, DIVERGED, RUNNING, SOLVER_FAILED, STALLED, Walker, Watch
 from stages.multibody.state import PlanarState
 from stages.multibody.trajectory import Trajectory
@@ -83,7 +83,7 @@ def integrate(
         wanted, kind = _simulation_settings(settings, moment, limit, fine)
         try:
             assembly.mbs.SolveDynamic(wanted, solverType=kind, updateInitialValues=not explicit)
-        except exudyn.ExudynError as error:
+        except SOLVER_ERRORS as error:
             if watch.outcome == RUNNING:
                 watch.outcome, watch.message = SOLVER_FAILED, _first_sentence(error)
         segments.append(assembly.recording())

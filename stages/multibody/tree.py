@@ -9,24 +9,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from exudyn.itemInterface import (
-    MarkerBodyRigid,
-    MarkerKinematicTreeRigid,
-    NodeGenericODE2,
-    ObjectConnectorRigidBodySpringDamper,
-    ObjectGround,
-    ObjectKinematicTree,
-    SensorKinematicTree,
-    SensorNode,
-    SensorObject,
-)
 
 from stages.biped.design import Biped
 from stages.ground.blocks import Lane
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.contact import planar_ground
-from stages.multibody.quiet_exudyn import exudyn
+from stages.multibody.quiet_exudyn import exudyn, items
 from stages.multibody.scuffing import Pose
 from stages.multibody.state import PlanarState
 
@@ -74,14 +63,14 @@ class Tree:
         self.mass_centre = [0.0, float(centre[feet[0], 1]), 0.0]
         nothing = np.zeros(count)
         self.node = self.mbs.AddNode(
-            NodeGenericODE2(
+            items.NodeGenericODE2(
                 referenceCoordinates=nothing,
                 initialCoordinates=nothing,
                 initialCoordinates_t=nothing,
                 numberOfODE2Coordinates=count,
             )
         )
-        tree = ObjectKinematicTree(
+        tree = items.ObjectKinematicTree(
             nodeNumber=self.node,
             jointTypes=joints,
             linkParents=parents,
@@ -99,17 +88,19 @@ class Tree:
         return self.mbs.AddObject(tree), feet
 
     def _add_ground(self, biped: Biped, contact: ContactLaw, lanes: Lanes, compiled: bool) -> list[Any]:
-        plane = self.mbs.AddMarker(MarkerBodyRigid(bodyNumber=self.mbs.AddObject(ObjectGround())))
+        plane = self.mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=self.mbs.AddObject(items.ObjectGround())))
         radius = biped.foot_radius
         self.laws = [
             planar_ground(self.mbs, contact, radius, lane, compiled=compiled) for lane in lanes or (None, None)
         ]
         contacts = []
         for foot, law in zip(self.feet, self.laws):
-            disc = MarkerKinematicTreeRigid(objectNumber=self.tree, linkNumber=foot, localPosition=self.disc_centre)
+            disc = items.MarkerKinematicTreeRigid(
+                objectNumber=self.tree, linkNumber=foot, localPosition=self.disc_centre
+            )
             contacts.append(
                 self.mbs.AddObject(
-                    ObjectConnectorRigidBodySpringDamper(
+                    items.ObjectConnectorRigidBodySpringDamper(
                         markerNumbers=[plane, self.mbs.AddMarker(disc)],
                         stiffness=np.zeros((6, 6)),
                         damping=np.zeros((6, 6)),
@@ -122,14 +113,14 @@ class Tree:
     def _add_sensors(self, biped: Biped) -> dict[str, Any]:
         kept = {"storeInternal": True, "writeToFile": False}
         sensors = {
-            name: SensorNode(nodeNumber=self.node, outputVariableType=kind, **kept)
+            name: items.SensorNode(nodeNumber=self.node, outputVariableType=kind, **kept)
             for name, kind in (
                 ("position", OUTPUT.Coordinates),
                 ("velocity", OUTPUT.Coordinates_t),
                 ("acceleration", OUTPUT.Coordinates_tt),
             )
         }
-        sensors["foot acceleration"] = SensorKinematicTree(
+        sensors["foot acceleration"] = items.SensorKinematicTree(
             objectNumber=self.tree,
             linkNumber=self.feet[0],
             localPosition=self.mass_centre,
@@ -137,7 +128,9 @@ class Tree:
             **kept,
         )
         for leg, contact in enumerate(self.contacts):
-            sensors[f"ground {leg}"] = SensorObject(objectNumber=contact, outputVariableType=OUTPUT.ForceLocal, **kept)
+            sensors[f"ground {leg}"] = items.SensorObject(
+                objectNumber=contact, outputVariableType=OUTPUT.ForceLocal, **kept
+            )
         return {name: self.mbs.AddSensor(sensor) for name, sensor in sensors.items()}
 
     def set_in_play(self, leg: int, acts: bool) -> None:

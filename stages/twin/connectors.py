@@ -10,19 +10,13 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from exudyn import symbolic
-from exudyn.itemInterface import (
-    MarkerBodyRigid,
-    MarkerKinematicTreeRigid,
-    ObjectConnectorRigidBodySpringDamper,
-    ObjectGround,
-)
 
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import friction_slope
 from stages.ground.normal_force import normal_force
 from stages.ground.slope import Slope
 from stages.multibody.contact import SYMBOLS, symbolic_user_function
+from stages.multibody.quiet_exudyn import items, symbolic
 from stages.twin.contact import SLIDE
 from stages.twin.machine import Machine
 from stages.twin.tree import SpatialTree
@@ -64,15 +58,15 @@ class ConnectorTree(SpatialTree):
 
     def add_ground(self) -> None:
         """Let the ground act through two connectors a foot."""
-        plane = self.mbs.AddMarker(MarkerBodyRigid(bodyNumber=self.mbs.AddObject(ObjectGround())))
+        plane = self.mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=self.mbs.AddObject(items.ObjectGround())))
         self.laws = []  # Exudyn needs them alive
         for leg, (lane, radius, length, half) in enumerate(self.feet):
             self.laws.append(symbolic_user_function(self.mbs, edge_law(self.point, float(radius))))
             for z in (lane - half, lane + half):
-                circle = MarkerKinematicTreeRigid(
+                circle = items.MarkerKinematicTreeRigid(
                     objectNumber=self.tree, linkNumber=SLIDE[leg], localPosition=[0.0, float(radius - length), float(z)]
                 )
-                connector = ObjectConnectorRigidBodySpringDamper(
+                connector = items.ObjectConnectorRigidBodySpringDamper(
                     markerNumbers=[plane, self.mbs.AddMarker(circle)],
                     stiffness=np.zeros((6, 6)),
                     damping=np.zeros((6, 6)),

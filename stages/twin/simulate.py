@@ -12,7 +12,7 @@ from stages.biped.gait import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.normal_force import static_penetration
 from stages.ground.slope import Slope
-from stages.multibody.quiet_exudyn import exudyn
+from stages.multibody.quiet_exudyn import SOLVER_ERRORS, exudyn
 from stages.multibody.scuffing import DIVERGED, RUNNING, SOLVER_FAILED, STALLED
 from stages.twin.contact import COUNT, HINGE, PITCH, ROLL, SLIDE, YAW, X, Y, Z
 from stages.twin.machine import Machine
@@ -106,7 +106,7 @@ def simulate_twin(
     began = clock.perf_counter()
     try:
         machine_tree.mbs.SolveDynamic(_solver(settings, limit), solverType=exudyn.DynamicSolverType.DOPRI5)
-    except exudyn.ExudynError as error:
+    except SOLVER_ERRORS as error:
         if watch.outcome == RUNNING:
             watch.outcome = SOLVER_FAILED
             watch.reason = " ".join(str(error).split()).split("[Python file")[0].strip()[:300]

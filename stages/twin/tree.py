@@ -11,11 +11,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from exudyn.itemInterface import NodeGenericODE2, ObjectKinematicTree, SensorNode
 
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.multibody.quiet_exudyn import exudyn
+from stages.multibody.quiet_exudyn import exudyn, items
 from stages.twin.contact import COUNT, HINGE, PITCH, SLIDE, generalized_force, law_numbers
 from stages.twin.machine import Machine
 
@@ -41,7 +40,7 @@ class SpatialTree:
         self.mbs = self.container.AddSystem()
         nothing = np.zeros(COUNT)
         self.node = self.mbs.AddNode(
-            NodeGenericODE2(
+            items.NodeGenericODE2(
                 referenceCoordinates=nothing,
                 initialCoordinates=nothing,
                 initialCoordinates_t=nothing,
@@ -51,13 +50,13 @@ class SpatialTree:
         self.tree = self.mbs.AddObject(self._links(slope))
         kept = {"storeInternal": True, "writeToFile": False}
         self.sensors = [
-            self.mbs.AddSensor(SensorNode(nodeNumber=self.node, outputVariableType=kind, **kept))
+            self.mbs.AddSensor(items.SensorNode(nodeNumber=self.node, outputVariableType=kind, **kept))
             for kind in (OUTPUT.Coordinates, OUTPUT.Coordinates_t, OUTPUT.Coordinates_tt)
         ]
         self.add_ground()
         self.mbs.Assemble()
 
-    def _links(self, slope: Slope) -> ObjectKinematicTree:
+    def _links(self, slope: Slope) -> items.ObjectKinematicTree:
         mass, centre, inertia = np.zeros(COUNT), np.zeros((COUNT, 3)), np.zeros((COUNT, 3, 3))
         for link, body in enumerate(self.machine.bodies, start=PITCH):
             mass[link], centre[link], inertia[link] = body.mass, body.centre, body.inertia
@@ -65,7 +64,7 @@ class SpatialTree:
         spring[list(SLIDE)], damper[list(SLIDE)] = self.machine.stiffness, self.machine.damping
         damper[HINGE] = self.machine.bearing_friction
         nothing = np.zeros(COUNT)
-        return ObjectKinematicTree(
+        return items.ObjectKinematicTree(
             nodeNumber=self.node,
             jointTypes=list(JOINTS),
             linkParents=list(PARENTS),

@@ -1,0 +1,42 @@
+"""Exudyn's fast build, which has no range checks, walks as the checked one does."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+
+from stages.multibody.quiet_exudyn import VERSION
+
+#: Two steps with the contact set and the solver of `conftest`; the fast build is refused by an attribute of sys.
+WALK = """
+import json, sys
+sys.exudynFast = {fast}
+from stages.biped.design import Biped
+from stages.biped.gait import StanceState
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+from stages.multibody.parameters import Settings
+from stages.multibody.quiet_exudyn import VERSION
+from stages.multibody.state import rolling_state
+from stages.multibody.walk import simulate
+biped = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)
+contact = ContactLaw(1e5, 2.2, 1e4, 1e-4, 1.1, 1.0, 0.1, 1.0)
+start = rolling_state(biped, contact, StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0), normal_force=9.4)
+run = simulate(biped, Slope(2.0, 9.81), contact, start, Settings.of_one_step(1e-9, 5e-4), duration=0.9)
+end = run.trajectory.at(run.trajectory.time[-1:])
+print(json.dumps([VERSION, run.outcome, run.solver_steps, *end[0][0], *end[1][0]]))
+"""
+
+
+def walked(fast):
+    answer = subprocess.run([sys.executable, "-c", WALK.format(fast=fast)], capture_output=True, text=True, check=True)
+    return json.loads(answer.stdout)  # nothing but the answer: neither build prints anything of its own
+
+
+def test_the_fast_build_walks_as_the_checked_one():
+    one, other = walked(False), walked(True)
+    assert one[0].endswith("(checked build)") and other[0] == VERSION
+    assert one[1] == other[1] == "completed"
+    assert abs(one[2] - other[2]) <= 5
+    assert np.abs(np.subtract(one[3:], other[3:])).max() < 1e-8
