@@ -6,8 +6,13 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 os.environ.setdefault("MPLBACKEND", "Agg")
+
+# The same examples on every machine, however slow it is: a test that fails must say something about the code.
+settings.register_profile("study", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("study")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

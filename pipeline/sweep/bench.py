@@ -23,6 +23,7 @@ from pipeline.sweep.row import CRASH, TIME_LIMIT, Row
 _MODULE = "pipeline.sweep.worker"
 _MOST_DEATHS = 2  # at the same point
 _MOST_FALSE_STARTS = 5
+_DYING_S = 10.0  # from the end of its messages to the end of a process
 _NOWHERE = -1  # where a worker is before it begins a point
 
 Task = tuple[int, str]
@@ -58,7 +59,7 @@ class Bench:
                 yield index, row
             if lost is not None:
                 deaths[lost] += 1
-                how = process.ending(self._end())
+                how = process.ending(self._end(dying=True))
                 if deaths[_NOWHERE] >= _MOST_FALSE_STARTS and not self._closed:
                     raise StageFailed(f"the sweep's workers cannot start: {how}")
                 if lost != _NOWHERE and deaths[lost] >= _MOST_DEATHS and not self._closed:
@@ -119,13 +120,13 @@ class Bench:
                 self._process.stdin.write(line.encode() + b"\n")
                 self._process.stdin.flush()
 
-    def _end(self) -> int:
-        """End the worker if there is one; its exit code."""
+    def _end(self, dying: bool = False) -> int:
+        """End the worker if there is one; its exit code. One that is dying by itself has its own reason."""
         gone, self._process = self._process, None
         if gone is None:
             return 0
         with contextlib.suppress(subprocess.TimeoutExpired):
-            gone.wait(timeout=0.2)  # one that is dying by itself has its own reason
+            gone.wait(timeout=_DYING_S if dying else 0)
         process.end(gone)
         shutil.rmtree(self._scratch, ignore_errors=True)
         return int(gone.returncode)

@@ -50,7 +50,7 @@ def running() -> Iterator[Server]:
     initdb = [_program("initdb"), "-D", folder / "base", "-U", USER, "-A", "scram-sha-256", "-E", "UTF8"]
     server = None
     try:
-        subprocess.run([*initdb, f"--pwfile={folder / 'password'}", "--no-sync"], check=True, timeout=120, **how)
+        subprocess.run([*initdb, f"--pwfile={folder / 'password'}", "--no-sync"], check=True, timeout=600, **how)
         command = [_program("postgres"), "-D", folder / "base", "-k", folder, "-c", "listen_addresses=", "-F"]
         server = subprocess.Popen(command, **how)
         _wait_for(folder / ".s.PGSQL.5432", server)
@@ -63,7 +63,7 @@ def running() -> Iterator[Server]:
 
 
 def _wait_for(socket: Path, server: subprocess.Popen[bytes]) -> None:
-    for _ in range(300):
+    for _ in range(1800):
         if socket.exists():
             return
         if server.poll() is not None:

@@ -131,8 +131,8 @@ def test_a_locked_table_and_an_endless_view_end(server: postgres.Server, filled:
         began = time.monotonic()
         with pytest.raises(SourceRefused, match="locked"), SqlSource(server.url()) as source:
             list(source.runs())
-        assert time.monotonic() - began < 10
-    with SqlSource(server.url(), statement_s=0.2) as source, pytest.raises(SourceRefused, match="in time"):
+        assert time.monotonic() - began < 60
+    with SqlSource(server.url(), statement_s=2.0) as source, pytest.raises(SourceRefused, match="in time"):
         list(source.query("WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i FROM n) SELECT max(i) FROM n"))
 
 

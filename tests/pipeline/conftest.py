@@ -97,7 +97,7 @@ class Toy:
     def command(self, *arguments: str) -> tuple[int, str, str]:
         """Run `bipedstudy` to its end: exit code, standard output, standard error."""
         process = self.start(*arguments)
-        out, errors = process.communicate(timeout=60)
+        out, errors = process.communicate(timeout=300)
         return process.returncode, out, errors
 
 

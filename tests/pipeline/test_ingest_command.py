@@ -30,7 +30,7 @@ def ingest(repository: Path, *arguments: object, **environment: str) -> tuple[in
         env={**os.environ, "PYTHONPATH": str(repository), **environment},
         text=True,
         capture_output=True,
-        timeout=60,
+        timeout=300,
     )
     assert "Traceback" not in done.stderr
     return done.returncode, done.stdout, done.stderr

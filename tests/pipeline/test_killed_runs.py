@@ -65,7 +65,7 @@ def test_an_interrupted_run_keeps_what_it_has(toy_with_commands, number):
     process = toy.start("run-all", "--set", "fall.behaviour=sleep")
     workers = wait_for(lambda: children(process.pid))
     process.send_signal(number)
-    _, errors = process.communicate(timeout=20)
+    _, errors = process.communicate(timeout=50)
     assert process.returncode == 130
     assert errors.strip() == "error: stopped; everything computed before is kept"
     assert toy.results() == before
@@ -87,7 +87,8 @@ def alive(pid):
         return False
 
 
-def wait_for(condition, seconds=15.0):
+def wait_for(condition, seconds=45.0):
+    """What `condition` gives once it is true; None after less time than a sleeping stage takes to end by itself."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         found = condition()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import threading
-import time
 
 import pytest
 
@@ -12,36 +11,39 @@ from pipeline import lock
 from pipeline.errors import StudyError
 
 
-def hold(folder, **options):
-    told = []
-    return lock.held(folder, str(folder), "bipedstudy run-all", options.get("wait", False), told.append), told
+def hold(folder):
+    return lock.held(folder, str(folder), "bipedstudy run-all", False, pytest.fail)
 
 
 def test_a_second_run_names_the_holder(tmp_path):
-    with hold(tmp_path)[0]:
-        with pytest.raises(StudyError) as caught, hold(tmp_path)[0]:
+    with hold(tmp_path):
+        with pytest.raises(StudyError) as caught, hold(tmp_path):
             pass
         (sentence,) = caught.value.sentences
         assert f"is in use by process {os.getpid()} (bipedstudy run-all, since 20" in sentence
         assert "wait for it with --wait" in sentence
         assert caught.value.exit_code == 2
-    with hold(tmp_path)[0]:
+    with hold(tmp_path):
         pass
 
 
 def test_waiting_ends_with_the_holder(tmp_path):
-    entered = threading.Event()
+    entered, waited_for = threading.Event(), threading.Event()
+    told = []
 
     def first():
-        with hold(tmp_path)[0]:
+        with hold(tmp_path):
             entered.set()
-            time.sleep(0.3)
+            waited_for.wait(60)
+
+    def waiting(sentence):
+        told.append(sentence)
+        waited_for.set()
 
     thread = threading.Thread(target=first)
     thread.start()
     entered.wait()
-    context, told = hold(tmp_path, wait=True)
-    with context:
+    with lock.held(tmp_path, "results", "bipedstudy run-all", True, waiting):
         assert len(told) == 1 and told[0].endswith("; waiting")
     thread.join()
 
@@ -50,12 +52,12 @@ def test_a_lock_left_by_a_killed_process_is_harmless(tmp_path):
     path = tmp_path / ".cache/lock"
     path.parent.mkdir()
     path.write_text('{"pid": 1, "command": "bipedstudy run-all", "since": "2001-01-01 00:00:00"}')
-    with hold(tmp_path)[0]:
+    with hold(tmp_path):
         pass
 
 
 def test_a_results_folder_that_cannot_be_written_is_one_sentence(tmp_path):
     (tmp_path / "results").write_text("a file")
     sentence = r"results: cannot be written \(.*\); choose another folder with --results"
-    with pytest.raises(StudyError, match=sentence), hold(tmp_path / "results")[0]:
+    with pytest.raises(StudyError, match=sentence), hold(tmp_path / "results"):
         pass

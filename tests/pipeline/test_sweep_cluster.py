@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import threading
-import time
 
 import pytest
 
@@ -22,7 +20,7 @@ MIXED = """
 stage: fall
 kind: list
 time_limit_s: 1
-start_limit_s: 3
+start_limit_s: 15
 points: [{fall.behaviour: well}, {fall.behaviour: crash}, {fall.behaviour: sleep}, {fall.behaviour: answer}]
 """
 
@@ -37,28 +35,29 @@ def client(monkeypatch, repository):
         yield client
 
 
-def run(toy, text, client):
+def run(toy, text, client, shows=progress.Silence):
     path = toy.root / "sweep.yaml"
     path.write_text(text)
     out = toy.root / f"table-{'cluster' if client else 'here'}.h5"
     study = toy.study()
     if client is None:  # a results folder of its own, so that nothing is known
         study = type(study)(toy.root, toy.root / "params", toy.root / "elsewhere", (), toy.package)
-    return Sweep(study, specs.read(path), Display()).run(out, 2, client, progress.Silence), out.read_bytes()
+    return Sweep(study, specs.read(path), Display()).run(out, 2, client, shows), out.read_bytes()
 
 
 @pytest.mark.slow
 def test_a_cluster_makes_the_same_table_with_a_worker_killed_half_way(toy, client):
     killed = []
+    pids = list(client.run(os.getpid).values())
 
-    def kill():
-        time.sleep(2.5)
-        pid = next(iter(client.run(os.getpid).values()))
-        os.kill(pid, signal.SIGKILL)
-        killed.append(pid)
+    class Killing(progress.Silence):
+        def one_more(self, failed):
+            super().one_more(failed)
+            if self.done == 15:
+                killed.append(pids[0])
+                os.kill(pids[0], signal.SIGKILL)
 
-    threading.Thread(target=kill, daemon=True).start()
-    there, table = run(toy, SLOW, client)
+    there, table = run(toy, SLOW, client, Killing)
     here, same = run(toy, SLOW, None)
     assert killed and there.computed_now == here.computed_now == 60
     assert table == same
