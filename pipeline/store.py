@@ -18,6 +18,7 @@ from pipeline.fingerprint import Ingredients
 
 _MANIFEST = "manifest.json"
 _MAKING = "making-"
+_ASIDE = "-old"
 _RESULTS = "results/"
 SWEEPS = "sweeps"
 
@@ -75,7 +76,7 @@ class Store:
         target = self.folder / entry.key
         earlier = self.entry(entry.key)
         if target.exists():
-            aside = folder.with_name(folder.name + "-old")
+            aside = folder.with_name(folder.name + _ASIDE)
             target.rename(aside)
             folder.rename(target)
             shutil.rmtree(aside, ignore_errors=True)
@@ -91,6 +92,9 @@ class Store:
     def sweep(self) -> None:
         """Remove what killed runs left behind. Only under the lock."""
         for path in self.folder.glob(_MAKING + "*"):
+            entry = self.folder / path.name.removeprefix(_MAKING).partition("-")[0]
+            if path.name.endswith(_ASIDE) and not entry.exists():
+                path.rename(entry)  # the run ended between the two renames of `keep`
             shutil.rmtree(path, ignore_errors=True)
         folders = [self.folder, self.folder / "current", self.results]
         apart = (self.folder.name, SWEEPS)  # a sweep holds a lock of its own and may be writing

@@ -1,0 +1,102 @@
+"""A small study of four stages, copied from `toy_study` into a folder: quick, and able to fail in many ways.
+
+fall -> bounce -> picture, and side by itself. `fall.behaviour` chooses what goes wrong.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from pipeline.display import Display
+from pipeline.executor import Outcome, bring_up_to_date
+from pipeline.study import Study
+
+HOME = Path(__file__).resolve().parents[2]
+TEMPLATE = Path(__file__).with_name("toy_study")
+TEMPLATE_PACKAGE = "toystages"
+
+
+@dataclass
+class Toy:
+    """A toy study: edit its files, run it in this process (its stages in workers), or through the command line."""
+
+    root: Path
+    package: str
+
+    def study(self, *settings: str) -> Study:
+        return Study(self.root, self.root / "params", self.root / "results", settings, self.package)
+
+    def run(self, *settings: str, names: tuple[str, ...] = (), force: bool = False, jobs: int = 2) -> dict[str, str]:
+        """Bring stages (default: all) up to date; returns stage -> current, restored or computed."""
+        return {outcome.stage: outcome.how for outcome in self.outcomes(*settings, names=names, force=force, jobs=jobs)}
+
+    def outcomes(
+        self, *settings: str, names: tuple[str, ...] = (), force: bool = False, jobs: int = 2
+    ) -> list[Outcome]:
+        study = self.study(*settings)
+        wanted = study.graph.needed_for(names or tuple(study.graph.stages))
+        values = study.parameters(wanted)
+        return bring_up_to_date(study, values, Display(), force=wanted if force else (), jobs=jobs)
+
+    def path(self, name: str) -> Path:
+        return self.root / name.replace("PACKAGE", self.package)
+
+    def edit(self, name: str, old: str, new: str) -> None:
+        path = self.path(name)
+        text = path.read_text()
+        assert old in text
+        path.write_text(text.replace(old, new))
+
+    def results(self) -> dict[str, bytes]:
+        """Every file in the results folder outside the cache, the logs and the report, which tells the times."""
+        folder = self.root / "results"
+        return {
+            path.relative_to(folder).as_posix(): path.read_bytes()
+            for path in sorted(folder.rglob("*"))
+            if path.is_file() and path.relative_to(folder).parts[0] not in (".cache", "log", "log.jsonl", "report.html")
+        }
+
+    def start(self, *arguments: str, environment: Mapping[str, str] | None = None) -> subprocess.Popen[str]:
+        """Start `bipedstudy` in the study's folder as a process of its own."""
+        environment = {**os.environ, "PYTHONPATH": str(HOME), "COLUMNS": "200", **(environment or {})}
+        # a shell that runs the tests in the background has interrupts ignored, and its children inherit that
+        heed = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+        code = f"{heed}; import sys; sys.path.insert(0, {str(self.root)!r}); from pipeline.cli import main; main()"
+        return subprocess.Popen(
+            [sys.executable, "-c", code, *arguments],
+            cwd=self.root,
+            env=environment,
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
+
+    def command(self, *arguments: str) -> tuple[int, str, str]:
+        """Run `bipedstudy` to its end: exit code, standard output, standard error."""
+        process = self.start(*arguments)
+        out, errors = process.communicate(timeout=300)
+        return process.returncode, out, errors
+
+
+def written(root: Path, package: str) -> Toy:
+    for source in TEMPLATE.rglob("*"):
+        if source.is_file() and "__pycache__" not in source.parts:
+            path = root / source.relative_to(TEMPLATE).as_posix().replace(TEMPLATE_PACKAGE, package)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(source.read_text().replace(TEMPLATE_PACKAGE, package))
+    return Toy(root, package)
+
+
+def with_commands(root: Path) -> Toy:
+    """A fresh toy study whose package is called `stages`, as the command line expects."""
+    study = written(root, "stages")
+    (root / "stages/biped").mkdir()
+    (root / "stages/biped/__init__.py").touch()
+    shutil.copyfile(HOME / "stages/biped/quantity.py", root / "stages/biped/quantity.py")
+    return study
