@@ -1,0 +1,163 @@
+"""Every command in the documents: it is one that the program knows, and it works as it stands there."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import sqlite3
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+
+from pipeline.cli import cli
+from tests.imu.stand_in import make_database, make_run
+from tests.pipeline import documented
+
+HOME = Path(__file__).resolve().parents[2]
+DOCUMENTS = [HOME / "README.md", *sorted((HOME / "docs").glob("*.md")), HOME / "benchmarks/README.md"]
+NOT_RUN = {
+    "make study": "installs an environment; .ci/run and the workflows call make, and every stage it runs is run here",
+    "make test": "is what runs this test",
+    "bipedstudy sweep slopes.yaml --cluster tcp://scheduler:8786": "needs a cluster: tests/pipeline/test_sweep_cluster",
+    "bipedstudy ingest env:LAB": "needs a server: tests/imu/test_source_sql",
+    "bipedstudy ingest env:LAB --store measurements/lab.sqlite": "needs a server; a file is stored in docs/own_biped",
+}
+AT_ONCE = (
+    "bipedstudy status",
+    "bipedstudy sweep slopes.yaml --dry-run",
+    "bipedstudy ingest lab.sqlite",
+    "bipedstudy ingest recordings --map columns.yaml",
+)
+
+
+def understood(words: list[str]) -> None:
+    """Parse the words of a command without running it. Raises `click.UsageError` or `StudyError`."""
+    outer = click.Context(cli, info_name="bipedstudy")
+    name, command, rest = cli.resolve_command(outer, words)
+    command.make_context(name, list(rest), parent=outer)
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
+def test_every_command_is_one_that_the_program_knows(path, repository, bench, monkeypatch):
+    monkeypatch.chdir(bench)
+    targets = set(re.findall(r"^([a-z-]+):", (repository / "Makefile").read_text(), flags=re.M))
+    for command in [*documented.commands(path), *documented.mentioned(path)]:
+        program, *words = [word for word in command.words if word != ">"]
+        if program == "bipedstudy" and not command.environment:
+            try:
+                understood(words)
+            except click.MissingParameter:  # within a sentence a command may be shortened
+                assert command in documented.mentioned(path), command.text
+        elif program == "make":
+            assert words[0] in targets, command.text
+        elif program == "python":
+            script = words[1].replace(".", "/") + ".py" if words[0] == "-m" else words[0]
+            assert (repository / script).is_file(), command.text
+
+
+def test_what_is_not_run_is_still_documented():
+    written = {command.text for path in DOCUMENTS for command in documented.commands(path)}
+    assert NOT_RUN.keys() | AT_ONCE <= written
+
+
+@pytest.fixture(scope="session")
+def bench(tmp_path_factory, repository) -> Path:
+    """A new study with the files that the documents speak of: sweeps, a recording in SQLite, and one in CSV."""
+    root = tmp_path_factory.mktemp("documented") / "study"
+    assert bipedstudy(root.parent, "init", "study").returncode == 0
+    text = documented.blocks(repository / "docs/sweeps.md", "yaml")[0]
+    assert "count: 2000 " in text
+    for name in ("slopes", "designs"):
+        (root / f"{name}.yaml").write_text(text.replace("count: 2000 ", "count: 3 "))
+    (root / "lab.sqlite").write_bytes(make_database([make_run(seed, steps=9, rest_s=1.5) for seed in (1, 2)]))
+    (root / "measurements").mkdir()
+    shutil.copyfile(root / "lab.sqlite", root / "measurements/lab.sqlite")
+    (root / "columns.yaml").write_text(documented.blocks(repository / "docs/measurements.md", "yaml")[0])
+    (root / "recordings").mkdir()
+    (root / "recordings/walk_1_hip.csv").write_text(as_csv(root / "lab.sqlite"))
+    return root
+
+
+def as_csv(database: Path) -> str:
+    """The first run's hip sensor in the columns and units of docs/measurements.md: a count, g and deg/s."""
+    with sqlite3.connect(database) as connection:
+        rows = connection.execute(
+            "SELECT packet * batch_size + position, ax, ay, az, gx, gy, gz,"
+            " accelerometer_range_g, gyroscope_range_deg_s FROM sample JOIN device USING (device_id)"
+            " WHERE place = 'hip' AND experiment_id = 1 ORDER BY sample_id"
+        ).fetchall()
+    lines = ["Counter,AccX,AccY,AccZ,GyrX,GyrY,GyrZ"]
+    for count, *values, force, rate in rows:
+        scales = [force / 2**15] * 3 + [rate / 2**15] * 3
+        lines.append(",".join([str(count), *(f"{value * scale:.6f}" for value, scale in zip(values, scales))]))
+    return "\n".join(lines)
+
+
+def bipedstudy(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    """Run the command line in a folder."""
+    return subprocess.run(
+        [sys.executable, "-m", "pipeline.cli", *words], cwd=folder, text=True, capture_output=True,
+        env={**os.environ, "PYTHONPATH": str(HOME)},
+    )  # fmt: skip
+
+
+def works(folder: Path, command: documented.Command) -> None:
+    """Run a documented command; it must end well, and leave every file it names."""
+    assert command.words[0] == "bipedstudy" and not command.environment, command.text
+    done = bipedstudy(folder, *command.words[1:])
+    assert done.returncode == 0, f"{command.text}\n{done.stdout[-2000:]}{done.stderr}"
+    assert "Traceback" not in done.stderr
+    for option, value in zip(command.words, command.words[1:]):
+        if option in ("--figure", "--store", "--into", "--out"):
+            assert (folder / value).stat().st_size > 0, command.text
+
+
+@pytest.mark.parametrize("text", AT_ONCE)
+def test_a_command_that_needs_no_results_works(text, bench):
+    works(bench, documented.Command(tuple(text.split())))
+
+
+@pytest.fixture(scope="module")
+def study(bench, repository) -> Path:
+    """The bench after `make study`: results are taken from the checkout where it has them."""
+    for name in ("results/.cache", "results"):
+        if (repository / name).is_dir():
+            shutil.copytree(repository / name, bench / name, dirs_exist_ok=True)
+    return bench
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["README.md", "docs/measurements.md", "docs/sweeps.md"])
+def test_every_command_works_after_make_study(name, study, repository):
+    for command in documented.commands(repository / name):
+        if command.text not in NOT_RUN:
+            done = bipedstudy(study, "run-all")
+            assert done.returncode == 0, done.stderr
+            works(study, command)
+    for block in documented.blocks(repository / name, "python"):
+        subprocess.run([sys.executable, "-c", block], cwd=study, check=True)
+
+
+@pytest.mark.slow
+def test_the_tutorial_works_as_it_is_written(repository, tmp_path):
+    script = "\n".join(documented.blocks(repository / "docs/own_biped.md", "sh"))
+    assert script.count("bipedstudy") >= 12
+    tools = tmp_path / "bin"
+    tools.mkdir()
+    program = tools / "bipedstudy"
+    program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m pipeline.cli "$@"\n')
+    program.chmod(0o755)
+    environment = {**os.environ, "PATH": f"{tools}:{os.environ['PATH']}", "PYTHONPATH": str(repository)}
+    done = subprocess.run(["bash", "-euxc", script], cwd=tmp_path, env=environment, text=True, capture_output=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    folder = tmp_path / "my_biped"
+    assert (folder / "results/multibody.h5").exists() and (folder / "lab.sqlite").exists()
+    assert "complete" in (folder / "bipedstudy-completion.sh").read_text()
+    # models and (synthetic) recording agree on the heavier biped within a percent, as the tutorial says
+    found = dict(re.findall(r"^(analytic|multibody|imu) .*?(\d\.\d+) (?:Hz|\+-)", done.stdout, flags=re.M))
+    frequencies = [float(word) for word in found.values()]
+    assert len(frequencies) == 3 and max(frequencies) / min(frequencies) < 1.01, found
