@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.analytic.compiled import compiled
+from stages.analytic.compiled import Numbers, compiled
 from stages.analytic.phase import EVENT
 from stages.analytic.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE
 from stages.analytic.step import section_coordinates, section_state, walk_step
@@ -31,7 +31,10 @@ class Basin:
 
 
 @compiled
-def walk_starts(rigid, starts, p, gaits, near, steps, tolerance, time_limit, step_limit, survived, reached):
+def walk_starts(
+    rigid: bool, starts: np.ndarray, p: Numbers, gaits: np.ndarray, near: float, steps: int, tolerance: float,
+    time_limit: float, step_limit: int, survived: Vector, reached: Vector,
+) -> None:  # fmt: skip
     """Walk every start (n, j) up to `steps` steps; a walk ends early within `near` of a gait of `gaits` (g, j)."""
     no_nodes = np.empty((0, 10))
     for i in range(starts.shape[0]):

@@ -9,10 +9,20 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any, TypeVar, cast
 
 import numba
 
+#: What compiled functions take and give besides arrays: a few numbers, such as the tuple p of parameters; one number
+#: for each coordinate; the parts of a constrained solution; three Jacobians, each stored by rows.
+Numbers = tuple[float, ...]
+Four = tuple[float, float, float, float]
+Constrained = tuple[Four, Four, float, float, float]
+Jacobians = tuple[Numbers, Numbers, Numbers]
+
+F = TypeVar("F", bound=Callable[..., Any])
 FOLDER = Path(__file__).parent
 
 
@@ -25,7 +35,13 @@ def cache_folder() -> Path:
     return home / "__pycache__" / f"numba-{digest.hexdigest()[:16]}"
 
 
-numba.config.CACHE_DIR = str(cache_folder())
-#: No relaxed arithmetic, not even fused multiply-add: where the compiler fuses depends on what it inlines, and that on
-#: what the cache already holds, so the last bits would depend on the order of calls. Threads may run side by side.
-compiled = numba.njit(cache=True, error_model="numpy", nogil=True)
+vars(numba.config)["CACHE_DIR"] = str(cache_folder())
+
+
+def compiled(function: F) -> F:
+    """The function as machine code.
+
+    No relaxed arithmetic, not even fused multiply-add: where the compiler fuses depends on what it inlines, and that on
+    what the cache already holds, so the last bits would depend on the order of calls. Threads may run side by side.
+    """
+    return cast(F, numba.njit(cache=True, error_model="numpy", nogil=True)(function))

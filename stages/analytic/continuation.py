@@ -80,7 +80,7 @@ class Curve:
 
     def tangent(self, u: Vector, derivative: np.ndarray, along: Vector) -> Vector:
         """Unit tangent of the curve, on the side of `along`."""
-        direction = np.linalg.svd(self.jacobian(u, derivative))[2][-1]
+        direction: Vector = np.linalg.svd(self.jacobian(u, derivative))[2][-1]
         return direction if direction @ along >= 0 else -direction
 
     def correct(self, guess: Vector, along: Vector) -> tuple[Vector, np.ndarray, float] | None:

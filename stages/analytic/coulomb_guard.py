@@ -8,7 +8,7 @@ guard is the lesser of the two, so it falls through zero with the first.
 from __future__ import annotations
 
 from stages.analytic import equations as eq
-from stages.analytic.compiled import compiled
+from stages.analytic.compiled import Numbers, compiled
 from stages.analytic.elimination import dot
 from stages.analytic.flow import (
     HOVERING,
@@ -22,13 +22,14 @@ from stages.analytic.flow import (
 )
 from stages.analytic.impulse_terms import by_position
 from stages.analytic.transitions import clearance_variation, foot_clearance
+from stages.analytic.walker import Vector
 
 #: Least share of its frictionless value to which friction may lower the mobility of a sliding contact.
 LEAST_MOBILITY = 1e-3
 
 
 @compiled
-def slip_speed(y, p):
+def slip_speed(y: Vector, p: Numbers) -> tuple[float, float]:
     """Rate of the clearance of the trailing foot, and its slip velocity: Pi^T qd."""
     normal, roll, _, _ = contact_directions(y, p)
     rates = (y[4], y[5], y[6], y[7])
@@ -36,7 +37,7 @@ def slip_speed(y, p):
 
 
 @compiled
-def limited_guard(phase, y, p, rates):
+def limited_guard(phase: int, y: Vector, p: Numbers, rates: Vector) -> tuple[float, float]:
     """Guard of a sliding or hovering phase and its rate along `rates` = dy/dt."""
     if phase == HOVERING:
         height, rate, _ = foot_clearance(phase, y, p)
@@ -52,7 +53,7 @@ def limited_guard(phase, y, p, rates):
 
 
 @compiled
-def limited_variation(phase, y, p, start):
+def limited_variation(phase: int, y: Vector, p: Numbers, start: int) -> float:
     """Change of the guard of a sliding or hovering phase for the variation stored from `start`."""
     if phase == HOVERING:
         return clearance_variation(phase, y, p, start) if foot_clearance(phase, y, p)[0] <= -y[6] else -y[start + 6]
@@ -69,7 +70,7 @@ def limited_variation(phase, y, p, start):
 
 
 @compiled
-def wedges(y, p, ratio):
+def wedges(y: Vector, p: Numbers, ratio: float) -> bool:
     """Whether friction `ratio` (tangential over normal) takes away the mobility of the trailing foot's contact."""
     _, factors = single_acceleration(y, p)
     normal, roll, _, _ = contact_directions(y, p)

@@ -14,17 +14,18 @@ foot (mu |W_NT| >= W_NN of the inverse contact mass W = Pi^T M^-1 Pi); where it 
 from __future__ import annotations
 
 from stages.analytic import equations as eq
-from stages.analytic.compiled import compiled
+from stages.analytic.compiled import Four, Numbers, compiled
 from stages.analytic.elimination import dot, factor, factor_constrained, solve, solve_constrained
 from stages.analytic.flow import contact_directions, push_of, row_times
 from stages.analytic.impulse_terms import by_position, free_jump, impulse_jacobians, without_forces
+from stages.analytic.walker import Vector
 
 #: What the trailing foot does after an impact.
 LIFTS, STICKS, SLIPS, UNDECIDED = 0, 1, 2, 3
 
 
 @compiled
-def trailing_impulse(y, p):
+def trailing_impulse(y: Vector, p: Numbers) -> tuple[int, float, tuple[float, float], Numbers, Four, Four]:
     """What the trailing foot does in an impact (one of the above), its friction ratio if it slips, and its impulse.
 
     `y` is the state with the landing foot at rest already, in the names after heel strike. With them comes what solves
@@ -52,7 +53,7 @@ def trailing_impulse(y, p):
 
 
 @compiled
-def strike(y, p):
+def strike(y: Vector, p: Numbers) -> bool:
     """The trailing foot meets the ground, or is let go of, in place; False where the law does not decide."""
     found, ratio, impulse, factors, normal, roll = trailing_impulse(y, p)
     before = (y[4], y[5], y[6], y[7])
@@ -85,7 +86,7 @@ def strike(y, p):
 
 
 @compiled
-def land(y, p):
+def land(y: Vector, p: Numbers) -> None:
     """The landing foot alone comes to rest and rolls; state and variations in the new names, in place.
 
     Momenta of all motions that keep it rolling are kept: M(q+) qd+ = H(q-) qd-.
@@ -114,7 +115,7 @@ def land(y, p):
 
 
 @compiled
-def limited_reset(y, p):
+def limited_reset(y: Vector, p: Numbers) -> bool:
     """Heel strike with limited friction on the state and its variations, in place; False where it is undecided."""
     land(y, p)
     return strike(y, p)

@@ -13,18 +13,19 @@ from math import acos, cos
 import numpy as np
 
 from stages.analytic import equations as eq
-from stages.analytic.compiled import compiled
+from stages.analytic.compiled import Numbers, compiled
 from stages.analytic.coulomb_guard import slip_speed
 from stages.analytic.elimination import dot
 from stages.analytic.flow import contact_directions
 from stages.analytic.impulse_terms import by_position
+from stages.analytic.walker import Vector
 
 #: Slower than this, in leg lengths and pendulum times, the trailing foot is at rest: round-off of an impact.
 AT_REST = 1e-11
 
 
 @compiled
-def landed_state(z, p):
+def landed_state(z: Vector, p: Numbers) -> Vector:
     """State y (8,) just after heel strike from its section coordinates z (7,); NaN where the foot is out of reach."""
     y = np.empty(8)
     y[0], y[1], y[3], y[4], y[5] = z[0], z[1], z[2], z[3], z[4]
@@ -40,7 +41,7 @@ def landed_state(z, p):
 
 
 @compiled
-def landing_coordinates(y, p):
+def landing_coordinates(y: Vector, p: Numbers) -> Vector:
     """Section coordinates z (7,) of a state just after heel strike; speeds at round-off are zero."""
     height_rate, slip = slip_speed(y, p)
     return np.array([y[0], y[1], y[3], y[4], y[5], height_rate if height_rate > AT_REST else 0.0,
@@ -48,7 +49,7 @@ def landing_coordinates(y, p):
 
 
 @compiled
-def landing_tangent(z, y, p):
+def landing_tangent(z: Vector, y: Vector, p: Numbers) -> Vector:
     """Derivative of `landed_state` at its value y, columns one after another, shape (7 * 8,)."""
     normal, roll, _, _ = contact_directions(y, p)
     by_state = eq.contact_acceleration_jacobian(
@@ -71,7 +72,7 @@ def landing_tangent(z, y, p):
 
 
 @compiled
-def landing_variations(y, p):
+def landing_variations(y: Vector, p: Numbers) -> np.ndarray:
     """Derivative (7, j) of the section coordinates from the state and its j variations in y ((1 + j) * 8,)."""
     normal, roll, _, _ = contact_directions(y, p)
     by_state = eq.contact_acceleration_jacobian(

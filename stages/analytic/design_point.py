@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from typing import Any
 
 from stages.analytic.walker import Walker, build_walker
 from stages.biped.design import Biped
@@ -35,10 +36,10 @@ class DesignPoint:
     def with_value(self, name: str, value: float) -> DesignPoint:
         """The design with one parameter changed; no rule is checked. Raises KeyError with the known names."""
         owner, key = self._owner(name)
-        changed = dataclasses.replace(owner, **{key: float(value)})
+        change: dict[str, Any] = {key: float(value)}
         if owner is self.biped:
-            return dataclasses.replace(self, biped=changed)
-        return dataclasses.replace(self, slope=changed)
+            return dataclasses.replace(self, biped=dataclasses.replace(self.biped, **change))
+        return dataclasses.replace(self, slope=dataclasses.replace(self.slope, **change))
 
     def bound(self, name: str) -> Bound:
         """The range the parameter files allow. Raises KeyError with the known names."""

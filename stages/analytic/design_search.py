@@ -71,7 +71,8 @@ class Problem:
 
     def start(self) -> Vector:
         """The design's own values in relative units."""
-        return np.array([self.design.value(name) for name in self.names]) / self.scale
+        values: Vector = np.array([self.design.value(name) for name in self.names]) / self.scale
+        return values
 
     def candidate(self, x: Vector, z: Vector) -> Candidate | None:
         """The gait near `z` of the design at `x`; None if the design is illegal or has no gait there."""

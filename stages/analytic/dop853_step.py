@@ -3,16 +3,18 @@
 One step of DOP853 and its error estimate, with all sums written out.
 """
 # ruff: noqa
-# mypy: ignore-errors
 
 from math import sqrt
 
-from stages.analytic.compiled import compiled
+import numpy as np
+
+from stages.analytic.compiled import Numbers, compiled
 from stages.analytic.flow import flow
+from stages.analytic.walker import Vector
 
 
 @compiled
-def take_step(phase, y, h, p, stages, new):
+def take_step(phase: int, y: Vector, h: float, p: Numbers, stages: np.ndarray, new: Vector) -> None:
     """Advance `y` by `h` into `new`. `stages[0]` must hold dy/dt at `y`; the other rows are overwritten."""
     size = y.size
     for n in range(size):
@@ -53,7 +55,7 @@ def take_step(phase, y, h, p, stages, new):
 
 
 @compiled
-def error_norm(y, new, h, stages, tolerance):
+def error_norm(y: Vector, new: Vector, h: float, stages: np.ndarray, tolerance: float) -> float:
     """Estimated error of the step in units of the tolerance (absolute and relative alike); NaN if it is not finite."""
     fifth, third = 0.0, 0.0
     for n in range(y.size):

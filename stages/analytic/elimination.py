@@ -6,11 +6,13 @@ elimination starts there and ends in a 2 x 2 system for the stance leg.
 
 from __future__ import annotations
 
-from stages.analytic.compiled import compiled
+from stages.analytic.compiled import Constrained, Four, Numbers, compiled
 
 
 @compiled
-def factor(m11, m12, m13, m14, m22, m23, m24, m33, m44):
+def factor(
+    m11: float, m12: float, m13: float, m14: float, m22: float, m23: float, m24: float, m33: float, m44: float
+) -> Numbers:
     """Factors of the symmetric mass matrix with m34 = 0, for `solve`."""
     i33, i44 = 1.0 / m33, 1.0 / m44
     a13, a14, a23, a24 = m13 * i33, m14 * i44, m23 * i33, m24 * i44
@@ -22,7 +24,7 @@ def factor(m11, m12, m13, m14, m22, m23, m24, m33, m44):
 
 
 @compiled
-def solve(factors, f1, f2, f3, f4):
+def solve(factors: Numbers, f1: float, f2: float, f3: float, f4: float) -> Four:
     """Solution of M x = f from the factors of M."""
     i33, i44, a13, a14, a23, a24, c11, c12, c22 = factors
     g1 = f1 - a13 * f3 - a14 * f4
@@ -33,13 +35,13 @@ def solve(factors, f1, f2, f3, f4):
 
 
 @compiled
-def dot(a, b):
+def dot(a: Four, b: Four) -> float:
     """Scalar product of two 4-tuples."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
 
 
 @compiled
-def factor_constrained(factors, normal, roll):
+def factor_constrained(factors: Numbers, normal: Four, roll: Four) -> Constrained:
     """Factors of [[M, -Pi], [Pi^T, 0]] for Pi = (normal, roll): the two columns of M^-1 Pi and (Pi^T M^-1 Pi)^-1."""
     y1 = solve(factors, normal[0], normal[1], normal[2], normal[3])
     y2 = solve(factors, roll[0], roll[1], roll[2], roll[3])
@@ -49,7 +51,9 @@ def factor_constrained(factors, normal, roll):
 
 
 @compiled
-def solve_constrained(factors, constrained, normal, roll, free, target1, target2):
+def solve_constrained(
+    factors: Numbers, constrained: Constrained, normal: Four, roll: Four, free: Four, target1: float, target2: float
+) -> tuple[Four, tuple[float, float]]:
     """Solution of M x - Pi lambda = f, Pi^T x = target, given `free` = M^-1 f. Returns x and (lambda_1, lambda_2)."""
     y1, y2, c11, c12, c22 = constrained
     t1 = target1 - dot(normal, free)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.analytic import equations as eq
+from stages.analytic.compiled import Numbers
 from stages.analytic.coulomb_guard import slip_speed
 from stages.analytic.flow import DOUBLE_STANCE
 from stages.analytic.recording import Segment, states_at
@@ -33,7 +34,8 @@ class EnergyAudit:
 
 def energy(walker: Walker, y: np.ndarray) -> tuple[float, float]:
     """Kinetic and potential energy of a state, dimensionless, with x = 0 at the stance foot."""
-    kinetic, potential = (eq.rigid_energy if walker.rigid else eq.compliant_energy)(*y[: walker.size], walker.p)
+    terms: Callable[..., Numbers] = eq.rigid_energy if walker.rigid else eq.compliant_energy
+    kinetic, potential = terms(*y[: walker.size], walker.p)
     return kinetic, potential
 
 

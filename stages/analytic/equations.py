@@ -4,15 +4,14 @@ Terms of M qdd + C qd = Q + Pi lambda as compiled functions of scalars. `p` is t
 (M, m, L_nat, r, l, k, b, I, g_x, g_y, mu_s, mu_d). SI units, angles in rad, slope frame.
 """
 # ruff: noqa
-# mypy: ignore-errors
 
 from math import cos, sin
 
-from stages.analytic.compiled import compiled
+from stages.analytic.compiled import Numbers, compiled
 
 
 @compiled
-def compliant_terms(theta, L_1, psi, L_2, dtheta, dL_1, dpsi, dL_2, p):
+def compliant_terms(theta: float, L_1: float, psi: float, L_2: float, dtheta: float, dL_1: float, dpsi: float, dL_2: float, p: Numbers) -> Numbers:
     """Upper triangle of M by rows, then Q - C qd."""
     M = p[0]
     m = p[1]
@@ -70,7 +69,7 @@ def compliant_terms(theta, L_1, psi, L_2, dtheta, dL_1, dpsi, dL_2, p):
 
 
 @compiled
-def compliant_residual_jacobian(theta, L_1, psi, L_2, dtheta, dL_1, dpsi, dL_2, ddtheta, ddL_1, ddpsi, ddL_2, p):
+def compliant_residual_jacobian(theta: float, L_1: float, psi: float, L_2: float, dtheta: float, dL_1: float, dpsi: float, dL_2: float, ddtheta: float, ddL_1: float, ddpsi: float, ddL_2: float, p: Numbers) -> Numbers:
     """d(M qdd + C qd - Q)/d(q, qd) at given qdd, by rows, (4, 8)."""
     M = p[0]
     m = p[1]
@@ -172,7 +171,7 @@ def compliant_residual_jacobian(theta, L_1, psi, L_2, dtheta, dL_1, dpsi, dL_2, 
 
 
 @compiled
-def compliant_reaction(theta, L_1, psi, L_2, dtheta, dL_1, dpsi, dL_2, ddtheta, ddL_1, ddpsi, ddL_2, p):
+def compliant_reaction(theta: float, L_1: float, psi: float, L_2: float, dtheta: float, dL_1: float, dpsi: float, dL_2: float, ddtheta: float, ddL_1: float, ddpsi: float, ddL_2: float, p: Numbers) -> Numbers:
     """Force of the ground on both feet together: tangential, normal [N]."""
     M = p[0]
     m = p[1]
@@ -208,7 +207,7 @@ def compliant_reaction(theta, L_1, psi, L_2, dtheta, dL_1, dpsi, dL_2, ddtheta, 
 
 
 @compiled
-def compliant_energy(theta, L_1, psi, L_2, dtheta, dL_1, dpsi, dL_2, p):
+def compliant_energy(theta: float, L_1: float, psi: float, L_2: float, dtheta: float, dL_1: float, dpsi: float, dL_2: float, p: Numbers) -> Numbers:
     """Kinetic and potential energy [J], x = 0 at the stance foot's centre for theta = 0."""
     M = p[0]
     m = p[1]
@@ -258,7 +257,7 @@ def compliant_energy(theta, L_1, psi, L_2, dtheta, dL_1, dpsi, dL_2, p):
 
 
 @compiled
-def contact_terms(theta, L_1, psi, L_2, dtheta, dL_1, dpsi, dL_2, p):
+def contact_terms(theta: float, L_1: float, psi: float, L_2: float, dtheta: float, dL_1: float, dpsi: float, dL_2: float, p: Numbers) -> Numbers:
     """Pi^T by rows (2, 4), then dPi^T/dt qd."""
     r = p[3]
     u0 = -r
@@ -289,7 +288,7 @@ def contact_terms(theta, L_1, psi, L_2, dtheta, dL_1, dpsi, dL_2, p):
 
 
 @compiled
-def contact_force_jacobian(theta, L_1, psi, L_2, lambda_1, lambda_2, p):
+def contact_force_jacobian(theta: float, L_1: float, psi: float, L_2: float, lambda_1: float, lambda_2: float, p: Numbers) -> Numbers:
     """d(Pi lambda)/dq at given lambda, by rows, (4, 4)."""
     r = p[3]
     u0 = -r
@@ -320,7 +319,7 @@ def contact_force_jacobian(theta, L_1, psi, L_2, lambda_1, lambda_2, p):
 
 
 @compiled
-def contact_acceleration_jacobian(theta, L_1, psi, L_2, dtheta, dL_1, dpsi, dL_2, ddtheta, ddL_1, ddpsi, ddL_2, p):
+def contact_acceleration_jacobian(theta: float, L_1: float, psi: float, L_2: float, dtheta: float, dL_1: float, dpsi: float, dL_2: float, ddtheta: float, ddL_1: float, ddpsi: float, ddL_2: float, p: Numbers) -> Numbers:
     """d(Pi^T qdd + dPi^T/dt qd)/d(q, qd) at given qdd, by rows, (2, 8)."""
     r = p[3]
     u0 = sin(theta)
@@ -366,7 +365,7 @@ def contact_acceleration_jacobian(theta, L_1, psi, L_2, dtheta, dL_1, dpsi, dL_2
 
 
 @compiled
-def compliant_handover(theta, L_1, psi, L_2, p):
+def compliant_handover(theta: float, L_1: float, psi: float, L_2: float, p: Numbers) -> Numbers:
     """Handover matrix by rows, (4, 4)."""
     M = p[0]
     m = p[1]
@@ -419,7 +418,7 @@ def compliant_handover(theta, L_1, psi, L_2, p):
 
 
 @compiled
-def compliant_handover_jacobian(theta, L_1, psi, L_2, dtheta, dL_1, dpsi, dL_2, p):
+def compliant_handover_jacobian(theta: float, L_1: float, psi: float, L_2: float, dtheta: float, dL_1: float, dpsi: float, dL_2: float, p: Numbers) -> Numbers:
     """d(handover qd)/dq at given qd, by rows, (4, 4)."""
     M = p[0]
     m = p[1]
@@ -487,7 +486,7 @@ def compliant_handover_jacobian(theta, L_1, psi, L_2, dtheta, dL_1, dpsi, dL_2, 
 
 
 @compiled
-def rigid_terms(theta, psi, dtheta, dpsi, p):
+def rigid_terms(theta: float, psi: float, dtheta: float, dpsi: float, p: Numbers) -> Numbers:
     """Upper triangle of M by rows, then Q - C qd."""
     M = p[0]
     m = p[1]
@@ -534,7 +533,7 @@ def rigid_terms(theta, psi, dtheta, dpsi, p):
 
 
 @compiled
-def rigid_residual_jacobian(theta, psi, dtheta, dpsi, ddtheta, ddpsi, p):
+def rigid_residual_jacobian(theta: float, psi: float, dtheta: float, dpsi: float, ddtheta: float, ddpsi: float, p: Numbers) -> Numbers:
     """d(M qdd + C qd - Q)/d(q, qd) at given qdd, by rows, (2, 4)."""
     M = p[0]
     m = p[1]
@@ -599,7 +598,7 @@ def rigid_residual_jacobian(theta, psi, dtheta, dpsi, ddtheta, ddpsi, p):
 
 
 @compiled
-def rigid_reaction(theta, psi, dtheta, dpsi, ddtheta, ddpsi, p):
+def rigid_reaction(theta: float, psi: float, dtheta: float, dpsi: float, ddtheta: float, ddpsi: float, p: Numbers) -> Numbers:
     """Force of the ground on both feet together: tangential, normal [N]."""
     M = p[0]
     m = p[1]
@@ -629,7 +628,7 @@ def rigid_reaction(theta, psi, dtheta, dpsi, ddtheta, ddpsi, p):
 
 
 @compiled
-def rigid_energy(theta, psi, dtheta, dpsi, p):
+def rigid_energy(theta: float, psi: float, dtheta: float, dpsi: float, p: Numbers) -> Numbers:
     """Kinetic and potential energy [J], x = 0 at the stance foot's centre for theta = 0."""
     M = p[0]
     m = p[1]
@@ -663,7 +662,7 @@ def rigid_energy(theta, psi, dtheta, dpsi, p):
 
 
 @compiled
-def rigid_handover(theta, psi, p):
+def rigid_handover(theta: float, psi: float, p: Numbers) -> Numbers:
     """Handover matrix by rows, (2, 2)."""
     M = p[0]
     m = p[1]
@@ -694,7 +693,7 @@ def rigid_handover(theta, psi, p):
 
 
 @compiled
-def rigid_handover_jacobian(theta, psi, dtheta, dpsi, p):
+def rigid_handover_jacobian(theta: float, psi: float, dtheta: float, dpsi: float, p: Numbers) -> Numbers:
     """d(handover qd)/dq at given qd, by rows, (2, 2)."""
     M = p[0]
     m = p[1]

@@ -9,7 +9,7 @@ import numpy as np
 from stages.analytic.continuation import PERIOD_DOUBLING, Branch, SpecialPoint, continue_gait
 from stages.analytic.design_point import DesignPoint
 from stages.analytic.poincare import fixed_point, iterate
-from stages.analytic.walker import Vector
+from stages.analytic.walker import Vector, Walker
 
 
 def doubled_start(design: DesignPoint, branch: Branch, special: SpecialPoint, tolerance: float) -> tuple[float, Vector]:
@@ -19,7 +19,10 @@ def doubled_start(design: DesignPoint, branch: Branch, special: SpecialPoint, to
     doubled map finds a gait that is not the old one. Raises ValueError if it finds none on either side.
     """
     span = max(abs(point.value) for point in branch.points)
-    walker_at = lambda value: design.with_value(branch.name, value).walker()  # noqa: E731
+
+    def walker_at(value: float) -> Walker:
+        return design.with_value(branch.name, value).walker()
+
     _, derivative = iterate(walker_at(special.point.value), special.point.z, branch.cycle, tolerance)
     values, vectors = np.linalg.eig(derivative)
     direction = np.real(vectors[:, int(np.argmin(np.abs(values + 1)))])

@@ -10,21 +10,22 @@ of its height alone, or hover: in the air behind the other foot, and to come dow
 from __future__ import annotations
 
 from stages.analytic import equations as eq
-from stages.analytic.compiled import compiled
+from stages.analytic.compiled import Constrained, Four, Jacobians, Numbers, compiled
 from stages.analytic.elimination import dot, factor, factor_constrained, solve, solve_constrained
+from stages.analytic.walker import Vector
 
 RIGID, SINGLE_STANCE, DOUBLE_STANCE = 0, 1, 2
 SLIDING_FORWARD, SLIDING_BACK, HOVERING = 3, 4, 5
 
 
 @compiled
-def size_of(phase):
+def size_of(phase: int) -> int:
     """Length of the state in a phase."""
     return 4 if phase == RIGID else 8
 
 
 @compiled
-def rigid_acceleration(y, p):
+def rigid_acceleration(y: Vector, p: Numbers) -> tuple[tuple[float, float], tuple[float, float, float]]:
     """qdd of rigid single stance and the inverse of its mass matrix (i11, i12, i22)."""
     m11, m12, m22, f1, f2 = eq.rigid_terms(y[0], y[1], y[2], y[3], p)
     inverse = 1.0 / (m11 * m22 - m12 * m12)
@@ -33,7 +34,7 @@ def rigid_acceleration(y, p):
 
 
 @compiled
-def single_acceleration(y, p):
+def single_acceleration(y: Vector, p: Numbers) -> tuple[Four, Numbers]:
     """qdd of compliant single stance and the factors of its mass matrix."""
     t = eq.compliant_terms(y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], p)
     factors = factor(t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[9])
@@ -41,14 +42,14 @@ def single_acceleration(y, p):
 
 
 @compiled
-def contact_directions(y, p):
+def contact_directions(y: Vector, p: Numbers) -> tuple[Four, Four, float, float]:
     """Pi^T by rows and -dPi^T/dt qd: the acceleration the constraints ask for."""
     c = eq.contact_terms(y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], p)
     return (c[0], c[1], c[2], c[3]), (c[4], c[5], c[6], c[7]), -c[8], -c[9]
 
 
 @compiled
-def double_acceleration(y, p):
+def double_acceleration(y: Vector, p: Numbers) -> tuple[Four, tuple[float, float], Numbers, Constrained, Four, Four]:
     """qdd and lambda of double stance, with the factors that solve the same system again."""
     free, factors = single_acceleration(y, p)
     normal, roll, target1, target2 = contact_directions(y, p)
@@ -58,7 +59,7 @@ def double_acceleration(y, p):
 
 
 @compiled
-def row_times(matrix, row, width, dy, start):
+def row_times(matrix: Numbers, row: int, width: int, dy: Vector, start: int) -> float:
     """One row of a matrix stored by rows in a tuple, times a variation stored from `start`."""
     total = 0.0
     for column in range(width):
@@ -67,7 +68,7 @@ def row_times(matrix, row, width, dy, start):
 
 
 @compiled
-def double_jacobians(y, qdd, force, p):
+def double_jacobians(y: Vector, qdd: Four, force: tuple[float, float], p: Numbers) -> Jacobians:
     """What `double_variation` needs at a point, the same for every variation."""
     by_state = eq.compliant_residual_jacobian(
         y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], qdd[0], qdd[1], qdd[2], qdd[3], p)
@@ -78,7 +79,7 @@ def double_jacobians(y, qdd, force, p):
 
 
 @compiled
-def free_variation(jacobians, factors, dy, start):
+def free_variation(jacobians: Jacobians, factors: Numbers, dy: Vector, start: int) -> Four:
     """Variation of qdd at unchanged lambda for the variation of the state stored from `start`."""
     by_state, by_force, _ = jacobians
     return solve(
@@ -91,7 +92,9 @@ def free_variation(jacobians, factors, dy, start):
 
 
 @compiled
-def double_variation(jacobians, system, dy, start):
+def double_variation(
+    jacobians: Jacobians, system: tuple[Numbers, Constrained, Four, Four], dy: Vector, start: int
+) -> tuple[Four, tuple[float, float]]:
     """Variations of qdd and lambda in double stance for the variation of the state stored from `start`."""
     _, _, by_contact = jacobians
     factors, constrained, normal, roll = system
@@ -102,7 +105,7 @@ def double_variation(jacobians, system, dy, start):
 
 
 @compiled
-def rigid_rates(y, p, rates):
+def rigid_rates(y: Vector, p: Numbers, rates: Vector) -> None:
     """Rates of state and variations, rigid single stance."""
     qdd, inverse = rigid_acceleration(y, p)
     rates[0], rates[1], rates[2], rates[3] = y[2], y[3], qdd[0], qdd[1]
@@ -117,7 +120,7 @@ def rigid_rates(y, p, rates):
 
 
 @compiled
-def store(rates, y, start, qdd):
+def store(rates: Vector, y: Vector, start: int, qdd: Four) -> None:
     """Rates of one 8-vector (q, qd) stored from `start`."""
     for i in range(4):
         rates[start + i] = y[start + 4 + i]
@@ -125,7 +128,7 @@ def store(rates, y, start, qdd):
 
 
 @compiled
-def single_rates(y, p, rates):
+def single_rates(y: Vector, p: Numbers, rates: Vector) -> None:
     """Rates of state and variations, compliant single stance."""
     qdd, factors = single_acceleration(y, p)
     store(rates, y, 0, qdd)
@@ -139,7 +142,7 @@ def single_rates(y, p, rates):
 
 
 @compiled
-def double_rates(y, p, rates):
+def double_rates(y: Vector, p: Numbers, rates: Vector) -> None:
     """Rates of state and variations, compliant double stance."""
     qdd, force, factors, constrained, normal, roll = double_acceleration(y, p)
     store(rates, y, 0, qdd)
@@ -151,7 +154,7 @@ def double_rates(y, p, rates):
 
 
 @compiled
-def push_of(factors, normal, roll, ratio):
+def push_of(factors: Numbers, normal: Four, roll: Four, ratio: float) -> tuple[Four, float]:
     """A force with normal part one and friction `ratio`: what it accelerates, and that along the normal.
 
     The latter is the inverse of the contact's effective mass; friction can turn its sign (Painleve's paradox).
@@ -162,7 +165,9 @@ def push_of(factors, normal, roll, ratio):
 
 
 @compiled
-def sliding_acceleration(phase, y, p):
+def sliding_acceleration(
+    phase: int, y: Vector, p: Numbers
+) -> tuple[Four, tuple[float, float], Numbers, Four, float, Four]:
     """qdd and lambda while the trailing foot slides, lambda_2 = -mu_d sign(slip) lambda_1, and what solves it again."""
     ratio = -p[11] if phase == SLIDING_FORWARD else p[11]
     free, factors = single_acceleration(y, p)
@@ -174,7 +179,9 @@ def sliding_acceleration(phase, y, p):
 
 
 @compiled
-def sliding_variation(jacobians, system, dy, start):
+def sliding_variation(
+    jacobians: Jacobians, system: tuple[Numbers, Four, float, Four], dy: Vector, start: int
+) -> tuple[Four, float]:
     """Variations of qdd and lambda_1 of a sliding foot for the variation of the state stored from `start`."""
     factors, push, mobility, normal = system
     free = free_variation(jacobians, factors, dy, start)
@@ -184,7 +191,7 @@ def sliding_variation(jacobians, system, dy, start):
 
 
 @compiled
-def sliding_rates(phase, y, p, rates):
+def sliding_rates(phase: int, y: Vector, p: Numbers, rates: Vector) -> None:
     """Rates of state and variations, trailing foot sliding."""
     qdd, force, factors, push, mobility, normal = sliding_acceleration(phase, y, p)
     store(rates, y, 0, qdd)
@@ -196,7 +203,7 @@ def sliding_rates(phase, y, p, rates):
 
 
 @compiled
-def flow(phase, y, p, rates):
+def flow(phase: int, y: Vector, p: Numbers, rates: Vector) -> None:
     """Write dy/dt of the phase into `rates`."""
     if phase == RIGID:
         rigid_rates(y, p, rates)

@@ -6,19 +6,20 @@ Over an impact M (qd+ - qd-) = Pi Lambda: springs, dampers and gravity give no i
 from __future__ import annotations
 
 from stages.analytic import equations as eq
-from stages.analytic.compiled import compiled
+from stages.analytic.compiled import Four, Jacobians, Numbers, compiled
 from stages.analytic.elimination import solve
 from stages.analytic.flow import row_times
+from stages.analytic.walker import Vector
 
 
 @compiled
-def without_forces(p):
+def without_forces(p: Numbers) -> Numbers:
     """Parameters with stiffness, damping and gravity off: what is left of the equations is inertia."""
     return p[0], p[1], p[2], p[3], p[4], 0.0, 0.0, p[7], 0.0, 0.0, p[10], p[11]
 
 
 @compiled
-def by_position(matrix, row, dy, start):
+def by_position(matrix: Numbers, row: int, dy: Vector, start: int) -> float:
     """The position half of one row of a (n, 8) Jacobian, times a variation."""
     total = 0.0
     for column in range(4):
@@ -27,7 +28,7 @@ def by_position(matrix, row, dy, start):
 
 
 @compiled
-def impulse_jacobians(y, before, after, impulse, p):
+def impulse_jacobians(y: Vector, before: Four, after: Four, impulse: tuple[float, float], p: Numbers) -> Jacobians:
     """Derivatives by position of M (qd+ - qd-), of Pi Lambda and of Pi^T qd+."""
     by_mass = eq.compliant_residual_jacobian(
         y[0], y[1], y[2], y[3], 0.0, 0.0, 0.0, 0.0,
@@ -39,7 +40,7 @@ def impulse_jacobians(y, before, after, impulse, p):
 
 
 @compiled
-def free_jump(jacobians, factors, y, start):
+def free_jump(jacobians: Jacobians, factors: Numbers, y: Vector, start: int) -> Four:
     """Variation of qd+ at unchanged Lambda for the variation of the state before, stored from `start`."""
     by_mass, by_force, _ = jacobians
     change = solve(

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from stages.analytic import dop853_step, radau
-from stages.analytic.compiled import compiled
+from stages.analytic.compiled import Numbers, compiled
+from stages.analytic.walker import Vector
 
 #: Stages of DOP853, and rows of the array that a step works in.
 STAGES = 12
@@ -13,7 +16,7 @@ _implicit_step, _implicit_error = radau.take_step, radau.error_norm
 
 
 @compiled
-def take_step(implicit, phase, y, h, p, stages, new):
+def take_step(implicit: bool, phase: int, y: Vector, h: float, p: Numbers, stages: np.ndarray, new: Vector) -> int:
     """Advance `y` by `h` into `new`; returns how often the rates were evaluated.
 
     `stages` (12, size) holds dy/dt at `y` in its first row; the other rows are overwritten.
@@ -25,7 +28,9 @@ def take_step(implicit, phase, y, h, p, stages, new):
 
 
 @compiled
-def error_norm(implicit, phase, y, new, h, stages, tolerance):
+def error_norm(
+    implicit: bool, phase: int, y: Vector, new: Vector, h: float, stages: np.ndarray, tolerance: float
+) -> float:
     """Estimated error of the step just taken, in units of the tolerance; NaN if it is not finite."""
     if implicit:
         return _implicit_error(phase, y, new, stages, tolerance)
@@ -33,8 +38,8 @@ def error_norm(implicit, phase, y, new, h, stages, tolerance):
 
 
 @compiled
-def step_factor(error):
+def step_factor(error: float) -> float:
     """Factor for the next step's size from the error norm of this one: both estimates are of order 7."""
     if error == 0.0:
         return 6.0
-    return min(6.0, max(0.2, 0.9 * error ** (-1.0 / 8.0)))
+    return min(6.0, max(0.2, 0.9 * float(error ** (-1.0 / 8.0))))

@@ -10,7 +10,7 @@ from math import cos
 
 import numpy as np
 
-from stages.analytic.compiled import compiled
+from stages.analytic.compiled import Numbers, compiled
 from stages.analytic.coulomb_guard import limited_guard, limited_variation, wedges
 from stages.analytic.flow import DOUBLE_STANCE, HOVERING, RIGID, SLIDING_FORWARD, flow, size_of
 from stages.analytic.integrator import STAGES, error_norm, step_factor, take_step
@@ -22,6 +22,7 @@ from stages.analytic.transitions import (
     toe_off_guard,
     toe_off_variation,
 )
+from stages.analytic.walker import Vector
 
 EVENT, FALL, TIME_LIMIT, STEP_FLOOR, STEP_LIMIT, BOTTOMED, WEDGED, CHATTER = 0, 1, 2, 3, 4, 5, 6, 7
 
@@ -35,7 +36,7 @@ GUARD_FLOOR, FIRST_STEP = 1e-12, 1e-5
 
 
 @compiled
-def guard(phase, y, p, rates):
+def guard(phase: int, y: Vector, p: Numbers, rates: Vector) -> tuple[float, float, bool]:
     """Guard of the phase, its rate along `rates`, and whether its fall through zero is the event.
 
     Heel strike: clearance falls through zero with the swing foot ahead of the stance foot. The legs are equally
@@ -52,7 +53,7 @@ def guard(phase, y, p, rates):
 
 
 @compiled
-def falling_root(g0, d0, g1, d1):
+def falling_root(g0: float, d0: float, g1: float, d1: float) -> float:
     """Where in [0, 1] the cubic with values g0 > 0 >= g1 and slopes d0, d1 at the ends falls through zero."""
     low, high = 0.0, 1.0
     s = g0 / (g0 - g1)
@@ -72,7 +73,10 @@ def falling_root(g0, d0, g1, d1):
 
 
 @compiled
-def locate(implicit, phase, y, h, g0, d0, g1, d1, p, stages, event, rates):
+def locate(
+    implicit: bool, phase: int, y: Vector, h: float, g0: float, d0: float, g1: float, d1: float, p: Numbers,
+    stages: np.ndarray, event: Vector, rates: Vector,
+) -> float:  # fmt: skip
     """Shorten the step from `y` until the guard is zero at its end; returns the length of that step.
 
     Leaves the state there in `event` and its rates in `rates`.
@@ -102,7 +106,7 @@ def locate(implicit, phase, y, h, g0, d0, g1, d1, p, stages, event, rates):
 
 
 @compiled
-def shift_to_event(phase, y, p):
+def shift_to_event(phase: int, y: Vector, p: Numbers) -> None:
     """Turn variations at fixed time into variations at the event: dy + (dy/dt) dt with dt = -dg/(dg/dt), in place."""
     base = size_of(phase)
     if y.size == base:
@@ -123,7 +127,10 @@ def shift_to_event(phase, y, p):
 
 
 @compiled
-def integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes, count):
+def integrate(
+    phase: int, y: Vector, p: Numbers, tolerance: float, time_limit: float, step_limit: int, h: float,
+    nodes: np.ndarray, count: int,
+) -> tuple[int, float, float, int, int]:  # fmt: skip
     """Integrate `y` in place to the event of the phase.
 
     Returns (status, duration, last step size, nodes filled, evaluations). Each accepted step start is recorded as

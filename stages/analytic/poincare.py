@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.analytic import equations as eq
-from stages.analytic.compiled import compiled
+from stages.analytic.compiled import Numbers, compiled
 from stages.analytic.coulomb_section import landing_tangent, landing_variations
 from stages.analytic.errors import StepFailed
 from stages.analytic.flow import HOVERING, SINGLE_STANCE
@@ -92,7 +92,7 @@ def poincare_map(walker: Walker, z: Vector, tolerance: float) -> Step:
 
 
 @compiled
-def section_tangent(rigid, y, p):
+def section_tangent(rigid: bool, y: Vector, p: Numbers) -> Vector:
     """Derivative of `section_state` at its value y, columns stored one after another, shape (j * size,).
 
     Compliant: the clearance fixes dpsi, then both constraint rates, Pi^T qd = 0, fix the variations of two rates.

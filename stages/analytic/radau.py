@@ -10,9 +10,10 @@ from math import sqrt
 
 import numpy as np
 
-from stages.analytic.compiled import compiled
+from stages.analytic.compiled import Numbers, compiled
 from stages.analytic.flow import flow, size_of
 from stages.analytic.radau_tableau import A_INVERSE, COLUMNS, ESTIMATE, REAL_VALUE, ROWS, STAGES, VALUES
+from stages.analytic.walker import Vector
 
 ITERATIONS = 50
 #: A correction of the state this small, or this small a share of a spring force's round-off, may be round-off itself.
@@ -24,7 +25,7 @@ SMALL_VARIATION = 1e-6
 
 
 @compiled
-def jacobian(phase, y, p):
+def jacobian(phase: int, y: Vector, p: Numbers) -> np.ndarray:
     """d(dy/dt)/dy of a phase at the state, shape (n, n), by unit variations."""
     n = size_of(phase)
     augmented, rates, matrix = np.zeros(n * (n + 1)), np.empty(n * (n + 1)), np.empty((n, n))
@@ -39,7 +40,7 @@ def jacobian(phase, y, p):
 
 
 @compiled
-def invert(shift, matrix, b):
+def invert(shift: complex, matrix: np.ndarray, b: np.ndarray) -> None:
     """Write the inverse of (shift - matrix), shape (n, n), into `b`, by Gauss and Jordan; not finite if singular."""
     n = matrix.shape[0]
     a = np.empty((n, n), np.complex128)
@@ -67,7 +68,7 @@ def invert(shift, matrix, b):
 
 
 @compiled
-def apply(matrix, vector, result):
+def apply(matrix: np.ndarray, vector: Vector, result: Vector) -> None:
     """result = matrix times each block of a vector."""
     n = matrix.shape[0]
     for start in range(0, vector.size, n):
@@ -79,7 +80,7 @@ def apply(matrix, vector, result):
 
 
 @compiled
-def solve_stages(phase, y, h, p, inverses):
+def solve_stages(phase: int, y: Vector, h: float, p: Numbers, inverses: np.ndarray) -> tuple[np.ndarray, int]:
     """Increments z of the stages, z = h A f(y + z), shape (s, size), and the iterations; z[0, 0] is NaN on failure.
 
     `inverses` are those of value / h - J, one for each value of A^-1.
@@ -130,7 +131,7 @@ def solve_stages(phase, y, h, p, inverses):
 
 
 @compiled
-def take_step(phase, y, h, p, stages, new):
+def take_step(phase: int, y: Vector, h: float, p: Numbers, stages: np.ndarray, new: Vector) -> int:
     """Advance `y` by `h` into `new`, and its estimated error into `stages[1]`; returns the evaluations of the rates.
 
     `stages[0]` must hold dy/dt at `y`. A step whose equations cannot be solved ends in NaN.
@@ -170,7 +171,7 @@ def take_step(phase, y, h, p, stages, new):
 
 
 @compiled
-def error_norm(phase, y, new, stages, tolerance):
+def error_norm(phase: int, y: Vector, new: Vector, stages: np.ndarray, tolerance: float) -> float:
     """Estimated error of the step in units of the tolerance (absolute and relative alike); NaN if it is not finite.
 
     Only the state counts: its variations are those of the computed steps, whatever their size. In a stiff spring a unit

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.analytic.compiled import compiled
+from stages.analytic.compiled import Numbers, compiled
 from stages.analytic.errors import StepFailed
 from stages.analytic.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE, contact_directions, flow
 from stages.analytic.integrator import STAGES, take_step
@@ -113,7 +113,7 @@ def is_last(segment: Segment) -> bool:
 
 
 @compiled
-def states_at(phase, node_times, node_states, times, p):
+def states_at(phase: int, node_times: Vector, node_states: np.ndarray, times: Vector, p: Numbers) -> np.ndarray:
     """States at `times` (n,) inside a segment, by one step from the last node before each, shape (n, size)."""
     size = node_states.shape[1]
     stages, new = np.empty((STAGES, size)), np.empty(size)
@@ -142,7 +142,7 @@ def crossing_state(walker: Walker, z: Vector, tolerance: float) -> np.ndarray:
     node = before[-1]
     rate = walker.size // 2
     time = segment.times[node]
-    state = segment.states[node]
+    state: Vector = segment.states[node]
     for _ in range(50):
         change = -state[0] / state[rate]
         time += change

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stages.analytic import equations as eq
-from stages.analytic.compiled import compiled
+from stages.analytic.compiled import Numbers, compiled
 from stages.analytic.flow import (
     DOUBLE_STANCE,
     RIGID,
@@ -36,15 +36,15 @@ COLUMNS = 8
 
 
 @compiled
-def accelerations_and_forces(phase, states, p):
+def accelerations_and_forces(phase: int, states: np.ndarray, p: Numbers) -> np.ndarray:
     """Accelerations and both feet's ground reactions at states of one phase, shape (n, 8)."""
     rows = np.zeros((states.shape[0], 8))
     for i in range(states.shape[0]):
         y, row = states[i], rows[i]
         if phase == RIGID:
-            qdd, _ = rigid_acceleration(y, p)
-            row[0], row[2] = qdd
-            row[4], row[5] = eq.rigid_reaction(y[0], y[1], y[2], y[3], qdd[0], qdd[1], p)
+            angular, _ = rigid_acceleration(y, p)
+            row[0], row[2] = angular
+            row[4], row[5] = eq.rigid_reaction(y[0], y[1], y[2], y[3], angular[0], angular[1], p)
             continue
         if phase == DOUBLE_STANCE:
             qdd, force, _, _, _, _ = double_acceleration(y, p)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from math import acos, cos, sin
+from typing import Any
 
 import numpy as np
 
-from stages.analytic.compiled import compiled
+from stages.analytic.compiled import Numbers, compiled
 from stages.analytic.coulomb_section import landed_state, landing_coordinates
 from stages.analytic.flow import SINGLE_STANCE
 from stages.analytic.phase import CHATTER, EVENT, WEDGED, integrate
 from stages.analytic.succession import first_phase, in_contact, succeed
+from stages.analytic.walker import Vector
 
 NO_NODES = np.empty((0, 10))
 #: A trailing foot that changes between rolling, sliding and hovering more often than this does so without end.
@@ -18,13 +20,16 @@ MOST_PHASES = 100
 
 
 @compiled
-def walk_step(rigid, y, p, tolerance, time_limit, step_limit, nodes):
+def walk_step(
+    rigid: bool, y: Vector, p: Numbers, tolerance: float, time_limit: float, step_limit: int, nodes: np.ndarray
+) -> tuple[int, int, float, float, int, int]:
     """Advance state and variations by one step, in place; compliant legs start in double stance.
 
     Returns (status, phase, double stance time, period, nodes filled, evaluations): `phase` is where it ended if
     the status is not EVENT.
     """
-    double, time, count, evaluations, h = 0.0, 0.0, np.int64(0), 0, 0.02
+    double, time, evaluations, h = 0.0, 0.0, 0, 0.02
+    count: Any = np.int64(0)
     phase, decided = first_phase(rigid, y, p)
     for _ in range(MOST_PHASES):  # one call, no constants in it: each constant is compiled apart
         if not decided:
@@ -45,7 +50,7 @@ def walk_step(rigid, y, p, tolerance, time_limit, step_limit, nodes):
 
 
 @compiled
-def section_state(rigid, z, p):
+def section_state(rigid: bool, z: Vector, p: Numbers) -> Vector:
     """State just after heel strike from its section coordinates, eqs. (3) and (4).
 
     Rigid: z = (theta, dtheta, dpsi). Compliant: z = (theta, L_1, L_2, dtheta, dL_1); the trailing foot's angle
@@ -71,7 +76,7 @@ def section_state(rigid, z, p):
 
 
 @compiled
-def section_coordinates(rigid, y, p):
+def section_coordinates(rigid: bool, y: Vector, p: Numbers) -> Vector:
     """The section coordinates z of a state just after heel strike."""
     if not rigid and p[10] < np.inf:
         return landing_coordinates(y, p)
@@ -79,7 +84,7 @@ def section_coordinates(rigid, y, p):
 
 
 @compiled
-def section_variation(rigid, y):
+def section_variation(rigid: bool, y: Vector) -> Vector:
     """The variation of the section coordinates, for a variation of a state on the section where feet roll."""
     if rigid:
         return np.array([y[0], y[2], y[3]])

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from math import sqrt
+from typing import Any
 
 import numpy as np
 
-from stages.analytic.compiled import compiled
+from stages.analytic.compiled import Numbers, compiled
 from stages.analytic.walker import Walker
 
 #: Steps are implicit where the legs' axial motion is faster than the first and decays faster than the second, both in
@@ -15,7 +16,7 @@ STIFF_RATE, STIFF_DECAY = 1500.0, 400.0
 
 
 @compiled
-def axial_rates(p):
+def axial_rates(p: Numbers) -> tuple[float, float]:
     """Magnitude of the fastest eigenvalue of a leg's spring and damper and its decay rate, in 1 / pendulum time.
 
     Foot and hip move against each other with the reduced mass of the two, the smallest that a leg's axis sees.
@@ -29,7 +30,7 @@ def axial_rates(p):
 
 
 @compiled
-def takes_implicit_steps(rigid, p):
+def takes_implicit_steps(rigid: bool, p: Numbers) -> bool:
     """Whether the legs are stiff to an explicit integrator: their axial motion is fast, and damped enough to die out.
 
     A fast motion that hardly decays has to be followed through all its swings, which explicit steps do at less cost.
@@ -44,7 +45,8 @@ def fastest_rate(walker: Walker) -> float:
     """Magnitude of the fastest eigenvalue of a leg's spring and damper, in 1 / pendulum time; 0 for rigid legs."""
     if walker.rigid:
         return 0.0
-    rate, _ = axial_rates.py_func(walker.p)  # once a search: not worth loading machine code
+    compiled_function: Any = axial_rates
+    rate, _ = compiled_function.py_func(walker.p)  # once a search: not worth loading machine code
     return float(rate)
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stages.analytic.compiled import compiled
+from stages.analytic.compiled import Numbers, compiled
 from stages.analytic.coulomb_guard import slip_speed, wedges
 from stages.analytic.coulomb_impact import strike
 from stages.analytic.coulomb_section import AT_REST
@@ -28,22 +28,23 @@ from stages.analytic.flow import (
     sliding_acceleration,
 )
 from stages.analytic.transitions import foot_clearance, heel_strike_reset
+from stages.analytic.walker import Vector
 
 
 @compiled
-def in_contact(phase):
+def in_contact(phase: int) -> bool:
     """Whether both feet are on the ground."""
     return phase in (DOUBLE_STANCE, SLIDING_FORWARD, SLIDING_BACK)
 
 
 @compiled
-def airborne(y):
+def airborne(y: Vector) -> int:
     """The phase of a trailing foot in the air: in play until it swings forward."""
     return SINGLE_STANCE if y[6] > 0.0 else HOVERING
 
 
 @compiled
-def sliding(sign, y, p):
+def sliding(sign: float, y: Vector, p: Numbers) -> tuple[int, bool]:
     """The phase of a trailing foot that slips with `sign`, and whether its contact is no wedge."""
     phase, ratio = (SLIDING_FORWARD, -p[11]) if sign > 0.0 else (SLIDING_BACK, p[11])
     if wedges(y, p, ratio):
@@ -53,7 +54,7 @@ def sliding(sign, y, p):
 
 
 @compiled
-def from_rest(y, p):
+def from_rest(y: Vector, p: Numbers) -> tuple[int, bool]:
     """What a trailing foot at rest on the ground does next: roll, start to slip, or rise; and whether that is sure."""
     _, force, _, _, _, _ = double_acceleration(y, p)
     free, _ = single_acceleration(y, p)
@@ -73,7 +74,7 @@ def from_rest(y, p):
 
 
 @compiled
-def contact_phase(y, p):
+def contact_phase(y: Vector, p: Numbers) -> tuple[int, bool]:
     """The phase after an impact with limited friction, and whether the laws of contact decide it."""
     height_rate, slip = slip_speed(y, p)
     if height_rate > AT_REST:
@@ -84,7 +85,7 @@ def contact_phase(y, p):
 
 
 @compiled
-def first_phase(rigid, y, p):
+def first_phase(rigid: bool, y: Vector, p: Numbers) -> tuple[int, bool]:
     """The phase just after heel strike, and whether it is decided."""
     if rigid:
         return RIGID, True
@@ -94,7 +95,7 @@ def first_phase(rigid, y, p):
 
 
 @compiled
-def succeed(phase, y, p):
+def succeed(phase: int, y: Vector, p: Numbers) -> tuple[int, bool]:
     """Cross the event that ended `phase`, with the state and its variations in place.
 
     Returns the phase that follows, and whether the laws of contact decide it.

@@ -10,7 +10,7 @@ from math import cos, sin
 import numpy as np
 
 from stages.analytic import equations as eq
-from stages.analytic.compiled import compiled
+from stages.analytic.compiled import Constrained, Four, Numbers, compiled
 from stages.analytic.coulomb_impact import limited_reset
 from stages.analytic.elimination import factor, factor_constrained, solve_constrained
 from stages.analytic.flow import (
@@ -21,10 +21,11 @@ from stages.analytic.flow import (
     double_variation,
 )
 from stages.analytic.impulse_terms import by_position, free_jump, impulse_jacobians, without_forces
+from stages.analytic.walker import Vector
 
 
 @compiled
-def foot_clearance(phase, y, p):
+def foot_clearance(phase: int, y: Vector, p: Numbers) -> tuple[float, float, float]:
     """Height of the swing foot above the ground, its rate, and its advance on the stance foot: eq. (3)."""
     if phase == RIGID:
         theta, stance, psi, swing = y[0], p[2] - p[3], y[1], p[2] - p[3]
@@ -38,21 +39,23 @@ def foot_clearance(phase, y, p):
 
 
 @compiled
-def clearance_variation(phase, y, p, start):
+def clearance_variation(phase: int, y: Vector, p: Numbers, start: int) -> float:
     """Change of the clearance for the variation stored from `start`."""
     if phase == RIGID:
         leg = p[2] - p[3]
-        return leg * (sin(y[1]) * y[start + 1] - sin(y[0]) * y[start])
-    return (
-        cos(y[0]) * y[start + 1]
-        - (y[1] - p[3]) * sin(y[0]) * y[start]
-        - cos(y[2]) * y[start + 3]
-        + (y[3] - p[3]) * sin(y[2]) * y[start + 2]
-    )
+        change: float = leg * (sin(y[1]) * y[start + 1] - sin(y[0]) * y[start])
+    else:
+        change = (
+            cos(y[0]) * y[start + 1]
+            - (y[1] - p[3]) * sin(y[0]) * y[start]
+            - cos(y[2]) * y[start + 3]
+            + (y[3] - p[3]) * sin(y[2]) * y[start + 2]
+        )
+    return change
 
 
 @compiled
-def toe_off_guard(y, p, rates):
+def toe_off_guard(y: Vector, p: Numbers, rates: Vector) -> tuple[float, float]:
     """What ends the trailing foot's rolling in double stance, and its rate along `rates` = dy/dt.
 
     Its normal force, or with limited friction the friction it has left.
@@ -66,18 +69,18 @@ def toe_off_guard(y, p, rates):
 
 
 @compiled
-def toe_off_variation(y, p, start):
+def toe_off_variation(y: Vector, p: Numbers, start: int) -> float:
     """Change of that guard for the variation stored from `start`."""
     qdd, force, factors, constrained, normal, roll = double_acceleration(y, p)
     jacobians = double_jacobians(y, qdd, force, p)
     _, change = double_variation(jacobians, (factors, constrained, normal, roll), y, start)
     if p[10] < np.inf:
-        return p[10] * change[0] - np.sign(force[1]) * change[1]
+        return p[10] * change[0] - float(np.sign(force[1])) * change[1]
     return change[0]
 
 
 @compiled
-def landing_impulse(y, p):
+def landing_impulse(y: Vector, p: Numbers) -> tuple[Four, tuple[float, float], Numbers, Constrained, Four, Four]:
     """Velocities after a compliant walker's heel strike, in the names before it, and the impulse on the landing foot.
 
     The landing foot comes to rest on the ground and rolls, the other foot keeps rolling (eq. (6) over the impact):
@@ -93,7 +96,7 @@ def landing_impulse(y, p):
 
 
 @compiled
-def rename_legs(y, start):
+def rename_legs(y: Vector, start: int) -> None:
     """Exchange the legs' roles in one 8-vector (q, qd), in place."""
     for i in (0, 4):
         y[start + i], y[start + i + 2] = -y[start + i + 2], -y[start + i]
@@ -101,7 +104,7 @@ def rename_legs(y, start):
 
 
 @compiled
-def compliant_reset(y, p):
+def compliant_reset(y: Vector, p: Numbers) -> None:
     """Heel strike of compliant legs on the state and its variations, in place."""
     after, impulse, factors, constrained, normal, roll = landing_impulse(y, p)
     if y.size > 8:
@@ -120,7 +123,7 @@ def compliant_reset(y, p):
 
 
 @compiled
-def rigid_reset(y, p):
+def rigid_reset(y: Vector, p: Numbers) -> None:
     """Heel strike of rigid legs on the state and its variations, in place; the trailing foot leaves at once."""
     a11, a12, a21, a22 = eq.rigid_handover(y[0], y[1], p)
     momentum1 = a11 * y[2] + a12 * y[3]
@@ -146,7 +149,7 @@ def rigid_reset(y, p):
 
 
 @compiled
-def heel_strike_reset(phase, y, p):
+def heel_strike_reset(phase: int, y: Vector, p: Numbers) -> bool:
     """State and variations just after heel strike, in the new names, in place; False if the impact is undecided."""
     if phase == RIGID:
         rigid_reset(y, p)
@@ -158,7 +161,7 @@ def heel_strike_reset(phase, y, p):
 
 
 @compiled
-def hidden_crossing(g0, d0, g1, d1, h):
+def hidden_crossing(g0: float, d0: float, g1: float, d1: float, h: float) -> bool:
     """Whether the cubic through values g and rates d at both ends of a step crosses zero twice inside it."""
     if g0 * g1 <= 0.0:
         return False

@@ -7,11 +7,13 @@ alone, which rolls whatever it takes.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from stages.analytic import equations as eq
+from stages.analytic.compiled import Numbers
 from stages.analytic.coulomb_impact import land, strike, trailing_impulse
 from stages.analytic.flow import RIGID
 from stages.analytic.impulse_terms import without_forces
@@ -101,9 +103,15 @@ def impulses(walker: Walker, before: np.ndarray) -> tuple[np.ndarray, np.ndarray
         return limited_impulses(walker, before)
     velocities, landing, *_ = landing_impulse(before, walker.p)
     jump = np.asarray(velocities) - before[4:]
-    total = np.array(eq.compliant_reaction(*before[:4], 0.0, 0.0, 0.0, 0.0, *jump, inertia))
+    total = reaction_to(before[:4], jump, inertia)
     landing_force = np.array([landing[1], landing[0]])
     return landing_force, total - landing_force
+
+
+def reaction_to(q: np.ndarray, jump: np.ndarray, inertia: Numbers) -> np.ndarray:
+    """Impulse (tangential, normal) that a jump of the rates of compliant legs at coordinates `q` asks of the ground."""
+    terms: Callable[..., Numbers] = eq.compliant_reaction
+    return np.array(terms(*q, 0.0, 0.0, 0.0, 0.0, *jump, inertia))
 
 
 def limited_impulses(walker: Walker, before: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -114,7 +122,7 @@ def limited_impulses(walker: Walker, before: np.ndarray) -> tuple[np.ndarray, np
     inertia = without_forces(walker.p)
 
     def momentum(y: np.ndarray) -> np.ndarray:
-        return np.array(eq.compliant_reaction(*y[:4], 0.0, 0.0, 0.0, 0.0, *y[4:8], inertia))
+        return reaction_to(y[:4], y[4:8], inertia)
 
     after = before.copy()
     land(after, walker.p)

@@ -22,4 +22,5 @@ def refined_times(end: float, rate_hz: float, heel_strikes: np.ndarray) -> np.nd
     inside = around[(around > 0.0) & (around < end)]
     times = np.sort(np.concatenate([uniform_times(end, rate_hz), inside]))
     # points closer than a tenth of the dense spacing say nothing new
-    return times[np.concatenate([[True], np.diff(times) > 0.1 / IMPACT_RATE_HZ])]
+    kept: np.ndarray = times[np.concatenate([[True], np.diff(times) > 0.1 / IMPACT_RATE_HZ])]
+    return kept

@@ -81,4 +81,5 @@ def normalised_rms(curve: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """Rms difference of two sets of curves (p, k) over the range of the reference, (k,); NaN for a constant one."""
     extent = np.ptp(reference, axis=0)
     rms = np.sqrt(np.mean((curve - reference) ** 2, axis=0))
-    return np.divide(rms, extent, out=np.full_like(rms, np.nan), where=extent > 0)
+    share: np.ndarray = np.divide(rms, extent, out=np.full_like(rms, np.nan), where=extent > 0)
+    return share

@@ -129,4 +129,5 @@ def step_multipliers(derivatives: np.ndarray) -> np.ndarray:
     after = derivatives[0] @ vectors
     along = (vectors.conj() * after).sum(axis=0)
     roots = np.where((along * roots.conj()).real < 0.0, -roots, roots)
-    return roots[np.lexsort((-roots.imag, -np.abs(roots).round(12)))]
+    ordered: np.ndarray = roots[np.lexsort((-roots.imag, -np.abs(roots).round(12)))]
+    return ordered

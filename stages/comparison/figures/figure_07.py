@@ -18,7 +18,8 @@ FOOT_ARC_DEG = 40  # drawn part of the round foot on either side of the leg
 def rotated(points: np.ndarray, slope: float) -> np.ndarray:
     """Points (n, 2) of the slope frame turned so that gravity points down the page."""
     cos, sin = np.cos(slope), np.sin(slope)
-    return points @ np.array([[cos, -sin], [sin, cos]])
+    turned: np.ndarray = points @ np.array([[cos, -sin], [sin, cos]])
+    return turned
 
 
 def draw_biped(
@@ -50,8 +51,8 @@ def draw(walk: Walk, radius: float, slope: float, snapshots: int = 7) -> Figure:
     for number, row in enumerate(rows):
         hip = walk.hip_position[row] - np.array([origin, 0.0]) + np.array([number * spread, 0.0])
         draw_biped(axes, hip, walk.leg_angle[row], walk.leg_length[row], radius, slope)
-        label = rotated(np.array([[hip[0], -0.045]]), slope)[0]
-        axes.text(*label, f"{walk.time[row] - walk.time[rows[0]]:.2f} s", ha="center", va="top", fontsize=7)
+        ((x, y),) = rotated(np.array([[hip[0], -0.045]]), slope)
+        axes.text(x, y, f"{walk.time[row] - walk.time[rows[0]]:.2f} s", ha="center", va="top", fontsize=7)
     ground = rotated(np.array([[-0.25, 0.0], [hip[0] + 0.25, 0.0]]), slope)
     axes.plot(ground[:, 0], ground[:, 1], color=style.GROUND, linewidth=2)
     axes.set_aspect("equal")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
@@ -51,10 +53,11 @@ def draw_snapshots(axes: Axes, poses: Snapshots, count: int = 5) -> None:
     start, end = poses.hip[rows[0], 0] + shifts[0][0] - 0.22, poses.hip[rows[-1], 0] + shifts[-1][0] + 0.22
     corners = np.array([[start, 0, -edge], [end, 0, -edge], [end, 0, edge], [start, 0, edge]])
     axes.fill(*on_page(*corners.T), color=style.GROUND, alpha=0.25)
-    for row, shift in zip(rows, shifts, strict=True):
+    for row, shift in zip(rows.tolist(), shifts, strict=True):
         draw_machine(axes, poses, row, shift)
         foot = poses.hip[row] * np.array([1, 0, 0]) + shift + np.array([0, 0, edge + 0.03])
-        axes.text(*on_page(*foot), f"{poses.time[row] - poses.time[0]:.2f} s", ha="center", va="top", fontsize=7)
+        x, y = on_page(*foot)
+        axes.text(float(x), float(y), f"{poses.time[row] - poses.time[0]:.2f} s", ha="center", va="top", fontsize=7)
     axes.set_aspect("equal")
     axes.set_axis_off()
     for colour, name in zip(LEG_COLOURS, LEG_NAMES, strict=True):
@@ -64,7 +67,8 @@ def draw_snapshots(axes: Axes, poses: Snapshots, count: int = 5) -> None:
 def draw(walk: Walk, poses: Snapshots) -> Figure:
     """Poses of the settled gait, and the phase portrait of the whole walk."""
     figure = plt.figure(figsize=(style.TWO_COLUMNS, 5.4))
-    upper, lower = figure.subfigures(2, 1, height_ratios=(1.0, 1.35))
+    parts: Any = figure.subfigures(2, 1, height_ratios=(1.0, 1.35))
+    upper, lower = parts
     scene = upper.subplots()
     draw_snapshots(scene, poses)
     style.panel_label(scene, "a")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import matplotlib
 
@@ -24,7 +25,7 @@ SEQUENCE = ("#440154", "#0072B2", "#E69F00", "#D55E00")
 
 ONE_COLUMN, TWO_COLUMNS = 3.5, 7.2  # inches
 
-RULES = {
+RULES: dict[Any, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": 8,
     "axes.titlesize": 8,
