@@ -107,8 +107,8 @@ class Store:
 
     def current(self, stage: str) -> Entry | None:
         """The entry whose files were last put into the results folder, if that was completed."""
-        record = _json(durable.read(self._record(stage)))
-        return self.entry(record["key"]) if record.get("complete") and isinstance(record.get("key"), str) else None
+        record = self._last(stage)
+        return self.entry(record["key"]) if record and record["complete"] else None
 
     def disturbed(self, entry: Entry) -> list[str]:
         """Files in the results folder that are not as `entry` made them: `results/twin.h5 is missing`."""
@@ -130,13 +130,13 @@ class Store:
                 return False
             if durable.read(self.place(path)) != content:
                 fresh[path] = content
-        before = _json(durable.read(self._record(entry.stage)))
-        earlier = sorted({*before.get("files", ()), *entry.outs})
+        before = self._last(entry.stage)
+        earlier = sorted({*(before["files"] if before else self._left_behind(entry.stage)), *entry.outs})
         self._set_record(entry, False, earlier)
         for path, content in fresh.items():
             durable.write(self.place(path), content)
         for path in earlier:
-            if path not in entry.outs and path.startswith(_RESULTS) and ".." not in path:
+            if path not in entry.outs:
                 self.place(path).unlink(missing_ok=True)
         self._set_record(entry, True, sorted(entry.outs))
         return True
@@ -149,8 +149,28 @@ class Store:
         return self.folder / "current" / f"{stage}.json"
 
     def _set_record(self, entry: Entry, complete: bool, files: list[str]) -> None:
-        record = {"key": entry.key, "complete": complete, "files": files}
-        durable.write(self._record(entry.stage), json.dumps(record).encode())
+        record = {"stage": entry.stage, "key": entry.key, "complete": complete, "files": files}
+        durable.write(self._record(entry.stage), json.dumps({**record, "seal": _seal(record)}).encode())
+
+    def _last(self, stage: str) -> dict[str, Any] | None:
+        """What was last put into the results folder for this stage; None if that is not known or was tampered with."""
+        try:
+            record = json.loads(durable.read(self._record(stage)) or b"")
+            seal = record.pop("seal")
+        except (ValueError, KeyError, TypeError, AttributeError):
+            return None
+        return record if seal == _seal(record) and record["stage"] == stage else None
+
+    def _left_behind(self, stage: str) -> set[str]:
+        """Files in the results folder that are as some stored entry of this stage made them."""
+        entries = (self.entry(path.name) for path in self.folder.iterdir())
+        return {
+            path
+            for entry in entries
+            if entry is not None and entry.stage == stage
+            for path, out in entry.outs.items()
+            if durable.digest(durable.read(self.place(path)) or b"") == out.sha256
+        }
 
 
 def _manifest(entry: Entry) -> bytes:
@@ -172,11 +192,3 @@ def _entry(content: bytes | None, key: str) -> Entry | None:
 
 def _seal(body: dict[str, Any]) -> str:
     return durable.digest(json.dumps(body, sort_keys=True).encode())
-
-
-def _json(content: bytes | None) -> dict[str, Any]:
-    try:
-        record = json.loads(content or b"{}")
-    except ValueError:
-        return {}
-    return record if isinstance(record, dict) else {}

@@ -274,13 +274,13 @@ FAULTS: tuple[tuple[Fault, str, int | None, bool], ...] = (
     (worker_killed_before_each_operation, "stages killed before each of their file operations", None, False),
     (full_from_each_operation, "no room for new files, from each file operation on", None, False),
     (worker_full_from_each_operation, "the same in the stages' processes", None, False),
-    (full_disk, "disk full, with 0 to 400 kB left", 60, True),
+    (full_disk, "disk full, with 0 to 400 kB left", 40, True),
     (read_only, "disk that can only be read", 20, True),
-    (clock_set_back, "clock set back or ahead by up to 30 years", 40, False),
-    (edited_result, "result truncated, edited, deleted or swapped by hand", 100, False),
+    (clock_set_back, "clock set back or ahead by up to 30 years", 20, False),
+    (edited_result, "result truncated, edited, deleted or swapped by hand", 60, False),
     (edited_store, "file of the cache truncated, edited, deleted or swapped", 100, False),
-    (edited_code, "code edited during a run", 40, False),
-    (two_at_once, "two runs at once", 40, False),
+    (edited_code, "code edited during a run", 20, False),
+    (two_at_once, "two runs at once", 20, False),
 )
 
 

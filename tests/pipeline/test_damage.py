@@ -90,6 +90,24 @@ def test_a_record_cannot_make_the_pipeline_delete_other_files(done):
     assert (done.root / "dvc.yaml").exists() and (done.root / "params/fall.yaml").exists()
 
 
+def test_the_record_of_another_stage_removes_nothing(done):
+    before = done.results()
+    folder = done.root / "results/.cache/current"
+    (folder / "picture.json").write_bytes((folder / "fall.json").read_bytes())
+    assert done.run() == {"fall": "current", "bounce": "current", "side": "current", "picture": "restored"}
+    assert done.results() == before
+
+
+@pytest.mark.parametrize("text", ["", '{"key": 3, "complete": true}'])
+def test_a_figure_that_is_no_longer_made_disappears_also_when_the_record_is_damaged(done, text):
+    before = done.results()
+    done.run("picture.extra=true")
+    (done.root / "results/figures/mine.svg").write_text("mine")
+    (done.root / "results/.cache/current/picture.json").write_text(text)
+    assert done.run()["picture"] == "restored"
+    assert done.results() == {**before, "figures/mine.svg": b"mine"}
+
+
 def test_the_clock_set_back_changes_nothing(done):
     for path in [*(done.root / "results").rglob("*"), *done.path("PACKAGE").rglob("*.py")]:
         os.utime(path, (0, 0))
