@@ -53,7 +53,8 @@ def faults(section: Any) -> Iterator[Broken]:
         value, bound, choices = getattr(section, field.name), field.metadata["bound"], field.metadata["choices"]
         if isinstance(value, (int, float)) and not isinstance(value, bool) and not bound.holds(value):
             yield Broken(field.name, str(bound))
-        if choices and value not in choices:
+        words = value if isinstance(value, tuple) else (value,)
+        if choices and not set(words) <= set(choices):
             yield Broken(field.name, " or ".join(choices))
     if hasattr(section, "broken_rules"):
         yield from section.broken_rules()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +31,8 @@ class Walk:
 
     A sensor measures specific force, acceleration minus gravity, on the body axes of the inner leg:
     first forward (cos, sin)(leg_angle), then upward along the leg (-sin, cos)(leg_angle).
+
+    Forces and sensors that a scene leaves out have no rows.
     """
 
     time: np.ndarray = quantity("s", "time, shape (n,)", symbol="t")
@@ -52,3 +55,17 @@ class Walk:
     heel_strike_leg: np.ndarray = quantity("1", "leg that lands at each heel strike, shape (s,)")
     toe_off_time: np.ndarray = quantity("s", "times of toe-off, shape (o,)", symbol="t_TO")
     toe_off_leg: np.ndarray = quantity("1", "leg that leaves the ground at each toe-off, shape (o,)")
+
+
+class NotRecorded(ValueError):
+    """A signal is read that the scene leaves out; the message says which, and where to name it."""
+
+
+def require(scene: str, signals: Mapping[str, np.ndarray]) -> None:
+    """Check that the signals of `scene` (the name of its stage) hold rows; keys are their names in its settings.
+
+    Raises NotRecorded.
+    """
+    missing = [name for name, values in signals.items() if not len(values)]
+    if missing:
+        raise NotRecorded(f"{scene}.signals leaves out {', '.join(missing)}, which this stage reads; name it there")

@@ -9,13 +9,14 @@ import numpy as np
 
 from stages.biped.gait import StanceState
 from stages.biped.sampling_times import uniform_times
-from stages.biped.walk import Walk
+from stages.biped.walk import Walk, require
 from stages.campaign.parameters import Parameters
 from stages.campaign.standing import joined, rolling_leg, stand_and_push
 from stages.campaign.variation import Variation, draw_variation, generator
 from stages.campaign.virtual_sensor import SensorMotion
 from stages.ground.slope import Slope
 from stages.twin.machine import build
+from stages.twin.parameters import IMU_IN_SPACE
 from stages.twin.signals import Signals, sample
 from stages.twin.simulate import rolling_start, simulate_twin
 
@@ -42,7 +43,11 @@ class TwinRun:
 
 
 def first_state(walk: Walk) -> tuple[StanceState, float]:
-    """State of a walk at its first sample, by role of the legs, and the normal force [N] on the standing inner leg."""
+    """State of the twin's walk at its first sample, by role of the legs, and the normal force [N] on the inner leg.
+
+    Raises NotRecorded.
+    """
+    require("twin", {"ground_reaction": walk.ground_reaction})
     state = StanceState(
         stance_angle=-float(walk.leg_angle[0, 0]),
         stance_length=float(walk.leg_length[0, 0]),
@@ -82,7 +87,8 @@ def _signals(
         return None
     times = uniform_times(float(record.time[-1]), parameters.runs.motion_rate_hz)
     return sample(
-        record, machine, parameters.biped, slope, parameters.contact, times, twin.hip_socket, twin.foot_socket
+        record, machine, parameters.biped, slope, parameters.contact, times, twin.hip_socket, twin.foot_socket,
+        (IMU_IN_SPACE,),
     )
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from stages.biped.progress import Progress, ignore
+from stages.biped.walk import require
 from stages.comparison import captions, claims
 from stages.comparison.agreement import ModelAgreement, TwinAgreement, compare_models, compare_twin
 from stages.comparison.figures import (
@@ -41,9 +42,13 @@ from stages.comparison.stride import Stride, last_stride
 def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
     """Compare, judge and draw.
 
-    Raises ValueError if one of the walks is too short to hold a whole stride.
+    Raises ValueError if one of the walks is too short to hold a whole stride, NotRecorded if one lacks a signal.
     """
     settings = parameters.settings
+    for name in ("multibody", "twin"):
+        walk = inputs[name].walk
+        require(name, {"ground_reaction": walk.ground_reaction, "imu": walk.hip_specific_force})
+    require("multibody", {"slip": inputs["multibody"].slip_velocity})
     walkers = ("analytic", "multibody", "twin")
     strides = {name: last_stride(inputs[name].walk, settings.phase_points) for name in walkers}
     models = compare_models(inputs["analytic"], inputs["multibody"], strides)

@@ -27,13 +27,14 @@ def settled_cycle(walked: Run, walk: Walk, radius: float) -> Cycle:
     held = walked.trajectory.in_play(walked.trajectory.time)
     rows = walked.trajectory.position, walked.trajectory.velocity
     depth = np.column_stack([foot_kinematics(*rows, leg, radius)[0] for leg in (0, 1)])
+    force = walked.trajectory.ground_reaction[inside, :, 1]
     return Cycle(
         period_s=period,
         step_frequency_hz=1.0 / period,
         step_length_m=length,
         speed_m_s=length / period,
         double_stance_s=_double_stance(walk, last),
-        peak_normal_force=float(walked.trajectory.ground_reaction[inside, :, 1].max()),
+        peak_normal_force=float(force.max()) if force.size else float("nan"),
         largest_penetration=float(np.where(held, depth, 0.0)[inside].max()),
         period_change=float(np.ptp(periods)),
     )

@@ -11,7 +11,7 @@ from stages.multibody.cycle import settled_cycle
 from stages.multibody.parameters import Settings
 from stages.multibody.result import FrictionVariation
 from stages.multibody.state import PlanarState
-from stages.multibody.walk import sample, simulate
+from stages.multibody.walk import build, sample, simulate
 
 #: Changes of each transition velocity: what the paper may mean by small to moderate.
 FACTORS = (0.5, 2.0)
@@ -31,7 +31,8 @@ def vary_friction(
             changed = dataclasses.replace(contact, **{name: factor * getattr(contact, name)})
             if any(True for _ in changed.broken_rules()):
                 continue
-            walked = simulate(biped, slope, changed, state, settings)
+            machine = build(biped, slope, changed, settings, signals=())  # the motion tells period and length
+            walked = simulate(biped, slope, changed, state, settings, assembly=machine)
             walk = sample(walked.trajectory, slope, biped.foot_radius, settings.sampling_rate_hz)
             cycle = settled_cycle(walked, walk, biped.foot_radius)
             found.append(FrictionVariation(name, factor, cycle.period_s, cycle.step_length_m))

@@ -24,11 +24,12 @@ class Inventory:
     contact_pairs: int = quantity("1", "pairs of a foot and the ground that are evaluated")
     sensors: int = quantity("1", "signals recorded at every solver step")
     recorded_bytes: int = quantity("B", "size of the signals recorded in the last solver call")
+    sampled_bytes: int = quantity("B", "size of the signals sampled for the result", default=0)
 
 
-def take_inventory(mbs: Any, feet_in_tree: int = 0) -> Inventory:
+def take_inventory(mbs: Any, feet_in_tree: int = 0, sampled_bytes: int = 0) -> Inventory:
     """Count an Exudyn system after its run. `feet_in_tree`: feet whose ground acts through the tree's force function,
-    which Exudyn does not list as objects.
+    which Exudyn does not list as objects. `sampled_bytes`: size of what was sampled afterwards.
     """
     system = mbs.systemData
     items = [mbs.GetObject(number) for number in range(system.NumberOfObjects())]
@@ -45,4 +46,4 @@ def take_inventory(mbs: Any, feet_in_tree: int = 0) -> Inventory:
         contacts += kind == "ConnectorRigidBodySpringDamper"
     sensors = system.NumberOfSensors()
     recorded = sum(np.asarray(mbs.GetSensorStoredData(number)).nbytes for number in range(sensors))
-    return Inventory(bodies, system.ODE2Size(), joints, springs, contacts, sensors, recorded)
+    return Inventory(bodies, system.ODE2Size(), joints, springs, contacts, sensors, recorded, sampled_bytes)

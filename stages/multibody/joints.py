@@ -7,6 +7,7 @@ With rigid legs it is a revolute joint.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from stages.ground.slope import Slope
 from stages.multibody.contact import planar_ground
 from stages.multibody.quiet_exudyn import exudyn, items
 from stages.multibody.scuffing import Pose
+from stages.multibody.signals import GROUND_REACTION, IMU, SIGNALS, reactions
 from stages.multibody.state import PlanarState
 
 OUTPUT = exudyn.OutputVariableType
@@ -41,7 +43,14 @@ class Joints:
     exact_acceleration = False
 
     def __init__(
-        self, biped: Biped, slope: Slope, contact: ContactLaw, lanes: Lanes = None, *, compiled: bool = True
+        self,
+        biped: Biped,
+        slope: Slope,
+        contact: ContactLaw,
+        lanes: Lanes = None,
+        *,
+        compiled: bool = True,
+        signals: Collection[str] = SIGNALS,
     ) -> None:
         self.container = exudyn.SystemContainer()
         self.mbs = self.container.AddSystem()
@@ -49,7 +58,7 @@ class Joints:
         self.bodies = self._add_bodies(slope)
         self._add_legs()
         self.contacts = self._add_ground(contact, lanes, compiled)
-        self.sensors = self._add_sensors()
+        self.sensors = self._add_sensors(signals)
         self.mbs.Assemble()
 
     def _add_bodies(self, slope: Slope) -> list[Any]:
@@ -120,13 +129,13 @@ class Joints:
             )
         return contacts
 
-    def _add_sensors(self) -> dict[str, Any]:
+    def _add_sensors(self, signals: Collection[str]) -> dict[str, Any]:
         kept = {"storeInternal": True, "writeToFile": False}
         sensors: dict[str, Any] = {}
-        for name, kind in COORDINATES:
+        for name, kind in COORDINATES if IMU in signals else COORDINATES[:2]:  # nothing else needs accelerations
             for index, node in enumerate(self.nodes):
                 sensors[f"{name} {index}"] = items.SensorNode(nodeNumber=node, outputVariableType=kind, **kept)
-        for leg, contact in enumerate(self.contacts):
+        for leg, contact in enumerate(self.contacts if GROUND_REACTION in signals else ()):
             sensors[f"ground {leg}"] = items.SensorObject(
                 objectNumber=contact, outputVariableType=OUTPUT.ForceLocal, **kept
             )
@@ -170,17 +179,19 @@ class Joints:
         rows = {
             name: np.asarray(self.mbs.GetSensorStoredData(sensor), dtype=float) for name, sensor in self.sensors.items()
         }
+        count, none = len(rows["position 0"]), np.zeros((len(rows["position 0"]), 4))
         place, motion, change = (
-            np.column_stack([rows[f"{name} {index}"][:, 1:] for index in range(3)]) for name, _ in COORDINATES
+            np.column_stack([rows.get(f"{name} {index}", none)[:, 1:] for index in range(3)]) for name, _ in COORDINATES
         )
+        felt = "acceleration 0" in rows
         self._drift = self._slide_error(place)
         return {
             "time": rows["position 0"][:, 0],
             "position": self._place(place),
             "velocity": self._motion(place, motion),
-            "acceleration": np.column_stack([change[:, :2], change[:, [5, 8]], np.full((len(change), 2), np.nan)]),
-            "foot_acceleration": change[:, 3:5],
-            "ground_reaction": np.stack([-rows["ground 0"][:, 1:3], -rows["ground 1"][:, 1:3]], axis=1),
+            "acceleration": np.column_stack([change[:, :2], change[:, [5, 8]], np.full((count, 2), np.nan)]),
+            "foot_acceleration": change[:, 3:5] if felt else np.zeros((count, 0)),
+            "ground_reaction": reactions(rows, count),
         }
 
     def joint_drift(self) -> float:

@@ -96,7 +96,7 @@ def limit_cycle(
     `tolerance` is the residual wanted, `difference` the step of the finite differences, both in `SCALES`. For the
     defaults the integration's own tolerance should be 1e-10 or less. Raises NoLimitCycle.
     """
-    machine = build(biped, slope, contact, settings)
+    machine = build(biped, slope, contact, settings, signals=())
 
     walked = 0
 

@@ -10,6 +10,7 @@ from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
+from stages.multibody.signals import READ_LATER, SIGNALS
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,9 @@ class Settings:
         bound=Bound(minimum=1000, maximum=10**7),
         default=500_000,
     )
+    signals: tuple[str, ...] = parameter(
+        "-", "signals recorded beside the motion, sampled at sampling_rate_hz", choices=SIGNALS, default=READ_LATER
+    )
 
     @classmethod
     def of_one_step(cls, tolerance: float, largest_step: float, most_solver_steps: int = 500_000) -> Settings:
@@ -68,7 +72,9 @@ class Settings:
         )
 
     def broken_rules(self) -> Iterator[Broken]:
-        """The fine step is not coarser than the coarse one."""
+        """The fine step is not coarser than the coarse one; a signal is named once."""
+        if len(set(self.signals)) < len(self.signals):
+            yield Broken("signals", "each of " + ", ".join(SIGNALS) + " at most once")
         if self.impact_step > self.rolling_step:
             yield Broken("impact_step", f"<= rolling_step = {self.rolling_step:g} s")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from stages.multibody.inventory import take_inventory
 from stages.multibody.parameters import Parameters, Settings
 from stages.multibody.quiet_exudyn import VERSION
 from stages.multibody.result import Facts, Result
+from stages.multibody.signals import PENETRATION, SLIP, sampled_bytes
 from stages.multibody.solver import Run
 from stages.multibody.state import rolling_state
 from stages.multibody.trajectory import foot_kinematics
@@ -35,12 +36,12 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
     state = rolling_state(biped, contact, analytic.mid_stance, standing_force)
     progress(0.0, f"walking {settings.steps} steps in Exudyn ({settings.assembly})")
     blocks = lanes(analytic.gait.step_length_m, settings.block_length) if settings.scene == "blocks" else None
-    assembly = build(biped, slope, contact, settings, blocks)
+    assembly = build(biped, slope, contact, settings, blocks, signals=settings.signals)
     walked = simulate(biped, slope, contact, state, settings, lanes=blocks, assembly=assembly)
-    inventory = take_inventory(assembly.mbs)
     progress(0.8, "sampling the walk")
     walk = sample(walked.trajectory, slope, biped.foot_radius, settings.sampling_rate_hz)
-    penetration, slip = contact_signals(walked, walk, biped.foot_radius)
+    penetration, slip = contact_signals(walked, walk, biped.foot_radius, settings.signals)
+    inventory = take_inventory(assembly.mbs, sampled_bytes=sampled_bytes(walk, penetration, slip))
     return Result(
         outcome=walked.outcome,
         message=walked.message,
@@ -56,8 +57,13 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
     )
 
 
-def contact_signals(walked: Run, walk: Walk, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Penetration [m] and slip velocity [m/s] of both feet on the walk's grid, zero out of contact, each (n, 2)."""
+def contact_signals(
+    walked: Run, walk: Walk, radius: float, signals: Collection[str]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Penetration [m] and slip velocity [m/s] of both feet on the walk's grid, zero out of contact, each (n, 2).
+
+    (0, 2) where `signals` does not name it.
+    """
     position, velocity = walked.trajectory.at(walk.time)
     held = walked.trajectory.in_play(walk.time)
     penetration, slip = np.zeros_like(held, dtype=float), np.zeros_like(held, dtype=float)
@@ -66,7 +72,8 @@ def contact_signals(walked: Run, walk: Walk, radius: float) -> tuple[np.ndarray,
         touching = held[:, leg] & (depth > 0.0)
         penetration[:, leg] = np.where(touching, depth, 0.0)
         slip[:, leg] = np.where(touching, sliding, 0.0)
-    return penetration, slip
+    nothing = np.zeros((0, 2))
+    return penetration if PENETRATION in signals else nothing, slip if SLIP in signals else nothing
 
 
 def _last_step_energy(walked: Run, walk: Walk, parameters: Parameters) -> EnergyBalance:

@@ -14,7 +14,8 @@ class Trajectory:
     """Signals at the solver's own steps, in the slope frame, from Exudyn's sensors.
 
     The columns of `position`, `velocity` and `acceleration` are hip x, hip y, angles of leg 0 and 1, lengths of leg 0
-    and 1. `ground_reaction` is (n, 2 legs, 2), `foot_acceleration` that of the inner foot's mass centre, (n, 2).
+    and 1. `ground_reaction` is (n, 2 legs, 2), `foot_acceleration` that of the inner foot's mass centre, (n, 2);
+    (n, 0, 2) and (n, 0) where they are not among the signals recorded.
     `in_play_at_start` tells for each leg whether the ground acted on its foot at first; `switches` lists the changes:
     (time, leg, in play).
     """

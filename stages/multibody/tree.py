@@ -6,6 +6,7 @@ the foot. With rigid legs the foot hangs on the revolute joint itself.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from stages.ground.slope import Slope
 from stages.multibody.contact import planar_ground
 from stages.multibody.quiet_exudyn import exudyn, items
 from stages.multibody.scuffing import Pose
+from stages.multibody.signals import GROUND_REACTION, IMU, SIGNALS, reactions
 from stages.multibody.state import PlanarState
 
 JOINT = exudyn.JointType
@@ -31,7 +33,14 @@ class Tree:
     exact_acceleration = True
 
     def __init__(
-        self, biped: Biped, slope: Slope, contact: ContactLaw, lanes: Lanes = None, *, compiled: bool = True
+        self,
+        biped: Biped,
+        slope: Slope,
+        contact: ContactLaw,
+        lanes: Lanes = None,
+        *,
+        compiled: bool = True,
+        signals: Collection[str] = SIGNALS,
     ) -> None:
         self.container = exudyn.SystemContainer()
         self.mbs = self.container.AddSystem()
@@ -39,7 +48,7 @@ class Tree:
         self.natural_length = biped.leg_length
         self.tree, self.feet = self._add_bodies(biped, slope)
         self.contacts = self._add_ground(biped, contact, lanes, compiled)
-        self.sensors = self._add_sensors(biped)
+        self.sensors = self._add_sensors(signals)
         self.mbs.Assemble()
 
     def _add_bodies(self, biped: Biped, slope: Slope) -> tuple[Any, tuple[int, int]]:
@@ -110,7 +119,7 @@ class Tree:
             )
         return contacts
 
-    def _add_sensors(self, biped: Biped) -> dict[str, Any]:
+    def _add_sensors(self, signals: Collection[str]) -> dict[str, Any]:
         kept = {"storeInternal": True, "writeToFile": False}
         sensors = {
             name: items.SensorNode(nodeNumber=self.node, outputVariableType=kind, **kept)
@@ -120,14 +129,15 @@ class Tree:
                 ("acceleration", OUTPUT.Coordinates_tt),
             )
         }
-        sensors["foot acceleration"] = items.SensorKinematicTree(
-            objectNumber=self.tree,
-            linkNumber=self.feet[0],
-            localPosition=self.mass_centre,
-            outputVariableType=OUTPUT.Acceleration,
-            **kept,
-        )
-        for leg, contact in enumerate(self.contacts):
+        if IMU in signals:
+            sensors["foot acceleration"] = items.SensorKinematicTree(
+                objectNumber=self.tree,
+                linkNumber=self.feet[0],
+                localPosition=self.mass_centre,
+                outputVariableType=OUTPUT.Acceleration,
+                **kept,
+            )
+        for leg, contact in enumerate(self.contacts if GROUND_REACTION in signals else ()):
             sensors[f"ground {leg}"] = items.SensorObject(
                 objectNumber=contact, outputVariableType=OUTPUT.ForceLocal, **kept
             )
@@ -171,14 +181,15 @@ class Tree:
         rows = {
             name: np.asarray(self.mbs.GetSensorStoredData(sensor), dtype=float) for name, sensor in self.sensors.items()
         }
-        reaction = np.stack([-rows["ground 0"][:, 1:3], -rows["ground 1"][:, 1:3]], axis=1)
+        count = len(rows["position"])
+        foot = rows.get("foot acceleration", np.zeros((count, 0)))
         return {
             "time": rows["position"][:, 0],
             "position": self._columns(rows["position"][:, 1:], self.natural_length),
             "velocity": self._columns(rows["velocity"][:, 1:], 0.0),
             "acceleration": self._columns(rows["acceleration"][:, 1:], 0.0),
-            "foot_acceleration": rows["foot acceleration"][:, 1:3],
-            "ground_reaction": reaction,
+            "foot_acceleration": foot[:, 1:3],
+            "ground_reaction": reactions(rows, count),
         }
 
     def _columns(self, coordinates: np.ndarray, natural: float) -> np.ndarray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import sys
+from collections.abc import Collection
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -20,6 +21,7 @@ from stages.ground.slope import Slope
 from stages.multibody.events import find_events
 from stages.multibody.parameters import Settings
 from stages.multibody.scuffing import Watch
+from stages.multibody.signals import SIGNALS
 from stages.multibody.solver import Assembly, Run, integrate
 from stages.multibody.state import PlanarState
 from stages.multibody.trajectory import Trajectory, foot_kinematics
@@ -33,15 +35,19 @@ def build(
     lanes: tuple[Lane, Lane] | None = None,
     *,
     compiled: bool = True,
+    signals: Collection[str] = SIGNALS,
 ) -> Assembly:
-    """The assembly that the settings choose. `compiled=False` evaluates the contact in Python, for benchmarks."""
+    """The assembly that the settings choose, with sensors for `signals`, see `stages.multibody.signals`.
+
+    `compiled=False` evaluates the contact in Python, for benchmarks.
+    """
     if settings.assembly == "tree":
         from stages.multibody.tree import Tree
 
-        return Tree(biped, slope, contact, lanes, compiled=compiled)
+        return Tree(biped, slope, contact, lanes, compiled=compiled, signals=signals)
     from stages.multibody.joints import Joints
 
-    return Joints(biped, slope, contact, lanes, compiled=compiled)
+    return Joints(biped, slope, contact, lanes, compiled=compiled, signals=signals)
 
 
 def simulate(
@@ -98,15 +104,20 @@ def sample(trajectory: Trajectory, slope: Slope, radius: float, rate_hz: float) 
     """Signals at even times, denser around heel strikes, with the exact times of heel strike and toe-off.
 
     Motion by Hermite interpolation between the solver's steps; forces and accelerations, which have kinks, by monotone
-    cubics, so that a force is never negative between two steps, and is none where the foot does not touch.
+    cubics, so that a force is never negative between two steps, and is none where the foot does not touch. Forces and
+    sensors that the trajectory does not hold have no rows.
     """
     events = find_events(trajectory, radius)
     time = refined_times(float(trajectory.time[-1]), rate_hz, events.heel_strike_time)
     position, velocity = trajectory.at(time)
-    gravity = slope.gravity_vector
+    felt, loaded = trajectory.foot_acceleration.shape[1] > 0, trajectory.ground_reaction.shape[1] > 0
+    turning = velocity[:, 2] if felt else np.zeros(0)
 
-    def between(values: np.ndarray) -> np.ndarray:
-        return np.asarray(PchipInterpolator(trajectory.time, values)(time))
+    def force_at(acceleration: np.ndarray) -> np.ndarray:
+        if not felt:
+            return np.zeros((0, 2))
+        between = np.asarray(PchipInterpolator(trajectory.time, acceleration)(time))
+        return specific_force(between, position[:, 2], slope.gravity_vector)
 
     return Walk(
         time=time,
@@ -116,11 +127,11 @@ def sample(trajectory: Trajectory, slope: Slope, radius: float, rate_hz: float) 
         leg_rate=velocity[:, 2:4],
         leg_length=position[:, 4:],
         leg_length_rate=velocity[:, 4:],
-        ground_reaction=ground_reaction(trajectory, time, radius),
-        hip_specific_force=specific_force(between(trajectory.acceleration[:, :2]), position[:, 2], gravity),
-        hip_angular_velocity=velocity[:, 2].copy(),
-        foot_specific_force=specific_force(between(trajectory.foot_acceleration), position[:, 2], gravity),
-        foot_angular_velocity=velocity[:, 2].copy(),
+        ground_reaction=ground_reaction(trajectory, time, radius) if loaded else np.zeros((0, 2, 2)),
+        hip_specific_force=force_at(trajectory.acceleration[:, :2]),
+        hip_angular_velocity=turning.copy(),
+        foot_specific_force=force_at(trajectory.foot_acceleration),
+        foot_angular_velocity=turning.copy(),
         heel_strike_time=events.heel_strike_time,
         heel_strike_leg=events.heel_strike_leg,
         toe_off_time=events.toe_off_time,

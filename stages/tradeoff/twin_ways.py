@@ -10,6 +10,7 @@ from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
+from stages.multibody.signals import GROUND_REACTION
 from stages.tradeoff.penalty_ways import STAGES
 from stages.tradeoff.way import Walked, Way, WayFailed, grid
 from stages.twin.contact import X, Y
@@ -64,7 +65,7 @@ def twin_way(at: Scene, tolerance: float, largest_step: float, kind: type[Spatia
         strikes = find_events(record, at.machine.feet).heel_strike_time
         hip = record.at(grid(float(record.time[-1])))[0][:, [X, Y]]
         force = sample(record, at.machine, at.biped, at.slope, at.contact, record.time, settings.hip_socket,
-                       settings.foot_socket).walk.ground_reaction
+                       settings.foot_socket, (GROUND_REACTION,)).walk.ground_reaction
         cost = STAGES * (len(record.time) - 1) / at.steps
         return Walked(hip, float(strikes[-1]), float(strikes[-1] - strikes[-2]), float(force[:, :, 1].max()), cost)
 

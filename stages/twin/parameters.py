@@ -10,8 +10,16 @@ from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
+from stages.multibody.signals import GROUND_REACTION, IMU
 from stages.twin.parts import Material, Part
 from stages.twin.table_one import faults
+
+#: Of the planar projection: forces on each pair of feet, specific force and angular velocity of both sensors. In space:
+#: what the sensors feel in their sockets; roll, yaw and place across the slope; all coordinates; force on each foot.
+IMU_IN_SPACE, ATTITUDE, COORDINATES, FOOT_FORCE = "imu_in_space", "attitude", "coordinates", "foot_force"
+SIGNALS = (GROUND_REACTION, IMU, IMU_IN_SPACE, ATTITUDE, COORDINATES, FOOT_FORCE)
+#: Those that later stages and figures read.
+READ_LATER = (GROUND_REACTION, IMU)
 
 
 @dataclass(frozen=True)
@@ -56,9 +64,14 @@ class Settings:
         bound=Bound(minimum=1000, maximum=10**7),
         default=500_000,
     )
+    signals: tuple[str, ...] = parameter(
+        "-", "signals recorded beside the motion, sampled at sampling_rate_hz", choices=SIGNALS, default=READ_LATER
+    )
 
     def broken_rules(self) -> Iterator[Broken]:
-        """Places are points and lanes do not overlap."""
+        """Places are points, lanes do not overlap, a signal is named once."""
+        if len(set(self.signals)) < len(self.signals):
+            yield Broken("signals", "each of " + ", ".join(SIGNALS) + " at most once")
         for key in ("hip_socket", "foot_socket"):
             if len(getattr(self, key)) != 3:
                 yield Broken(key, "three numbers: x, y, z")

@@ -11,6 +11,7 @@ from stages.biped.progress import Progress, ignore
 from stages.biped.sampling_times import refined_times
 from stages.biped.walk import Walk
 from stages.multibody.inventory import take_inventory
+from stages.multibody.signals import sampled_bytes
 from stages.twin.energy import EnergyBalance, energy_balance
 from stages.twin.events import find_events
 from stages.twin.machine import build
@@ -49,7 +50,9 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
     times = refined_times(
         float(record.time[-1]), settings.sampling_rate_hz, find_events(record, machine.feet).heel_strike_time
     )
-    signals = sample(record, machine, biped, slope, contact, times, settings.hip_socket, settings.foot_socket)
+    signals = sample(
+        record, machine, biped, slope, contact, times, settings.hip_socket, settings.foot_socket, settings.signals
+    )
     strikes = signals.walk.heel_strike_time
     last_step = tuple(strikes[-2:]) if len(strikes) > 1 else ()
     closed = energy_balance(record, machine, slope, contact, *last_step) if last_step else EnergyBalance(*[np.nan] * 6)
@@ -64,7 +67,7 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
         parts=tuple(part_row(part) for part in settings.parts),
         sums=tuple(SumRow(what, found, wanted) for what, found, wanted in sums(settings.parts, biped)),
         solver_steps=len(record.time) - 1,
-        inventory=take_inventory(tree.mbs, len(tree.feet)),
+        inventory=take_inventory(tree.mbs, len(tree.feet), sampled_bytes(signals)),
     )
 
 

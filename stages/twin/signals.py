@@ -6,6 +6,7 @@ machine stands straight). A sensor measures acceleration minus gravity, and the 
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,10 +17,12 @@ from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
+from stages.multibody.signals import GROUND_REACTION, IMU
 from stages.twin.contact import HINGE, PITCH, ROLL, SLIDE, YAW, Z, along, law_numbers
 from stages.twin.events import find_events
 from stages.twin.kinematics import pair_axes, point_motion
 from stages.twin.machine import Machine
+from stages.twin.parameters import ATTITUDE, COORDINATES, FOOT_FORCE, IMU_IN_SPACE, SIGNALS
 from stages.twin.record import Record
 
 #: Legs of each pair, and their slides among `SLIDE`.
@@ -29,7 +32,7 @@ COLUMNS = np.array(SLIDE)
 
 @dataclass(frozen=True)
 class Signals:
-    """What is sampled of a walk in space; times as in `walk.time`."""
+    """What is sampled of a walk in space; times as in `walk.time`. A signal that is not asked for has no rows."""
 
     walk: Walk = quantity("-", "planar projection: leg 0 the inner pair, leg 1 the outer pair, feet of a pair averaged")
     hip_imu_specific_force: np.ndarray = quantity(
@@ -62,33 +65,46 @@ def sample(
     time: np.ndarray,
     hip_socket: tuple[float, ...],
     foot_socket: tuple[float, ...],
+    signals: Collection[str] = SIGNALS,
 ) -> Signals:
-    """Sample a record at `time` (n,) [s]; sockets as in `stages.twin.parameters.Settings`.
+    """Sample the motion and `signals` of a record at `time` (n,) [s].
+
+    Sockets and names of signals as in `stages.twin.parameters`; what is not named is not computed either.
 
     Motion by Hermite interpolation between the solver's steps. Accelerations and forces, which have kinks, are computed
     at the solver's steps and interpolated by monotone cubics, so that no force becomes negative in between.
     """
     q, v = record.at(time)
     steps = record.position, record.velocity, record.acceleration
-    inner = pair_axes(*steps, 0)
+    felt, in_space = IMU in signals, IMU_IN_SPACE in signals
+    inner = pair_axes(*steps, 0) if felt or in_space else None
     gravity = np.array([*slope.gravity_vector, 0.0])
+    nothing = np.zeros((0, 3))
 
     def between(values: np.ndarray) -> np.ndarray:
         return PchipInterpolator(record.time, values)(time)
 
-    def specific_force(place: np.ndarray, slide: int | None) -> np.ndarray:
+    def specific_force(place: np.ndarray, slide: int | None, wanted: bool) -> np.ndarray:
+        if inner is None or not wanted:
+            return nothing
         return between(inner.components(point_motion(*steps, inner, place, slide).acceleration - gravity))
 
-    force = along(record.position, record.velocity, record.in_play(record.time), machine.feet, law_numbers(contact))[0]
-    feet = between(force)
+    feet = np.zeros((0, 4, 3))
+    if GROUND_REACTION in signals or FOOT_FORCE in signals:
+        law = law_numbers(contact)
+        feet = between(along(record.position, record.velocity, record.in_play(record.time), machine.feet, law)[0])
     socket_slide = SLIDE[0] if foot_socket[2] > 0.0 else SLIDE[1]
     centre = np.array([0.0, biped.foot_com - biped.leg_length, 0.0])  # the legs' mid-plane, as in the simple models
-    mass_centre = np.mean([specific_force(centre, slide) for slide in SLIDE[:2]], axis=0)
-    axes = pair_axes(q, v, np.zeros_like(q), 0)
-    spin = axes.components(axes.spin)
+    mass_centre = np.mean([specific_force(centre, slide, felt) for slide in SLIDE[:2]], axis=0)
+    spin = nothing
+    if felt or in_space:
+        axes = pair_axes(q, v, np.zeros_like(q), 0)
+        spin = axes.components(axes.spin)
+    turning = spin[:, 2] if felt else np.zeros(0)
     events = find_events(record, machine.feet)
     length = np.column_stack([machine.length[pair].mean() - q[:, COLUMNS[pair]].mean(axis=1) for pair in PAIRS])
     length_rate = np.column_stack([-v[:, COLUMNS[pair]].mean(axis=1) for pair in PAIRS])
+    reaction = np.stack([feet[:, pair, :2].sum(axis=1) for pair in PAIRS], axis=1)
     walk = Walk(
         time=time,
         hip_position=q[:, :2].copy(),
@@ -97,25 +113,26 @@ def sample(
         leg_rate=np.column_stack([v[:, PITCH], v[:, PITCH] + v[:, HINGE]]),
         leg_length=length,
         leg_length_rate=length_rate,
-        ground_reaction=np.stack([feet[:, pair, :2].sum(axis=1) for pair in PAIRS], axis=1),
-        hip_specific_force=specific_force(np.zeros(3), None)[:, :2],
-        hip_angular_velocity=spin[:, 2].copy(),
+        ground_reaction=reaction if GROUND_REACTION in signals else reaction[:0],
+        hip_specific_force=specific_force(np.zeros(3), None, felt)[:, :2],
+        hip_angular_velocity=turning.copy(),
         foot_specific_force=mass_centre[:, :2],
-        foot_angular_velocity=spin[:, 2].copy(),
+        foot_angular_velocity=turning.copy(),
         heel_strike_time=events.heel_strike_time,
         heel_strike_leg=events.heel_strike_leg,
         toe_off_time=events.toe_off_time,
         toe_off_leg=events.toe_off_leg,
     )
+    attitude = len(time) if ATTITUDE in signals else 0
     return Signals(
         walk=walk,
-        hip_imu_specific_force=specific_force(np.array(hip_socket), None),
-        hip_imu_angular_velocity=spin,
-        foot_imu_specific_force=specific_force(np.array(foot_socket), socket_slide),
-        foot_imu_angular_velocity=spin.copy(),
-        roll=q[:, ROLL].copy(),
-        yaw=q[:, YAW].copy(),
-        lateral=q[:, Z].copy(),
-        coordinates=q,
-        foot_force=feet,
+        hip_imu_specific_force=specific_force(np.array(hip_socket), None, in_space),
+        hip_imu_angular_velocity=spin if in_space else nothing,
+        foot_imu_specific_force=specific_force(np.array(foot_socket), socket_slide, in_space),
+        foot_imu_angular_velocity=spin.copy() if in_space else nothing,
+        roll=q[:attitude, ROLL].copy(),
+        yaw=q[:attitude, YAW].copy(),
+        lateral=q[:attitude, Z].copy(),
+        coordinates=q if COORDINATES in signals else q[:0],
+        foot_force=feet if FOOT_FORCE in signals else feet[:0],
     )
