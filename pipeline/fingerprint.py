@@ -77,6 +77,8 @@ def compact(value: Any) -> str:
         scientific = f"{mantissa.rstrip('0').rstrip('.')}e{int(exponent)}"
         shorter = scientific if len(scientific) < len(plain) else plain
         return shorter if float(shorter) == value else repr(value)
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {compact(item)}" for key, item in value.items() if item is not None) + "}"
     if isinstance(value, list):
         if len(value) > 4 or any(isinstance(item, dict) for item in value):
             return f"({len(value)} entries)"

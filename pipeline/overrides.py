@@ -18,7 +18,7 @@ _FORM = "the form is --set file.key=value, for example --set biped.hip_mass=0.4"
 
 @dataclass(frozen=True)
 class Override:
-    """One `--set`: its text, the file and key it names, the path inside a table, and the value."""
+    """One `--set`: how messages name it, the file and key it changes, the path inside a table, and the value."""
 
     text: str
     file: str
@@ -40,9 +40,8 @@ def parsed(text: str, known: Mapping[str, Sequence[str]]) -> Override:
         homes = [f'; did you mean "{other}.{key}"?' for other, keys in known.items() if key in keys]
         hint = homes[0] if homes else nearest(key, known[file])
         raise StudyError(f'--set {text}: there is no parameter "{key}" in {file}{hint}')
-    return Override(
-        text, file, key, tuple(inner), _without_lines(yaml_text.parse(value, f"--set {text}", with_lines=False))
-    )
+    said = f"--set {text}"
+    return Override(said, file, key, tuple(inner), _without_lines(yaml_text.parse(value, said, with_lines=False)))
 
 
 def applied(override: Override, entry: Node | None) -> Node:
@@ -50,7 +49,7 @@ def applied(override: Override, entry: Node | None) -> Node:
     if not override.inner:
         return override.value
     if entry is None:
-        raise StudyError(f"--set {override.text}: {override.key} has no rows in the file")
+        raise StudyError(f"{override.text}: {override.key} has no rows in the file")
     parts: dict[str, Node] = entry.value if isinstance(entry.value, dict) else {}
     table = parts.get("rows") or parts.get("value") or entry
     return _replaced(table, override.inner, override)
@@ -62,14 +61,14 @@ def _replaced(node: Node, path: tuple[str, ...], override: Override) -> Node:
     step, rest = path[0], path[1:]
     if isinstance(node.value, list):
         if not step.isdigit() or int(step) >= len(node.value):
-            raise StudyError(f"--set {override.text}: there is no row {step}; rows are 0 to {len(node.value) - 1}")
+            raise StudyError(f"{override.text}: there is no row {step}; rows are 0 to {len(node.value) - 1}")
         items: list[Any] = list(node.value)
         items[int(step)] = _replaced(items[int(step)], rest, override)
         return Node(items, node.line)
     if isinstance(node.value, dict):
         inside = node.value.get(step, Node(None, 0))
         return Node({**node.value, step: _replaced(inside, rest, override)}, node.line)
-    raise StudyError(f"--set {override.text}: {override.key} is not a table, so .{step} leads nowhere")
+    raise StudyError(f"{override.text}: {override.key} is not a table, so .{step} leads nowhere")
 
 
 def _without_lines(node: Node) -> Node:

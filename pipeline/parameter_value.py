@@ -35,15 +35,17 @@ def declared(cls: type) -> dict[str, tuple[dataclasses.Field[Any], Any]]:
 
 def value_of(entry: Node, field: dataclasses.Field[Any], kind: Any) -> Any:
     """The checked value of a file's entry. Raises `Refused`, also for a wrong unit or a misspelt part of the entry."""
-    return checked(_unwrapped(entry, field), field, kind)
+    return checked(_unwrapped(entry, field, kind), field, kind)
 
 
 def checked(node: Node, field: dataclasses.Field[Any], kind: Any) -> Any:
     """The value of `node` as type `kind`, inside the bounds that `field` declares. Raises `Refused`."""
     if typing.get_origin(kind) in (typing.Union, types.UnionType):
-        if node.value is None:
+        options = typing.get_args(kind)
+        if node.value is None and type(None) in options:
             return None
-        kind = next(option for option in typing.get_args(kind) if option is not type(None))
+        row = _row_of(kind) if isinstance(node.value, dict) else None
+        kind = row or next(option for option in options if option is not type(None))
     if typing.get_origin(kind) is tuple:
         return _sequence(node, field, typing.get_args(kind)[0])
     if dataclasses.is_dataclass(kind) and isinstance(kind, type):
@@ -60,7 +62,8 @@ def checked(node: Node, field: dataclasses.Field[Any], kind: Any) -> Any:
 def allowed(field: dataclasses.Field[Any]) -> str:
     """What the field accepts, for the end of a sentence: `>= 0 kg`, or the choices."""
     if field.metadata["choices"]:
-        return ", ".join(field.metadata["choices"])
+        either = field.metadata.get("otherwise")
+        return ", ".join(field.metadata["choices"]) + (f", or {either}" if either else "")
     return with_unit(str(field.metadata["bound"]), field)
 
 
@@ -85,8 +88,13 @@ def shown(value: Any) -> str:
     return "a table"
 
 
-def _unwrapped(entry: Node, field: dataclasses.Field[Any]) -> Node:
-    if not isinstance(entry.value, dict):
+def _row_of(kind: Any) -> Any:
+    """The dataclass among the options of a type, or None."""
+    return next((option for option in typing.get_args(kind) if dataclasses.is_dataclass(option)), None)
+
+
+def _unwrapped(entry: Node, field: dataclasses.Field[Any], kind: Any) -> Node:
+    if not isinstance(entry.value, dict) or (_row_of(kind) and not set(_ENTRY_KEYS) & set(entry.value)):
         return entry
     parts: dict[str, Node] = entry.value
     for key, node in parts.items():
@@ -122,7 +130,7 @@ def _word(node: Node, field: dataclasses.Field[Any]) -> str:
     choices = field.metadata["choices"]
     if choices and node.value not in choices:
         hint = nearest(node.value, choices)
-        raise Refused(f"= {shown(node.value)} is not allowed; allowed: {', '.join(choices)}{hint}", node.line)
+        raise Refused(f"= {shown(node.value)} is not allowed; allowed: {allowed(field)}{hint}", node.line)
     return node.value
 
 

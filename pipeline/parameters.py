@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pipeline import yaml_text
+from pipeline import accuracy, yaml_text
 from pipeline.errors import StudyError, nearest
 from pipeline.overrides import Override, applied, parsed
 from pipeline.parameter_value import Refused, allowed, broken_rules, declared, shown, value_of, with_unit
@@ -24,13 +24,15 @@ def load(
     wanted: Mapping[str, type],
     known: Iterable[type],
     shown_as: str | None = None,
+    asked: str = "",
 ) -> dict[str, Any]:
     """Parameters of each stage in `wanted` (stage name -> its `Parameters` class).
 
     `settings` are the texts given to `--set`; `known` are the `Parameters` classes of all stages, which decide what a
-    known key is; `shown_as` is how messages name the folder. Raises `StudyError` with one sentence for each error.
+    known key is; `shown_as` is how messages name the folder; `asked` is the text given to `--accuracy`. Raises
+    `StudyError` with one sentence for each error.
     """
-    return _Loading(folder, shown_as or str(folder), known).load(settings, wanted)
+    return _Loading(folder, shown_as or str(folder), known).load(settings, wanted, asked)
 
 
 def as_plain(parameters: Any) -> dict[str, dict[str, Any]]:
@@ -74,7 +76,9 @@ class _Loading:
         self.problems: list[tuple[str, int, str]] = []
         self.overrides: dict[str, list[Override]] = {}
 
-    def load(self, settings: Sequence[str], wanted: Mapping[str, type]) -> dict[str, Any]:
+    def load(self, settings: Sequence[str], wanted: Mapping[str, type], asked: str) -> dict[str, Any]:
+        if asked:
+            self._ask(asked, sections(wanted.values()))
         self._read_settings(settings)
         built: dict[type, Any] = {}
         # a file that a stage reads, or that --set changes, is checked whole, also where another stage reads it
@@ -89,6 +93,13 @@ class _Loading:
         if self.problems:
             raise StudyError(sentence for _, _, sentence in sorted(dict.fromkeys(self.problems)))
         return stages
+
+    def _ask(self, asked: str, read: Mapping[str, list[type]]) -> None:
+        """Take `--accuracy` as a change of every file that can be asked for it and is read; `--set` goes before it."""
+        value = accuracy.parsed(asked)
+        for file, classes in read.items():
+            if file in accuracy.FILES and any("accuracy" in declared(cls) for cls in classes):
+                self.overrides[file] = [Override(f"--accuracy {asked}", file, "accuracy", (), value)]
 
     def _read_settings(self, settings: Sequence[str]) -> None:
         known = {file: [key for cls in classes for key in declared(cls)] for file, classes in self.classes.items()}
@@ -138,10 +149,26 @@ class _Loading:
                 self._problem(file, refused.line, f"{name}{gap}{refused.reason}", name)
         if not complete:
             return None
-        instance = cls(**values)
-        for broken in broken_rules(instance):
+        instance = self._accurate(cls(**values), file, entries)
+        for broken in broken_rules(instance) if instance is not None else ():
             self._broken(file, broken, instance, entries)
         return instance
+
+    def _accurate(self, instance: Any, file: str, entries: dict[str, Node]) -> Any:
+        """The instance with the solver settings that its accuracy decides, or None if it cannot be had."""
+        if file not in accuracy.FILES or getattr(instance, "accuracy", accuracy.CUSTOM) == accuracy.CUSTOM:
+            return instance
+        line = entries["accuracy"].line
+        try:
+            choice = accuracy.choose(file, instance)
+        except StudyError as refused:
+            self._problem(file, line, f"accuracy {refused}", "accuracy")
+            return None
+        for override in self.overrides.get(file, ()):
+            if override.key in choice.settings:
+                why = f"{file}.accuracy decides it; to give it, set {file}.accuracy=custom"
+                self.problems.append(("", 0, f"{override.text} is not allowed: {why}"))
+        return dataclasses.replace(instance, **choice.settings)
 
     def _broken(self, file: str, broken: Any, instance: Any, entries: dict[str, Node]) -> None:
         field, _ = declared(instance.__class__)[broken.key]
@@ -159,7 +186,7 @@ class _Loading:
     def _problem(self, file: str, line: int, text: str, key: str = "") -> None:
         overrides = [override for override in self.overrides.get(file, ()) if override.key == key]
         if line == 0 and overrides:
-            self.problems.append(("", 0, f"--set {overrides[-1].text}: {text}"))
+            self.problems.append(("", 0, f"{overrides[-1].text}: {text}"))
         else:
             place = f"{self.shown_as}/{file}.yaml" + (f":{line}" if line else "")
             self.problems.append((file, line, f"{place}: {text}"))

@@ -46,7 +46,7 @@ class Planner:
         for path in stage.inputs:
             inputs.update(upstream[self.study.graph.maker(path)].contents(path))
         inputs.update({key: sha256 for key, (_, sha256) in self.study.named_files(self.values[name]).items()})
-        plain = parameters.as_plain(self.values[name]) | self.study.asked(name, self.values[name])
+        plain = parameters.as_plain(self.values[name])
         parts = fingerprint.ingredients(stage, self.study.sources, plain, inputs)
         store = self.study.store
         entry, last = store.entry(fingerprint.key(parts)), store.current(name)

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from pipeline import fingerprint
+from pipeline import accuracy, fingerprint
 from pipeline.fingerprint import Ingredients, compact
 
 
@@ -16,10 +16,21 @@ def attributes(parts: Ingredients) -> dict[str, str]:
         "stage": parts["stage"],
         "key": fingerprint.key(parts),
         "parameters": parameter_text(parts["parameters"]),
+        **_accuracy(parts),
         "versions": _lines(parts["versions"]),
         "inputs": _lines(parts["inputs"]),
         "code": json.dumps(parts["code"], indent=1, sort_keys=True),
     }
+
+
+def _accuracy(parts: Ingredients) -> dict[str, str]:
+    """What was asked of the stage's own walk, and the solver settings used for it; nothing where none was asked."""
+    own = parts["parameters"].get(parts["stage"], {})
+    asked = own.get("accuracy", accuracy.CUSTOM)
+    if parts["stage"] not in accuracy.FILES or asked == accuracy.CUSTOM:
+        return {}
+    used = ", ".join(f"{key} {compact(own[key])}" for key in accuracy.decided(parts["stage"], own))
+    return {"accuracy": f"asked: {compact(asked)}; used: {used}"}
 
 
 def parameter_text(files: Mapping[str, Mapping[str, Any]]) -> str:

@@ -86,9 +86,9 @@ def _parameters(study: Study) -> Iterator[str]:
             for key, (field, kind) in fields.items()
         ]
         yield from _table(("parameter", "meaning", "unit", "allowed", "read by"), rows)
-        for key, (_, kind) in fields.items():
+        for key, (field, kind) in fields.items():
             inner = _row_class(kind)
-            if inner is not None:
+            if inner is not None and _is_table(field, kind):
                 yield f"Columns of `{file}.{key}`:\n"
                 columns = [(f"`{name}`", *_field(*pair)) for name, pair in declared(inner).items()]
                 yield from _table(("column", "meaning", "unit", "allowed"), columns)
@@ -98,13 +98,18 @@ def _field(field: dataclasses.Field[Any], kind: Any) -> tuple[str, str, str]:
     """Meaning, unit and what is allowed."""
     about = field.metadata
     described = about["description"] + (f", {about['symbol']}" if about["symbol"] else "")
-    if _row_class(kind) is not None:
+    if _is_table(field, kind):
         return described, "", "a table"
     if field.default is not dataclasses.MISSING:
         described += f" (without it: {'none' if field.default is None else field.default})"
     free = "a file" if about["file"] else "true, false" if kind is bool else "a word" if about["unit"] == "-" else ""
     limits = allowed(field) if about["choices"] or not free else free
     return described, "" if about["unit"] == "-" else about["unit"], limits
+
+
+def _is_table(field: dataclasses.Field[Any], kind: Any) -> bool:
+    """Whether a parameter is a table, not a word beside which a row is allowed."""
+    return _row_class(kind) is not None and not field.metadata["choices"]
 
 
 def _row_class(kind: Any) -> type | None:

@@ -71,28 +71,14 @@ class Study:
         if problems:
             raise StudyError(problems)
         classes = [cls for cls in known.values() if cls is not None]
-        values = parameters.load(self.params, self.settings, wanted, classes, shown(self.params))
-        chosen = tuple(text for choice in self.choices(values) for text in choice.texts(choice.settings))
-        if not chosen:
-            return values
-        return parameters.load(self.params, self.settings + chosen, wanted, classes, shown(self.params))
+        return parameters.load(self.params, self.settings, wanted, classes, shown(self.params), self.accuracy)
 
-    def choices(self, values: dict[str, Any]) -> list[Choice]:
-        """Solver settings for the accuracy asked for, of each stage in `values` that has any. Raises `StudyError`."""
-        if not self.accuracy:
-            return []
-        own = {name: parameters.as_plain(value).get(name, {}) for name, value in values.items()}
-        found = list(accuracy.resolve(self.accuracy, own))
-        for choice in found:
-            for key in choice.settings:
-                if any(text.partition("=")[0].strip() == f"{choice.stage}.{key}" for text in self.settings):
-                    raise StudyError(f"--accuracy chooses {choice.stage}.{key}; it cannot be given by --set as well")
-        return found
-
-    def asked(self, name: str, values: Any) -> dict[str, dict[str, float]]:
-        """The error asked of a stage, as the parameters of one more file, so that its artefact states it."""
-        chosen = self.choices({name: values})
-        return {"accuracy": dict(chosen[0].asked)} if chosen else {}
+    def choice(self, name: str, values: Any) -> Choice | None:
+        """The solver settings chosen for a stage's own walk, or None where no accuracy is asked of it."""
+        own = next((section for section in vars(values).values() if name == section.FILE), None)
+        if name not in accuracy.FILES or getattr(own, "accuracy", accuracy.CUSTOM) == accuracy.CUSTOM:
+            return None
+        return accuracy.choose(name, own)
 
     def named_files(self, values: Any) -> dict[str, tuple[Path, str]]:
         """Files that a stage's parameters name: key -> (file, its SHA-256). Raises `StudyError` for a missing one."""

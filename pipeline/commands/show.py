@@ -35,6 +35,11 @@ def command(study: Study, artefact: str, as_json: bool) -> None:
         options.print_json({"file": shown(path), "fields": [_plain(field) for field in fields], "provenance": about})
         return
     click.echo(f"{shown(path)}: stage {about.get('stage', '?')}, key {about.get('key', '?')}")
+    if "accuracy" in about:
+        from pipeline import verification
+
+        found = verification.kept(study, about.get("stage", ""), about.get("key", ""))
+        click.echo(f"accuracy {about['accuracy']}" if found is None else verification.line(found))
     for field in fields:
         click.echo(_line(field))
     for title, columns, rows in _tables(study, content, about.get("stage", ""), shown(path)):

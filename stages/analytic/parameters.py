@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
+from stages.biped.accuracy import Accuracy, accuracy
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.friction_coefficients import Friction
@@ -29,6 +30,7 @@ class Settings:
     transition: str = parameter(
         "-", "trailing foot from heel strike to toe-off: rolls whatever it takes, or has Coulomb friction and no pull",
         choices=("rolling", "coulomb"), default="rolling")
+    accuracy: str | Accuracy = accuracy("tolerance")
 
     def broken_rules(self) -> Iterator[Broken]:
         """The readable path knows rolling feet only."""

@@ -53,8 +53,8 @@ def faults(section: Any) -> Iterator[Broken]:
         value, bound, choices = getattr(section, field.name), field.metadata["bound"], field.metadata["choices"]
         if isinstance(value, (int, float)) and not isinstance(value, bool) and not bound.holds(value):
             yield Broken(field.name, str(bound))
-        words = value if isinstance(value, tuple) else (value,)
-        if choices and not set(words) <= set(choices):
+        words = {word for word in (value if isinstance(value, tuple) else (value,)) if isinstance(word, str)}
+        if choices and not words <= set(choices):
             yield Broken(field.name, " or ".join(choices))
     if hasattr(section, "broken_rules"):
         yield from section.broken_rules()
@@ -69,10 +69,12 @@ def parameter(
     choices: tuple[str, ...] = (),
     default: Any = dataclasses.MISSING,
     file: bool = False,
+    otherwise: str = "",
 ) -> Any:
     """A field of a parameter dataclass. `unit` is "1" for a pure number and "-" for a word.
 
-    The value of a `file` is a path; the stage finds the file among its inputs under the parameter's name.
+    The value of a `file` is a path; the stage finds the file among its inputs under the parameter's name. `otherwise`
+    says what is allowed beside the choices.
     """
     metadata = {
         "unit": unit,
@@ -81,6 +83,7 @@ def parameter(
         "bound": bound or Bound(),
         "choices": choices,
         "file": file,
+        "otherwise": otherwise,
     }
     return dataclasses.field(metadata=metadata, default=default)
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
+from stages.biped.accuracy import Accuracy, accuracy
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
@@ -53,6 +54,7 @@ class Settings:
     signals: tuple[str, ...] = parameter(
         "-", "signals recorded beside the motion, sampled at sampling_rate_hz", choices=SIGNALS, default=READ_LATER
     )
+    accuracy: str | Accuracy = accuracy("tolerance and largest_step, or rolling_step and impact_step of the joints")
 
     @classmethod
     def of_one_step(cls, tolerance: float, largest_step: float, most_solver_steps: int = 500_000) -> Settings:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
+from stages.biped.accuracy import Accuracy, accuracy
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
@@ -67,6 +68,7 @@ class Settings:
     signals: tuple[str, ...] = parameter(
         "-", "signals recorded beside the motion, sampled at sampling_rate_hz", choices=SIGNALS, default=READ_LATER
     )
+    accuracy: str | Accuracy = accuracy("tolerance and largest_step")
 
     def broken_rules(self) -> Iterator[Broken]:
         """Places are points, lanes do not overlap, a signal is named once."""

@@ -1,6 +1,7 @@
-"""`--accuracy`: settings from the kept table, what is refused, and that the true error keeps the request."""
+"""An accuracy asked for: settings from the kept table, what is refused, that the true error keeps the request."""
 
 import dataclasses
+import shutil
 import statistics
 from pathlib import Path
 from types import SimpleNamespace
@@ -8,10 +9,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pipeline import accuracy
+from pipeline import accuracy, parameters, provenance, verification
 from pipeline.errors import StudyError
+from pipeline.fingerprint import compact
 from pipeline.study import Study
-from pipeline.verification import walk_difference
+from stages.biped.accuracy import WORDS, Accuracy
 
 ROOT = Path(__file__).resolve().parents[2]
 ASKED = (1e-3, 1e-4, 1e-5, 5e-6, 1e-6, 1e-7, 1e-8)
@@ -21,21 +23,85 @@ def study(*settings, asked=""):
     return Study(ROOT, ROOT / "params", ROOT / "results", settings, accuracy=asked)
 
 
-def choices(asked, *settings, stages=("analytic", "multibody", "twin")):
+def choices(asked, *settings, stages=accuracy.FILES):
     found = study(*settings, asked=asked)
-    return {choice.stage: choice for choice in found.choices(found.parameters(stages))}
+    values = found.parameters(stages)
+    return {name: found.choice(name, values[name]) for name in stages}
+
+
+def with_key(folder, line, *settings, stage="twin"):
+    """Parameters of a stage whose own file says `line` for its accuracy, and the number of that line."""
+    shutil.copytree(ROOT / "params", folder, dirs_exist_ok=True)
+    path = folder / f"{stage}.yaml"
+    lines = path.read_text().splitlines()
+    number = next(n for n, text in enumerate(lines) if text.startswith("accuracy"))
+    lines[number] = line
+    path.write_text("\n".join(lines))
+    found = Study(ROOT, folder, ROOT / "results", settings)
+    try:
+        return found, found.parameters((stage,))[stage], number + 1
+    except StudyError as error:
+        return str(error), None, number + 1
 
 
 def test_what_is_asked_sets_the_solver_and_is_stated():
+    """Solver settings and request are among the parameters, from which the key and the artefact's account follow."""
     found = study(asked="hip_position_m=1e-6")
     values = found.parameters(("analytic", "multibody", "twin", "imu"))
-    for choice in found.choices(values):
-        for key, value in choice.settings.items():
-            assert getattr(values[choice.stage].settings, key) == value
-        assert found.asked(choice.stage, values[choice.stage]) == {"accuracy": {"hip_position_m": 1e-6}}
+    for name in accuracy.FILES:
+        choice = found.choice(name, values[name])
+        plain = parameters.as_plain(values[name])[name]
+        assert {key: plain[key] for key in choice.settings} == choice.settings and choice.settings
+        assert plain["accuracy"]["hip_position_m"] == 1e-6
         assert choice.expected <= 1e-6
-    assert len(found.choices(values)) == 3 and found.asked("imu", values["imu"]) == {}
-    assert study().asked("twin", values["twin"]) == {}
+        used = ", ".join(f"{key} {compact(value)}" for key, value in choice.settings.items())
+        said = provenance._accuracy({"stage": name, "parameters": {name: plain}})
+        assert said == {"accuracy": f"asked: {{hip_position_m: 1e-6}}; used: {used}"}
+    assert found.choice("imu", values["imu"]) is None
+    as_it_stands = study().parameters(("twin",))["twin"]
+    assert study().choice("twin", as_it_stands) is None and as_it_stands.settings.accuracy == accuracy.CUSTOM
+    plain = parameters.as_plain(as_it_stands)
+    assert provenance._accuracy({"stage": "twin", "parameters": plain}) == {}
+
+
+def test_the_words_are_the_stages_own():
+    assert accuracy.WORDS == WORDS and set(accuracy.KEYS) == set(vars(Accuracy()))
+
+
+@pytest.mark.parametrize("line", [
+    "accuracy: draft",
+    'accuracy: {value: draft, unit: "-", source: "a test"}',
+    "accuracy: {hip_position_m: 1e-3}",
+    "accuracy: {value: {hip_position_m: 1e-3}, source: a test}",
+])  # fmt: skip
+def test_the_key_of_a_file_asks_as_the_option_does(tmp_path, line):
+    found, values, _ = with_key(tmp_path, line)
+    assert found.choice("twin", values) == choices("draft")["twin"]
+    assert values.settings.tolerance == choices("draft")["twin"].settings["tolerance"]
+
+
+def test_the_option_goes_before_the_key_and_set_before_both(tmp_path):
+    found, _, _ = with_key(tmp_path, "accuracy: draft")
+    asked = dataclasses.replace(found, accuracy="reference")
+    assert asked.parameters(("twin",))["twin"].settings.accuracy == "reference"
+    mine = dataclasses.replace(asked, settings=("twin.accuracy=custom", "twin.tolerance=3e-6"))
+    assert mine.parameters(("twin",))["twin"].settings.tolerance == 3e-6
+    assert mine.parameters(("analytic",))["analytic"].settings.accuracy == "reference"
+
+
+@pytest.mark.parametrize(("line", "said"), [
+    ("accuracy: drft", 'accuracy = "drft" is not allowed; allowed: custom, draft, paper, reference, or errors by '
+                       'hip_position_m, period_s, multiplier, peak_force_n as {hip_position_m: 1e-5}; did you mean'),
+    ("accuracy: 1e-5", "accuracy = 1e-05 is not a word; allowed: custom, draft, paper, reference, or errors by"),
+    ("accuracy: {hip_position_m: -1}", "accuracy: hip_position_m = -1 m is not allowed; allowed: > 0 m"),
+    ("accuracy: {hip_position: 1e-5}", 'accuracy has an unknown column "hip_position"; did you mean "hip_position_m"?'),
+    ("accuracy: {}", "at least one of hip_position_m, period_s, multiplier, peak_force_n"),
+    ("accuracy: {hip_position_m: 1e-20}", "stage twin cannot have hip_position_m <= 1e-20; allowed: >= "),
+    ("accuracy: {multiplier: 1e-3}", "stage twin cannot have multiplier <= 0.001; its error was not measured"),
+])  # fmt: skip
+def test_a_wrong_key_is_told_with_file_line_value_and_what_is_allowed(tmp_path, line, said):
+    told, _, number = with_key(tmp_path, line)
+    assert f"twin.yaml:{number}: accuracy" in told and said in told and "\n" not in told
 
 
 @pytest.mark.parametrize("stage", ["analytic", "multibody", "twin"])
@@ -65,11 +131,11 @@ def test_words_longer_walks_and_other_ways():
 
 
 @pytest.mark.parametrize(("asked", "said"), [
-    ("quick", "the form is draft, paper, reference"),
+    ("quick", "the form is custom, draft, paper, reference"),
     ("hip_position=1e-5", 'did you mean "hip_position_m"'),
     ("hip_position_m=0", "allowed: > 0"),
     ("hip_position_m=nan", "allowed: > 0"),
-    ("hip_position_m=1e-20", "the least measured is"),
+    ("hip_position_m=1e-20", "stage analytic cannot have hip_position_m <= 1e-20; allowed: >= "),
     ("multiplier=1e-3", "its error was not measured"),
 ])  # fmt: skip
 def test_what_cannot_be_had_is_refused_in_a_sentence(asked, said):
@@ -79,26 +145,87 @@ def test_what_cannot_be_had_is_refused_in_a_sentence(asked, said):
 
 
 def test_a_setting_is_not_given_twice():
-    with pytest.raises(StudyError, match=r"cannot be given by --set as well"):
+    with pytest.raises(StudyError, match=r"--set twin\.tolerance=1e-5 is not allowed: twin\.accuracy decides it"):
         choices("draft", "twin.tolerance=1e-5")
+    with pytest.raises(StudyError, match=r"twin\.accuracy decides it"):
+        choices("", "twin.tolerance=1e-5", "twin.accuracy=draft")
 
 
 def test_walks_are_compared_at_common_times():
     one = SimpleNamespace(time=np.arange(5) * 0.1, hip_position=np.zeros((5, 2)))
     other = SimpleNamespace(time=np.arange(4) * 0.2, hip_position=np.full((4, 2), 0.25))
-    assert walk_difference(one, other) == 0.25
+    assert verification.walk_difference(one, other) == 0.25
+
+
+def test_the_second_run_takes_half_the_budget_or_the_next_finer_setting():
+    """Half the budget where that is measured; an error that goes with the tolerance to the power 1 is told exactly."""
+    tight, loose = (choices(f"hip_position_m={error}")["multibody"] for error in (1e-8, 1e-3))
+    assert tight.second.budget <= 0.5 and tight.second.settings["tolerance"] > tight.settings["tolerance"]
+    assert loose.second.budget > 1.0 and loose.second.settings["tolerance"] < loose.settings["tolerance"]
+    for choice in (tight, loose):
+        assert choice.second.settings["largest_step"] == choice.settings["largest_step"]
+        assert 0.7 < choice.second.order < 1.3  # adaptive steps: errors go about as the tolerance
+    for ratio in (100.0, 0.1):
+        assert accuracy.Second({}, 0.5, 1.0, ratio).estimate(abs(ratio - 1.0) * 2e-7) == pytest.approx(2e-7)
+
+
+@pytest.fixture
+def verifiable(tmp_path, monkeypatch):
+    """A study with an artefact of the twin, and a second run that differs by 81e-7 m at a hundred times the error."""
+    found = Study(ROOT, ROOT / "params", tmp_path, (), accuracy="hip_position_m=1e-8")
+    monkeypatch.setattr(verification, "_content", lambda *_: (b"", "results/twin.h5"))
+    monkeypatch.setattr(verification.artefact, "provenance", lambda *_: {"key": "k1"})
+    monkeypatch.setattr(verification, "hip_difference", lambda *_: 8.1e-6)
+    return found
+
+
+def test_an_estimate_is_kept_beside_the_artefact_it_belongs_to(verifiable, capsys):
+    chosen = verification.choices(verifiable, ("twin",))
+    verification.verify(verifiable, chosen, told=True)
+    kept = verification.kept(verifiable, "twin", "k1")
+    assert kept["hip_error_estimate_m"] == pytest.approx(chosen[0][0].second.estimate(8.1e-6), rel=0.05)
+    assert kept["hip_difference_m"] == 8.1e-6 and kept["asked"] == {"hip_position_m": 1e-8}
+    assert kept["settings"] == chosen[0][0].settings and 0 < kept["second_run"]["budget"] <= 0.5
+    assert verification.kept(verifiable, "twin", "of another run") is None
+    assert f"estimated {kept['hip_error_estimate_m']:.1e} m" in capsys.readouterr().out
+
+
+def test_a_second_run_that_fails_is_a_reason_and_not_an_estimate(verifiable, monkeypatch):
+    def fails(*_):
+        raise ValueError("it fell")
+
+    monkeypatch.setattr(verification, "hip_difference", fails)
+    verification.verify(verifiable, verification.choices(verifiable, ("twin",)), told=False)
+    kept = verification.kept(verifiable, "twin", "k1")
+    assert kept["hip_error_estimate_m"] is None and "it fell" in kept["reason"]
+    assert "not estimated" in verification.line(kept)
+
+
+def test_nothing_asked_is_nothing_to_verify():
+    with pytest.raises(StudyError, match=r"none is asked of twin, imu; give --accuracy"):
+        verification.choices(study(), ("twin", "imu"))
 
 
 def true_errors(stage, tight, run):
-    """True over asked error, for each error asked, against a run at `tight` settings."""
+    """True over asked and estimated over true error, for each error asked, against a run at `tight` settings."""
     values = study().parameters((stage,))[stage]
 
     def walk(settings):
         return run(dataclasses.replace(values, settings=dataclasses.replace(values.settings, **settings)))
 
     exact = walk(tight)
-    chosen = [choices(f"hip_position_m={error!r}", stages=(stage,))[stage].settings for error in ASKED]
-    return [walk_difference(walk(settings), exact) / error for settings, error in zip(chosen, ASKED)]
+    shares, estimates, walks = [], [], {}
+    for error in ASKED:
+        choice = choices(f"hip_position_m={error!r}", stages=(stage,))[stage]
+        both = [choice.settings, choice.second.settings]
+        for settings in both:
+            if repr(settings) not in walks:
+                walks[repr(settings)] = walk(settings)
+        one, other = (walks[repr(settings)] for settings in both)
+        true = verification.walk_difference(one, exact)
+        shares.append(true / error)
+        estimates.append(choice.second.estimate(verification.walk_difference(one, other)) / true)
+    return shares, estimates
 
 
 @pytest.mark.slow
@@ -140,7 +267,8 @@ def test_the_true_error_of_the_stages_own_walk_keeps_the_request(stage):
 
     tight = {"analytic": {"tolerance": 1e-13}, "multibody": {"tolerance": 1e-11, "largest_step": 1e-3},
              "twin": {"tolerance": 1e-10, "largest_step": 2e-3}}[stage]  # fmt: skip
-    shares = true_errors(stage, tight, {"analytic": analytic, "multibody": multibody, "twin": twin}[stage])
-    print(stage, [f"{share:.2g}" for share in shares])
+    shares, estimates = true_errors(stage, tight, {"analytic": analytic, "multibody": multibody, "twin": twin}[stage])
+    print(stage, *([f"{number:.2g}" for number in numbers] for numbers in (shares, estimates)))
     assert max(shares) <= 1.0
     assert 1.0 / statistics.median(shares) <= 30.0
+    assert 0.2 < statistics.median(estimates) < 5.0 and max(estimates) < 30.0 and min(estimates) > 1.0 / 30.0
