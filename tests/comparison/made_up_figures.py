@@ -79,8 +79,11 @@ def ways():
 
     small = Errors(1e-12, 1e-12, 1e-12, 1e-12)
     reference = Reference("model", "fine", 0.48, 0.64, 500.0, "second", small, "other", small)
-    rows = (row("fine", "default", 1e-9, 400.0), row("fine", "", 1e-6, 200.0), row("coarse", "paper", 1e-5, 900.0),
-            row("coarse", "", 1e-3, 100.0), row("coarse", "", nan, nan, "fell"))  # fmt: skip
+    fine = [row("fine", "", error, cost) for error, cost in ((3e-4, 120.0), (1e-5, 160.0), (1e-6, 200.0),
+                                                             (1e-7, 300.0), (1e-8, 350.0))]  # fmt: skip
+    coarse = [row("coarse", "", error, cost) for error, cost in ((1e-3, 100.0), (1e-4, 300.0), (4e-5, 600.0))]
+    rows = (row("fine", "default", 1e-9, 400.0), *fine, row("coarse", "paper", 1e-5, 900.0), *coarse,
+            row("coarse", "", nan, nan, "fell"))  # fmt: skip
     return Tradeoff(4, (reference,), rows)
 
 
