@@ -19,12 +19,14 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.everything_on import MARK
 from pipeline.parameters import load
 from stages.biped.gait import StanceState
 from stages.extremes.parameters import Parameters
 from stages.extremes.penalty_points import mid_stance
 from stages.ground.blocks import lanes
 from stages.multibody.inventory import Inventory, take_inventory
+from stages.multibody.signals import GROUND_REACTION, IMU, SIGNALS
 from stages.multibody.state import rolling_state
 from stages.multibody.walk import build, sample, simulate
 from stages.twin.events import find_events as find_spatial_events
@@ -33,6 +35,8 @@ from stages.twin.simulate import rolling_start, simulate_twin
 from stages.twin.tree import SpatialTree
 
 STEPS, REPEATS, BLOCK_SPACING = 2, 3, 0.1612
+#: Changes of time [s] and place [m] below this do not show in the table.
+SEEN = 5e-7
 ROOT = Path(__file__).resolve().parent.parent
 
 
@@ -58,10 +62,12 @@ def least(run: Callable[[], Any]) -> tuple[Any, float]:
     return result, min(times)
 
 
-def planar(here: Parameters, stance: StanceState, force: float, blocks: bool = False, compiled: bool = True) -> Cost:
+def planar(here: Parameters, stance: StanceState, force: float, blocks: bool = False, compiled: bool = True,
+           signals: tuple[str, ...] = SIGNALS) -> Cost:
     """A planar scene."""
     lane = lanes(BLOCK_SPACING, here.multibody.block_length) if blocks else None
-    machine = build(here.biped, here.slope, here.contact, here.multibody, lane, compiled=compiled)
+    machine = build(here.biped, here.slope, here.contact, here.multibody, lane, compiled=compiled,
+                    signals=signals)
     start = rolling_state(here.biped, here.contact, stance, force)
 
     def run() -> Any:
@@ -118,7 +124,11 @@ def scenes(base: Parameters) -> list[tuple[str, Cost, Cost]]:
         stance_length_rate=0.0, swing_length_rate=0.0,
     )  # fmt: skip
     point_masses = spatial(at(("twin.inertia", "planar")), stance, force)
+    bare = planar(base, stance, force, signals=())
     return [
+        ("ground reaction recorded (against the motion alone)", planar(base, stance, force, signals=(GROUND_REACTION,)),
+         bare),
+        ("foot's sensor recorded (against the motion alone)", planar(base, stance, force, signals=(IMU,)), bare),
         ("springs in the legs (against rigid legs)", plain, planar(rigid, rigid_stance, force)),
         ("stepping blocks (against the ideal ground)", planar(base, stance, force, blocks=True), plain),
         ("Stribeck friction (against Coulomb's, regularised)", plain, planar(coulomb, stance, force)),
@@ -145,8 +155,10 @@ def report() -> str:
         "| element | bodies | coordinates | contact pairs | solver steps | time | recorded | heel strike | hip there |",
         "|" + " --- |" * 9,
     ]
+    moved = []
     for words, cost, against in scenes(base):
         held = cost.inventory
+        moved.append((words, max(abs(cost.strike - against.strike), abs(cost.place - against.place)) >= SEEN))
         size = held.recorded_bytes
         early = "" if cost.outcome == against.outcome == "completed" else f" ({cost.outcome}, {against.outcome})"
         lines.append(
@@ -159,12 +171,20 @@ def report() -> str:
     stance, force = mid_stance(base.biped, base.slope)
     for words, seconds, size in sampling(base, stance, force):
         lines.append(f"| {words} | {1e3 * seconds:.1f} ms | {size / 1e3:.0f} kB |")
+    alike, other = ([words for words, changes in moved if changes is which] for which in (False, True))
+    lines += [
+        f"\nBelow {SEEN:g} s and {SEEN:g} m, so that a default scene leaves it out or takes the cheaper of both:",
+        f"{'; '.join(alike)}.",
+        f"\nWhat changes the answer, and is in the scene where the design has it: {'; '.join(other)}.",
+    ]
     return "\n".join(lines) + "\n"
 
 
 if __name__ == "__main__":
     text = report()
     if "--into" in sys.argv:
-        Path(sys.argv[sys.argv.index("--into") + 1]).write_text(text, encoding="utf-8")
+        page = Path(sys.argv[sys.argv.index("--into") + 1])
+        _, mark, rest = page.read_text(encoding="utf-8").partition(MARK)  # those are of benchmarks/everything_on.py
+        page.write_text(text + ("\n" + mark + rest if mark else ""), encoding="utf-8")
     else:
         print(text)

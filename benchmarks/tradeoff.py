@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline import artefact
+from pipeline.accuracy import MARGIN
 from pipeline.parameters import load
 from stages.analytic.poincare import poincare_map
 from stages.analytic.result import Result as Analytic
@@ -182,7 +183,15 @@ def page(kept: dict[str, Any]) -> str:
         "", "What stands for the paper: SciPy's RK23 and BDF at 1e-7, relatives of the ode23 and ode15s it names, on",
         "this study's compiled rates but called from Python; for Adams' GSTIFF at 1e-6, which Exudyn has no like of,",
         "implicit steps by phase on bodies and joints. The first ratio of time holds the cost of calls from Python,",
-        "the ratio of evaluations does not."]
+        "the ratio of evaluations does not.", "",
+        "## Asking for an error", "",
+        "`accuracy: draft`, `paper`, `reference` or `{hip_position_m: 1e-5}` in `params/analytic.yaml`,",
+        "`multibody.yaml` or `twin.yaml`, or `--accuracy` for all of them, takes the cheapest setting below that was",
+        f"measured {MARGIN:g} times better than asked, the hip's error in proportion to the steps walked. With",
+        "`custom` the solver's settings are those of the file. The tables hold for this study's design and ground; for",
+        "another, `--verify` estimates the hip's error by a second run and the order that the tables show. Stages with",
+        "grounds, machines or starts of their own keep their own tolerances: `campaign`, `contact_study`,",
+        "`error_budget`, `extremes`, `twin_ladder`, `twin_pushes`."]
     for model in result.references:
         pairs = [(row, cost) for row, cost in zip(result.rows, times) if row.model == model.model]
         chosen = front([row for row, _ in pairs], [cost for _, cost in pairs], ERRORS[0])
