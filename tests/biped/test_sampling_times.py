@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stages.biped.sampling_times import IMPACT_RATE_HZ, refined_times, uniform_times
+from stages.biped.sampling_times import IMPACT_RATE_HZ, SPIKE_RATE_HZ, refined_times, uniform_times
 
 
 def test_even_times_reach_the_end_in_spite_of_rounding():
@@ -19,6 +19,8 @@ def test_heel_strikes_are_sampled_densely_and_nothing_else_is():
     assert times[0] == 0.0 and times[-1] <= 2.0
     near = (times[:-1] > 0.4995) & (times[1:] < 0.508)
     assert spacing[near].max() <= 1.01 / IMPACT_RATE_HZ
+    spike = (times[:-1] >= 0.5) & (times[1:] < 0.50019)
+    assert spacing[spike].max() <= 1.01 / SPIKE_RATE_HZ and spike.sum() >= 36
     far = (times[:-1] > 0.6) & (times[1:] < 1.9)
     assert spacing[far] == pytest.approx(0.01)
 

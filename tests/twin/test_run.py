@@ -66,6 +66,15 @@ def test_a_signal_left_out_is_not_in_the_result_and_the_others_are(result, param
             assert np.array_equal(getattr(less.walk, field), getattr(result.walk, field))
 
 
+def test_the_spike_of_a_heel_strike_does_not_depend_on_the_rate(result, parameters, analytic):
+    """It is some 20 us wide; samples 50 us apart show between a half and all of it."""
+    settings = dataclasses.replace(parameters.settings, steps=6, signals=("imu",), sampling_rate_hz=1e5)
+    dense = run(dataclasses.replace(parameters, settings=settings), analytic)
+    for name in ("hip_specific_force", "foot_specific_force"):
+        peaks = [np.abs(getattr(walk, name)).max() for walk in (result.walk, dense.walk)]
+        assert peaks[0] == pytest.approx(peaks[1], rel=0.02)
+
+
 def test_snapshots_show_legs_of_the_right_length(result):
     poses = result.snapshots
     along = np.einsum("kij,kij->ki", poses.leg_top - poses.foot_centre, poses.leg_up)
