@@ -151,7 +151,8 @@ def report() -> str:
         "Made by `benchmarks/scene_cost.py`: two steps from the same mid-stance at tolerance 1e-7. A row is measured",
         "against the scene in brackets. Changes are of the second heel strike: its time and the hip's place.\n",
         f"Exudyn {version('exudyn')}, {datetime.date.today()}, on a machine busy with other work: times are ratios to",
-        "read within a third; solver steps and bytes are exact.\n",
+        "read within a third; solver steps and bytes are exact. The joints pause to change their step:",
+        "what they recorded is the last stretch.\n",
         "| element | bodies | coordinates | contact pairs | solver steps | time | recorded | heel strike | hip there |",
         "|" + " --- |" * 9,
     ]
