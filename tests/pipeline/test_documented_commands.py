@@ -29,7 +29,6 @@ NOT_RUN = {
 AT_ONCE = (
     "bipedstudy status",
     "bipedstudy sweep slopes.yaml --dry-run",
-    "bipedstudy ingest lab.sqlite",
     "bipedstudy ingest recordings --map columns.yaml",
 )
 

@@ -42,9 +42,8 @@ def test_an_entry_set_aside_by_a_killed_run_is_not_lost(scene):
     survives(count)
 
 
-@pytest.mark.parametrize("name", ["edited_store", "full_from_each_operation"])
-def test_some_of_a_fault(scene, name):
-    survives(faults.counted(scene, getattr(faults, name), 3))
+def test_no_room_for_new_files(scene):
+    survives(faults.counted(scene, faults.full_from_each_operation, 2))
 
 
 @pytest.mark.slow
