@@ -34,33 +34,38 @@ class Sources:
         files: dict[str, str] = {}
         foreign: set[str] = set()
         seen: set[str] = set()
-        waiting = [name for module in modules for name in _with_parents(module, ())]
+        packages: dict[str, bool] = {}
+        waiting = [name for module in modules for name in _with_parents(module)]
         while waiting:
             module = waiting.pop()
             if module in seen:
                 continue
             seen.add(module)
-            path = self.path(module)
-            if path is None:
+            file = self.file(module)
+            if file is None:
                 continue
-            content = durable.read(path) or b""
+            content = durable.read(self.code_root / file) or b""
             meaning = self.memo.meaning(content)
-            files[path.relative_to(self.code_root).as_posix()] = meaning.tree
+            files[file] = meaning.tree
             for level, name, names in meaning.imports:
-                target = _absolute(module, path.name == "__init__.py", level, name)
-                if target.split(".")[0] == self.package:
-                    waiting.extend(_with_parents(target, names))
-                elif target:
-                    foreign.add(target.split(".")[0])
+                target = _absolute(module, _is_package(file), level, name)
+                if target.split(".")[0] != self.package:
+                    foreign.update({target.split(".")[0]} - {""})
+                    continue
+                waiting.extend(_with_parents(target))
+                if target not in packages:
+                    packages[target] = _is_package(self.file(target) or "")
+                if packages[target]:  # in case the names are modules
+                    waiting.extend(f"{target}.{inner}" for inner in names)
         files.update(self._beside(files))
         return Closure(dict(sorted(files.items())), tuple(sorted(foreign)))
 
-    def path(self, module: str) -> Path | None:
-        """File of a module of the package, or None if there is none (an imported name need not be a module)."""
-        base = self.code_root.joinpath(*module.split("."))
-        for path in (base.with_name(base.name + ".py"), base / "__init__.py"):
-            if path.is_file():
-                return path
+    def file(self, module: str) -> str | None:
+        """File of a module of the package from the code root, or None: an imported name need not be a module."""
+        base = module.replace(".", "/")
+        for file in (f"{base}.py", f"{base}/__init__.py"):
+            if (self.code_root / file).is_file():
+                return file
         return None
 
     def _beside(self, files: dict[str, str]) -> Iterator[tuple[str, str]]:
@@ -79,10 +84,12 @@ def _absolute(module: str, is_package: bool, level: int, name: str) -> str:
     return ".".join([*base, name] if name else base)
 
 
-def _with_parents(target: str, names: tuple[str, ...]) -> Iterator[str]:
-    """The module, the packages it lies in, and each imported name in case it is a module itself."""
+def _with_parents(target: str) -> Iterator[str]:
+    """The module and the packages it lies in."""
     parts = target.split(".")
     for end in range(1, len(parts) + 1):
         yield ".".join(parts[:end])
-    for name in names:
-        yield f"{target}.{name}"
+
+
+def _is_package(file: str) -> bool:
+    return file.endswith("/__init__.py")

@@ -35,9 +35,10 @@ class ObservedSources(importlib.abc.MetaPathFinder):
         """Spec of a module of the package, None for all others."""
         if fullname.split(".")[0] != self.sources.package:
             return None
-        file = self.sources.path(fullname)
-        if file is None:
+        found = self.sources.file(fullname)
+        if found is None:
             return None
+        file = self.sources.code_root / found
         search = [str(file.parent)] if file.name == "__init__.py" else None
         loader = _Loader(fullname, str(file), self)
         return importlib.util.spec_from_file_location(fullname, file, loader=loader, submodule_search_locations=search)

@@ -94,7 +94,7 @@ class Study:
     def parameters_class(self, stage: Stage) -> type | None:
         """The stage's `Parameters` class, or None if it has no such module."""
         name = f"{self.package}.{stage.name}.parameters"
-        if self.sources.path(name) is None:
+        if self.sources.file(name) is None:
             return None
         if str(self.code_root) not in sys.path:
             sys.path.insert(0, str(self.code_root))
