@@ -1,4 +1,4 @@
-"""Keeps the map of extremes: docs/extremes.csv, .md and .png from the artefact of the full resolution.
+"""Keeps the map of extremes: docs/extremes.csv, .md, .png and pipeline/extremes_table.json, from the full artefact.
 
 Run first: bipedstudy run extremes --set extremes.resolution=full --set extremes.processes=2
 Then: python -m benchmarks.extremes_table [results/extremes.h5]
@@ -8,24 +8,40 @@ from __future__ import annotations
 
 import csv
 import datetime
+import json
 import platform
 import sys
+from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
+from pipeline import envelope as warned
+from pipeline import parameters
 from pipeline.artefact import load
 from stages.comparison.figures import extremes, style
+from stages.extremes.engines import COULOMB, GAIT, JOINTS, TREE, TWIN
+from stages.extremes.envelope import place_of
+from stages.extremes.parameters import Parameters
+from stages.extremes.points import points
 from stages.extremes.result import Result, Table
-from stages.extremes.verdict import CRASHED, HUNG, WRONG
+from stages.extremes.run import in_words
+from stages.extremes.verdict import CRASHED, HUNG, REFUSED, WRONG
 
-DOCS = Path(__file__).resolve().parent.parent / "docs"
+ROOT = Path(__file__).resolve().parent.parent
+DOCS = ROOT / "docs"
 PACKAGES = ("numpy", "scipy", "numba", "exudyn")
+#: Engines of a stage of the study: the settings they are run with.
+OF_A_STAGE: dict[str, Callable[[Parameters], Any]] = {
+    GAIT: lambda here: here.analytic, COULOMB: lambda here: here.analytic, TREE: lambda here: here.multibody,
+    JOINTS: lambda here: here.multibody, TWIN: lambda here: here.twin,
+}  # fmt: skip
 COLUMNS = ("engine", "axis", "value", "changes", "status", "error", "audit", "reference", "reason")
 
 EXPLANATION = """# The extremes
 
 {points} points over all models, {summary}.
-Measured on {date} with Python {python}, {versions}. Made by `benchmarks/extremes_table.py`; all points are in
+Measured on {measured}. Made by `benchmarks/extremes_table.py`; all points are in
 `extremes.csv`.
 
 - *right*: within 1e-4 (leg lengths, pendulum times) of a reference of another make. Gaits and steps: SciPy's DOP853 or
@@ -49,8 +65,39 @@ def markdown(table: Table) -> str:
     return "\n".join(lines + ["| " + " | ".join(cell.replace("|", "/") for cell in row) + " |" for row in rows]) + "\n"
 
 
+def envelope(result: Result) -> dict[str, Any]:
+    """The table that warnings read: every engine's points, but for those that the check of parameters refuses."""
+    usual = parameters.load(ROOT / "params", ["extremes.resolution=full"], {"extremes": Parameters}, [Parameters])
+    own: Parameters = usual["extremes"]
+    penalty = [(f"{file}.tolerance", own.settings.penalty_tolerance) for file in ("multibody", "twin")]
+    engines: dict[str, list[dict[str, Any]]] = {}
+    for point, words, row in zip(points(own), result.changes, result.rows(), strict=True):
+        if words != in_words(point):
+            raise SystemExit(f"the map was computed with other points: {words} is now {in_words(point)}")
+        _, axis, value, status, error, _, _, reason = row
+        if point.engine not in OF_A_STAGE or (status == REFUSED and "is not allowed" in reason):
+            continue
+        here = own.changed((*penalty, *point.changes))
+        place = place_of(point.engine, here.biped, here.slope, here.contact, OF_A_STAGE[point.engine](here))
+        groups = engines.setdefault(point.engine, [])
+        group: dict[str, Any] = {"choices": place.choices, "numbers": list(place.numbers), "points": []}
+        same = [each for each in groups if each["choices"] == place.choices]
+        if not same:
+            groups.append(group)
+        numbers = [round(number, 4) for number in place.numbers.values()]
+        known = float(f"{error:.3g}") if error == error else None
+        (same or [group])[0]["points"].append([f"{axis} {value:g}", status, known, reason[:140], numbers])
+    return {"measured": measured(), "engines": engines}
+
+
+def measured() -> str:
+    """Date and versions."""
+    versions = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
+    return f"{datetime.date.today()} with Python {platform.python_version()}, {versions}"
+
+
 def main(path: Path) -> None:
-    """Write the three files. A map that is not full is not kept."""
+    """Write the four files. A map that is not full is not kept."""
     result = load(path, Result)
     if result.resolution != "full":
         raise SystemExit(f"{path} holds the {result.resolution} map; the full one is kept")
@@ -62,9 +109,10 @@ def main(path: Path) -> None:
             numbers = [f"{number:.3g}" if number == number else "" for number in (error, audit)]
             writer.writerow([engine, axis, f"{value:g}", changes, status, *numbers, reference, reason[:160]])
     words = EXPLANATION.format(
-        points=len(result.status), summary=result.summary().partition(": ")[2], date=datetime.date.today(),
-        python=platform.python_version(), versions=", ".join(f"{name} {version(name)}" for name in PACKAGES),
+        points=len(result.status), summary=result.summary().partition(": ")[2], measured=measured(),
     )  # fmt: skip
+    lines = json.dumps(envelope(result), allow_nan=False).replace('["', '\n["')
+    warned.TABLE.write_text(lines + "\n", encoding="utf-8")
     defects = [row for row in result.rows() if row[3] in (WRONG, CRASHED, HUNG)]
     listed = ("Defects", ["engine", "axis", "value", "status", "error", "reason"],
               [[r[0], r[1], f"{r[2]:g}", r[3], f"{r[4]:.1e}", r[7]] for r in defects])  # fmt: skip

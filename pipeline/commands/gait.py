@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from pipeline import options
+from pipeline import envelope, options
 from pipeline.commands import answer
 from pipeline.study import Study
 
@@ -25,7 +25,9 @@ def command(study: Study, every: bool, as_json: bool, figure: Path | None) -> No
 
     With them: the energy audit of a step, and what the gait asks of the ground.
     """
-    values = study.parameters([answer.STAGE])[answer.STAGE]
+    checked = study.parameters([answer.STAGE])
+    envelope.warn(study, checked)
+    values = checked[answer.STAGE]
     tolerance = values.settings.tolerance
     search, report = answer.module(study, "gait_search"), answer.module(study, "gait_report")
     with answer.or_reason(study, "gait", as_json):

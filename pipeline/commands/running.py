@@ -11,7 +11,7 @@ from pathlib import Path
 
 import click
 
-from pipeline import display, lock
+from pipeline import display, envelope, lock
 from pipeline.commands.status import print_survey
 from pipeline.executor import Outcome, bring_up_to_date
 from pipeline.options import print_json
@@ -36,6 +36,7 @@ def run_stages(
     `afterwards` follows under the same lock; it returns the file it wrote, if any.
     """
     values = study.parameters(names)
+    envelope.warn(study, values)
     if dry_run:
         survey = Planner(study, values).survey(names)
         print_survey(study, survey, as_json, frozenset(forced))

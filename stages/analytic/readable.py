@@ -26,6 +26,8 @@ from stages.analytic.walker import Vector, Walker
 MOST_EVALUATIONS = 100_000
 #: The scuffing foot leaves the ground again within this time [pendulum times] where a located strike is no strike.
 STRIDE_ON = 1e-6
+#: So often at most; a usual step has one or two.
+MOST_SCUFFS = 50
 
 
 class TooSlow(StepFailed):
@@ -122,7 +124,7 @@ def double_stance(walker: Walker, y: Vector, tolerance: float, method: str = "DO
 def single_stance(walker: Walker, y: Vector, tolerance: float, method: str = "DOP853") -> tuple[float, Vector]:
     """From toe-off to heel strike: clearance falls through zero ahead of the stance foot; behind it, it is scuffing."""
     time = 0.0
-    while True:
+    for _ in range(MOST_SCUFFS):
         more, y = integrate(walker, y, lambda _, state: clearance(walker, state), False, tolerance, method)
         time += more
         if advance(walker, y) > 0:
@@ -131,6 +133,7 @@ def single_stance(walker: Walker, y: Vector, tolerance: float, method: str = "DO
         qdd, _ = accelerations(walker, y, False)
         y = np.concatenate([y[:half] + STRIDE_ON * y[half:] + STRIDE_ON**2 / 2 * qdd, y[half:] + STRIDE_ON * qdd])
         time += STRIDE_ON
+    raise StepFailed("the swing foot scuffs without end")
 
 
 def heel_strike(walker: Walker, y: Vector) -> Vector:

@@ -10,13 +10,16 @@ import numpy as np
 from stages.analytic.compiled import Numbers, compiled
 from stages.analytic.coulomb_section import landed_state, landing_coordinates
 from stages.analytic.flow import SINGLE_STANCE
-from stages.analytic.phase import CHATTER, EVENT, WEDGED, integrate
+from stages.analytic.phase import CHATTER, EVENT, STEP_LIMIT, WEDGED, integrate
 from stages.analytic.succession import first_phase, in_contact, succeed
 from stages.analytic.walker import Vector
 
 NO_NODES = np.empty((0, 10))
 #: A trailing foot that changes between rolling, sliding and hovering more often than this does so without end.
 MOST_PHASES = 100
+#: Evaluations a step may take in all its phases, for each integration step that one phase may take: some two phases'
+#: worth, so that many phases that each creep do not add up to minutes.
+MOST_EVALUATIONS = 24
 
 
 @compiled
@@ -39,6 +42,8 @@ def walk_step(
         evaluations += more
         if status != EVENT:
             return status, phase, double, time, count, evaluations
+        if evaluations > MOST_EVALUATIONS * step_limit:
+            return STEP_LIMIT, phase, double, time, count, evaluations
         if in_contact(phase):
             double = time
         ended = phase

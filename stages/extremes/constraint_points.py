@@ -17,8 +17,9 @@ from stages.analytic.search_starts import lengths_after_heel_strike
 from stages.analytic.stiffness import attainable_tolerance, axial_rates, fastest_rate
 from stages.analytic.walker import Vector, Walker, build_walker
 from stages.biped.design import Biped
+from stages.extremes.engines import COULOMB, MARCH, STEP
 from stages.extremes.parameters import Parameters
-from stages.extremes.points import COULOMB, MARCH, STEP, Point
+from stages.extremes.points import Point
 from stages.extremes.verdict import UNCONFIRMED, Finding, failed, judged, refused
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope

@@ -15,8 +15,9 @@ from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.biped.walk import Walk
 from stages.extremes.constraint_points import usual_gait
+from stages.extremes.engines import JOINTS, LIMIT, TWIN
 from stages.extremes.parameters import Parameters
-from stages.extremes.points import JOINTS, LIMIT, TWIN, Point
+from stages.extremes.points import Point
 from stages.extremes.verdict import FAILED, UNCONFIRMED, WRONG, Finding, judged, refused
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction

@@ -8,17 +8,15 @@ from typing import Any
 import numpy as np
 
 from stages.biped.design import Biped
+from stages.extremes.engines import COULOMB, ENGINES, GAIT, JOINTS, LIMIT, MARCH, STEP, TREE, TWIN
 from stages.extremes.parameters import Parameters
 
-#: Models: the constraint model's gait with rolling and with Coulomb feet, one step of it, many steps of it in a row,
-#: the planar penalty model in both assemblies, as its contact stiffens, and the twin.
-GAIT, COULOMB, STEP, MARCH, TREE, JOINTS, LIMIT, TWIN = (
-    "gait", "gait, coulomb", "step", "steps in a row", "tree", "joints", "rigid limit", "twin")  # fmt: skip
-ENGINES = (GAIT, COULOMB, STEP, MARCH, TREE, JOINTS, LIMIT, TWIN)
-
-TOGETHER = "all together"
+TOGETHER, USUAL = "all together", "the study's own"
 MASS_RATIO, SIZE, LEG_LENGTH, FRICTION = "hip to foot mass", "size, similar", "leg length", "friction"
+RIGID_LEGS, RESTITUTION = "slope_deg, rigid legs", "ground.restitution"
 SEED = 7
+#: Axes that are no part of the draws.
+ALONE = (LEG_LENGTH, SIZE, RIGID_LEGS, RESTITUTION, "ground.contact_exponent")
 
 
 @dataclass(frozen=True)
@@ -32,9 +30,7 @@ class Point:
 
 
 def decades(low: float, high: float, count: int) -> list[float]:
-    """Values evenly spaced by ratio, to three digits; a single one is in the middle."""
-    if count == 1:
-        low = high = (low * high) ** 0.5
+    """Values evenly spaced by ratio, to three digits."""
     return [float(f"{value:.3g}") for value in np.geomspace(low, high, count)]
 
 
@@ -44,6 +40,10 @@ AXES: tuple[tuple[str, float, float, tuple[float, ...], tuple[str, ...]], ...] =
     ("biped.stiffness", 1e2, 1e10, (), SPRINGS),
     ("biped.damping", 1e-2, 1e5, (0.0,), SPRINGS),
     ("ground.slope_deg", 0.1, 10.0, (0.0, 15.0, 20.0, 30.0, 45.0, 60.0, 80.0), SPRINGS),
+    (RIGID_LEGS, 0.1, 10.0, (0.0, 20.0), (GAIT,)),
+    ("biped.foot_radius", 1e-3, 0.32, (0.0,), (GAIT, TREE)),
+    ("biped.foot_com", 1e-3, 0.32, (0.0,), (GAIT, TREE)),
+    ("biped.leg_inertia", 1e-6, 0.1, (), (GAIT, TREE)),
     ("ground.gravity", 1.62, 24.79, (3.71, 9.81), (GAIT, TREE, TWIN)),
     (MASS_RATIO, 1e-4, 1e4, (), (GAIT, TREE, TWIN)),
     (SIZE, 1e-3, 10.0, (), (GAIT, TREE)),
@@ -53,6 +53,7 @@ AXES: tuple[tuple[str, float, float, tuple[float, ...], tuple[str, ...]], ...] =
     ("ground.contact_exponent", 1.0, 5.0, (1.5, 2.2), GROUND_FEET),
     ("ground.contact_damping", 1.0, 1e7, (0.0,), GROUND_FEET),
     ("ground.damping_depth", 1e-7, 1e-1, (), (TREE, TWIN)),
+    (RESTITUTION, 0.05, 1.0, (), (TREE, TWIN)),
     ("ground.stiction_velocity", 1e-6, 1.0, (), GROUND_FEET),
     ("analytic.tolerance", 1e-14, 1e-2, (), (GAIT, STEP)),
     ("multibody.tolerance", 1e-14, 1e-2, (), (TREE,)),
@@ -62,11 +63,13 @@ AXES: tuple[tuple[str, float, float, tuple[float, ...], tuple[str, ...]], ...] =
     ("twin.tolerance", 1e-14, 1e-2, (), (TWIN,)),
     ("twin.largest_step", 1e-5, 1e-1, (), (TWIN,)),
 )
-#: Points an axis has for each engine in the full map and in the coarse one, and draws of all parameters together.
-FULL = {GAIT: 14, COULOMB: 10, STEP: 13, TREE: 5, JOINTS: 3, TWIN: 3}
-COARSE = {GAIT: 1, COULOMB: 1, STEP: 1, TREE: 0, JOINTS: 0, TWIN: 0}
-FULL_DRAWS, COARSE_DRAWS = {STEP: 1250, TREE: 30, TWIN: 8}, {STEP: 12, TREE: 4, TWIN: 1}
-FULL_MARCHES = ((1e2, 1e-10), (1e4, 1e-6), (1e4, 1e-8), (1e4, 1e-10), (1e5, 1e-10))
+#: Points an axis has for each engine in the full map, engines of which the coarse map has the middle one of each axis,
+#: and draws of all parameters together. All points of the coarse map are points of the full one.
+FULL = {GAIT: 14, COULOMB: 10, STEP: 13, TREE: 7, JOINTS: 5, TWIN: 5}
+COARSE = (GAIT, COULOMB, STEP)
+FULL_DRAWS = {GAIT: 30, COULOMB: 20, STEP: 1250, TREE: 30, TWIN: 8}
+COARSE_DRAWS = {STEP: 12, TREE: 4, TWIN: 1}
+FULL_MARCHES = ((1e2, 1e-10), (1e3, 1e-10), (1e4, 1e-6), (1e4, 1e-8), (1e4, 1e-10), (1e5, 1e-10))
 COARSE_MARCHES = ((1e2, 1e-10), (1e3, 1e-10))
 FULL_LIMIT, COARSE_LIMIT = (1.0, 10.0, 1e2, 1e3, 1e4), (1e2,)
 
@@ -74,11 +77,13 @@ FULL_LIMIT, COARSE_LIMIT = (1.0, 10.0, 1e2, 1e3, 1e4), (1e2,)
 def points(parameters: Parameters) -> tuple[Point, ...]:
     """All points of the resolution that the settings ask for, engine by engine."""
     full = parameters.settings.resolution == "full"
-    count, draws = (FULL, FULL_DRAWS) if full else (COARSE, COARSE_DRAWS)
-    found = []
+    draws = FULL_DRAWS if full else COARSE_DRAWS
+    found = [Point(engine, USUAL, 1.0, ()) for engine in (FULL if full else COARSE)]
     for axis, low, high, more, engines in AXES:
         for engine in engines:
-            values = sorted({*decades(low, high, count[engine]), *(more if full else ())}) if count[engine] else []
+            even = decades(low, high, FULL[engine])
+            middle = [even[len(even) // 2]] if engine in COARSE else []
+            values = sorted({*even, *more}) if full else middle
             found += [Point(engine, axis, value, changes(parameters.biped, axis, value)) for value in values]
     for engine, number in draws.items():
         found += drawn(parameters.biped, engine, number)
@@ -99,6 +104,10 @@ def changes(biped: Biped, axis: str, value: float) -> tuple[tuple[str, Any], ...
         if axis == SIZE:  # as of the same material, walking alike
             powers |= {"hip_mass": 3.0, "foot_mass": 3.0, "stiffness": 2.0, "damping": 2.5, "leg_inertia": 5.0}
         return tuple((f"biped.{key}", getattr(biped, key) * scale**power) for key, power in powers.items())
+    if axis == RIGID_LEGS:
+        return ("biped.legs", "rigid"), ("ground.slope_deg", value)
+    if axis == RESTITUTION:
+        return ("ground.normal_force", "restitution"), (axis, value)
     if axis == FRICTION:
         return ("ground.static_friction", value), ("ground.dynamic_friction", value / 1.1)
     if axis == "ground.stiction_velocity":
@@ -111,8 +120,8 @@ def changes(biped: Biped, axis: str, value: float) -> tuple[tuple[str, Any], ...
 def drawn(biped: Biped, engine: str, number: int) -> list[Point]:
     """Draws of every parameter the engine has, by turns within a factor 2 of the study's and over the whole axes."""
     generator = np.random.default_rng([SEED, len(engine)])
-    own = [row for row in AXES if (GAIT if engine == STEP else engine) in row[4] and row[0] not in (LEG_LENGTH, SIZE)]
-    axes = [row for row in own if row[0].split(".")[-1] not in ("tolerance", "largest_step", "contact_exponent")]
+    own = [row for row in AXES if (GAIT if engine == STEP else engine) in row[4]]
+    axes = [row for row in own if row[0] not in ALONE and row[0].split(".")[-1] not in ("tolerance", "largest_step")]
     found = []
     for draw in range(number):
         everything: dict[str, Any] = {}
@@ -129,7 +138,8 @@ def usual(biped: Biped, axis: str) -> float:
     """Middle of the nearer draws of an axis."""
     known = {
         "biped.stiffness": biped.stiffness, "biped.damping": biped.damping,
-        MASS_RATIO: biped.hip_mass / biped.foot_mass,
+        MASS_RATIO: biped.hip_mass / biped.foot_mass, "biped.foot_radius": biped.foot_radius,
+        "biped.foot_com": biped.foot_com, "biped.leg_inertia": 0.03 * biped.foot_mass * biped.leg_length**2,
         "ground.slope_deg": 2.0, "ground.gravity": 9.81, FRICTION: 1.1, "ground.contact_stiffness": 3e5,
         "ground.contact_damping": 3e4, "ground.damping_depth": 1e-4, "ground.stiction_velocity": 0.03,
     }  # fmt: skip

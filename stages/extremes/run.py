@@ -12,8 +12,9 @@ import numpy as np
 
 from stages.biped.progress import Progress, ignore
 from stages.extremes import constraint_points, penalty_points
+from stages.extremes.engines import COULOMB, GAIT, MARCH, STEP, TWIN
 from stages.extremes.parameters import Parameters
-from stages.extremes.points import COULOMB, GAIT, MARCH, STEP, TWIN, Point, points
+from stages.extremes.points import Point, points
 from stages.extremes.result import Result
 from stages.extremes.verdict import CRASHED, Finding
 from stages.extremes.watchdog import compute
@@ -58,10 +59,15 @@ def as_result(resolution: str, asked: tuple[Point, ...], found: list[Finding]) -
         engine=tuple(point.engine for point in asked),
         axis=tuple(point.axis for point in asked),
         value=np.array([point.value for point in asked]),
-        changes=tuple("; ".join(f"{name}={value:g}" for name, value in point.changes) for point in asked),
+        changes=tuple(in_words(point) for point in asked),
         status=tuple(finding.status for finding in found),
         error=np.array([finding.error for finding in found]),
         audit=np.array([finding.audit for finding in found]),
         reference=tuple(finding.reference for finding in found),
         reason=tuple(finding.reason for finding in found),
     )
+
+
+def in_words(point: Point) -> str:
+    """The parameters changed, as name=value; ..."""
+    return "; ".join(f"{name}={value if isinstance(value, str) else f'{value:g}'}" for name, value in point.changes)

@@ -1,0 +1,20 @@
+"""What is asked at the points of the map, and which of it a stage of the study asks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+#: Models: the constraint model's gait with rolling and with Coulomb feet, one step of it, many steps of it in a row,
+#: the planar penalty model in both assemblies, as its contact stiffens, and the twin.
+GAIT, COULOMB, STEP, MARCH, TREE, JOINTS, LIMIT, TWIN = (
+    "gait", "gait, coulomb", "step", "steps in a row", "tree", "joints", "rigid limit", "twin")  # fmt: skip
+ENGINES = (GAIT, COULOMB, STEP, MARCH, TREE, JOINTS, LIMIT, TWIN)
+
+
+def engine_of(stage: str, parameters: Any) -> str | None:
+    """The engine that a stage with these parameters uses; None for a stage that stands on others."""
+    if stage == "analytic":
+        return COULOMB if parameters.limited_friction and parameters.biped.legs == "compliant" else GAIT
+    if stage == "multibody":
+        return JOINTS if parameters.settings.assembly == "joints" else TREE
+    return TWIN if stage == "twin" else None
