@@ -9,6 +9,8 @@ from typing import Any
 GAIT, COULOMB, STEP, MARCH, TREE, JOINTS, LIMIT, TWIN = (
     "gait", "gait, coulomb", "step", "steps in a row", "tree", "joints", "rigid limit", "twin")  # fmt: skip
 ENGINES = (GAIT, COULOMB, STEP, MARCH, TREE, JOINTS, LIMIT, TWIN)
+#: What lies on no axis: draws of all parameters, and the study's own parameters.
+TOGETHER, USUAL = "all together", "the study's own"
 
 
 def engine_of(stage: str, parameters: Any) -> str | None:

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from stages.biped.design import Biped
-from stages.extremes.engines import COULOMB, ENGINES, GAIT, JOINTS, LIMIT, MARCH, STEP, TREE, TWIN
+from stages.extremes.engines import COULOMB, ENGINES, GAIT, JOINTS, LIMIT, MARCH, STEP, TOGETHER, TREE, TWIN, USUAL
 from stages.extremes.parameters import Parameters
 
-TOGETHER, USUAL = "all together", "the study's own"
 MASS_RATIO, SIZE, LEG_LENGTH, FRICTION = "hip to foot mass", "size, similar", "leg length", "friction"
 RIGID_LEGS, RESTITUTION = "slope_deg, rigid legs", "ground.restitution"
 SEED = 7

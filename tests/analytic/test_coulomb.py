@@ -5,6 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
+from stages.analytic import poincare
+from stages.analytic import step as step_module
 from stages.analytic.coulomb_guard import slip_speed
 from stages.analytic.coulomb_impact import LIFTS, SLIPS, STICKS, UNDECIDED, land, limited_reset, trailing_impulse
 from stages.analytic.energy import audit
@@ -19,6 +21,7 @@ from stages.analytic.flow import (
 from stages.analytic.gait_report import report_gait
 from stages.analytic.gait_search import find_gait, step_length
 from stages.analytic.parameters import Parameters, Settings
+from stages.analytic.phase import EVENT, STEP_LIMIT
 from stages.analytic.poincare import fixed_point, poincare_derivative, poincare_map
 from stages.analytic.readable import terms
 from stages.analytic.recording import record, states_at
@@ -328,6 +331,38 @@ def test_foot_that_friction_can_wedge_is_refused(mu, tolerance, table_1_gait):
 def test_wedging_friction_is_named_as_the_reason_for_no_gait():
     with pytest.raises(NoGait, match="wedge"):
         find_gait(TABLE_1, SLOPE, 1e-10, Friction(100.0, 100.0))
+
+
+def test_a_slope_too_flat_for_a_gait_is_refused_with_little_work(monkeypatch):
+    """Counted in evaluations, not on the clock: some ten times those of a search that finds its gait."""
+    spent, honest = [], poincare.walk_step
+
+    def counted(*arguments):
+        answer = honest(*arguments)
+        spent.append(answer[5])
+        return answer
+
+    monkeypatch.setattr(poincare, "walk_step", counted)
+    with pytest.raises(NoGait, match="in the range searched"):
+        find_gait(TABLE_1, dataclasses.replace(SLOPE, slope_deg=0.464), 1e-10, FRICTION)
+    assert 1e5 < sum(spent) < 1e7
+
+
+def test_phases_that_creep_one_after_another_end_the_step(monkeypatch):
+    """Each within its own limit, but together far beyond it: no step takes a hundred times that."""
+    limit, phases = 1000, []
+
+    def creep(phase, *_):
+        phases.append(phase)
+        return EVENT, 1e-9, 1e-9, 0, 12 * limit
+
+    monkeypatch.setattr(step_module, "integrate", creep)
+    monkeypatch.setattr(step_module, "first_phase", lambda *_: (HOVERING, True))
+    monkeypatch.setattr(step_module, "succeed", lambda phase, *_: (SLIDING_BACK + HOVERING - phase, True))
+    status, phase, *_ = step_module.walk_step.py_func(
+        False, np.zeros(8), with_friction(1.1).p, 1e-8, 30.0, limit, step_module.NO_NODES)
+    assert status == STEP_LIMIT and len(phases) == 3
+    assert "integration steps" in poincare.step_failure(status, phase)
 
 
 def test_stiff_legs_tend_to_rigid_ones(rigid_gait):

@@ -3,10 +3,13 @@
 import numpy as np
 import pytest
 
+from stages.analytic import readable
+from stages.analytic.errors import StepFailed
 from stages.analytic.parameters import Parameters, Settings
 from stages.analytic.poincare import poincare_map
 from stages.analytic.readable import derivative, heel_strike, refine, take_step
 from stages.analytic.run import run
+from stages.analytic.step import section_state
 from stages.analytic.transitions import heel_strike_reset
 from tests.analytic.designs import FRICTION, HEAVY_LEGS, SLOPE, TABLE_1, random_states, walker_of
 
@@ -16,10 +19,10 @@ def test_both_paths_take_the_same_step(kind, request):
     walker, point = request.getfixturevalue(kind)
     disturbed = point.z * 1.003
     for z in (point.z, disturbed):
-        compiled, readable = poincare_map(walker, z, 1e-12), take_step(walker, z, 1e-12)
-        assert np.abs(readable.z - compiled.z).max() <= 1e-9
-        assert readable.period == pytest.approx(compiled.period, rel=1e-9)
-        assert readable.double_stance == pytest.approx(compiled.double_stance, abs=1e-10)
+        compiled, other = poincare_map(walker, z, 1e-12), take_step(walker, z, 1e-12)
+        assert np.abs(other.z - compiled.z).max() <= 1e-9
+        assert other.period == pytest.approx(compiled.period, rel=1e-9)
+        assert other.double_stance == pytest.approx(compiled.double_stance, abs=1e-10)
 
 
 def test_both_paths_have_the_same_impact():
@@ -51,3 +54,13 @@ def test_stage_runs_on_the_readable_path():
     assert gaits[0].period_s == pytest.approx(gaits[1].period_s, rel=1e-8)
     assert np.abs(gaits[0].floquet_multipliers[:2] - gaits[1].floquet_multipliers[:2]).max() <= 1e-4
     assert gaits[0].period_s != gaits[1].period_s, "the setting must change how the gait is computed"
+
+
+def test_a_foot_that_scuffs_without_end_is_given_up(table_1_gait, monkeypatch):
+    """Each strike found is behind the stance foot: the search for the next one ends."""
+    walker, point = table_1_gait
+    y = section_state(False, point.z, walker.p)
+    monkeypatch.setattr(readable, "integrate", lambda *_: (0.0, y))
+    monkeypatch.setattr(readable, "advance", lambda *_: -1.0)
+    with pytest.raises(StepFailed, match="scuffs without end"):
+        readable.single_stance(walker, y, 1e-6)

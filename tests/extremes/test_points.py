@@ -7,8 +7,9 @@ import pytest
 
 from pipeline.parameters import load
 from stages.extremes import constraint_points, penalty_points
+from stages.extremes.engines import COULOMB, ENGINES, GAIT, JOINTS, MARCH, STEP, TREE, TWIN
 from stages.extremes.parameters import Parameters
-from stages.extremes.points import COULOMB, ENGINES, GAIT, JOINTS, MARCH, STEP, TREE, TWIN, Point, points
+from stages.extremes.points import Point, points
 from stages.extremes.run import as_result, evaluate
 from stages.extremes.verdict import CRASHED, FAILED, INACCURATE, REFUSED, RIGHT, WRONG, Finding, judged
 
@@ -40,6 +41,11 @@ def test_the_full_map_has_its_points_and_its_ranges(full):
         values = [point.value for point in full if point.axis == axis]
         assert (min(values), max(values)) == pytest.approx(span, rel=1e-3), axis
     assert max(point.value for point in full if point.engine == MARCH) == 1e5
+
+
+def test_the_coarse_map_is_part_of_the_full_one(full, parameters):
+    coarse = points(parameters)
+    assert set(coarse) < set(full) and {point.engine for point in coarse} == set(ENGINES) - {JOINTS}
 
 
 def test_every_point_is_what_it_says(full, parameters):
@@ -111,7 +117,7 @@ def test_an_exception_of_no_one_s_making_is_a_crash(parameters, monkeypatch):
     assert evaluate(parameters, Point(GAIT, "none", 0.0, ())).status == CRASHED
 
 
-@pytest.mark.parametrize("engine", [TREE, pytest.param(JOINTS, marks=pytest.mark.slow), TWIN])
+@pytest.mark.parametrize("engine", [TREE, *(pytest.param(engine, marks=pytest.mark.slow) for engine in (JOINTS, TWIN))])
 def test_a_penalty_model_s_own_point_is_right_and_a_shifted_one_wrong(parameters, engine, monkeypatch):
     loose = with_settings(parameters, penalty_tolerance=1e-6)
     point, honest, calls = Point(engine, "none", 0.0, ()), penalty_points.answer_of, []
@@ -135,7 +141,7 @@ def test_a_solver_that_crawls_is_given_up(parameters, engine):
 
 
 def test_the_result_counts_and_says_its_spans(full):
-    asked = full[:3]
+    asked = full[1:4]
     found = [Finding(RIGHT, 1e-9, 1e-12, "other"), Finding(WRONG, 1.0, reason="why"), Finding(REFUSED, reason="no")]
     result = as_result("full", asked, found)
     assert result.defects == 1 and result.summary() == "3 points (full): 1 right, 1 refused, 1 wrong"

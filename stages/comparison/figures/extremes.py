@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections import Counter
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from stages.analytic.parameters import Settings as Analytic
+from stages.biped.design import Biped
 from stages.comparison.figures import style
+from stages.extremes.engines import TOGETHER, USUAL
 from stages.extremes.result import Result
 from stages.extremes.verdict import CRASHED, FAILED, HUNG, INACCURATE, REFUSED, RIGHT, UNCONFIRMED, WRONG
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+from stages.multibody.parameters import Settings as Multibody
+from stages.twin.parameters import Settings as Twin
 
 NAME = "extremes"
 
@@ -25,14 +34,19 @@ MARKS = {
     CRASHED: (style.MULTIBODY, "v", "crashed"),
     HUNG: (style.MULTIBODY, "D", "hung"),
 }
-DRAWS = "all together"
-ROW = 0.155  # inches
+#: Units of the axes: of a parameter its own, of others what they are measured in.
+UNITS = {f"{kind.FILE}.{field.name}": field.metadata["unit"] for kind in (Biped, Slope, ContactLaw, Analytic, Multibody,
+         Twin) for field in dataclasses.fields(kind)}  # fmt: skip
+UNITS |= {"leg length": "m", "size, similar": "m", "slope_deg, rigid legs": "deg"}
+ROW = 0.135  # inches
+#: Where a value of zero stands, left of the lowest.
+ZERO = -0.14
 
 
 def draw(extremes: Result) -> Figure:
     """Panel (a): one parameter varied, the axis scaled from its lowest to its highest value. Panel (b): all varied."""
     rows = list(extremes.rows())
-    single = [row for row in rows if row[1] != DRAWS]
+    single = [row for row in rows if row[1] not in (TOGETHER, USUAL)]
     names = sorted(dict.fromkeys((row[1], row[0]) for row in single), key=lambda name: (name[0], name[1]))
     figure, (panel, bars) = plt.subplots(
         1, 2, figsize=(style.TWO_COLUMNS, 1.1 + ROW * len(names)), width_ratios=(3.2, 1.0)
@@ -46,11 +60,11 @@ def draw(extremes: Result) -> Figure:
             panel.plot(place, height, marker, color=colour, markersize=3.6, label=words, linestyle="none")
     panel.set_yticks(range(len(names)), [label(axis, engine, spans[axis]) for axis, engine in names], fontsize=6)
     panel.set_ylim(len(names) - 0.4, -0.6)
-    panel.set_xlim(-0.11, 1.04)
-    panel.set_xticks([-0.07, 0.0, 0.5, 1.0], ["0", "lowest", "middle (by ratio)", "highest"])
+    panel.set_xlim(ZERO - 0.04, 1.04)
+    panel.set_xticks([ZERO, 0.0, 0.5, 1.0], ["zero", "lowest", "middle (by ratio)", "highest"])
     panel.grid(axis="y", linewidth=0.3)
     style.panel_label(panel, "a")
-    together(bars, rows)
+    together(bars, rows, len(names))
     figure.legend(*panel.get_legend_handles_labels(), loc="outside upper center", ncols=4)
     return figure
 
@@ -58,28 +72,32 @@ def draw(extremes: Result) -> Figure:
 def scaled(value: float, span: list[float]) -> float:
     """Place of a value between the lowest and the highest of its axis, by ratio; zero stands left of them."""
     if value <= 0.0:
-        return -0.07
+        return ZERO
     low, high = min(span), max(span)
     return 0.5 if low == high else float(np.log(value / low) / np.log(high / low))
 
 
 def label(axis: str, engine: str, span: list[float]) -> str:
-    """Axis with its ends, and the engine."""
-    return f"{axis.split('.')[-1].replace('_', ' ')}, {min(span):g} to {max(span):g}: {engine}"
+    """Axis with its ends and unit, and the engine."""
+    low, high = min(span), max(span)
+    words = f"{low:g}" if low == high else f"{low:g} to {high:g}"
+    unit = UNITS.get(axis, "1")
+    name = axis.split(".")[-1].replace("_deg", "").replace("_", " ")
+    return f"{name}, {words}{'' if unit == '1' else f' {unit}'}: {engine}"
 
 
-def together(axes: plt.Axes, rows: list[tuple[str, str, float, str, float, float, str, str]]) -> None:
-    """Shares of each status where all parameters vary at once, a bar an engine."""
-    engines = list(dict.fromkeys(row[0] for row in rows if row[1] == DRAWS))
+def together(axes: Axes, rows: list[tuple[str, str, float, str, float, float, str, str]], singles: int) -> None:
+    """Shares of each status where all parameters vary at once, a bar an engine, beside so many rows of single ones."""
+    engines = list(dict.fromkeys(row[0] for row in rows if row[1] == TOGETHER))
     for height, engine in enumerate(engines):
-        count = Counter(row[3] for row in rows if row[0] == engine and row[1] == DRAWS)
+        count = Counter(row[3] for row in rows if row[0] == engine and row[1] == TOGETHER)
         left, total = 0.0, sum(count.values())
         for status, (colour, _, _) in MARKS.items():
             axes.barh(height, count[status] / total, left=left, color=colour, height=0.6)
             left += count[status] / total
-    counts = Counter(row[0] for row in rows if row[1] == DRAWS)
+    counts = Counter(row[0] for row in rows if row[1] == TOGETHER)
     axes.set_yticks(range(len(engines)), [f"{engine}\n{counts[engine]} draws" for engine in engines])
-    axes.set_ylim(max(len(engines), 6) - 0.4, -0.6)
+    axes.set_ylim(max(len(engines), singles / 5) - 0.4, -0.6)
     axes.set_xlim(0.0, 1.0)
-    axes.set_xlabel("share of the draws [1]")
+    axes.set_xlabel("share [1]")
     style.panel_label(axes, "b")
