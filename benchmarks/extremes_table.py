@@ -20,8 +20,8 @@ from pipeline import envelope as warned
 from pipeline import parameters
 from pipeline.artefact import load
 from stages.comparison.figures import extremes, style
-from stages.extremes.engines import COULOMB, GAIT, JOINTS, TREE, TWIN
-from stages.extremes.envelope import place_of
+from stages.extremes.engines import COULOMB, GAIT, JOINTS, MARCH, TOGETHER, TREE, TWIN, USUAL
+from stages.extremes.envelope import REACH, place_of
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import points
 from stages.extremes.result import Result, Table
@@ -41,18 +41,24 @@ COLUMNS = ("engine", "axis", "value", "changes", "status", "error", "audit", "re
 EXPLANATION = """# The extremes
 
 {points} points over all models, {summary}.
-Measured on {measured}. Made by `benchmarks/extremes_table.py`; all points are in
-`extremes.csv`.
+Measured on {measured}.
+Made by `benchmarks/extremes_table.py`; all points are in `extremes.csv`.
 
 - *right*: within 1e-4 (leg lengths, pendulum times) of a reference of another make. Gaits and steps: SciPy's DOP853 or
   Radau on the readable equations; where legs ring fast and long, and with Coulomb feet, a rerun at tolerance 1e-12
-  beside the energy audit. Assembly "joints": the tree. Tree and twin: a rerun at a hundredth of the tolerance beside
-  the energy balance, which has its own column. Rigid limit: the constraint model with Coulomb feet.
+  beside the energy audit. Where round-off of the springs' forces attains no tighter tolerance than the answer's, the
+  rerun is ten times looser, and the difference bounds the error from above. Assembly "joints": the tree. Tree and twin:
+  a rerun at a hundredth of the tolerance beside the energy balance, which has its own column. Rigid limit: the
+  constraint model with Coulomb feet.
 - *inaccurate*: further off, but the tolerance asked for or the model's own energy audit tells.
 - *refused*: the parameter check or the search for gaits says no, with a reason. That no gait exists is not proven.
 - *failed*: the run ended early with a reason: a fall, a standstill, the limit on solver steps.
-- *unconfirmed*: an answer whose reference run ended early.
+- *unconfirmed*: an answer whose reference run ended early, or is looser than the answer and differs.
 - *wrong*, *crashed*, *hung*: a reference contradicts an answer and nothing in it tells; an exception; no end.
+
+Draws vary all parameters together, by turns within a factor 2 of the study's and over the whole axes.
+`bipedstudy run`, `run-all` and `gait` warn of parameters whose nearest point here is not right, or is further than a
+factor {reach:.2g} away in the dimensionless numbers of design, contact and (by half) solver.
 
 ![Map of the extremes](extremes.png)
 """
@@ -86,7 +92,9 @@ def envelope(result: Result) -> dict[str, Any]:
             groups.append(group)
         numbers = [round(number, 4) for number in place.numbers.values()]
         known = float(f"{error:.3g}") if error == error else None
-        (same or [group])[0]["points"].append([f"{axis} {value:g}", status, known, reason[:140], numbers])
+        what = {TOGETHER: f"draw {value:g} of all parameters", USUAL: "the study's own parameters"}
+        said = [what.get(axis, f"{axis} {value:g}"), status, known, reason.partition(" (")[0][:140]]
+        (same or [group])[0]["points"].append([*said, numbers])
     return {"measured": measured(), "engines": engines}
 
 
@@ -110,13 +118,16 @@ def main(path: Path) -> None:
             writer.writerow([engine, axis, f"{value:g}", changes, status, *numbers, reference, reason[:160]])
     words = EXPLANATION.format(
         points=len(result.status), summary=result.summary().partition(": ")[2], measured=measured(),
+        reach=10**REACH,
     )  # fmt: skip
     lines = json.dumps(envelope(result), allow_nan=False).replace('["', '\n["')
     warned.TABLE.write_text(lines + "\n", encoding="utf-8")
     defects = [row for row in result.rows() if row[3] in (WRONG, CRASHED, HUNG)]
     listed = ("Defects", ["engine", "axis", "value", "status", "error", "reason"],
               [[r[0], r[1], f"{r[2]:g}", r[3], f"{r[4]:.1e}", r[7]] for r in defects])  # fmt: skip
-    tables = [*result.tables(), *([listed] if defects else [])]
+    marched = [[f"{r[2]:g}", r[1][7:], f"{r[4]:.1e}", r[7]] for r in result.rows() if r[0] == MARCH]
+    marches = "Steps in a row", ["steps", "at", "largest distance from the gait", "end"], marched
+    tables = [*result.tables(), marches, *([listed] if defects else [])]
     (DOCS / "extremes.md").write_text(words + "".join(markdown(table) for table in tables), encoding="utf-8")
     with style.drawing():
         pictures = style.pictures("extremes", extremes.draw(result), 150)

@@ -38,7 +38,7 @@ def warnings(study: Study, values: Mapping[str, Any]) -> Iterator[str]:
         if engine is None:
             continue
         here = envelope.place_of(engine, own.biped, own.slope, ground_of(own), own.settings)
-        sentence = envelope.warning(engine, here, tried(envelope, engine), bool(study.accuracy))
+        sentence = envelope.warning(engine, here, tried(envelope, engine), study.choice(stage, own) is not None)
         if sentence is not None:
             yield f"stage {stage}: {sentence}"
 

@@ -102,7 +102,7 @@ def warning(engine: str, here: Place, tried: Sequence[Tried], accuracy_asked: bo
     if nearest.status in fine and away <= REACH:
         return None
     said = f"{nearest.status} by {nearest.error:.1e} leg lengths" if nearest.status == INACCURATE else nearest.status
-    told = f"the nearest point tried ({engine}, {nearest.what}) was {said}"
+    told = f"the nearest point tried, {engine} at {nearest.what}, came out as {said}"
     told += f": {nearest.reason}" if nearest.reason and nearest.status != RIGHT else ""
     if nearest.status in fine:
         return f"these parameters are a factor {10**away:.2g} away from all that the map of extremes has tried; {told}"

@@ -64,8 +64,10 @@ def test_similar_bipeds_have_one_place(repository):
     ("settings", "stage", "words"),
     [
         (("biped.stiffness=120", "biped.damping=1"), "analytic", ("found right", "refused", "no periodic gait")),
-        (("ground.slope_deg=85",), "analytic", ("ground.slope_deg 80", "refused")),
-        (("ground.contact_stiffness=1e-8",), "multibody", ("a factor",)),
+        (("ground.slope_deg=85",), "analytic", ("ground.slope_deg 80", "refused", "no periodic gait")),
+        (("biped.stiffness=1e8", "biped.damping=5e4", "biped.hip_mass=30", "biped.leg_inertia=0.05"), "analytic",
+         ("a factor", "came out as right")),
+        (("ground.contact_stiffness=1e-8",), "multibody", ("ground.contact_stiffness 1,", "failed")),
         (("ground.friction=coulomb",), "multibody", ("no point", "ground.friction = coulomb")),
         (("ground.stiction_velocity=1e-6",), "twin", ("ground.stiction_velocity 1e-06", "failed")),
     ],
@@ -127,7 +129,7 @@ def contradictions(repository, kept, wanted):
 
 def test_a_coarse_rerun_does_not_contradict_the_kept_map(repository, kept):
     def quick(point):
-        return (point.engine == STEP and point.value < 6) or (point.axis == USUAL and point.engine in (GAIT, COULOMB))
+        return (point.engine == STEP and point.value < 4) or (point.axis == USUAL and point.engine == GAIT)
 
     assert contradictions(repository, kept, quick) == []
 

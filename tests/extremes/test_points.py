@@ -11,7 +11,7 @@ from stages.extremes.engines import COULOMB, ENGINES, GAIT, JOINTS, MARCH, STEP,
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import Point, points
 from stages.extremes.run import as_result, evaluate
-from stages.extremes.verdict import CRASHED, FAILED, INACCURATE, REFUSED, RIGHT, WRONG, Finding, judged
+from stages.extremes.verdict import CRASHED, FAILED, INACCURATE, REFUSED, RIGHT, UNCONFIRMED, WRONG, Finding, judged
 
 
 @pytest.fixture(scope="module")
@@ -104,6 +104,26 @@ def test_a_wrong_step_is_found_out(parameters, monkeypatch):
 
     monkeypatch.setattr(constraint_points, "poincare_map", off)
     assert evaluate(parameters, Point(STEP, "none", 0.0, ())).status == WRONG
+
+
+@pytest.mark.parametrize("stiffness", [2800.0 * 300.0, 1e9])
+def test_a_rerun_never_has_the_tolerance_of_the_answer(parameters, monkeypatch, stiffness):
+    """It is tighter, or, where round-off forbids that, looser, and then it confirms or does not, but never refutes."""
+    honest, asked = constraint_points.poincare_map, []
+
+    def off(walker, z, tolerance):
+        asked.append(tolerance)
+        step = honest(walker, z, tolerance)
+        return dataclasses.replace(step, period=step.period * 1.001) if len(asked) == 1 else step
+
+    monkeypatch.setattr(constraint_points, "poincare_map", off)
+    finding = evaluate(parameters, Point(STEP, "none", 0.0, (("biped.stiffness", stiffness),)))
+    answer, rerun = asked
+    looser = rerun >= 10 * answer
+    assert looser or rerun <= answer / 10
+    assert (finding.status, finding.reference) == (
+        (UNCONFIRMED, "looser tolerance") if looser else (WRONG, "tighter tolerance"))
+    assert looser == (stiffness == 1e9)
 
 
 def test_refusals_name_key_value_and_range(parameters):
