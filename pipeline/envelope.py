@@ -29,7 +29,7 @@ def warn(study: Study, values: Mapping[str, Any]) -> None:
 
 def warnings(study: Study, values: Mapping[str, Any]) -> Iterator[str]:
     """The sentences. A study without a map of extremes has none."""
-    if study.sources.path(f"{study.package}.extremes.envelope") is None:
+    if study.sources.file(f"{study.package}.extremes.envelope") is None:
         return
     engines = importlib.import_module(f"{study.package}.extremes.engines")
     envelope = importlib.import_module(f"{study.package}.extremes.envelope")
