@@ -16,11 +16,11 @@ from stages.analytic.flow import (
     contact_directions,
     double_jacobians,
     push_of,
+    row4_times,
     single_acceleration,
     sliding_acceleration,
     sliding_variation,
 )
-from stages.analytic.impulse_terms import by_position
 from stages.analytic.transitions import clearance_variation, foot_clearance
 from stages.analytic.walker import Vector
 
@@ -64,7 +64,7 @@ def limited_variation(phase: int, y: Vector, p: Numbers, start: int) -> float:
         by_contact = eq.contact_acceleration_jacobian(
             y[0], y[1], y[2], y[3], 0.0, 0.0, 0.0, 0.0, y[4], y[5], y[6], y[7], p)
         rates = (y[start + 4], y[start + 5], y[start + 6], y[start + 7])
-        return sign * (dot(roll, rates) + by_position(by_contact, 1, y, start))
+        return sign * (dot(roll, rates) + row4_times(by_contact[8:12], y, start))
     jacobians = double_jacobians(y, qdd, force, p)
     return sliding_variation(jacobians, (factors, push, mobility, normal), y, start)[1]
 

@@ -16,8 +16,8 @@ from __future__ import annotations
 from stages.analytic import equations as eq
 from stages.analytic.compiled import Four, Numbers, compiled
 from stages.analytic.elimination import dot, factor, factor_constrained, solve, solve_constrained
-from stages.analytic.flow import contact_directions, push_of, row_times
-from stages.analytic.impulse_terms import by_position, free_jump, impulse_jacobians, without_forces
+from stages.analytic.flow import contact_directions, push_of, row4_times
+from stages.analytic.impulse_terms import free_jump, impulse_jacobians, without_forces
 from stages.analytic.walker import Vector
 
 #: What the trailing foot does after an impact.
@@ -70,8 +70,8 @@ def strike(y: Vector, p: Numbers) -> bool:
         jacobians = impulse_jacobians(y, before, after, impulse, p)
         for start in range(8, y.size, 8):
             free = free_jump(jacobians, factors, y, start)
-            target1 = -by_position(jacobians[2], 0, y, start)
-            target2 = -by_position(jacobians[2], 1, y, start)
+            target1 = -row4_times(jacobians[2][0:4], y, start)
+            target2 = -row4_times(jacobians[2][8:12], y, start)
             if found == STICKS:
                 jump, _ = solve_constrained(factors, constrained, normal, roll, free, target1, target2)
             else:
@@ -96,20 +96,20 @@ def land(y: Vector, p: Numbers) -> None:
     q = (-y[2], y[3], -y[0], y[1])
     t = eq.compliant_terms(q[0], q[1], q[2], q[3], 0.0, 0.0, 0.0, 0.0, p)
     factors = factor(t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[9])
-    after = solve(factors, row_times(handover, 0, 4, y, 4), row_times(handover, 1, 4, y, 4),
-                  row_times(handover, 2, 4, y, 4), row_times(handover, 3, 4, y, 4))
+    after = solve(factors, row4_times(handover[0:4], y, 4), row4_times(handover[4:8], y, 4),
+                  row4_times(handover[8:12], y, 4), row4_times(handover[12:16], y, 4))
     if y.size > 8:
         by_mass = eq.compliant_residual_jacobian(
             q[0], q[1], q[2], q[3], 0.0, 0.0, 0.0, 0.0, after[0], after[1], after[2], after[3], without_forces(p))
         for s in range(8, y.size, 8):
-            f1 = row_times(handover, 0, 4, y, s + 4) + row_times(by_place, 0, 4, y, s)
-            f2 = row_times(handover, 1, 4, y, s + 4) + row_times(by_place, 1, 4, y, s)
-            f3 = row_times(handover, 2, 4, y, s + 4) + row_times(by_place, 2, 4, y, s)
-            f4 = row_times(handover, 3, 4, y, s + 4) + row_times(by_place, 3, 4, y, s)
+            f1 = row4_times(handover[0:4], y, s + 4) + row4_times(by_place[0:4], y, s)
+            f2 = row4_times(handover[4:8], y, s + 4) + row4_times(by_place[4:8], y, s)
+            f3 = row4_times(handover[8:12], y, s + 4) + row4_times(by_place[8:12], y, s)
+            f4 = row4_times(handover[12:16], y, s + 4) + row4_times(by_place[12:16], y, s)
             y[s], y[s + 1], y[s + 2], y[s + 3] = -y[s + 2], y[s + 3], -y[s], y[s + 1]
             y[s + 4], y[s + 5], y[s + 6], y[s + 7] = solve(
-                factors, f1 - by_position(by_mass, 0, y, s), f2 - by_position(by_mass, 1, y, s),
-                f3 - by_position(by_mass, 2, y, s), f4 - by_position(by_mass, 3, y, s))
+                factors, f1 - row4_times(by_mass[0:4], y, s), f2 - row4_times(by_mass[8:12], y, s),
+                f3 - row4_times(by_mass[16:20], y, s), f4 - row4_times(by_mass[24:28], y, s))
     y[0], y[1], y[2], y[3] = q
     y[4], y[5], y[6], y[7] = after
 

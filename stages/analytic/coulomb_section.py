@@ -16,8 +16,7 @@ from stages.analytic import equations as eq
 from stages.analytic.compiled import Numbers, compiled
 from stages.analytic.coulomb_guard import slip_speed
 from stages.analytic.elimination import dot
-from stages.analytic.flow import contact_directions
-from stages.analytic.impulse_terms import by_position
+from stages.analytic.flow import contact_directions, row4_times
 from stages.analytic.walker import Vector
 
 #: Slower than this, in leg lengths and pendulum times, the trailing foot is at rest: round-off of an impact.
@@ -64,8 +63,8 @@ def landing_tangent(z: Vector, y: Vector, p: Numbers) -> Vector:
             tangent[s + (0, 1, 3, 4, 5)[column]] = 1.0
         tangent[s + 2] = -(normal[0] * tangent[s] + normal[1] * tangent[s + 1] + normal[3] * tangent[s + 3]) / normal[2]
         rates = (tangent[s + 4], tangent[s + 5], 0.0, 0.0)
-        f1 = (1.0 if column == 5 else 0.0) - dot(normal, rates) - by_position(by_state, 0, tangent, s)
-        f2 = (1.0 if column == 6 else 0.0) - dot(roll, rates) - by_position(by_state, 1, tangent, s)
+        f1 = (1.0 if column == 5 else 0.0) - dot(normal, rates) - row4_times(by_state[0:4], tangent, s)
+        f2 = (1.0 if column == 6 else 0.0) - dot(roll, rates) - row4_times(by_state[8:12], tangent, s)
         tangent[s + 6] = inverse * (f1 * roll[3] - normal[3] * f2)
         tangent[s + 7] = inverse * (normal[2] * f2 - roll[2] * f1)
     return tangent
@@ -85,7 +84,7 @@ def landing_variations(y: Vector, p: Numbers) -> np.ndarray:
             derivative[row, j] = y[s + entry]
         rates = (y[s + 4], y[s + 5], y[s + 6], y[s + 7])
         if z[5] > 0.0:
-            derivative[5, j] = dot(normal, rates) + by_position(by_state, 0, y, s)
+            derivative[5, j] = dot(normal, rates) + row4_times(by_state[0:4], y, s)
         if z[5] > 0.0 or z[6] != 0.0:
-            derivative[6, j] = dot(roll, rates) + by_position(by_state, 1, y, s)
+            derivative[6, j] = dot(roll, rates) + row4_times(by_state[8:12], y, s)
     return derivative

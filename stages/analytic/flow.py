@@ -59,11 +59,19 @@ def double_acceleration(y: Vector, p: Numbers) -> tuple[Four, tuple[float, float
 
 
 @compiled
-def row_times(matrix: Numbers, row: int, width: int, dy: Vector, start: int) -> float:
-    """One row of a matrix stored by rows in a tuple, times a variation stored from `start`."""
-    total = 0.0
-    for column in range(width):
-        total += matrix[row * width + column] * dy[start + column]
+def row4_times(row: Numbers, dy: Vector, start: int) -> float:
+    """A row of four times what is stored from `start`. Written out: a loop over a tuple compiles to a long switch."""
+    total: float = row[0] * dy[start] + row[1] * dy[start + 1] + row[2] * dy[start + 2] + row[3] * dy[start + 3]
+    return total
+
+
+@compiled
+def row8_times(row: Numbers, dy: Vector, start: int) -> float:
+    """A row of eight times the variation stored from `start`."""
+    total: float = (
+        row[0] * dy[start] + row[1] * dy[start + 1] + row[2] * dy[start + 2] + row[3] * dy[start + 3]
+        + row[4] * dy[start + 4] + row[5] * dy[start + 5] + row[6] * dy[start + 6] + row[7] * dy[start + 7]
+    )  # fmt: skip
     return total
 
 
@@ -84,10 +92,10 @@ def free_variation(jacobians: Jacobians, factors: Numbers, dy: Vector, start: in
     by_state, by_force, _ = jacobians
     return solve(
         factors,
-        row_times(by_force, 0, 4, dy, start) - row_times(by_state, 0, 8, dy, start),
-        row_times(by_force, 1, 4, dy, start) - row_times(by_state, 1, 8, dy, start),
-        row_times(by_force, 2, 4, dy, start) - row_times(by_state, 2, 8, dy, start),
-        row_times(by_force, 3, 4, dy, start) - row_times(by_state, 3, 8, dy, start),
+        row4_times(by_force[0:4], dy, start) - row8_times(by_state[0:8], dy, start),
+        row4_times(by_force[4:8], dy, start) - row8_times(by_state[8:16], dy, start),
+        row4_times(by_force[8:12], dy, start) - row8_times(by_state[16:24], dy, start),
+        row4_times(by_force[12:16], dy, start) - row8_times(by_state[24:32], dy, start),
     )
 
 
@@ -101,7 +109,7 @@ def double_variation(
     free = free_variation(jacobians, factors, dy, start)
     return solve_constrained(
         factors, constrained, normal, roll, free,
-        -row_times(by_contact, 0, 8, dy, start), -row_times(by_contact, 1, 8, dy, start))
+        -row8_times(by_contact[0:8], dy, start), -row8_times(by_contact[8:16], dy, start))
 
 
 @compiled
@@ -112,8 +120,8 @@ def rigid_rates(y: Vector, p: Numbers, rates: Vector) -> None:
     if y.size > 4:
         jacobian = eq.rigid_residual_jacobian(y[0], y[1], y[2], y[3], qdd[0], qdd[1], p)
         for start in range(4, y.size, 4):
-            f1 = -row_times(jacobian, 0, 4, y, start)
-            f2 = -row_times(jacobian, 1, 4, y, start)
+            f1 = -row4_times(jacobian[0:4], y, start)
+            f2 = -row4_times(jacobian[4:8], y, start)
             rates[start], rates[start + 1] = y[start + 2], y[start + 3]
             rates[start + 2] = inverse[0] * f1 + inverse[1] * f2
             rates[start + 3] = inverse[1] * f1 + inverse[2] * f2
@@ -137,8 +145,8 @@ def single_rates(y: Vector, p: Numbers, rates: Vector) -> None:
             y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], qdd[0], qdd[1], qdd[2], qdd[3], p)
         for start in range(8, y.size, 8):
             store(rates, y, start, solve(
-                factors, -row_times(jacobian, 0, 8, y, start), -row_times(jacobian, 1, 8, y, start),
-                -row_times(jacobian, 2, 8, y, start), -row_times(jacobian, 3, 8, y, start)))
+                factors, -row8_times(jacobian[0:8], y, start), -row8_times(jacobian[8:16], y, start),
+                -row8_times(jacobian[16:24], y, start), -row8_times(jacobian[24:32], y, start)))
 
 
 @compiled
@@ -185,7 +193,7 @@ def sliding_variation(
     """Variations of qdd and lambda_1 of a sliding foot for the variation of the state stored from `start`."""
     factors, push, mobility, normal = system
     free = free_variation(jacobians, factors, dy, start)
-    force = (-row_times(jacobians[2], 0, 8, dy, start) - dot(normal, free)) / mobility
+    force = (-row8_times(jacobians[2][0:8], dy, start) - dot(normal, free)) / mobility
     return (free[0] + push[0] * force, free[1] + push[1] * force,
             free[2] + push[2] * force, free[3] + push[3] * force), force
 
@@ -207,11 +215,9 @@ def flow(phase: int, y: Vector, p: Numbers, rates: Vector) -> None:
     """Write dy/dt of the phase into `rates`."""
     if phase == RIGID:
         rigid_rates(y, p, rates)
-    elif phase == SINGLE_STANCE:
-        single_rates(y, p, rates)
     elif phase == DOUBLE_STANCE:
         double_rates(y, p, rates)
-    elif phase == HOVERING:
+    elif phase in (SINGLE_STANCE, HOVERING):
         single_rates(y, p, rates)
     else:
         sliding_rates(phase, y, p, rates)

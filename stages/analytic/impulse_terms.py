@@ -8,7 +8,7 @@ from __future__ import annotations
 from stages.analytic import equations as eq
 from stages.analytic.compiled import Four, Jacobians, Numbers, compiled
 from stages.analytic.elimination import solve
-from stages.analytic.flow import row_times
+from stages.analytic.flow import row4_times
 from stages.analytic.walker import Vector
 
 
@@ -16,15 +16,6 @@ from stages.analytic.walker import Vector
 def without_forces(p: Numbers) -> Numbers:
     """Parameters with stiffness, damping and gravity off: what is left of the equations is inertia."""
     return p[0], p[1], p[2], p[3], p[4], 0.0, 0.0, p[7], 0.0, 0.0, p[10], p[11]
-
-
-@compiled
-def by_position(matrix: Numbers, row: int, dy: Vector, start: int) -> float:
-    """The position half of one row of a (n, 8) Jacobian, times a variation."""
-    total = 0.0
-    for column in range(4):
-        total += matrix[row * 8 + column] * dy[start + column]
-    return total
 
 
 @compiled
@@ -42,13 +33,13 @@ def impulse_jacobians(y: Vector, before: Four, after: Four, impulse: tuple[float
 @compiled
 def free_jump(jacobians: Jacobians, factors: Numbers, y: Vector, start: int) -> Four:
     """Variation of qd+ at unchanged Lambda for the variation of the state before, stored from `start`."""
-    by_mass, by_force, _ = jacobians
+    by_mass, by_force, _ = jacobians  # of the rows of eight, the first half: derivatives by position
     change = solve(
         factors,
-        row_times(by_force, 0, 4, y, start) - by_position(by_mass, 0, y, start),
-        row_times(by_force, 1, 4, y, start) - by_position(by_mass, 1, y, start),
-        row_times(by_force, 2, 4, y, start) - by_position(by_mass, 2, y, start),
-        row_times(by_force, 3, 4, y, start) - by_position(by_mass, 3, y, start),
+        row4_times(by_force[0:4], y, start) - row4_times(by_mass[0:4], y, start),
+        row4_times(by_force[4:8], y, start) - row4_times(by_mass[8:12], y, start),
+        row4_times(by_force[8:12], y, start) - row4_times(by_mass[16:20], y, start),
+        row4_times(by_force[12:16], y, start) - row4_times(by_mass[24:28], y, start),
     )
     return (y[start + 4] + change[0], y[start + 5] + change[1],
             y[start + 6] + change[2], y[start + 7] + change[3])

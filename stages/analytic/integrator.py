@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stages.analytic import dop853_step, radau
-from stages.analytic.compiled import Numbers, compiled
+from stages.analytic.compiled import Numbers, compiled, inlined
 from stages.analytic.walker import Vector
 
 #: Stages of DOP853, and rows of the array that a step works in.
@@ -15,7 +15,7 @@ _explicit_step, _explicit_error = dop853_step.take_step, dop853_step.error_norm
 _implicit_step, _implicit_error = radau.take_step, radau.error_norm
 
 
-@compiled
+@inlined
 def take_step(implicit: bool, phase: int, y: Vector, h: float, p: Numbers, stages: np.ndarray, new: Vector) -> int:
     """Advance `y` by `h` into `new`; returns how often the rates were evaluated.
 
@@ -27,7 +27,7 @@ def take_step(implicit: bool, phase: int, y: Vector, h: float, p: Numbers, stage
     return STAGES
 
 
-@compiled
+@inlined
 def error_norm(
     implicit: bool, phase: int, y: Vector, new: Vector, h: float, stages: np.ndarray, tolerance: float
 ) -> float:

@@ -10,7 +10,7 @@ from math import cos
 
 import numpy as np
 
-from stages.analytic.compiled import Numbers, compiled
+from stages.analytic.compiled import Numbers, compiled, inlined
 from stages.analytic.coulomb_guard import limited_guard, limited_variation, wedges
 from stages.analytic.flow import DOUBLE_STANCE, HOVERING, RIGID, SLIDING_FORWARD, flow, size_of
 from stages.analytic.integrator import STAGES, error_norm, step_factor, take_step
@@ -53,6 +53,13 @@ def guard(phase: int, y: Vector, p: Numbers, rates: Vector) -> tuple[float, floa
 
 
 @compiled
+def copy(source: Vector, target: Vector) -> None:
+    """Copy entry by entry: slices bring numba's checks of shapes, and the strings for their errors, into the code."""
+    for i in range(source.size):
+        target[i] = source[i]
+
+
+@compiled
 def falling_root(g0: float, d0: float, g1: float, d1: float) -> float:
     """Where in [0, 1] the cubic with values g0 > 0 >= g1 and slopes d0, d1 at the ends falls through zero."""
     low, high = 0.0, 1.0
@@ -72,7 +79,7 @@ def falling_root(g0: float, d0: float, g1: float, d1: float) -> float:
     return s
 
 
-@compiled
+@inlined
 def locate(
     implicit: bool, phase: int, y: Vector, h: float, g0: float, d0: float, g1: float, d1: float, p: Numbers,
     stages: np.ndarray, event: Vector, rates: Vector,
@@ -105,7 +112,7 @@ def locate(
     return length
 
 
-@compiled
+@inlined
 def shift_to_event(phase: int, y: Vector, p: Numbers) -> None:
     """Turn variations at fixed time into variations at the event: dy + (dy/dt) dt with dt = -dg/(dg/dt), in place."""
     base = size_of(phase)
@@ -126,7 +133,7 @@ def shift_to_event(phase: int, y: Vector, p: Numbers) -> None:
             y[start + i] += rates[i] * delay
 
 
-@compiled
+@inlined
 def integrate(
     phase: int, y: Vector, p: Numbers, tolerance: float, time_limit: float, step_limit: int, h: float,
     nodes: np.ndarray, count: int,
@@ -172,17 +179,18 @@ def integrate(
         leaving = leaving and g1 <= GUARD_FLOOR
         if count < nodes.shape[0]:
             nodes[count, 0], nodes[count, 1] = time, phase
-            nodes[count, 2 : 2 + base] = y[:base]
+            for i in range(base):
+                nodes[count, 2 + i] = y[i]
             count += 1
         if g0 > 0.0 and g1 <= 0.0 and (armed or armed0):
             length = locate(implicit, phase, y, h, g0, d0, g1, d1, p, stages, event, event_rates)
             if guard(phase, event, p, event_rates)[2]:
-                y[:] = event
+                copy(event, y)
                 shift_to_event(phase, y, p)
                 return EVENT, time + length, h, count, evaluations
         time += h
-        y[:] = new
-        stages[0, :] = rates
+        copy(new, y)
+        copy(rates, stages[0])
         g0, d0, armed0 = 0.0 if leaving else g1, d1, armed
         if not (cos(y[0]) > FALLEN) or abs(y[1 if phase == RIGID else 2]) > 3.0:
             return FALL, time, h, count, evaluations

@@ -10,7 +10,7 @@ from math import sqrt
 
 import numpy as np
 
-from stages.analytic.compiled import Numbers, compiled
+from stages.analytic.compiled import Numbers, compiled, inlined
 from stages.analytic.flow import flow, size_of
 from stages.analytic.radau_tableau import A_INVERSE, COLUMNS, ESTIMATE, REAL_VALUE, ROWS, STAGES, VALUES
 from stages.analytic.walker import Vector
@@ -24,7 +24,7 @@ SLOWEST, PATIENCE = 0.7, 4
 SMALL_VARIATION = 1e-6
 
 
-@compiled
+@inlined
 def jacobian(phase: int, y: Vector, p: Numbers) -> np.ndarray:
     """d(dy/dt)/dy of a phase at the state, shape (n, n), by unit variations."""
     n = size_of(phase)
@@ -79,7 +79,7 @@ def apply(matrix: np.ndarray, vector: Vector, result: Vector) -> None:
             result[start + i] = total
 
 
-@compiled
+@inlined
 def solve_stages(phase: int, y: Vector, h: float, p: Numbers, inverses: np.ndarray) -> tuple[np.ndarray, int]:
     """Increments z of the stages, z = h A f(y + z), shape (s, size), and the iterations; z[0, 0] is NaN on failure.
 
@@ -100,7 +100,9 @@ def solve_stages(phase: int, y: Vector, h: float, p: Numbers, inverses: np.ndarr
                 for j in range(STAGES):
                     total += A_INVERSE[i, j] * z[j, m]
                 rates[i, m] -= total / h
-        change[:] = 0.0
+        for i in range(STAGES):
+            for m in range(size):
+                change[i, m] = 0.0
         for k in range(VALUES.size):
             for m in range(size):
                 value = 0.0j

@@ -19,8 +19,9 @@ from stages.analytic.flow import (
     double_acceleration,
     double_jacobians,
     double_variation,
+    row4_times,
 )
-from stages.analytic.impulse_terms import by_position, free_jump, impulse_jacobians, without_forces
+from stages.analytic.impulse_terms import free_jump, impulse_jacobians, without_forces
 from stages.analytic.walker import Vector
 
 
@@ -113,7 +114,7 @@ def compliant_reset(y: Vector, p: Numbers) -> None:
             free = free_jump(jacobians, factors, y, start)
             jump, _ = solve_constrained(
                 factors, constrained, normal, roll, free,
-                -by_position(jacobians[2], 0, y, start), -by_position(jacobians[2], 1, y, start))
+                -row4_times(jacobians[2][0:4], y, start), -row4_times(jacobians[2][8:12], y, start))
             for i in range(4):
                 y[start + 4 + i] = jump[i]
             rename_legs(y, start)
