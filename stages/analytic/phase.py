@@ -133,7 +133,7 @@ def shift_to_event(phase: int, y: Vector, p: Numbers) -> None:
             y[start + i] += rates[i] * delay
 
 
-@inlined
+@compiled
 def integrate(
     phase: int, y: Vector, p: Numbers, tolerance: float, time_limit: float, step_limit: int, h: float,
     nodes: np.ndarray, count: int,
