@@ -56,6 +56,7 @@ $(BIN)/python:
 $(STUDY): requirements/study.txt pyproject.toml | $(BIN)/python
 	$(PIP) install --require-hashes -r requirements/study.txt
 	$(PIP) install --no-deps --no-build-isolation --editable .
+	$(BIN)/bipedstudy gait >/dev/null  # compiles the equations of motion, once for all commands and tests
 	@touch $@
 
 $(TEST): requirements/test.txt $(STUDY)

@@ -78,6 +78,7 @@ def pictures(name: str, figure: Figure, dpi: int) -> dict[str, bytes]:
     ):
         buffer = io.BytesIO()
         figure.savefig(buffer, format=suffix, dpi=dpi, metadata=metadata)
+        figure.set_layout_engine("none")  # laid out once: that takes longer than the drawing
         files[f"figures/{name}.{suffix}"] = buffer.getvalue()
     plt.close(figure)
     return files
