@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
@@ -47,3 +48,14 @@ def take_inventory(mbs: Any, feet_in_tree: int = 0, sampled_bytes: int = 0) -> I
     sensors = system.NumberOfSensors()
     recorded = sum(np.asarray(mbs.GetSensorStoredData(number)).nbytes for number in range(sensors))
     return Inventory(bodies, system.ODE2Size(), joints, springs, contacts, sensors, recorded, sampled_bytes)
+
+
+def bytes_of(*parts: Any) -> int:
+    """Size of arrays and of the arrays that results hold [B]."""
+    total = 0
+    for part in parts:
+        if isinstance(part, np.ndarray):
+            total += part.nbytes
+        else:
+            total += bytes_of(*(getattr(part, field.name) for field in dataclasses.fields(part)))
+    return total

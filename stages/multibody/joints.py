@@ -19,8 +19,9 @@ from stages.ground.slope import Slope
 from stages.multibody.contact import planar_ground
 from stages.multibody.quiet_exudyn import exudyn, items
 from stages.multibody.scuffing import Pose
-from stages.multibody.signals import GROUND_REACTION, IMU, SIGNALS, reactions
+from stages.multibody.signals import GROUND_REACTION, IMU, SIGNALS
 from stages.multibody.state import PlanarState
+from stages.multibody.trajectory import reactions
 
 OUTPUT = exudyn.OutputVariableType
 IDLE_INERTIA = 1e-3

@@ -13,11 +13,11 @@ from stages.ground.blocks import lanes
 from stages.multibody.cycle import settled_cycle
 from stages.multibody.energy import EnergyBalance, energy_balance
 from stages.multibody.friction_study import vary_friction
-from stages.multibody.inventory import take_inventory
+from stages.multibody.inventory import bytes_of, take_inventory
 from stages.multibody.parameters import Parameters, Settings
 from stages.multibody.quiet_exudyn import VERSION
 from stages.multibody.result import Facts, Result
-from stages.multibody.signals import PENETRATION, SLIP, sampled_bytes
+from stages.multibody.signals import PENETRATION, SLIP
 from stages.multibody.solver import Run
 from stages.multibody.state import rolling_state
 from stages.multibody.trajectory import foot_kinematics
@@ -41,7 +41,7 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
     progress(0.8, "sampling the walk")
     walk = sample(walked.trajectory, slope, biped.foot_radius, settings.sampling_rate_hz)
     penetration, slip = contact_signals(walked, walk, biped.foot_radius, settings.signals)
-    inventory = take_inventory(assembly.mbs, sampled_bytes=sampled_bytes(walk, penetration, slip))
+    inventory = take_inventory(assembly.mbs, sampled_bytes=bytes_of(walk, penetration, slip))
     return Result(
         outcome=walked.outcome,
         message=walked.message,

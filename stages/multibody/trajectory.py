@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -87,3 +88,12 @@ def foot_kinematics(
     penetration_rate = -(velocity[:, 1] - reach_rate * cosine + reach * rate * sine)
     centre_velocity = velocity[:, 0] + reach_rate * sine + reach * rate * cosine
     return penetration, penetration_rate, centre_velocity + radius * rate
+
+
+def reactions(rows: Mapping[str, np.ndarray], count: int) -> np.ndarray:
+    """Force of the ground on each foot from Exudyn's sensors `ground 0` and `ground 1`, (n, 2, 2) [N].
+
+    (n, 0, 2) without these sensors.
+    """
+    names = [name for name in ("ground 0", "ground 1") if name in rows]
+    return np.stack([-rows[name][:, 1:3] for name in names], axis=1) if names else np.zeros((count, 0, 2))

@@ -10,8 +10,7 @@ import numpy as np
 from stages.biped.progress import Progress, ignore
 from stages.biped.sampling_times import refined_times
 from stages.biped.walk import Walk
-from stages.multibody.inventory import take_inventory
-from stages.multibody.signals import sampled_bytes
+from stages.multibody.inventory import bytes_of, take_inventory
 from stages.twin.energy import EnergyBalance, energy_balance
 from stages.twin.events import find_events
 from stages.twin.machine import build
@@ -67,7 +66,7 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
         parts=tuple(part_row(part) for part in settings.parts),
         sums=tuple(SumRow(what, found, wanted) for what, found, wanted in sums(settings.parts, biped)),
         solver_steps=len(record.time) - 1,
-        inventory=take_inventory(tree.mbs, len(tree.feet), sampled_bytes(signals)),
+        inventory=take_inventory(tree.mbs, len(tree.feet), bytes_of(signals)),
     )
 
 

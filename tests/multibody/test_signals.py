@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from stages.biped.walk import NotRecorded, require
-from stages.multibody.inventory import take_inventory
+from stages.multibody.inventory import bytes_of, take_inventory
 from stages.multibody.parameters import Parameters
 from stages.multibody.run import run
-from stages.multibody.signals import SIGNALS, sampled_bytes
+from stages.multibody.signals import SIGNALS
 from stages.multibody.walk import build, sample, simulate
 
 #: Signal -> (attribute of the result, attribute of its walk).
@@ -71,7 +71,7 @@ def test_motion_alone_gives_the_same_gait(results):
     assert bare.cycle.period_s == full.cycle.period_s and bare.energy == full.energy
     assert np.isnan(bare.cycle.peak_normal_force) and full.cycle.peak_normal_force > 9.4
     assert bare.inventory.sensors == 3
-    held = sampled_bytes(full.walk, full.penetration, full.slip_velocity)
+    held = bytes_of(full.walk, full.penetration, full.slip_velocity)
     assert full.inventory.sampled_bytes == held
 
 

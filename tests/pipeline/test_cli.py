@@ -211,6 +211,18 @@ def test_the_command_line_loads_nothing_heavy(repository):
     assert done.stdout == "[]\n"
 
 
+def test_looking_at_the_study_loads_nothing_heavy(repository):
+    code = (
+        "import sys\n"
+        "from pipeline.cli import main\n"
+        "try: main(['run-all', '--dry-run'])\n"
+        "except SystemExit: pass\n"
+        "print(sorted({'numpy', 'scipy', 'h5py', 'matplotlib', 'exudyn', 'numba', 'rich'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=repository, text=True, capture_output=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
 def test_a_run_with_nothing_to_do_loads_nothing_heavy(ran, repository):
     code = (
         f"import sys; sys.path[:0] = [{str(ran.root)!r}, {str(repository)!r}]\n"
