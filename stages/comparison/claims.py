@@ -272,8 +272,9 @@ def twin_like_simple(twin: TwinAgreement, settings: Settings) -> Claim:
         f"angular velocity {rate:.3f}",
         bool(max(hip_x, hip_y, rate) <= settings.similarity_limit),
         f"called nearly identical up to {settings.similarity_limit:g}; accelerations differ most at the heel-strike "
-        "spike, a few milliseconds wide. The paper gives no parts: their inertia is assumed, and was balanced "
-        "between the legs after a first bill of parts made the twin limp, so this likeness is partly built in",
+        "spike, of which each phase shows the mean around it. The paper gives no parts: their inertia is assumed, and "
+        "was balanced between the legs after a first bill of parts made the twin limp, so this likeness is partly "
+        "built in",
     )
 
 

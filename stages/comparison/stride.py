@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from stages.biped.walk import Walk
 
@@ -13,7 +14,9 @@ from stages.biped.walk import Walk
 class Stride:
     """One stride, heel strike to heel strike of the inner leg, at `phase` (p,) from 0 to 1.
 
-    `hip_position` (p, 2) starts at x = 0; `signals` (p, 6) are the sensors', in the order of `SENSOR_SIGNALS`;
+    `hip_position` (p, 2) starts at x = 0; `signals` (p, 6) are the sensors', in the order of `SENSOR_SIGNALS`, each a
+    mean from halfway before its phase to halfway after: the spike of a heel strike is shorter than that, and where it
+    falls between two phases would decide its height;
     `peaks` (6,) their largest values, with sign, at the walk's own samples, denser than the phases around an impact.
     """
 
@@ -55,11 +58,27 @@ def last_stride(walk: Walk, points: int) -> Stride:
         columns = signal.reshape(len(walk.time), -1)
         return np.column_stack([np.interp(times, walk.time, column) for column in columns.T])
 
+    half = 0.5 * (end - start) / (points - 1)
+    signals = means(walk.time, sensor_signals(walk), times - half, times + half)
     position = at(walk.hip_position)
     position[:, 0] -= position[0, 0]
     inside = sensor_signals(walk)[(walk.time >= start) & (walk.time <= end)]
     peaks = inside[np.abs(inside).argmax(axis=0), np.arange(inside.shape[1])]
-    return Stride(phase, end - start, position, at(walk.hip_velocity), at(sensor_signals(walk)), peaks)
+    return Stride(phase, end - start, position, at(walk.hip_velocity), signals, peaks)
+
+
+def means(time: np.ndarray, signals: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Means over the spans from `start` to `end` (p,) of signals (n, k), straight between their times (n,): (p, k).
+
+    A span that leaves the record counts as far as it lies inside.
+    """
+    start, end = (np.clip(edge, time[0], time[-1]) for edge in (start, end))
+    known = np.unique(np.concatenate((time, start, end)))
+    found = []
+    for signal in signals.T:
+        integral = cumulative_trapezoid(np.interp(known, time, signal), known, initial=0.0)
+        found.append((integral[np.searchsorted(known, end)] - integral[np.searchsorted(known, start)]) / (end - start))
+    return np.column_stack(found)
 
 
 def through_low_pass(stride: Stride, bandwidth_hz: float) -> np.ndarray:

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from made_up import make_walk
+from scipy.interpolate import interp1d
 from scipy.signal import butter, freqs
 
 from stages.comparison.stride import Stride, last_stride, normalised_rms, through_low_pass
@@ -16,8 +17,28 @@ def test_a_stride_runs_between_heel_strikes_of_the_inner_leg():
     assert stride.period == pytest.approx(1.0)
     assert stride.hip_position[0, 0] == 0.0
     assert stride.hip_position[-1, 0] == pytest.approx(0.3, rel=1e-9)
-    # the made-up signals are sines of the stride's phase
-    assert stride.signals[:, 0] == pytest.approx(np.sin(2 * np.pi * stride.phase), abs=1e-4)
+    # the made-up signals are sines of the stride's phase, and these their means over a hundredth of it
+    assert stride.signals[:, 0] == pytest.approx(np.sinc(0.01) * np.sin(2 * np.pi * stride.phase), abs=1e-5)
+
+
+@pytest.mark.parametrize("place", [0.0, 0.13, 0.5, 0.77])
+def test_a_spike_between_two_phases_keeps_its_impulse(place):
+    """A triangle of 4 us by 50 between phases 10 ms apart, wherever it falls among them."""
+    walk, points = make_walk(period=0.5), 101
+    middle = walk.heel_strike_time[4] + 0.25 + 0.01 * place
+    time = np.union1d(walk.time, middle + np.array([-4e-6, 0.0, 4e-6]))
+    spike = np.interp(time, middle + np.array([-4e-6, 0.0, 4e-6]), [0.0, 50.0, 0.0])
+    columns = {
+        field.name: interp1d(walk.time, getattr(walk, field.name), axis=0)(time)
+        for field in dataclasses.fields(walk)
+        if len(getattr(walk, field.name)) == len(walk.time)
+    }
+    forces = columns.pop("hip_specific_force") * 0.0
+    forces[:, 0] = spike
+    columns["time"] = time
+    stride = last_stride(dataclasses.replace(walk, hip_specific_force=forces, **columns), points)
+    assert stride.signals[:, 0].sum() * stride.period / (points - 1) == pytest.approx(50.0 * 4e-6, rel=1e-6)
+    assert stride.peaks[0] == pytest.approx(50.0)
 
 
 def test_strides_of_different_period_lie_on_each_other():

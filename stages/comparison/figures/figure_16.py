@@ -44,13 +44,15 @@ def draw(strides: np.ndarray, measured: MeasurementAgreement, twin: Stride, simp
         peak = int(np.argmax(np.abs(twin.signals[:, column])))
         if not low - margin <= twin.peaks[column] <= high + margin:
             # a spike of the models that no 100 Hz sensor shows would hide everything else
+            late = twin.phase[peak] > 0.6
             panel.annotate(
                 f"twin's spike: {twin.peaks[column]:.0f} m/s²",
                 (100 * twin.phase[peak], high + 0.9 * margin),
-                xytext=(6, -4),
+                xytext=(-6 if late else 6, -4),
                 textcoords="offset points",
                 fontsize=7,
                 va="top",
+                ha="right" if late else "left",
             )
         panel.set_ylabel(f"{name}\n[{unit}]")
         style.panel_label(panel, letter)

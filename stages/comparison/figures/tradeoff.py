@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullLocator
+from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from stages.comparison.figures import style
 from stages.tradeoff.result import ERRORS, Result, Row, front
@@ -23,6 +23,8 @@ COLOURS = (style.ANALYTIC, style.MULTIBODY, style.SECOND, style.THIRD, style.GRO
 FLOOR = 1e-16
 #: Spans of costs and of errors below which ticks are at 1, 2, 5 a decade.
 NARROW = (20.0, 100.0)
+#: Span of values, greatest over least, that holds too few of 1, 2, 5 a decade.
+FEW = 2.5
 
 
 def draw(result: Result, costs: Sequence[float] | None = None, label: str = "evaluations for a step [1]") -> Figure:
@@ -81,6 +83,8 @@ def ticks(axis: Axis, values: Sequence[float], narrow: float, most: int) -> None
     """Labels of a logarithmic axis: about `most` at powers of ten; at 1, 2, 5 where values span less than `narrow`."""
     if values and max(values) < narrow * min(values):
         style.round_ticks(axis)
+        if max(values) < FEW * min(values):
+            axis.set_major_locator(MaxNLocator(most - 1))
     else:
         axis.set_major_locator(LogLocator(numticks=most + 1))
     axis.set_minor_locator(NullLocator())
