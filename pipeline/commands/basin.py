@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +39,7 @@ def command(
         walker, point = search.find_gait(values.biped, values.slope, values.settings.tolerance, values.limited_friction)
     first = -np.linspace(*angles, points)
     second = np.linspace(*rates, points) * walker.time
-    with click.progressbar(length=1000, label="starts", file=click.get_text_stream("stderr")) as bar:
+    with click.progressbar(length=1000, label="starts", file=sys.stderr) as bar:
         mapped = basin.basin_of_attraction(
             walker,
             [point.z],

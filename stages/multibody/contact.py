@@ -72,7 +72,7 @@ def planar_connector_law(
     With a lane the ground exists on its blocks only; their edges are not modelled.
     """
 
-    def ground(  # the signature is Exudyn's
+    def ground(  # type: ignore[no-untyped-def]  # the signature is Exudyn's
         mbs, t, item, displacement, rotation, velocity, angularVelocity, stiffness, damping, rotJ0, rotJ1, offset
     ):
         tangential, normal = disc_force(law, radius, displacement[1], velocity[0], velocity[1], angularVelocity[2], ops)

@@ -92,7 +92,7 @@ def spring_energy(biped: Biped, position: np.ndarray) -> np.ndarray:
     """Energy in the leg springs [J], shape (n,)."""
     if biped.legs == "rigid":
         return np.zeros(len(position))
-    return 0.5 * biped.stiffness * np.sum((position[:, 4:] - biped.leg_length) ** 2, axis=1)
+    return np.asarray(0.5 * biped.stiffness * np.sum((position[:, 4:] - biped.leg_length) ** 2, axis=1))
 
 
 def contact_energy(

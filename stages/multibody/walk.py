@@ -147,4 +147,5 @@ def ground_reaction(trajectory: Trajectory, time: np.ndarray, radius: float) -> 
     position, velocity = trajectory.at(time)
     depths = [foot_kinematics(position, velocity, leg, radius)[0] for leg in (0, 1)]
     touching = (np.column_stack(depths) > 0.0) & trajectory.in_play(time)
-    return np.asarray(PchipInterpolator(trajectory.time, trajectory.ground_reaction)(time)) * touching[:, :, None]
+    forces = np.asarray(PchipInterpolator(trajectory.time, trajectory.ground_reaction)(time))
+    return np.asarray(forces * touching[:, :, None])

@@ -22,7 +22,7 @@ class Body:
     def inertia_about(self, point: np.ndarray) -> np.ndarray:
         """Tensor of inertia about a point, by the parallel-axis theorem."""
         d = self.centre - np.asarray(point)
-        return self.inertia + self.mass * (np.dot(d, d) * np.eye(3) - np.outer(d, d))
+        return np.asarray(self.inertia + self.mass * (np.dot(d, d) * np.eye(3) - np.outer(d, d)))
 
 
 def join(bodies: Iterable[Body]) -> Body:

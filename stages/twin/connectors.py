@@ -29,7 +29,7 @@ def edge_law(point: ContactLaw, radius: float) -> Callable[..., Any]:
     """
     zero, one = symbolic.Real(0.0), symbolic.Real(1.0)
 
-    def ground(  # the signature is Exudyn's
+    def ground(  # type: ignore[no-untyped-def]  # the signature is Exudyn's
         mbs, t, item, displacement, rotation, velocity, angularVelocity, stiffness, damping, rotJ0, rotJ1, offset
     ):
         v, w = velocity, angularVelocity

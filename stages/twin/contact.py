@@ -41,33 +41,35 @@ def law_numbers(law: ContactLaw) -> np.ndarray:
 
 
 @njit(cache=True)
-def normal_force(law, depth, rate):
+def normal_force(law: np.ndarray, depth: float, rate: float) -> float:
     """Normal force [N] at a penetration [m] and its rate [m/s]."""
     if depth <= 0.0:
         return 0.0
-    spring = law[1] * depth ** law[2]
+    spring: float = law[1] * depth ** law[2]
     if law[0] == 1.0:
-        return spring * max(0.0, 1.0 + law[5] * rate)
-    s = min(depth / law[4], 1.0)
-    return max(0.0, spring + law[3] * s * s * (3.0 - 2.0 * s) * rate)
+        return max(0.0, 1.0 + float(law[5]) * rate) * spring
+    s = min(depth / float(law[4]), 1.0)
+    return max(0.0, spring + float(law[3]) * s * s * (3.0 - 2.0 * s) * rate)
 
 
 @njit(cache=True)
-def friction_slope(law, speed):
+def friction_slope(law: np.ndarray, speed: float) -> float:
     """Friction coefficient over slip speed [s/m], finite at rest."""
     if law[6] == 2.0:
         return 0.0
     u = speed / law[9]
     if u < 1.0:
-        return law[7] * 0.5 * (3.0 - u * u) / law[9]
+        return float(law[7] * 0.5 * (3.0 - u * u) / law[9])
     if law[6] == 1.0:
-        return law[7] / speed
+        return float(law[7] / speed)
     s = min((speed - law[9]) / (law[10] - law[9]), 1.0)
-    return (law[7] - (law[7] - law[8]) * s * s * (3.0 - 2.0 * s)) / speed
+    return float((law[7] - (law[7] - law[8]) * s * s * (3.0 - 2.0 * s)) / speed)
 
 
 @njit(cache=True)
-def feet_forces(q, v, in_play, feet, law):
+def feet_forces(
+    q: np.ndarray, v: np.ndarray, in_play: np.ndarray, feet: np.ndarray, law: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, float]:
     """Generalized forces (11,), force on each foot (4, 3) [N], and the power of all of them [W].
 
     q, v: coordinates and rates; in_play (2,): whether the ground acts on each pair; feet: `Machine.feet`.
@@ -127,13 +129,15 @@ def feet_forces(q, v, in_play, feet, law):
 
 
 @njit(cache=True)
-def generalized_force(q, v, in_play, feet, law):
+def generalized_force(
+    q: np.ndarray, v: np.ndarray, in_play: np.ndarray, feet: np.ndarray, law: np.ndarray
+) -> np.ndarray:
     """Only the generalized forces of `feet_forces`, for the solver."""
     return feet_forces(q, v, in_play, feet, law)[0]
 
 
 @njit(cache=True)
-def feet_places(q, feet):
+def feet_places(q: np.ndarray, feet: np.ndarray) -> np.ndarray:
     """Of each foot x of its middle, height of its lowest point above the ground and z of its middle, (4, 3) [m]."""
     places = np.zeros((4, 3))
     sy, cy, sr, cr = math.sin(q[3]), math.cos(q[3]), math.sin(q[4]), math.cos(q[4])
@@ -148,7 +152,7 @@ def feet_places(q, feet):
 
 
 @njit(cache=True)
-def clearances(q, feet):
+def clearances(q: np.ndarray, feet: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Lowest point of each pair above the ground (2,) [m], and the mean x of its feet's centres (2,) [m]."""
     lowest = np.full(2, np.inf)
     place = np.zeros(2)
@@ -160,7 +164,9 @@ def clearances(q, feet):
 
 
 @njit(cache=True)
-def along(q, v, in_play, feet, law):
+def along(
+    q: np.ndarray, v: np.ndarray, in_play: np.ndarray, feet: np.ndarray, law: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """`feet_forces` for rows of states: force (n, 4, 3) [N] and power (n,) [W]."""
     n = len(q)
     force = np.zeros((n, 4, 3))
@@ -174,7 +180,7 @@ def along(q, v, in_play, feet, law):
 
 
 @njit(cache=True)
-def clearances_along(q, feet):
+def clearances_along(q: np.ndarray, feet: np.ndarray) -> np.ndarray:
     """Lowest point of each pair above the ground for rows of states, (n, 2) [m]."""
     lowest = np.zeros((len(q), 2))
     for i in range(len(q)):

@@ -51,11 +51,11 @@ def energy_balance(
     ground = -along(q, v, in_play, machine.feet, law_numbers(contact))[1]
     legs = (machine.damping * v[:, list(SLIDE)] ** 2).sum(axis=1)
     bearing = machine.bearing_friction * v[:, HINGE] ** 2
-    losses = [float(weight @ power) for power in (legs, bearing, ground)]
+    lost = float(weight @ legs), float(weight @ bearing), float(weight @ ground)
     (before, after), moment = mechanical_energy(machine, *record.at(np.array([start, end])))
     gravity = float((moment[1] - moment[0]) @ np.array([*slope.gravity_vector, 0.0]))
     stored = float(after - before)
-    return EnergyBalance(gravity, *losses, stored, gravity - sum(losses) - stored)
+    return EnergyBalance(gravity, *lost, stored, gravity - sum(lost) - stored)
 
 
 def mechanical_energy(machine: Machine, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

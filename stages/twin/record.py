@@ -58,4 +58,4 @@ class Record:
         """Accelerations at given times (m, 11), linear between the steps: they have kinks."""
         i = np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, len(self.time) - 2)
         s = ((time - self.time[i]) / (self.time[i + 1] - self.time[i]))[:, None]
-        return (1.0 - s) * self.acceleration[i] + s * self.acceleration[i + 1]
+        return np.asarray((1.0 - s) * self.acceleration[i] + s * self.acceleration[i + 1])

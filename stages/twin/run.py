@@ -82,8 +82,8 @@ def part_row(part: Part) -> PartRow:
     """The row with the inertia that follows from its shape."""
     shape = solid(part.shape, part.size, part.axis)
     size = " x ".join(f"{1e3 * value:g}" for value in part.size)
-    place = [a + b for a, b in zip(part.position, shape.centroid, strict=True)]
+    x, y, z = (a + b for a, b in zip(part.position, shape.centroid, strict=True))
     words = f"{part.shape} {part.axis} {size}" if part.shape in ("cylinder", "tube") else f"{part.shape} {size}"
     return PartRow(
-        part.name, part.group, part.material, words.strip(), part.pieces, part.mass, *place, *shape.inertia(part.mass)
+        part.name, part.group, part.material, words.strip(), part.pieces, part.mass, x, y, z, *shape.inertia(part.mass)
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import nan
 
 import numpy as np
 
@@ -41,12 +42,12 @@ def settling(record: Record, walk: Walk) -> Settling:
     strikes = walk.heel_strike_time
     if len(strikes) < 2:
         nothing = np.zeros(0)
-        return Settling(nothing, nothing, -1, *[float("nan")] * 9)
+        return Settling(nothing, nothing, -1, nan, nan, nan, nan, nan, nan, nan, nan, nan)
     position = record.at(strikes)[0]
     periods, lengths = np.diff(strikes), np.diff(position[:, 0])
     yaw, sideways = (float(record.position[-1, i] - record.position[0, i]) for i in (3, 2))
     if len(periods) < SETTLED_STEPS:
-        return Settling(periods, lengths, -1, *[float("nan")] * 7, yaw, sideways)
+        return Settling(periods, lengths, -1, nan, nan, nan, nan, nan, nan, nan, yaw, sideways)
     period, length = float(periods[-SETTLED_STEPS:].mean()), float(lengths[-SETTLED_STEPS:].mean())
     settled = (abs(periods / period - 1.0) < SETTLED_WITHIN) & (abs(lengths / length - 1.0) < SETTLED_WITHIN)
     unsettled = np.flatnonzero(~settled)

@@ -82,7 +82,7 @@ def sample(
     nothing = np.zeros((0, 3))
 
     def between(values: np.ndarray) -> np.ndarray:
-        return PchipInterpolator(record.time, values)(time)
+        return np.asarray(PchipInterpolator(record.time, values)(time))
 
     def specific_force(place: np.ndarray, slide: int | None, wanted: bool) -> np.ndarray:
         if inner is None or not wanted:

@@ -85,7 +85,8 @@ class SpatialTree:
         in_play, feet, law, array = self.in_play, self.feet, self.law, np.array
 
         def ground(mbs: Any, time: float, item: int, q: list[float], v: list[float]) -> np.ndarray:
-            return generalized_force(array(q), array(v), in_play, feet, law)
+            force: np.ndarray = generalized_force(array(q), array(v), in_play, feet, law)
+            return force
 
         self.ground = ground
         self.mbs.SetObjectParameter(self.tree, "forceUserFunction", ground)
@@ -104,11 +105,11 @@ class SpatialTree:
 
     def position(self) -> np.ndarray:
         """Coordinates at the current step, (11,)."""
-        return self.mbs.systemData.GetODE2Coordinates()
+        return np.asarray(self.mbs.systemData.GetODE2Coordinates())
 
     def velocity(self) -> np.ndarray:
         """Rates of the coordinates at the current step, (11,)."""
-        return self.mbs.systemData.GetODE2Coordinates_t()
+        return np.asarray(self.mbs.systemData.GetODE2Coordinates_t())
 
     def recording(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Time (n,), coordinates, rates and accelerations (n, 11) at the solver's own steps."""
