@@ -175,12 +175,12 @@ def _read(group: Any, name: str, kind: Any) -> Any:
         item = group[name]
         row: Any = arguments[0]
         return tuple(_read_fields(item[key], row) for key in item) if isinstance(item, h5py.Group) else ()
+    if kind is np.ndarray:
+        return np.asarray(group[name][()])
     value = _python_value(group[name])
-    if kind in (float, int, bool, str):
-        return kind(value)
     if origin is tuple:
         return tuple(arguments[0](part) for part in value)
-    return np.asarray(group[name][()]) if kind is not Any else value
+    return kind(value) if kind in (float, int, bool, str) else value
 
 
 def _python_value(item: Any) -> Any:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-from collections.abc import Iterator, Mapping
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from stages.biped.gait import StanceState
+from stages.biped.processes import each_in_a_process
 from stages.biped.progress import Progress, ignore
 from stages.campaign.database import database_bytes
 from stages.campaign.parameters import Parameters
@@ -50,32 +48,13 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
     truths: dict[int, RunTruth] = {}
     stored: dict[int, tuple[Experiment, tuple[Transmitted, ...]]] = {}
     count = parameters.runs.runs
-    for number, experiment, truth, sent in _runs(parameters, state, normal_force):
+    one = partial(synthetic_run, state=state, normal_force=normal_force, parameters=parameters)
+    for number, (experiment, truth, sent) in each_in_a_process(one, range(count)):
         truths[number], stored[number] = truth, (experiment, sent)
         progress(len(truths) / (count + 1), f"synthetic run {len(truths)} of {count}")
     devices = [device(place, parameters) for place in MOUNTING]
     database = database_bytes(devices, (stored[number] for number in range(count)))
     return Result(SYNTHETIC, tuple(truths[number] for number in range(count)), {"measurements.sqlite": database})
-
-
-def _runs(
-    parameters: Parameters, state: StanceState, normal_force: float
-) -> Iterator[tuple[int, Experiment, RunTruth, tuple[Transmitted, ...]]]:
-    """All runs as they get ready, each computed in a process of its own pool; the order is arbitrary."""
-    one = partial(synthetic_run, state=state, normal_force=normal_force, parameters=parameters)
-    workers = min(parameters.runs.runs, os.cpu_count() or 1)
-    if workers == 1:
-        for number in range(parameters.runs.runs):
-            yield (number, *one(number))
-        return
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=context) as pool:
-        waiting = {pool.submit(one, number): number for number in range(parameters.runs.runs)}
-        try:
-            for done in as_completed(waiting):
-                yield (waiting[done], *done.result())
-        finally:
-            pool.shutdown(cancel_futures=True)
 
 
 def device(place: str, parameters: Parameters) -> Device:

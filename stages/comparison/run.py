@@ -27,11 +27,11 @@ from stages.comparison.figures import (
     figure_10,
     figure_16,
     gait_animation,
-    style,
     tradeoff,
     twin_ladder,
     twin_pushes,
 )
+from stages.comparison.figures.drawing import Drawing, pictures_of
 from stages.comparison.ingest_score import score_ingest
 from stages.comparison.measurement import MeasurementAgreement, compare_measurement
 from stages.comparison.parameters import Parameters
@@ -109,33 +109,23 @@ def draw_all(
     """All figures as files, by path in the results folder."""
     settings, radius = parameters.settings, parameters.biped.foot_radius
     analytic, multibody, twin, imu = (inputs[name] for name in ("analytic", "multibody", "twin", "imu"))
-    study, dpi = inputs["contact_study"], settings.resolution_dpi
+    study = inputs["contact_study"]
     limits = (settings.position_limit, settings.velocity_limit)
+    measured_strides = np.concatenate([run.strides for run in imu.runs])
     shown = gait_animation.sources(analytic.walk, multibody.walk, twin.walk)
-    files = gait_animation.draw(shown, radius, parameters.slope.angle)
-    with style.drawing():
-        for name, figure in (
-            (figure_02.NAME, figure_02.draw(analytic.walk, multibody.walk)),
-            (figure_04.NAME, figure_04.draw(parameters.contact)),
-            (figure_05.NAME, figure_05.draw(study, analytic.walk)),
-            (figure_06.NAME, figure_06.draw(study, analytic.walk)),
-            (figure_07.NAME, figure_07.draw(multibody.walk, radius, parameters.slope.angle)),
-            (figure_08.NAME, figure_08.draw(analytic.walk, multibody.walk, 2 * analytic.gait.period_s, limits)),
-            (figure_10.NAME, figure_10.draw(twin.walk, twin.snapshots)),
-            (error_budget.NAME, error_budget.draw(inputs["error_budget"])),
-            (twin_ladder.NAME, twin_ladder.draw(inputs["twin_ladder"])),
-            (twin_pushes.NAME, twin_pushes.draw(inputs["twin_pushes"])),
-            (tradeoff.NAME, tradeoff.draw(inputs["tradeoff"])),
-            (extremes.NAME, extremes.draw(inputs["extremes"])),
-            (
-                figure_16.NAME,
-                figure_16.draw(
-                    np.concatenate([run.strides for run in imu.runs]),
-                    measured,
-                    strides["twin"],
-                    strides["multibody"],
-                ),
-            ),
-        ):
-            files |= style.pictures(name, figure, dpi)
-    return files
+    drawings = (
+        Drawing(figure_02.NAME, figure_02.draw, (analytic.walk, multibody.walk)),
+        Drawing(figure_04.NAME, figure_04.draw, (parameters.contact,)),
+        Drawing(figure_05.NAME, figure_05.draw, (study, analytic.walk)),
+        Drawing(figure_06.NAME, figure_06.draw, (study, analytic.walk)),
+        Drawing(figure_07.NAME, figure_07.draw, (multibody.walk, radius, parameters.slope.angle)),
+        Drawing(figure_08.NAME, figure_08.draw, (analytic.walk, multibody.walk, 2 * analytic.gait.period_s, limits)),
+        Drawing(figure_10.NAME, figure_10.draw, (twin.walk, twin.snapshots)),
+        Drawing(error_budget.NAME, error_budget.draw, (inputs["error_budget"],)),
+        Drawing(twin_ladder.NAME, twin_ladder.draw, (inputs["twin_ladder"],)),
+        Drawing(twin_pushes.NAME, twin_pushes.draw, (inputs["twin_pushes"],)),
+        Drawing(tradeoff.NAME, tradeoff.draw, (inputs["tradeoff"],)),
+        Drawing(extremes.NAME, extremes.draw, (inputs["extremes"],)),
+        Drawing(figure_16.NAME, figure_16.draw, (measured_strides, measured, strides["twin"], strides["multibody"])),
+    )
+    return gait_animation.draw(shown, radius, parameters.slope.angle) | pictures_of(drawings, settings.resolution_dpi)

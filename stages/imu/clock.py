@@ -8,17 +8,22 @@ of constant delay would draw, and that line is the highest one below all stamps:
 whose solution is the edge of the lower convex hull that spans the mean index (two unknowns: the optimum lies on
 two stamps). It holds however the lateness is distributed, where least squares is pulled up by every stall.
 The smallest delay of the radio stays in `a`: it cannot be observed from the stamps.
+
+A restart of the sensor begins a segment with an index and an offset of its own, but not with another oscillator: all
+segments share the rate of the longest, and none ends after the next has begun. Both only bound `a` from above, as the
+stamps do, so the smallest bound holds.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from stages.imu.packet_index import IndexedRecording, arrival_stamp
 
-FEWEST_PACKETS = 10  # below this a segment borrows its rate from the longest one
+FEWEST_PACKETS = 10  # below this half of the packets does not make an envelope
 FASTEST = 100.0  # times the nominal rate: faster, or backwards, the stamps mean nothing
 HUBER_WIDTH = 1.345  # 95 % efficiency for normal errors (Huber 1981)
 
@@ -105,22 +110,23 @@ def repair_clock(indexed: IndexedRecording) -> Clock:
     """
     recording, nominal = indexed.recording, indexed.recording.device.rate_hz
     name, stamp = arrival_stamp(recording)
+    by_count = segment_times(indexed, 1.0 / nominal, {})
     if name == "none" or len(np.unique(indexed.index)) < 2:
-        return Clock(indexed.index / nominal, "none", nominal, 0.0, np.nan, np.nan, np.nan)
+        return Clock(by_count, "none", nominal, 0.0, np.nan, np.nan, np.nan)
     arrival = packet_arrivals(indexed, stamp)
     longest = np.bincount(arrival[:, 0].astype(int)).argmax()
     x, y = arrival[arrival[:, 0] == longest, 1], arrival[arrival[:, 0] == longest, 2]
     if len(x) < 2:
-        return Clock(indexed.index / nominal, "none", nominal, 0.0, np.nan, np.nan, np.nan)
+        return Clock(by_count, "none", nominal, 0.0, np.nan, np.nan, np.nan)
     best = lower_envelope(x, y)
     rate = 1.0 / best.period if best.period > 0 else np.inf
     if not rate < FASTEST * nominal:
-        return Clock(indexed.index / nominal, name, rate, np.inf, float(np.std(y)), np.nan, np.nan)
-    time = np.empty(len(indexed.index))
-    for life in np.unique(indexed.segment):
-        rows, points = indexed.segment == life, arrival[arrival[:, 0] == life]
-        own = lower_envelope(points[:, 1], points[:, 2]) if len(points) >= FEWEST_PACKETS else _shifted(best, points)
-        time[rows] = own.at(indexed.index[rows])
+        return Clock(by_count, name, rate, np.inf, float(np.std(y)), np.nan, np.nan)
+    latest = {
+        int(segment): float(np.min(arrival[arrival[:, 0] == segment] @ (0.0, -best.period, 1.0)))
+        for segment in np.unique(indexed.segment)
+    }
+    time = segment_times(indexed, best.period, latest)
     if name == "device" and indexed.lost_packets is None:
         time = stamp.copy()
     return Clock(
@@ -146,8 +152,20 @@ def packet_arrivals(indexed: IndexedRecording, stamp: np.ndarray) -> np.ndarray:
     return np.column_stack((indexed.segment[last], end_of_batch, stamp[last]))
 
 
-def _shifted(line: Line, points: np.ndarray) -> Line:
-    return Line(float(np.min(points[:, 2] - line.period * points[:, 1])), line.period)
+def segment_times(indexed: IndexedRecording, period: float, latest: Mapping[int, float]) -> np.ndarray:
+    """Time of every sample (n,) [s]: one line a segment, each as late as it can be, and none into the next.
+
+    `latest` holds the largest offset [s] of segments that have one; without any, the first sample is at its index.
+    """
+    time = np.empty(len(indexed.index))
+    end = np.inf
+    for segment in np.unique(indexed.segment)[::-1]:
+        rows = indexed.segment == segment
+        index = indexed.index[rows]
+        offset = min(latest.get(int(segment), np.inf), end - period * (index[-1] + 1))
+        time[rows] = (offset if np.isfinite(offset) else 0.0) + period * index
+        end = time[rows][0]
+    return time if latest or not len(time) else time - time[0] + period * indexed.index[0]
 
 
 def _disagreement(x: np.ndarray, y: np.ndarray) -> float:

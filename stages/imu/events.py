@@ -157,7 +157,8 @@ def refine(time: np.ndarray, signals: np.ndarray, at: np.ndarray, hidden: np.nda
     if seen.sum() < 3:
         return at
     offset = np.arange(WINDOW_S[0], WINDOW_S[1], time[1] - time[0])
-    scale = np.nanstd(_windows(time, signals, at[seen, None] + offset), axis=(0, 1))
+    around = np.moveaxis(_windows(time, signals, at[seen, None] + offset), -1, 0)
+    scale = np.array([np.std(signal[np.isfinite(signal)]) if np.isfinite(signal).any() else 0.0 for signal in around])
     scaled = signals / np.where(scale > 0, scale, 1.0)
     for number in range(REFINEMENTS):
         template, variance = _mean_and_variance(_windows(time, scaled, at[seen, None] + offset))

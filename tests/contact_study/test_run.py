@@ -52,11 +52,10 @@ def test_tables_show_all_variations_and_the_best_sets(result):
 @pytest.mark.slow
 def test_ground_yaml_holds_the_choice_of_the_study(parameters, repository):
     """The whole study from the analytic gait: is the set that every stage uses still the one the criterion chooses?"""
-    from pipeline.parameters import load
-    from stages.analytic import parameters as analytic_parameters
+    from pipeline.study import locate
     from stages.analytic import run as analytic
 
-    own = load(repository / "params", [], {"a": analytic_parameters.Parameters}, [analytic_parameters.Parameters])["a"]
+    own = locate(start=repository).parameters(["analytic"])["analytic"]
     result = run(parameters, {"analytic": analytic.run(own, {})})
     assert same_set(parameters.contact, result.chosen.law), result.summary()
     assert result.chosen.hip_position.max() <= 3e-4 and result.chosen.hip_velocity.max() <= 5e-3

@@ -1,5 +1,7 @@
 """Clock repair: the lower envelope, its oracle, and what it does to late, lost, swapped and repeated packets."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -121,26 +123,49 @@ def test_a_late_packet_is_no_restart() -> None:
     assert number.tolist() == [10, 11, 13, 14, 12, 15, 16, 17]
 
 
-def test_time_goes_on_across_a_restart() -> None:
-    _, truth = make_run_cache[1]
-    sent = truth.sent[0]
+def restarted(sent: Transmitted, packets: int) -> Recording:
+    """The recording of a sensor that restarts after so many packets, without a pause."""
     recording = recording_of(sent)
-    half = recording.rows // 2 // 3 * 3
-    packet = np.r_[sent.packet[:half], sent.packet[half:] - sent.packet[half]].astype(float)
-    columns = (recording.device_stamp, recording.phone_stamp, recording.server_stamp)
-    again = Recording(
-        recording.experiment,
-        recording.device,
-        packet,
-        recording.position,
-        *columns,
-        recording.acceleration,
-        recording.angular_rate,
-    )
-    indexed = index_samples(again)
+    late = sent.packet >= sent.packet[0] + packets
+    packet = np.where(late, sent.packet - sent.packet[late].min(), sent.packet).astype(float)
+    return dataclasses.replace(recording, packet=packet)
+
+
+@pytest.mark.parametrize("seed", [1, 9])
+def test_time_goes_on_across_a_restart(seed: int) -> None:
+    _, truth = make_run_cache[seed]
+    sent = truth.sent[0]
+    half = int(sent.packet.max() - sent.packet.min()) // 2
+    indexed = index_samples(restarted(sent, half))
     assert indexed.resets == 1
-    error = repair_clock(indexed).time - truth.run.hip.sample_time
+    before = np.where(indexed.segment == 1, sent.packet[sent.packet >= sent.packet[0] + half].min(), 0)
+    sampled = dict(zip(zip(sent.packet, sent.position), truth.run.hip.sample_time))
+    keys = zip(indexed.recording.packet.astype(int) + before, indexed.recording.position.astype(int))
+    error = repair_clock(indexed).time - np.array([sampled[key] for key in keys])
     assert np.std(error) < 5e-3  # each half pays its own smallest delay
+
+
+@pytest.mark.parametrize("seed", [1, 9])
+def test_a_short_life_has_the_rate_of_the_others_and_begins_after_them(seed: int) -> None:
+    """Of ten packets some are stalled: an envelope of their own would have any rate and reach into the life before."""
+    sent = make_run_cache[seed][1].sent[0]
+    last = int(sent.packet.max() - sent.packet.min())
+    for packets in (*range(last - 14, last - 6), *range(4, 12)):
+        indexed = index_samples(restarted(sent, packets))
+        time = repair_clock(indexed).time
+        assert (np.diff(time) > 0).all()
+        same_life = np.diff(indexed.segment) == 0
+        assert np.ptp((np.diff(time) / np.diff(indexed.index))[same_life]) < 2e-6
+
+
+def test_lives_without_stamps_follow_each_other() -> None:
+    sent = make_run_cache[1][1].sent[0]
+    nothing = np.full(len(sent.packet), np.nan)
+    blind = dataclasses.replace(
+        restarted(sent, 100), device_stamp=nothing, phone_stamp=nothing.copy(), server_stamp=nothing.copy()
+    )
+    clock = repair_clock(index_samples(blind))
+    assert clock.stamp == "none" and clock.time[0] == 0.0 and (np.diff(clock.time) > 0).all()
 
 
 def test_without_a_counter_loss_is_not_guessed() -> None:

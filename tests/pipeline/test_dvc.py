@@ -29,13 +29,18 @@ def dvc(toy, shims, *arguments):
     return done.stdout
 
 
+def put_on_path(folder, code):
+    """The command `bipedstudy` in a folder, as an installation of the `code` would put it on the path."""
+    command = folder / "bipedstudy"
+    command.write_text(f'#!/bin/sh\nPYTHONPATH="{code}" exec "{sys.executable}" -m pipeline.cli "$@"\n')
+    command.chmod(0o755)
+    return command
+
+
 @pytest.fixture
 def shims(tmp_path_factory, repository):
-    """A folder with the command `bipedstudy` as an installation would put it on the path."""
     folder = tmp_path_factory.mktemp("bin")
-    command = folder / "bipedstudy"
-    command.write_text(f'#!/bin/sh\nPYTHONPATH="{repository}" exec "{sys.executable}" -m pipeline.cli "$@"\n')
-    command.chmod(0o755)
+    put_on_path(folder, repository)
     return folder
 
 
@@ -73,8 +78,7 @@ def test_the_whole_study_by_either_way(repository, tmp_path, shims):
             shutil.copytree(repository / name, root / name)
     for name in ("dvc.yaml", ".dvcignore"):
         shutil.copyfile(repository / name, root / name)
-    command = shims / "bipedstudy"
-    command.write_text(command.read_text().replace(str(repository), str(root)))
+    command = put_on_path(shims, root)
     subprocess.run([command, "run-all"], cwd=root, check=True, capture_output=True)
     right = Toy(root, "stages").results()
     for name in right:
