@@ -135,7 +135,7 @@ def _refusals(
         found.append(f"rate of {clock.rate_hz:.4g} Hz is not the nominal {device.rate_hz:g} Hz")
     if clock.disagreement > settings.clock_tolerance_s:
         found.append(f"the clock cannot be repaired: halves disagree by {clock.disagreement * 1e3:.2g} ms")
-    share = missing_share(indexed)
+    share = missing_share(trace)
     if share > settings.loss_tolerance:
         found.append(f"{share:.0%} of the samples are lost")
     return found
@@ -147,11 +147,18 @@ def batch_sizes(indexed: IndexedRecording) -> np.ndarray:
     return np.unique(packet, axis=0, return_counts=True)[1]
 
 
-def missing_share(indexed: IndexedRecording) -> float:
-    """Share of the samples between first and last that are missing; 0 where that cannot be observed."""
-    lives = [indexed.index[indexed.segment == life] for life in np.unique(indexed.segment)]
-    expected = sum(int(np.ptp(index)) + 1 for index in lives)
-    return 1 - len(indexed.index) / expected if expected else 0.0
+def missing_share(trace: SensorTrace) -> float:
+    """Share of the samples between first and last that are missing, also while a sensor restarted.
+
+    Where no loss can be observed it is 0.
+    """
+    index, segment = trace.indexed.index, trace.indexed.segment
+    if not len(index):
+        return 0.0
+    restart = np.diff(segment) != 0
+    pauses = np.diff(trace.time)[restart] * trace.rate_hz - 1
+    absent = float((np.diff(index) - 1)[~restart].sum() + pauses.sum())
+    return absent / (len(index) + absent)
 
 
 def static_reading(trace: SensorTrace) -> float:

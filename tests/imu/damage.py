@@ -33,12 +33,16 @@ def binary(content: bytes, rng: np.random.Generator) -> bytes:
     return rng.bytes(int(rng.integers(0, 5000)))
 
 
-def edited(content: bytes, *statements: tuple[str, tuple[object, ...]]) -> bytes:
-    """The database after SQL statements."""
+def edited(
+    content: bytes, *statements: tuple[str, tuple[object, ...]], rng: np.random.Generator | None = None
+) -> bytes:
+    """The database after SQL statements, in which random() draws from `rng`."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "edited.sqlite"
         path.write_bytes(content)
         connection = sqlite3.connect(path)
+        if rng is not None:
+            connection.create_function("random", 0, lambda: int(rng.integers(2**32)))
         for sql, values in statements:
             connection.execute(sql, values)
         connection.commit()
@@ -51,7 +55,7 @@ def strange_cells(content: bytes, rng: np.random.Generator) -> bytes:
     column = VALUES[rng.integers(len(VALUES))]
     share = int(rng.choice([1, 10, 100, 1000]))
     value = strange[rng.integers(len(strange))]
-    return edited(content, (f"UPDATE sample SET {column} = ? WHERE abs(random()) % 1000 < ?", (value, share)))
+    return edited(content, (f"UPDATE sample SET {column} = ? WHERE random() % 1000 < ?", (value, share)), rng=rng)
 
 
 def strange_device(content: bytes, rng: np.random.Generator) -> bytes:
@@ -69,18 +73,20 @@ def shuffled(content: bytes, rng: np.random.Generator) -> bytes:
         ("UPDATE other SET sample_id = NULL", ()),
         ("DELETE FROM sample", ()),
         ("INSERT INTO sample SELECT * FROM other", ()),
+        rng=rng,
     )
 
 
 def thinned(content: bytes, rng: np.random.Generator) -> bytes:
-    return edited(content, ("DELETE FROM sample WHERE abs(random()) % 100 < ?", (int(rng.integers(1, 101)),)))
+    return edited(content, ("DELETE FROM sample WHERE random() % 100 < ?", (int(rng.integers(1, 101)),)), rng=rng)
 
 
 def repeated(content: bytes, rng: np.random.Generator) -> bytes:
     columns = ", ".join(("experiment_id", "device_id", *VALUES))
     return edited(
         content,
-        (f"INSERT INTO sample ({columns}) SELECT {columns} FROM sample WHERE abs(random()) % 100 < ?", (10,)),
+        (f"INSERT INTO sample ({columns}) SELECT {columns} FROM sample WHERE random() % 100 < ?", (10,)),
+        rng=rng,
     )
 
 

@@ -9,7 +9,7 @@ import pytest
 from stages.imu.parameters import Parameters
 from stages.imu.refusal import SourceRefused
 from stages.imu.run import run
-from tests.imu.damage import HARMFUL, NEVER_ACCEPTED
+from tests.imu.damage import HARMFUL, NEVER_ACCEPTED, edited
 from tests.imu.stand_in import SETTINGS, make_database, make_run
 
 
@@ -61,6 +61,12 @@ def test_two_thousand_damaged_logs(sound: bytes, tmp_path: Path) -> None:
 def test_wrong_units_and_swapped_sensors_are_refused(damage, seed: int, sound: bytes, tmp_path: Path) -> None:
     said = ingest(damage(sound, np.random.default_rng(seed)), tmp_path)
     assert said.startswith("refused")
+
+
+def test_a_row_from_another_year_costs_its_sensor_only(sound: bytes, tmp_path: Path) -> None:
+    """With a number of its own it reads as a life of the sensor before a restart; all time between would be lost."""
+    stale = "UPDATE sample SET packet = 60000, phone_stamp = 5, server_stamp = 5 WHERE sample_id = 10"
+    assert ingest(edited(sound, (stale, ())), tmp_path).startswith("1 synthetic run,")
 
 
 def test_the_sound_log_is_accepted(sound: bytes, tmp_path: Path) -> None:
