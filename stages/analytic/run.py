@@ -12,7 +12,6 @@ from stages.analytic.flow import RIGID, SINGLE_STANCE
 from stages.analytic.gait_report import report_gait
 from stages.analytic.gait_search import find_gait
 from stages.analytic.parameters import Parameters
-from stages.analytic.readable import refine
 from stages.analytic.recording import constraint_drift, crossing_state, record
 from stages.analytic.result import Result
 from stages.analytic.sampling import sample_walk
@@ -30,6 +29,8 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
     friction = parameters.limited_friction
     walker, point = find_gait(parameters.biped, parameters.slope, tolerance, friction)
     if parameters.settings.integrator == "scipy":
+        from stages.analytic.readable import refine  # its SymPy takes longer to load than the whole compiled search
+
         point = refine(walker, point.z, tolerance)
     progress(0.6, "recording the walk")
     report = report_gait(walker, point, tolerance)

@@ -60,7 +60,7 @@ class Cycles:
         """The penalty model's cycle, searched from the last one found. Raises NotWalked."""
         p, settings = self.parameters, self.parameters.settings
         solver = Settings.of_one_step(tolerance, settings.largest_step)
-        machine = build(p.biped, p.slope, law, solver)
+        machine = build(p.biped, p.slope, law, solver, signals=())
         force = self.coulomb.standing_force
         start = rolling_state(p.biped, law, self.coulomb.mid_stance, force)
         trajectories: list[Trajectory] = []

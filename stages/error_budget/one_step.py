@@ -14,7 +14,7 @@ from stages.ground.contact_law import ContactLaw
 from stages.multibody.events import find_events
 from stages.multibody.parameters import Settings
 from stages.multibody.state import rolling_state
-from stages.multibody.walk import simulate
+from stages.multibody.walk import build, simulate
 
 
 class OneStep:
@@ -39,7 +39,8 @@ class OneStep:
         p = self.parameters
         start = rolling_state(p.biped, law, self.constraint.mid_stance, self.constraint.standing_force)
         settings = Settings.of_one_step(tolerance, p.settings.largest_step)
-        run = simulate(p.biped, p.slope, law, start, settings, duration=float(self.time[-1]))
+        machine = build(p.biped, p.slope, law, settings, signals=())
+        run = simulate(p.biped, p.slope, law, start, settings, duration=float(self.time[-1]), assembly=machine)
         strikes = find_events(run.trajectory, p.biped.foot_radius).heel_strike_time
         if not run.completed or not len(strikes):
             raise NotWalked(f"over one step: {run.message or run.outcome}")

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from stages.biped.quantity import quantity
 
@@ -117,5 +117,5 @@ def frequency_difference(measured: np.ndarray, simulated: float, confidence: flo
     difference = float(np.mean(runs) - simulated) if len(runs) else math.nan
     if len(runs) < 2:
         return FrequencyDifference(difference, math.nan, math.nan, confidence)
-    reach = float(student.ppf(0.5 + confidence / 2, len(runs) - 1) * np.std(runs, ddof=1) / math.sqrt(len(runs)))
+    reach = float(stdtrit(len(runs) - 1, 0.5 + confidence / 2) * np.std(runs, ddof=1) / math.sqrt(len(runs)))
     return FrequencyDifference(difference, difference - reach, difference + reach, confidence)
