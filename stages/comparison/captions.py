@@ -114,7 +114,7 @@ def _figure_08(known: Compared) -> str:
 def _figure_10(known: Compared) -> str:
     twin = known.inputs["twin"]
     steps = twin.settling.steps_to_settle
-    when = f"settles after {steps} step{'s' * (steps != 1)}" if steps >= 0 else "does not settle"
+    when = f"settles after step {steps}" if steps >= 0 else "does not settle"
     return (
         f"Four feet, paired legs, bodies with inertia from an assumed bill of parts. From the simple model's gait the "
         f"twin {when} and walks at {twin.settling.step_frequency_hz:.4f} Hz."

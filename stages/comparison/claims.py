@@ -255,7 +255,7 @@ def twin_settles(twin: TwinAgreement) -> Claim:
     return Claim(
         "twin_settles",
         "from the simple model's fixed point the twin reaches a stable gait after a few steps (section 5.2)",
-        f"period and length of a step within 1 % after {twin.steps_to_settle} steps, then {twin.step_frequency:.4f} Hz"
+        f"period and length of a step within 1 % after step {twin.steps_to_settle}, then {twin.step_frequency:.4f} Hz"
         if settled
         else "period and length of a step do not settle in the steps walked",
         settled,

@@ -68,7 +68,7 @@ class Result:
         if self.outcome != "completed":
             return f"{self.outcome} after {self.steps} steps: {self.reason}"
         gait = self.settling
-        when = f"settled after {gait.steps_to_settle} steps" if gait.steps_to_settle >= 0 else "not settled"
+        when = f"settled after step {gait.steps_to_settle}" if gait.steps_to_settle >= 0 else "not settled"
         return (
             f"{self.steps} steps, {when}: {gait.step_frequency_hz:.3f} Hz, step {1e3 * gait.step_length_m:.1f} mm, "
             f"energy closed to {self.energy.relative_residual:.0e}"
