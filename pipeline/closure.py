@@ -8,7 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline import durable
-from pipeline.syntax import SyntaxMemo
+from pipeline.syntax import Meaning, SyntaxMemo
+
+#: What was read of modules: file and meaning, or None for a name that is no module.
+Known = dict[str, "tuple[str, Meaning] | None"]
 
 _DATA = (".csv", ".html", ".json", ".mplstyle", ".sql", ".txt")
 
@@ -22,31 +25,42 @@ class Closure:
 
 
 class Sources:
-    """The package of stages under `code_root`; reads every file afresh each time a closure is asked for."""
+    """The package of stages under `code_root`; reads every file afresh each time a closure is asked for.
+
+    Between `hold` and `release` a file is read once: closures that are asked for in one moment share what they read.
+    """
 
     def __init__(self, code_root: Path, package: str, memo: SyntaxMemo) -> None:
         self.code_root, self.package, self.memo = code_root, package, memo
+        self._held: Known | None = None
+
+    def hold(self) -> None:
+        """A new moment: read every file once from now on."""
+        self._held = {}
+
+    def release(self) -> None:
+        """Read every file afresh again."""
+        self._held = None
 
     def closure(self, modules: Iterable[str]) -> Closure:
         """Everything `modules` import, at any depth and also inside functions, with the packages around them.
 
         Files beside them that are not Python (style sheets, templates, tables) belong to it as well.
         """
+        known: Known = {} if self._held is None else self._held
         files: dict[str, str] = {}
         foreign: set[str] = set()
         seen: set[str] = set()
-        packages: dict[str, bool] = {}
         waiting = [name for module in modules for name in _with_parents(module)]
         while waiting:
             module = waiting.pop()
             if module in seen:
                 continue
             seen.add(module)
-            file = self.file(module)
-            if file is None:
+            found = self._read(module, known)
+            if found is None:
                 continue
-            content = durable.read(self.code_root / file) or b""
-            meaning = self.memo.meaning(content)
+            file, meaning = found
             files[file] = meaning.tree
             for level, name, names in meaning.imports:
                 target = _absolute(module, _is_package(file), level, name)
@@ -54,9 +68,8 @@ class Sources:
                     foreign.update({target.split(".")[0]} - {""})
                     continue
                 waiting.extend(_with_parents(target))
-                if target not in packages:
-                    packages[target] = _is_package(self.file(target) or "")
-                if packages[target]:  # in case the names are modules
+                beneath = self._read(target, known)
+                if beneath is not None and _is_package(beneath[0]):  # in case the names are modules
                     waiting.extend(f"{target}.{inner}" for inner in names)
         files.update(self._beside(files))
         return Closure(dict(sorted(files.items())), tuple(sorted(foreign)))
@@ -68,6 +81,15 @@ class Sources:
             if os.path.isfile(f"{self.code_root}/{file}"):  # noqa: PTH113 - a thousand times in every run
                 return file
         return None
+
+    def _read(self, module: str, known: Known) -> tuple[str, Meaning] | None:
+        """A module's file and what it means, or None where there is no such file."""
+        if module not in known:
+            file = self.file(module)
+            known[module] = (
+                None if file is None else (file, self.memo.meaning(durable.read(self.code_root / file) or b""))
+            )
+        return known[module]
 
     def _beside(self, files: dict[str, str]) -> Iterator[tuple[str, str]]:
         for folder in {(self.code_root / file).parent for file in files}:

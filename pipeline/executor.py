@@ -73,6 +73,7 @@ class _Run:
 
     def all(self, pending: list[str]) -> None:
         """Go through the graph: start what is ready, take in what has finished."""
+        self.study.sources.hold()
         while pending or self.running:
             ready = [name for name in pending if self._is_ready(name)]
             if ready and len(self.running) < self.jobs:
@@ -80,6 +81,7 @@ class _Run:
                 self._guarded(ready[0], self._begin)
             elif self.running:
                 self._take_event()
+                self.study.sources.hold()  # code may have been edited meanwhile
             else:
                 return  # what is left waits for a stage that failed
 
@@ -88,6 +90,7 @@ class _Run:
         for worker, _, _ in self.running.values():
             worker.end()
             shutil.rmtree(worker.log.parent, ignore_errors=True)
+        self.study.sources.release()
         self.study.sources.memo.save()
         self.display.close()
 

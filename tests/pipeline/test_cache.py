@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 
+from pipeline.closure import Sources
+from pipeline.syntax import SyntaxMemo
+
 ALL = {"fall", "bounce", "side", "picture"}
 
 
@@ -88,6 +91,27 @@ def test_code_that_gives_the_same_result_does_not_rerun_what_follows(done):
         "PACKAGE/fall/run.py", "t = np.linspace(0, 1, settings.steps)", "t = np.linspace(0, 1, num=settings.steps)"
     )
     assert how(done.run()) == {"fall"}
+
+
+def test_sources_are_read_once_in_a_moment_and_afresh_in_the_next(tmp_path):
+    (tmp_path / "package").mkdir()
+    code = tmp_path / "package" / "one.py"
+    code.write_text("x = 1")
+    sources = Sources(tmp_path, "package", SyntaxMemo(None))
+
+    def meaning():
+        return sources.closure(["package.one"]).files["package/one.py"]
+
+    sources.hold()
+    before = meaning()
+    code.write_text("x = 2")
+    assert meaning() == before
+    sources.hold()
+    after = meaning()
+    assert after != before
+    sources.release()
+    code.write_text("x = 1")
+    assert meaning() == before
 
 
 def test_a_style_sheet_beside_the_code_counts_as_code(done):
