@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -27,20 +28,21 @@ class Closure:
 class Sources:
     """The package of stages under `code_root`; reads every file afresh each time a closure is asked for.
 
-    Between `hold` and `release` a file is read once: closures that are asked for in one moment share what they read.
+    Within `one_moment` a file is read once: closures that are asked for at the same time share what they read.
     """
 
     def __init__(self, code_root: Path, package: str, memo: SyntaxMemo) -> None:
         self.code_root, self.package, self.memo = code_root, package, memo
         self._held: Known | None = None
 
-    def hold(self) -> None:
-        """A new moment: read every file once from now on."""
+    @contextlib.contextmanager
+    def one_moment(self) -> Iterator[None]:
+        """Read every file once until the end of this context."""
         self._held = {}
-
-    def release(self) -> None:
-        """Read every file afresh again."""
-        self._held = None
+        try:
+            yield
+        finally:
+            self._held = None
 
     def closure(self, modules: Iterable[str]) -> Closure:
         """Everything `modules` import, at any depth and also inside functions, with the packages around them.

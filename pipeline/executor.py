@@ -73,24 +73,27 @@ class _Run:
 
     def all(self, pending: list[str]) -> None:
         """Go through the graph: start what is ready, take in what has finished."""
-        self.study.sources.hold()
-        while pending or self.running:
-            ready = [name for name in pending if self._is_ready(name)]
-            if ready and len(self.running) < self.jobs:
-                pending.remove(ready[0])
-                self._guarded(ready[0], self._begin)
-            elif self.running:
-                self._take_event()
-                self.study.sources.hold()  # code may have been edited meanwhile
-            else:
-                return  # what is left waits for a stage that failed
+        self._begin_ready(pending)
+        while self.running:
+            self._take_event()
+            self._begin_ready(pending)
+        # what is left waits for a stage that failed
+
+    def _begin_ready(self, pending: list[str]) -> None:
+        """Begin with every stage that waits for nothing; what is current makes more of them ready."""
+        with self.study.sources.one_moment():  # ends here: code may be edited while stages run
+            while len(self.running) < self.jobs:
+                name = next(filter(self._is_ready, pending), None)
+                if name is None:
+                    return
+                pending.remove(name)
+                self._guarded(name, self._begin)
 
     def close(self) -> None:
         """End what still runs and forget its unfinished files."""
         for worker, _, _ in self.running.values():
             worker.end()
             shutil.rmtree(worker.log.parent, ignore_errors=True)
-        self.study.sources.release()
         self.study.sources.memo.save()
         self.display.close()
 

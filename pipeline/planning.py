@@ -34,7 +34,7 @@ class Assessment:
 
 
 class Planner:
-    """Assesses stages against the parameters given to it; code and inputs are read afresh each time."""
+    """Assesses stages against the parameters given to it; code and inputs are read afresh for each run or survey."""
 
     def __init__(self, study: Study, values: Mapping[str, Any]) -> None:
         self.study, self.values = study, values
@@ -65,14 +65,15 @@ class Planner:
         """State of all `names` (in order, with everything upstream) without running anything."""
         entries: dict[str, Entry] = {}
         found = []
-        for name in names:
-            waits_for = [above for above in self.study.graph.upstream(name) if above not in entries]
-            if waits_for:
-                reasons = tuple(f"input {above} will be computed first" for above in waits_for)
-                found.append(Assessment(name, State.WAITING, reasons))
-                continue
-            found.append(self.assess(name, entries))
-            entry = found[-1].entry
-            if entry is not None:
-                entries[name] = entry
+        with self.study.sources.one_moment():
+            for name in names:
+                waits_for = [above for above in self.study.graph.upstream(name) if above not in entries]
+                if waits_for:
+                    reasons = tuple(f"input {above} will be computed first" for above in waits_for)
+                    found.append(Assessment(name, State.WAITING, reasons))
+                    continue
+                found.append(self.assess(name, entries))
+                entry = found[-1].entry
+                if entry is not None:
+                    entries[name] = entry
         return found

@@ -16,7 +16,6 @@ stamps do, so the smallest bound holds.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -110,23 +109,18 @@ def repair_clock(indexed: IndexedRecording) -> Clock:
     """
     recording, nominal = indexed.recording, indexed.recording.device.rate_hz
     name, stamp = arrival_stamp(recording)
-    by_count = segment_times(indexed, 1.0 / nominal, {})
     if name == "none" or len(np.unique(indexed.index)) < 2:
-        return Clock(by_count, "none", nominal, 0.0, np.nan, np.nan, np.nan)
+        return Clock(counted(indexed) / nominal, "none", nominal, 0.0, np.nan, np.nan, np.nan)
     arrival = packet_arrivals(indexed, stamp)
     longest = np.bincount(arrival[:, 0].astype(int)).argmax()
     x, y = arrival[arrival[:, 0] == longest, 1], arrival[arrival[:, 0] == longest, 2]
     if len(x) < 2:
-        return Clock(by_count, "none", nominal, 0.0, np.nan, np.nan, np.nan)
+        return Clock(counted(indexed) / nominal, "none", nominal, 0.0, np.nan, np.nan, np.nan)
     best = lower_envelope(x, y)
     rate = 1.0 / best.period if best.period > 0 else np.inf
     if not rate < FASTEST * nominal:
-        return Clock(by_count, name, rate, np.inf, float(np.std(y)), np.nan, np.nan)
-    latest = {
-        int(segment): float(np.min(arrival[arrival[:, 0] == segment] @ (0.0, -best.period, 1.0)))
-        for segment in np.unique(indexed.segment)
-    }
-    time = segment_times(indexed, best.period, latest)
+        return Clock(counted(indexed) / nominal, name, rate, np.inf, float(np.std(y)), np.nan, np.nan)
+    time = segment_times(indexed, arrival, best.period)
     if name == "device" and indexed.lost_packets is None:
         time = stamp.copy()
     return Clock(
@@ -152,20 +146,23 @@ def packet_arrivals(indexed: IndexedRecording, stamp: np.ndarray) -> np.ndarray:
     return np.column_stack((indexed.segment[last], end_of_batch, stamp[last]))
 
 
-def segment_times(indexed: IndexedRecording, period: float, latest: Mapping[int, float]) -> np.ndarray:
-    """Time of every sample (n,) [s]: one line a segment, each as late as it can be, and none into the next.
+def counted(indexed: IndexedRecording) -> np.ndarray:
+    """Sampling periods of every sample (n,) with no pause between segments: how long one was, only stamps tell."""
+    step = np.where(np.diff(indexed.segment) == 0, np.diff(indexed.index), 1)
+    return np.asarray(np.cumsum(np.append(indexed.index[:1], step)))
 
-    `latest` holds the largest offset [s] of segments that have one; without any, the first sample is at its index.
-    """
+
+def segment_times(indexed: IndexedRecording, arrival: np.ndarray, period: float) -> np.ndarray:
+    """Time of every sample (n,) [s]: one line a segment, below its rows of `arrival`, and none into the next."""
     time = np.empty(len(indexed.index))
     end = np.inf
     for segment in np.unique(indexed.segment)[::-1]:
-        rows = indexed.segment == segment
+        rows, points = indexed.segment == segment, arrival[arrival[:, 0] == segment]
         index = indexed.index[rows]
-        offset = min(latest.get(int(segment), np.inf), end - period * (index[-1] + 1))
-        time[rows] = (offset if np.isfinite(offset) else 0.0) + period * index
+        offset = min(np.min(points[:, 2] - period * points[:, 1]), end - period * (index[-1] + 1))
+        time[rows] = Line(float(offset), period).at(index)
         end = time[rows][0]
-    return time if latest or not len(time) else time - time[0] + period * indexed.index[0]
+    return time
 
 
 def _disagreement(x: np.ndarray, y: np.ndarray) -> float:

@@ -24,17 +24,19 @@ class Settling:
     step_period: np.ndarray = quantity("s", "duration of each step, shape (s - 1,)", symbol="T")
     step_length: np.ndarray = quantity("m", "advance of the hip in each step, shape (s - 1,)", symbol="s")
     steps_to_settle: int = quantity("1", "steps until period and length stay within 1% of the settled gait; -1: never")
-    period_s: float = quantity("s", "settled duration of a step", symbol="T")
-    step_frequency_hz: float = quantity("Hz", "settled steps per second", symbol="f")
-    step_length_m: float = quantity("m", "settled advance of the hip in a step", symbol="s")
-    speed_m_s: float = quantity("m/s", "settled mean speed", symbol="v")
-    double_stance_s: float = quantity("s", "settled time with both pairs on the ground in a step", symbol="t_DSP")
-    inner_outer_difference: float = quantity(
-        "1", "limp: settled duration of inner pair's less outer pair's stance step, over the mean"
+    period_s: float = quantity("s", "settled duration of a step", symbol="T", default=nan)
+    step_frequency_hz: float = quantity("Hz", "settled steps per second", symbol="f", default=nan)
+    step_length_m: float = quantity("m", "settled advance of the hip in a step", symbol="s", default=nan)
+    speed_m_s: float = quantity("m/s", "settled mean speed", symbol="v", default=nan)
+    double_stance_s: float = quantity(
+        "s", "settled time with both pairs on the ground in a step", symbol="t_DSP", default=nan
     )
-    largest_roll: float = quantity("rad", "largest roll in the settled steps")
-    yaw_change: float = quantity("rad", "change of yaw over the walk")
-    lateral_drift: float = quantity("m", "sideways drift of the hip over the walk")
+    inner_outer_difference: float = quantity(
+        "1", "limp: settled duration of inner pair's less outer pair's stance step, over the mean", default=nan
+    )
+    largest_roll: float = quantity("rad", "largest roll in the settled steps", default=nan)
+    yaw_change: float = quantity("rad", "change of yaw over the walk", default=nan)
+    lateral_drift: float = quantity("m", "sideways drift of the hip over the walk", default=nan)
 
 
 def settling(record: Record, walk: Walk) -> Settling:
@@ -42,12 +44,12 @@ def settling(record: Record, walk: Walk) -> Settling:
     strikes = walk.heel_strike_time
     if len(strikes) < 2:
         nothing = np.zeros(0)
-        return Settling(nothing, nothing, -1, nan, nan, nan, nan, nan, nan, nan, nan, nan)
+        return Settling(nothing, nothing, -1)
     position = record.at(strikes)[0]
     periods, lengths = np.diff(strikes), np.diff(position[:, 0])
     yaw, sideways = (float(record.position[-1, i] - record.position[0, i]) for i in (3, 2))
     if len(periods) < SETTLED_STEPS:
-        return Settling(periods, lengths, -1, nan, nan, nan, nan, nan, nan, nan, yaw, sideways)
+        return Settling(periods, lengths, -1, yaw_change=yaw, lateral_drift=sideways)
     period, length = float(periods[-SETTLED_STEPS:].mean()), float(lengths[-SETTLED_STEPS:].mean())
     settled = (abs(periods / period - 1.0) < SETTLED_WITHIN) & (abs(lengths / length - 1.0) < SETTLED_WITHIN)
     unsettled = np.flatnonzero(~settled)

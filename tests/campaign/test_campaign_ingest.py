@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import multiprocessing
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,6 +13,7 @@ import pytest
 from pipeline.parameters import load
 from stages.analytic.parameters import Parameters as AnalyticParameters
 from stages.analytic.run import run as run_analytic
+from stages.biped.processes import each_in_a_process
 from stages.campaign.database import database_bytes
 from stages.campaign.parameters import Parameters
 from stages.campaign.result import Result as Campaign
@@ -45,16 +44,12 @@ def every(repository: Path) -> dict[str, Any]:
 def walked(every: dict[str, Any]) -> dict[int, list[TwinRun]]:
     """The twin's walks of every seed; the radio does not change them."""
     state, force = first_state(run_analytic(every["analytic"], {}).walk)
-    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
-        return {
-            seed: list(
-                pool.map(
-                    partial(walk_twin, state=state, normal_force=force, parameters=seeded(every["campaign"], seed)),
-                    range(RUNS),
-                )
-            )
-            for seed in SEEDS
-        }
+    walks = {}
+    for seed in SEEDS:
+        one = partial(walk_twin, state=state, normal_force=force, parameters=seeded(every["campaign"], seed))
+        found = dict(each_in_a_process(one, range(RUNS)))
+        walks[seed] = [found[number] for number in range(RUNS)]
+    return walks
 
 
 @pytest.fixture(scope="module", params=["usual radio", "5 % lost, 10 % stalls"])

@@ -6,6 +6,7 @@ import dataclasses
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import interp1d
 
 from stages.biped.walk import SENSOR_SIGNALS, Walk
 from stages.comparison.measurement import MeasurementAgreement
@@ -47,6 +48,16 @@ def make_walk(period: float = 0.5, steps: int = 8, speed: float = 0.3, first_per
         toe_off_time=strikes + 0.02,
         toe_off_leg=1 - legs,
     )
+
+
+def resampled(walk: Walk, time: np.ndarray) -> Walk:
+    """The walk with its signals at other times, straight between its own."""
+    signals = {
+        field.name: interp1d(walk.time, getattr(walk, field.name), axis=0)(time)
+        for field in dataclasses.fields(walk)
+        if len(getattr(walk, field.name)) == len(walk.time)
+    }
+    return dataclasses.replace(walk, **{**signals, "time": time})
 
 
 def scaled(value: Any, factor: float) -> Any:

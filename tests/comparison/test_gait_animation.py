@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 
 import numpy as np
 import pytest
-from made_up import make_walk
+from made_up import make_walk, resampled
 
 from stages.comparison.figures import gait_animation as animation
 
@@ -41,18 +40,8 @@ def test_the_scale_of_forces_does_not_follow_the_samples(walks):
     """Half of this walk's samples lie in half a millisecond of impact, as in walks sampled densely around one."""
     walk = walks[0]
     time = np.sort(np.concatenate([walk.time, np.linspace(0.3501, 0.3506, len(walk.time))]))
-
-    def at_all_times(signal):
-        columns = signal.reshape(len(walk.time), -1).T
-        rows = np.column_stack([np.interp(time, walk.time, column) for column in columns])
-        return rows.reshape(-1, *signal.shape[1:])
-
-    force = at_all_times(walk.ground_reaction)
-    force[(time > 0.35) & (time < 0.351), 0, 1] = 700.0
-    names = ("hip_position", "leg_angle", "leg_length")
-    dense = dataclasses.replace(
-        walk, time=time, ground_reaction=force, **{name: at_all_times(getattr(walk, name)) for name in names}
-    )
+    dense = resampled(walk, time)
+    dense.ground_reaction[(time > 0.35) & (time < 0.351), 0, 1] = 700.0
     assert animation.content(animation.sources(dense, *walks[1:]), 0.083, 0.0)["limit"] == 15.0
 
 

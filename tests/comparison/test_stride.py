@@ -4,8 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from made_up import make_walk
-from scipy.interpolate import interp1d
+from made_up import make_walk, resampled
 from scipy.signal import butter, freqs
 
 from stages.comparison.stride import Stride, last_stride, normalised_rms, through_low_pass
@@ -28,15 +27,8 @@ def test_a_spike_between_two_phases_keeps_its_impulse(place):
     middle = walk.heel_strike_time[4] + 0.25 + 0.01 * place
     time = np.union1d(walk.time, middle + np.array([-4e-6, 0.0, 4e-6]))
     spike = np.interp(time, middle + np.array([-4e-6, 0.0, 4e-6]), [0.0, 50.0, 0.0])
-    columns = {
-        field.name: interp1d(walk.time, getattr(walk, field.name), axis=0)(time)
-        for field in dataclasses.fields(walk)
-        if len(getattr(walk, field.name)) == len(walk.time)
-    }
-    forces = columns.pop("hip_specific_force") * 0.0
-    forces[:, 0] = spike
-    columns["time"] = time
-    stride = last_stride(dataclasses.replace(walk, hip_specific_force=forces, **columns), points)
+    forces = np.column_stack([spike, np.zeros(len(time))])
+    stride = last_stride(dataclasses.replace(resampled(walk, time), hip_specific_force=forces), points)
     assert stride.signals[:, 0].sum() * stride.period / (points - 1) == pytest.approx(50.0 * 4e-6, rel=1e-6)
     assert stride.peaks[0] == pytest.approx(50.0)
 

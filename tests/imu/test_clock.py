@@ -25,14 +25,18 @@ def recording_of(sent: Transmitted, rows: np.ndarray | None = None) -> Recording
 make_run_cache = [make_run(seed, RADIO if seed < 8 else ROUGH_RADIO) for seed in range(16)]
 
 
-def clock_error(seed: int, rows: np.ndarray | None = None) -> np.ndarray:
+def true_times(seed: int, recording: Recording, before: np.ndarray | int = 0) -> np.ndarray:
+    """When the rows of a recording were sampled (n,); `before` is what a restart took off their packet numbers."""
     _, truth = make_run_cache[seed]
     sent = truth.sent[0]
-    indexed = index_samples(recording_of(sent, rows))
     sampled = dict(zip(zip(sent.packet, sent.position), truth.run.hip.sample_time))
-    kept = indexed.recording
-    true = np.array([sampled[key] for key in zip(kept.packet.astype(int), kept.position.astype(int))])
-    error = repair_clock(indexed).time - true
+    keys = zip(recording.packet.astype(int) + before, recording.position.astype(int))
+    return np.array([sampled[key] for key in keys])
+
+
+def clock_error(seed: int, rows: np.ndarray | None = None) -> np.ndarray:
+    indexed = index_samples(recording_of(make_run_cache[seed][1].sent[0], rows))
+    error = repair_clock(indexed).time - true_times(seed, indexed.recording)
     return error - error.mean()
 
 
@@ -133,15 +137,12 @@ def restarted(sent: Transmitted, packets: int) -> Recording:
 
 @pytest.mark.parametrize("seed", [1, 9])
 def test_time_goes_on_across_a_restart(seed: int) -> None:
-    _, truth = make_run_cache[seed]
-    sent = truth.sent[0]
+    sent = make_run_cache[seed][1].sent[0]
     half = int(sent.packet.max() - sent.packet.min()) // 2
     indexed = index_samples(restarted(sent, half))
     assert indexed.resets == 1
     before = np.where(indexed.segment == 1, sent.packet[sent.packet >= sent.packet[0] + half].min(), 0)
-    sampled = dict(zip(zip(sent.packet, sent.position), truth.run.hip.sample_time))
-    keys = zip(indexed.recording.packet.astype(int) + before, indexed.recording.position.astype(int))
-    error = repair_clock(indexed).time - np.array([sampled[key] for key in keys])
+    error = repair_clock(indexed).time - true_times(seed, indexed.recording, before)
     assert np.std(error) < 5e-3  # each half pays its own smallest delay
 
 
@@ -162,7 +163,7 @@ def test_lives_without_stamps_follow_each_other() -> None:
     sent = make_run_cache[1][1].sent[0]
     nothing = np.full(len(sent.packet), np.nan)
     blind = dataclasses.replace(
-        restarted(sent, 100), device_stamp=nothing, phone_stamp=nothing.copy(), server_stamp=nothing.copy()
+        restarted(sent, 100), device_stamp=nothing, phone_stamp=nothing, server_stamp=nothing
     )
     clock = repair_clock(index_samples(blind))
     assert clock.stamp == "none" and clock.time[0] == 0.0 and (np.diff(clock.time) > 0).all()
@@ -172,15 +173,5 @@ def test_without_a_counter_loss_is_not_guessed() -> None:
     sent = make_run_cache[0][1].sent[0]
     recording = recording_of(sent)
     unknown = np.full(recording.rows, np.nan)
-    blind = Recording(
-        recording.experiment,
-        recording.device,
-        unknown,
-        unknown,
-        recording.device_stamp,
-        recording.phone_stamp,
-        recording.server_stamp,
-        recording.acceleration,
-        recording.angular_rate,
-    )
+    blind = dataclasses.replace(recording, packet=unknown, position=unknown)
     assert index_samples(blind).lost_packets is None

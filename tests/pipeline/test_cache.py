@@ -102,14 +102,13 @@ def test_sources_are_read_once_in_a_moment_and_afresh_in_the_next(tmp_path):
     def meaning():
         return sources.closure(["package.one"]).files["package/one.py"]
 
-    sources.hold()
-    before = meaning()
-    code.write_text("x = 2")
-    assert meaning() == before
-    sources.hold()
-    after = meaning()
-    assert after != before
-    sources.release()
+    with sources.one_moment():
+        before = meaning()
+        code.write_text("x = 2")
+        assert meaning() == before
+    with sources.one_moment():
+        after = meaning()
+        assert after != before
     code.write_text("x = 1")
     assert meaning() == before
 
