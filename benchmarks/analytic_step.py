@@ -4,7 +4,7 @@
 
 All start from the same point of the gait. Errors are against the compiled path at tolerance 1e-14. Time is processor
 time, the best of several runs, so that other work on the machine disturbs it least. SciPy's rows are its DOP853 on a
-lambdified right-hand side: a whole step with events (stages/analytic/readable.py), and the single stance alone.
+lambdified right-hand side: a whole step with events (`readable.py`), and the single stance alone.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from stages.analytic.flow import DOUBLE_STANCE, SINGLE_STANCE
-from stages.analytic.gait_search import find_gait
-from stages.analytic.phase import integrate
-from stages.analytic.poincare import poincare_derivative, poincare_map
-from stages.analytic.readable import take_step
-from stages.analytic.step import NO_NODES, section_state
-from stages.analytic.walker import Walker
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.gait.poincare import poincare_derivative, poincare_map
+from stages.analytic.integration.phase import integrate
+from stages.analytic.integration.readable import take_step
+from stages.analytic.integration.step import NO_NODES, section_state
+from stages.analytic.model.walker import Walker
+from stages.analytic.phases.flow import DOUBLE_STANCE, SINGLE_STANCE
 from stages.biped.design import Biped
 from stages.ground.slope import Slope
 
@@ -46,8 +46,8 @@ def heyoka_single_stance(walker: Walker, y: np.ndarray, duration: float, toleran
     import heyoka as hy
     import sympy as sp
 
-    from stages.analytic import derivation as d
-    from stages.analytic.generate import compact
+    from stages.analytic.model import derivation as d
+    from stages.analytic.model.generate import compact
 
     equations = d.derive("compliant")
     numbers = dict(zip(d.PARAMETERS, walker.p, strict=True))
@@ -80,7 +80,7 @@ def scipy_single_stance(walker: Walker, y: np.ndarray, duration: float, toleranc
     import sympy as sp
     from scipy.integrate import solve_ivp
 
-    from stages.analytic import derivation as d
+    from stages.analytic.model import derivation as d
 
     equations = d.derive("compliant")
     numbers = dict(zip(d.PARAMETERS, walker.p, strict=True))

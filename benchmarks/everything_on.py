@@ -24,9 +24,9 @@ from typing import Any
 
 import numpy as np
 
-from pipeline import artefact
+from pipeline.cache import artefact
 from pipeline.study import Study
-from stages.multibody.signals import SIGNALS as PLANAR_SIGNALS
+from stages.multibody.assembly.signals import SIGNALS as PLANAR_SIGNALS
 from stages.twin.parameters import SIGNALS as SPATIAL_SIGNALS
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -17,9 +17,10 @@ from pathlib import Path
 from typing import Any
 
 from pipeline import envelope as warned
-from pipeline import parameters
-from pipeline.artefact import load
-from stages.comparison.figures import extremes, style
+from pipeline.cache.artefact import load
+from pipeline.parameters import loading
+from stages.comparison.figures import extremes
+from stages.drawing import style
 from stages.extremes.engines import COULOMB, GAIT, JOINTS, MARCH, TOGETHER, TREE, TWIN, USUAL
 from stages.extremes.envelope import REACH, place_of
 from stages.extremes.parameters import Parameters
@@ -73,7 +74,7 @@ def markdown(table: Table) -> str:
 
 def envelope(result: Result) -> dict[str, Any]:
     """The table that warnings read: every engine's points, but for those that the check of parameters refuses."""
-    usual = parameters.load(ROOT / "params", ["extremes.resolution=full"], {"extremes": Parameters}, [Parameters])
+    usual = loading.load(ROOT / "params", ["extremes.resolution=full"], {"extremes": Parameters}, [Parameters])
     own: Parameters = usual["extremes"]
     penalty = [(f"{file}.tolerance", own.settings.penalty_tolerance) for file in ("multibody", "twin")]
     engines: dict[str, list[dict[str, Any]]] = {}

@@ -14,13 +14,13 @@ import time
 
 import numpy as np
 
-from pipeline.parameters import load
+from pipeline.parameters.loading import load
 from pipeline.study import locate
 from stages.biped.gait import StanceState
+from stages.multibody.assembly.solver import Run
+from stages.multibody.assembly.state import rolling_state
 from stages.multibody.parameters import Parameters, Settings
-from stages.multibody.solver import Run
-from stages.multibody.state import rolling_state
-from stages.multibody.walk import build, simulate
+from stages.multibody.walking.walk import build, simulate
 
 DURATION = 1.0
 #: Close to the gait's mid-stance, so that two steps are walked; the numbers are no result of the study.

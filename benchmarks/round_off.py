@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from stages.analytic.gait_search import find_gait
-from stages.analytic.poincare import FixedPoint
-from stages.analytic.readable import terms
-from stages.analytic.step import section_state
-from stages.analytic.walker import Walker
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.gait.poincare import FixedPoint
+from stages.analytic.integration.readable import terms
+from stages.analytic.integration.step import section_state
+from stages.analytic.model.walker import Walker
 from stages.biped.design import Biped
 from stages.ground.slope import Slope
 

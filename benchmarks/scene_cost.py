@@ -20,19 +20,19 @@ from typing import Any
 import numpy as np
 
 from benchmarks.everything_on import MARK
-from pipeline.parameters import load
+from pipeline.parameters.loading import load
 from stages.biped.gait import StanceState
 from stages.extremes.parameters import Parameters
 from stages.extremes.penalty_points import mid_stance
 from stages.ground.blocks import lanes
-from stages.multibody.inventory import Inventory, take_inventory
-from stages.multibody.signals import GROUND_REACTION, IMU, SIGNALS
-from stages.multibody.state import rolling_state
-from stages.multibody.walk import build, sample, simulate
-from stages.twin.events import find_events as find_spatial_events
-from stages.twin.machine import build as build_machine
-from stages.twin.simulate import rolling_start, simulate_twin
-from stages.twin.tree import SpatialTree
+from stages.multibody.assembly.inventory import Inventory, take_inventory
+from stages.multibody.assembly.signals import GROUND_REACTION, IMU, SIGNALS
+from stages.multibody.assembly.state import rolling_state
+from stages.multibody.walking.walk import build, sample, simulate
+from stages.twin.machine.machine import build as build_machine
+from stages.twin.machine.tree import SpatialTree
+from stages.twin.walking.events import find_events as find_spatial_events
+from stages.twin.walking.simulate import rolling_start, simulate_twin
 
 STEPS, REPEATS, BLOCK_SPACING = 2, 3, 0.1612
 #: Changes of time [s] and place [m] below this do not show in the table.

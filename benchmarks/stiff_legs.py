@@ -38,12 +38,12 @@ def measure(threshold: float) -> list[dict[str, float]]:
     import stages.analytic.compiled  # noqa: F401 (sets the cache folder, which is overruled here)
 
     numba.config.CACHE_DIR = os.environ["STIFF_LEGS_CACHE"]
-    from stages.analytic import stiffness
+    from stages.analytic.phases import stiffness
 
     stiffness.STIFF_RATE, stiffness.STIFF_DECAY = threshold, 0.0
-    from stages.analytic.poincare import poincare_map
-    from stages.analytic.search_starts import lengths_after_heel_strike
-    from stages.analytic.walker import build_walker
+    from stages.analytic.gait.poincare import poincare_map
+    from stages.analytic.gait.search_starts import lengths_after_heel_strike
+    from stages.analytic.model.walker import build_walker
     from stages.biped.design import Biped
     from stages.ground.slope import Slope
 
@@ -74,7 +74,7 @@ def in_own_process(threshold: str) -> list[dict[str, float]]:
 
 def main() -> None:
     """Print the table."""
-    from stages.analytic.stiffness import STIFF_DECAY, STIFF_RATE
+    from stages.analytic.phases.stiffness import STIFF_DECAY, STIFF_RATE
 
     print("   k [N/m]  b [N s/m]      rate     decay  explicit ms  implicit ms   ratio  period differs  taken")
     for explicit, implicit in zip(in_own_process("inf"), in_own_process("0"), strict=True):

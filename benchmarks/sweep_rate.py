@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from pipeline.display import Display
+from pipeline.execution.display import Display
 from pipeline.study import locate
 from pipeline.sweep import spec as specs
 from pipeline.sweep.progress import Silence, duration

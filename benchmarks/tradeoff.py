@@ -22,12 +22,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from pipeline import artefact
 from pipeline.accuracy import MARGIN
-from pipeline.parameters import load
-from stages.analytic.poincare import poincare_map
+from pipeline.cache import artefact
+from pipeline.parameters.loading import load
+from stages.analytic.gait.poincare import poincare_map
 from stages.analytic.result import Result as Analytic
-from stages.comparison.figures import style, tradeoff
+from stages.comparison.figures import tradeoff
+from stages.drawing import style
 from stages.tradeoff import constraint_ways
 from stages.tradeoff.parameters import Parameters
 from stages.tradeoff.plan import constraint_plans, penalty_plans, twin_plan

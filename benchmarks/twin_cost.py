@@ -17,18 +17,18 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.parameters import load
+from pipeline.parameters.loading import load
 from stages.biped.gait import StanceState
+from stages.multibody.assembly.state import rolling_state
 from stages.multibody.parameters import Parameters as PlanarParameters
-from stages.multibody.state import rolling_state
-from stages.multibody.walk import build as build_planar
-from stages.multibody.walk import simulate
-from stages.twin.connectors import ConnectorTree
-from stages.twin.contact import clearances, generalized_force
-from stages.twin.machine import build
+from stages.multibody.walking.walk import build as build_planar
+from stages.multibody.walking.walk import simulate
+from stages.twin.machine.connectors import ConnectorTree
+from stages.twin.machine.contact import clearances, generalized_force
+from stages.twin.machine.machine import build
+from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import Parameters
-from stages.twin.simulate import rolling_start, simulate_twin
-from stages.twin.tree import SpatialTree
+from stages.twin.walking.simulate import rolling_start, simulate_twin
 
 START = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)
 FORCE, STEPS, TOLERANCE, LARGEST = 9.4, 2, 1e-7, 2e-3

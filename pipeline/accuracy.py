@@ -21,8 +21,8 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.errors import StudyError, nearest
-from pipeline.parameter_value import shown
-from pipeline.yaml_text import Node
+from pipeline.parameters.value import shown
+from pipeline.parameters.yaml_text import Node
 
 TABLE = Path(__file__).with_name("accuracy_table.json")
 #: Parameter files whose settings an accuracy decides; each is its stage's name.

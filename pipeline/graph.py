@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from pipeline import yaml_text
 from pipeline.errors import StudyError, nearest
+from pipeline.parameters import yaml_text
 
 FILE_NAME = "dvc.yaml"
 _KEYS = ("cmd", "deps", "params", "outs")

@@ -13,9 +13,10 @@ from typing import Any
 
 import click
 
-from pipeline import durable, parameters
+from pipeline.cache import durable
 from pipeline.cli import cli
-from pipeline.parameter_value import allowed, declared
+from pipeline.parameters import loading
+from pipeline.parameters.value import allowed, declared
 from pipeline.study import Study, locate
 
 FILE = Path(__file__).resolve().parent.parent / "docs/reference.md"
@@ -78,7 +79,7 @@ def _parameters(study: Study) -> Iterator[str]:
         "By file of `params/`. Values and their sources stand in the files. *Read by*: the stages that a change makes"
         " stale.\n"
     )
-    for file, kinds in sorted(parameters.sections(known.values()).items()):
+    for file, kinds in sorted(loading.sections(known.values()).items()):
         yield f"### {file}.yaml\n"
         fields = {key: pair for kind in kinds for key, pair in declared(kind).items()}
         rows = [
@@ -120,7 +121,7 @@ def _row_class(kind: Any) -> type | None:
 
 def _readers(known: dict[str, type], file: str, key: str) -> Iterator[str]:
     for name, cls in known.items():
-        if any(key in declared(kind) for kind in parameters.sections([cls]).get(file, ())):
+        if any(key in declared(kind) for kind in loading.sections([cls]).get(file, ())):
             yield name
 
 

@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
 import os
-import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
-from pipeline import accuracy, durable, graph, parameters
+from pipeline import accuracy, graph
 from pipeline.accuracy import Choice
-from pipeline.closure import Sources
+from pipeline.cache import durable
+from pipeline.cache.closure import Sources
+from pipeline.cache.store import Store
+from pipeline.cache.syntax import SyntaxMemo
 from pipeline.errors import StudyError
 from pipeline.graph import Graph, Stage
-from pipeline.parameter_value import declared
-from pipeline.store import Store
-from pipeline.syntax import SyntaxMemo
+from pipeline.parameters import loading
+from pipeline.parameters.value import declared
+from pipeline.stage_modules import home_of, importable, stage_module
 
 
 @dataclass(frozen=True)
@@ -46,12 +47,7 @@ class Study:
     @cached_property
     def code_root(self) -> Path:
         """The folder that holds the package of stages: the study's own, or else the installed one."""
-        if (self.root / self.package).is_dir():
-            return self.root
-        spec = importlib.util.find_spec(self.package)
-        if spec is None or not spec.submodule_search_locations:
-            raise StudyError(f'{self.root}: there is no package "{self.package}" to take the stages from')
-        return Path(next(iter(spec.submodule_search_locations))).parent
+        return home_of(self.package, self.root)
 
     @cached_property
     def sources(self) -> Sources:
@@ -71,7 +67,7 @@ class Study:
         if problems:
             raise StudyError(problems)
         classes = [cls for cls in known.values() if cls is not None]
-        return parameters.load(self.params, self.settings, wanted, classes, shown(self.params), self.accuracy)
+        return loading.load(self.params, self.settings, wanted, classes, shown(self.params), self.accuracy)
 
     def choice(self, name: str, values: Any) -> Choice | None:
         """The solver settings chosen for a stage's own walk, or None where no accuracy is asked of it."""
@@ -83,7 +79,7 @@ class Study:
     def named_files(self, values: Any) -> dict[str, tuple[Path, str]]:
         """Files that a stage's parameters name: key -> (file, its SHA-256). Raises `StudyError` for a missing one."""
         found = {}
-        for key, (section, name) in parameters.files(values).items():
+        for key, (section, name) in loading.files(values).items():
             path = self.root / name
             content = durable.read(path)
             if content is None:
@@ -93,16 +89,24 @@ class Study:
 
     def parameters_class(self, stage: Stage) -> type | None:
         """The stage's `Parameters` class, or None if it has no such module."""
-        name = f"{self.package}.{stage.name}.parameters"
-        if self.sources.file(name) is None:
+        module = self.module(stage.name, "parameters")
+        if module is None:
             return None
-        if str(self.code_root) not in sys.path:
-            sys.path.insert(0, str(self.code_root))
-        try:
-            cls: type = importlib.import_module(name).Parameters
-        except (ImportError, AttributeError, SyntaxError, NameError, TypeError) as error:
-            raise StudyError(f"stage {stage.name}: {name} cannot be used: {error}") from None
+        if not hasattr(module, "Parameters"):
+            raise StudyError(f"stage {stage.name}: {module.__name__} has no class Parameters")
+        cls: type = module.Parameters
         return cls
+
+    def module(self, stage: str, name: str) -> ModuleType | None:
+        """The module `name` of a stage, or None if it has none. Raises `StudyError` if it cannot be imported."""
+        full = f"{self.package}.{stage}.{name}"
+        if self.sources.file(full) is None:
+            return None
+        importable(self.code_root)
+        try:
+            return stage_module(self.package, stage, name)
+        except (ImportError, AttributeError, SyntaxError, NameError, TypeError) as error:
+            raise StudyError(f"stage {stage}: {full} cannot be used: {error}") from None
 
 
 def locate(
@@ -136,7 +140,7 @@ def shown(path: Path) -> str:
 def _undeclared(stage: Stage, cls: type) -> list[str]:
     """dvc.yaml and the stage's parameter classes must agree, or a change of a parameter would go unseen."""
     read = {
-        file: [key for kind in kinds for key in declared(kind)] for file, kinds in parameters.sections([cls]).items()
+        file: [key for kind in kinds for key in declared(kind)] for file, kinds in loading.sections([cls]).items()
     }
     problems = []
     for file in {**read, **stage.parameters}:

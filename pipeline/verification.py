@@ -19,8 +19,8 @@ import click
 import numpy as np
 import yaml
 
-from pipeline import artefact, durable, lock
 from pipeline.accuracy import TABLE, Choice
+from pipeline.cache import artefact, durable, lock
 from pipeline.errors import StudyError
 from pipeline.study import Study, shown
 

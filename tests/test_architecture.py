@@ -9,10 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from pipeline import fingerprint, graph, yaml_text
-from pipeline.closure import Sources
+from pipeline import graph
+from pipeline.cache import fingerprint
+from pipeline.cache.closure import Sources
+from pipeline.cache.syntax import SyntaxMemo
+from pipeline.parameters import yaml_text
 from pipeline.study import Study
-from pipeline.syntax import SyntaxMemo
 
 ROOT = Path(__file__).resolve().parent.parent
 STAGES = graph.read(ROOT).stages

@@ -11,7 +11,7 @@ from typing import Any
 
 import click
 
-from pipeline import options
+from pipeline.commands import options
 from pipeline.errors import ANSWER, StudyError, is_answer
 from pipeline.study import Study, shown
 

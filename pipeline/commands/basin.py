@@ -9,8 +9,7 @@ from typing import Any
 
 import click
 
-from pipeline import options
-from pipeline.commands import answer
+from pipeline.commands import answer, options
 from pipeline.study import Study
 
 
@@ -34,7 +33,7 @@ def command(
 
     angles, rates = answer.interval(angle, "--angle"), answer.interval(rate, "--rate")
     values = study.parameters([answer.STAGE])[answer.STAGE]
-    search, basin = answer.module(study, "gait_search"), answer.module(study, "basin")
+    search, basin = answer.module(study, "gait.gait_search"), answer.module(study, "gait.basin")
     with answer.or_reason(study, "basin", as_json):
         walker, point = search.find_gait(values.biped, values.slope, values.settings.tolerance, values.limited_friction)
     first = -np.linspace(*angles, points)
@@ -56,7 +55,8 @@ def command(
     else:
         click.echo(f"{points} x {points} starts: {100 * share:.2f} % reach the gait within {steps} steps")
     if figure is not None:
-        from stages.comparison.figures import basin_map, style
+        from stages.analytic.pictures import basin_map
+        from stages.drawing import style
 
         with style.drawing():
             answer.save(figure, basin_map.draw(mapped, walker.time, point.z, steps))

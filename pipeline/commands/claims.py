@@ -7,8 +7,9 @@ from typing import Any
 
 import click
 
-from pipeline import options, yaml_text
+from pipeline.commands import options
 from pipeline.errors import StudyError
+from pipeline.parameters import yaml_text
 from pipeline.study import Study, shown
 
 VERDICT = {True: "holds", False: "does not hold", None: "open"}

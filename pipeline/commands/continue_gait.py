@@ -7,8 +7,7 @@ from typing import Any
 
 import click
 
-from pipeline import options
-from pipeline.commands import answer
+from pipeline.commands import answer, options
 from pipeline.errors import StudyError
 from pipeline.study import Study
 
@@ -27,8 +26,8 @@ def command(study: Study, parameter: str, limits: str, doublings: int, as_json: 
     """
     low_high = answer.interval(limits, "LIMITS")
     values = study.parameters([answer.STAGE])[answer.STAGE]
-    search, family = answer.module(study, "gait_search"), answer.module(study, "family")
-    design = answer.module(study, "design_point").DesignPoint(
+    search, family = answer.module(study, "gait.gait_search"), answer.module(study, "gait.family")
+    design = answer.module(study, "gait.design_point").DesignPoint(
         values.biped, values.slope, values.limited_friction
     )
     here = answer.number_of_design(design, parameter)
@@ -48,7 +47,8 @@ def command(study: Study, parameter: str, limits: str, doublings: int, as_json: 
         for line in lines(branches):
             click.echo(line)
     if figure is not None:
-        from stages.comparison.figures import bifurcation, style
+        from stages.analytic.pictures import bifurcation
+        from stages.drawing import style
 
         with style.drawing():
             answer.save(figure, bifurcation.draw(branches, parameter, design.unit(parameter)))

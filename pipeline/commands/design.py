@@ -7,8 +7,7 @@ from typing import Any
 
 import click
 
-from pipeline import options
-from pipeline.commands import answer
+from pipeline.commands import answer, options
 from pipeline.errors import StudyError
 from pipeline.study import Study
 
@@ -46,8 +45,8 @@ def command(
     Without --vary: foot radius, foot_com, stiffness and damping within 20 %.
     """
     values = study.parameters([answer.STAGE])[answer.STAGE]
-    search, engine = answer.module(study, "gait_search"), answer.module(study, "design_search")
-    design = answer.module(study, "design_point").DesignPoint(values.biped, values.slope, values.limited_friction)
+    search, engine = answer.module(study, "gait.gait_search"), answer.module(study, "gait.design_search")
+    design = answer.module(study, "gait.design_point").DesignPoint(values.biped, values.slope, values.limited_friction)
     bounds = dict(bounds_of(design, text, share) for text in varied or _DEFAULT)
     held = dict(target_of(text, engine.TARGETS) for text in targets)
     with answer.or_reason(study, "design", as_json):
@@ -67,7 +66,8 @@ def command(
         for line in lines(found, bounds, held):
             click.echo(line)
     if figure is not None:
-        from stages.comparison.figures import design_path, style
+        from stages.analytic.pictures import design_path
+        from stages.drawing import style
 
         with style.drawing():
             answer.save(figure, design_path.draw(found, list(bounds)))

@@ -7,7 +7,7 @@ import sys
 
 import click
 
-from pipeline import options
+from pipeline.commands import options
 from pipeline.study import Study
 
 

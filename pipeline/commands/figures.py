@@ -8,9 +8,9 @@ from pathlib import Path
 
 import click
 
-from pipeline import options
+from pipeline.commands import options
 from pipeline.errors import FAILED, StudyError
-from pipeline.pictures import TOLERANCE, compare
+from pipeline.report.pictures import TOLERANCE, compare
 from pipeline.study import Study, shown
 
 
@@ -32,7 +32,7 @@ from pipeline.study import Study, shown
 @click.option("--exact", is_flag=True, help="Any other byte is a difference, also in PDF.")
 def command(study: Study, check: bool, against: Path | None, tolerance: float, exact: bool) -> None:
     """List the figures, or with --check draw them anew and compare. Differences are drawn into results/differences."""
-    from pipeline.redraw import FIGURES, redraw
+    from pipeline.report.redraw import FIGURES, redraw
 
     expected = against or study.store.place(FIGURES)
     if not expected.is_dir():

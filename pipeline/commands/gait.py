@@ -8,8 +8,8 @@ from typing import Any
 
 import click
 
-from pipeline import envelope, options
-from pipeline.commands import answer
+from pipeline import envelope
+from pipeline.commands import answer, options
 from pipeline.study import Study
 
 
@@ -29,14 +29,14 @@ def command(study: Study, every: bool, as_json: bool, figure: Path | None) -> No
     envelope.warn(study, checked)
     values = checked[answer.STAGE]
     tolerance = values.settings.tolerance
-    search, report = answer.module(study, "gait_search"), answer.module(study, "gait_report")
+    search, report = answer.module(study, "gait.gait_search"), answer.module(study, "gait.gait_report")
     with answer.or_reason(study, "gait", as_json):
         walker, point = search.find_gait(values.biped, values.slope, tolerance, values.limited_friction)
         points = search.find_gaits(walker, tolerance, unstable=True) if every else [point]
         found = [report.report_gait(walker, each, tolerance) for each in points]
         cycle = None
         if every and not found[0].gait.stable:
-            cycle = answer.module(study, "cycles").find_cycle(walker, points[0].z, tolerance)
+            cycle = answer.module(study, "gait.cycles").find_cycle(walker, points[0].z, tolerance)
     if as_json:
         plain = [as_plain(each) for each in found]
         options.print_json({"gaits": plain, "cycle": cycle_as_plain(walker, cycle)} if every else plain[0])
@@ -51,7 +51,8 @@ def command(study: Study, every: bool, as_json: bool, figure: Path | None) -> No
                 f"stable cycle of {cycle[0]} steps, period {sum(s.period for s in cycle[1].steps) * walker.time:.9g} s"
             )
     if figure is not None:
-        from stages.comparison.figures import gait_portrait, style
+        from stages.analytic.pictures import gait_portrait
+        from stages.drawing import style
 
         with style.drawing():
             answer.save(figure, gait_portrait.draw(walker, points, tolerance))

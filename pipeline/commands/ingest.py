@@ -12,10 +12,12 @@ from typing import Any
 
 import click
 
-from pipeline import durable, options, yaml_text
+from pipeline.cache import durable
+from pipeline.commands import options
 from pipeline.commands.gait import fields_as_plain
 from pipeline.commands.show import print_table
 from pipeline.errors import ANSWER, StudyError, is_answer
+from pipeline.parameters import yaml_text
 from pipeline.study import Study, shown
 
 STAGE = "imu"
@@ -50,7 +52,7 @@ def command(study: Study, source: str, column_map: Path | None, store: Path | No
         options.print_json({"runs": [fields_as_plain(one) for one in runs],
                             "sensors": [fields_as_plain(one) for one in sensors]})  # fmt: skip
     else:
-        reports = _module(study, "run_report")
+        reports = _module(study, "trial.run_report")
         for title, columns, rows in reports.tables(sensors, runs, reports.origin_of(runs)):
             print_table(title, columns, rows)
     accepted = sum(one.accepted for one in runs)
@@ -80,7 +82,7 @@ def _opened(study: Study, source: str, column_map: Path | None) -> Any:
         description = yaml_text.read(column_map, shown(column_map)).plain()
         if not isinstance(description, dict):
             raise StudyError(f"{shown(column_map)}: expected lines of the form key: value")
-        return _module(study, "source_csv").CsvSource(description, Path(source))
+        return _module(study, "sources.source_csv").CsvSource(description, Path(source))
     if "://" in source:
         raise StudyError(f"SOURCE: a connection string would stay in the shell's history; give {VARIABLE}NAME, "
                          "the environment variable that holds it")  # fmt: skip
@@ -88,10 +90,10 @@ def _opened(study: Study, source: str, column_map: Path | None) -> Any:
         name = source.removeprefix(VARIABLE)
         if not os.environ.get(name):
             raise StudyError(f"SOURCE: the environment variable {name} is not set")
-        return _module(study, "source_sql").SqlSource(os.environ[name])
+        return _module(study, "sources.source_sql").SqlSource(os.environ[name])
     if Path(source).is_dir():
         raise StudyError(f"{shown(Path(source))}: is a folder; --map FILE must say what its files hold")
-    return _module(study, "source_sqlite").SqliteSource(Path(source))
+    return _module(study, "sources.source_sqlite").SqliteSource(Path(source))
 
 
 @contextlib.contextmanager
@@ -104,7 +106,7 @@ def _stored(study: Study, store: Path | None) -> Iterator[Any]:
         raise StudyError(f"{shown(store)}: is there already; --store makes a new file")
     unfinished = store.with_name(f".{store.name}.{os.getpid()}.part")
     try:
-        with _module(study, "database").DatabaseWriter(unfinished) as writer:
+        with _module(study, "sources.database").DatabaseWriter(unfinished) as writer:
 
             def kept(runs: Any) -> Iterator[Any]:
                 for experiment, recordings in runs:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from pipeline import durable
+from pipeline.cache import durable
 from pipeline.errors import StudyError
 from pipeline.study import shown
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from pipeline import options
+from pipeline.commands import options
 from pipeline.study import Study, shown
 
 
@@ -18,8 +18,8 @@ from pipeline.study import Study, shown
 @click.option("--no-times", is_flag=True, help="Leave out how long stages took: the same results give the same bytes.")
 def command(study: Study, into: Path | None, no_times: bool) -> None:
     """Write one self-contained page: claims, figures, animation, parameters, provenance. run-all does this too."""
-    from pipeline import durable
-    from pipeline.planning import Planner, State
+    from pipeline.cache import durable
+    from pipeline.execution.planning import Planner, State
     from pipeline.report import page
     from pipeline.report.content import entries
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from pipeline import options
+from pipeline.commands import options
 from pipeline.study import Study
 
 

@@ -11,11 +11,13 @@ from pathlib import Path
 
 import click
 
-from pipeline import display, envelope, lock
+from pipeline import envelope
+from pipeline.cache import lock
+from pipeline.commands.options import print_json
 from pipeline.commands.status import print_survey
-from pipeline.executor import Outcome, bring_up_to_date
-from pipeline.options import print_json
-from pipeline.planning import Planner, State
+from pipeline.execution import display
+from pipeline.execution.executor import Outcome, bring_up_to_date
+from pipeline.execution.planning import Planner, State
 from pipeline.study import Study, shown
 
 

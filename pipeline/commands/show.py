@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pipeline import options
+from pipeline.commands import options
 from pipeline.errors import StudyError, nearest
 from pipeline.study import Study, shown
 
 if TYPE_CHECKING:
-    from pipeline.artefact import Field
+    from pipeline.cache.artefact import Field
 
 
 @click.command("show")
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 @options.as_json
 def command(study: Study, artefact: str, as_json: bool) -> None:
     """Print the fields of ARTEFACT, a stage's name or a file, with units, shapes and values, and its tables."""
-    from pipeline import artefact as artefacts
+    from pipeline.cache import artefact as artefacts
 
     path = _path(study, artefact)
     try:
@@ -90,7 +90,7 @@ def _plain(field: Field) -> dict[str, Any]:
 
 def _tables(study: Study, content: bytes, stage: str, name: str) -> Any:
     """The tables a result offers by its method `tables()`: (title, column names, rows)."""
-    from pipeline import artefact as artefacts
+    from pipeline.cache import artefact as artefacts
 
     if stage not in study.graph.stages or study.parameters_class(study.graph.stages[stage]) is None:
         return ()

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 import click
 
-from pipeline import options
-from pipeline.planning import Assessment, State
+from pipeline.commands import options
+from pipeline.execution.planning import Assessment, State
 from pipeline.study import Study
 
 _WORDS = {
@@ -23,7 +23,7 @@ _WORDS = {
 @options.as_json
 def command(study: Study, as_json: bool) -> None:
     """Say which stages are current, and why the others are not. Runs nothing."""
-    from pipeline.planning import Planner
+    from pipeline.execution.planning import Planner
 
     names = tuple(study.graph.stages)
     print_survey(study, Planner(study, study.parameters(names)).survey(names), as_json)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pipeline import options
+from pipeline.commands import options
 from pipeline.errors import ANSWER, StudyError
 from pipeline.study import Study, shown
 
@@ -42,7 +42,8 @@ def command(
     docs/sweeps.md shows how a SPEC is written. What was computed before is not computed again, also after an
     interruption. A point without a result is a row with its reason; ends with 3 if no point has one.
     """
-    from pipeline import display, lock
+    from pipeline.cache import lock
+    from pipeline.execution import display
     from pipeline.sweep import progress
     from pipeline.sweep import spec as specs
     from pipeline.sweep.sweep import Sweep

@@ -11,11 +11,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pipeline import durable, yaml_text
+from pipeline.cache import durable
+from pipeline.cache.fingerprint import compact
+from pipeline.cache.store import Entry
 from pipeline.commands import claims
 from pipeline.errors import StudyError
-from pipeline.fingerprint import compact
-from pipeline.store import Entry
+from pipeline.parameters import yaml_text
 from pipeline.study import Study, shown
 
 CLAIMS, CAPTIONS, FIGURES = "results/claims.yaml", "results/captions.yaml", "results/figures"

@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline import durable
-from pipeline.store import Entry
+from pipeline.cache import durable
+from pipeline.cache.store import Entry
 from pipeline.study import Study
 
 if TYPE_CHECKING:

@@ -15,8 +15,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from pipeline import process
 from pipeline.errors import StageFailed
+from pipeline.execution import process
 from pipeline.sweep.chain import Job
 from pipeline.sweep.row import CRASH, TIME_LIMIT, Row
 

@@ -11,16 +11,17 @@ import json
 import pickle
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-from pipeline import durable, fingerprint, parameters
+from pipeline.cache import durable, fingerprint
 from pipeline.errors import StudyError
-from pipeline.overrides import Override, applied, parsed
-from pipeline.parameter_value import Refused, broken_rules, checked, declared, shown, with_unit
+from pipeline.parameters import loading
+from pipeline.parameters.overrides import Override, applied, parsed
+from pipeline.parameters.value import Refused, broken_rules, checked, declared, shown, with_unit
+from pipeline.parameters.yaml_text import Node
+from pipeline.stage_modules import result_class
 from pipeline.study import Study
 from pipeline.sweep.spec import Spec
-from pipeline.yaml_text import Node
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ class Chain:
         study.graph.stage(spec.stage)
         self.names = study.graph.needed_for((spec.stage,))
         self.base = study.parameters(self.names)
-        known = parameters.sections(cls for cls in map(self._class, study.graph.stages) if cls is not None)
+        known = loading.sections(cls for cls in map(self._class, study.graph.stages) if cls is not None)
         keys = {file: [key for cls in classes for key in declared(cls)] for file, classes in known.items()}
         self._overrides = {name: self._parsed(name, keys) for name in spec.names}
         self.touched = self._touched()
@@ -81,9 +82,9 @@ class Chain:
 
     def key(self, values: Mapping[str, Any]) -> str:
         """What the result of a point is known by: code, versions, inputs and every parameter of the touched stages."""
-        plain = {name: parameters.as_plain(value) for name, value in values.items()}
+        plain = {name: loading.as_plain(value) for name, value in values.items()}
         named = {name: {key: sha for key, (_, sha) in self.study.named_files(value).items()}
-                 for name, value in values.items() if parameters.files(value)}  # fmt: skip
+                 for name, value in values.items() if loading.files(value)}  # fmt: skip
         text = json.dumps([plain, named], sort_keys=True, separators=(",", ":"))
         return durable.digest(text.encode())[:32]
 
@@ -131,15 +132,13 @@ class Chain:
         return {
             f"{file}.{key}": value
             for name in self.touched
-            for file, values in parameters.as_plain(self.base[name]).items()
+            for file, values in loading.as_plain(self.base[name]).items()
             for key, value in values.items()
         }
 
     def result_class(self) -> Any:
         """The class of the swept stage's result."""
-        import importlib
-
-        return importlib.import_module(f"{self.study.package}.{self.spec.stage}.result").Result
+        return result_class(self.study.package, self.spec.stage)
 
     def unit(self, name: str) -> str:
         """Unit of a varied parameter; empty for a word and for an entry of a table."""
@@ -219,7 +218,7 @@ class Chain:
         if override.key not in declared(section.__class__):
             return None
         field, kind = declared(section.__class__)[override.key]
-        entry = _node(parameters.plain_value(getattr(section, override.key)))
+        entry = _node(loading.plain_value(getattr(section, override.key)))
         try:
             return checked(applied(override, entry), field, kind)
         except Refused as refused:
@@ -236,7 +235,7 @@ def _keep_rules(instance: Any) -> None:
         value = ""
         if hasattr(instance, key) and key in declared(instance.__class__):
             field = declared(instance.__class__)[key][0]
-            value = f" = {with_unit(shown(parameters.plain_value(getattr(instance, key))), field)}"
+            value = f" = {with_unit(shown(loading.plain_value(getattr(instance, key))), field)}"
         raise StudyError(f"{key}{value} is not allowed; allowed: {broken.allowed}")
 
 
@@ -250,16 +249,3 @@ def _node(value: Any) -> Node:
 
 def _is_read(path: str, inputs: Iterable[str]) -> bool:
     return any(path == name or path.startswith(name + "/") for name in inputs)
-
-
-def within(code_root: str, package: str) -> Path:
-    """Folder that holds the package: as the job says, or, on another machine, where it is installed."""
-    root = Path(code_root)
-    if (root / package).is_dir():
-        return root
-    import importlib.util
-
-    spec = importlib.util.find_spec(package)
-    if spec is None or not spec.submodule_search_locations:
-        raise StudyError(f'there is no package "{package}" on this machine')
-    return Path(next(iter(spec.submodule_search_locations))).parent

@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 from types import TracebackType
 
-from pipeline import durable
+from pipeline.cache import durable
 from pipeline.sweep.row import Row
 
 _SYNC_EVERY_S = 2.0

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pipeline import yaml_text
 from pipeline.errors import StudyError, nearest
+from pipeline.parameters import yaml_text
+from pipeline.parameters.yaml_text import Node
 from pipeline.study import shown
 from pipeline.sweep.axes import Axis, Choice, Normal, Range
-from pipeline.yaml_text import Node
 
 KINDS = ("grid", "list", "latin_hypercube", "monte_carlo")
 _KEYS = ("stage", "kind", "count", "seed", "set", "vary", "points", "outputs", "time_limit_s", "start_limit_s")

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pipeline import durable, lock
-from pipeline.display import Display
+from pipeline.cache import durable, lock
+from pipeline.cache.store import SWEEPS
 from pipeline.errors import StudyError
-from pipeline.executor import bring_up_to_date
-from pipeline.store import SWEEPS
+from pipeline.execution.display import Display
+from pipeline.execution.executor import bring_up_to_date
 from pipeline.study import Study, shown
 from pipeline.sweep import pool, table
 from pipeline.sweep.bench import Task

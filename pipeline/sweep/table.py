@@ -13,7 +13,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from pipeline import artefact, fingerprint
+from pipeline.cache import artefact, fingerprint
 from pipeline.sweep import row as rows
 from pipeline.sweep.chain import Chain
 from pipeline.sweep.row import Row

@@ -8,7 +8,6 @@ input closes, it ends.
 from __future__ import annotations
 
 import base64
-import importlib
 import json
 import os
 import pickle
@@ -20,13 +19,14 @@ import traceback
 from pathlib import Path
 from typing import Any, TextIO
 
-from pipeline import artefact, durable, fingerprint
-from pipeline.distributions import versions
+from pipeline.cache import artefact, durable, fingerprint
+from pipeline.cache.distributions import versions
 from pipeline.errors import is_answer
-from pipeline.observed_import import ObservedSources
-from pipeline.parameters import files
-from pipeline.process import end_group
-from pipeline.sweep.chain import Job, Link, within
+from pipeline.execution.observed_import import ObservedSources
+from pipeline.execution.process import end_group
+from pipeline.parameters.loading import files
+from pipeline.stage_modules import home_of, importable, result_class, stage_module
+from pipeline.sweep.chain import Job, Link
 from pipeline.sweep.row import COMPUTED, ERROR, NO_ANSWER, columns
 
 
@@ -57,7 +57,7 @@ class Computing:
 
     def __init__(self, job: Job, scratch: Path) -> None:
         self.job, self.scratch = job, scratch
-        root = within(job.code_root, job.package)
+        root = home_of(job.package, Path(job.code_root))
         here = versions([*job.versions])
         other = [f"{name} {here.get(name)} instead of {version}" for name, version in job.versions.items()
                  if here.get(name) != version]  # fmt: skip
@@ -65,9 +65,8 @@ class Computing:
             raise Unfit(f"this machine has {other[0]}; all machines of a sweep need the same versions")
         self.observed = ObservedSources(root, job.package)
         if self.observed.sources.memo.meaning(fingerprint.WRITER.read_bytes()).tree != job.writer:
-            raise Unfit("pipeline/artefact.py differs from the one the sweep was started with")
-        if str(root) not in sys.path:
-            sys.path.insert(0, str(root))
+            raise Unfit("pipeline/cache/artefact.py differs from the one the sweep was started with")
+        importable(root)
         self.observed.install()
         self.checked = 0
         self.kept: dict[str, tuple[bytes, dict[str, bytes]]] = {}
@@ -98,7 +97,7 @@ class Computing:
         return self._run(self.job.links[-1], parameters, made)
 
     def _run(self, link: Link, parameters: dict[str, Any], made: dict[str, bytes]) -> Any:
-        stage = importlib.import_module(f"{self.job.package}.{link.stage}.run")
+        stage = stage_module(self.job.package, link.stage, "run")
         inputs = {
             Path(path).stem: self._input(path, content)
             for path, content in made.items()
@@ -110,7 +109,7 @@ class Computing:
 
     def _input(self, path: str, content: bytes) -> Any:
         if path.endswith(".h5"):
-            cls = importlib.import_module(f"{self.job.package}.{Path(path).stem}.result").Result
+            cls = result_class(self.job.package, Path(path).stem)
             return artefact.decode(content, cls, path)
         file = self.scratch / path
         if durable.read(file) != content:

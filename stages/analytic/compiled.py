@@ -29,7 +29,7 @@ FOLDER = Path(__file__).parent
 def cache_folder() -> Path:
     """Folder for the machine code of these sources: beside them, or in the temporary folder if that is read-only."""
     digest = hashlib.sha256(numba.__version__.encode())
-    for source in sorted(FOLDER.glob("*.py")):
+    for source in sorted(FOLDER.rglob("*.py")):
         digest.update(source.read_bytes())
     home = FOLDER if os.access(FOLDER, os.W_OK) else Path(tempfile.gettempdir())
     return home / "__pycache__" / f"numba-{digest.hexdigest()[:16]}"

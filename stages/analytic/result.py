@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.analytic.energy import EnergyAudit
-from stages.analytic.sensitivity import Variation
-from stages.analytic.validity import Validity
+from stages.analytic.gait.sensitivity import Variation
+from stages.analytic.walk.energy import EnergyAudit
+from stages.analytic.walk.validity import Validity
 from stages.biped.gait import Gait, StanceState
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk

@@ -8,14 +8,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from stages.analytic.flow import RIGID, SINGLE_STANCE
-from stages.analytic.gait_report import report_gait
-from stages.analytic.gait_search import find_gait
+from stages.analytic.gait.gait_report import report_gait
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.gait.sensitivity import vary_design
 from stages.analytic.parameters import Parameters
-from stages.analytic.recording import constraint_drift, crossing_state, record
+from stages.analytic.phases.flow import RIGID, SINGLE_STANCE
 from stages.analytic.result import Result
-from stages.analytic.sampling import sample_walk
-from stages.analytic.sensitivity import vary_design
+from stages.analytic.walk.recording import constraint_drift, crossing_state, record
+from stages.analytic.walk.sampling import sample_walk
 from stages.biped.progress import Progress, ignore
 
 
@@ -29,7 +29,9 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
     friction = parameters.limited_friction
     walker, point = find_gait(parameters.biped, parameters.slope, tolerance, friction)
     if parameters.settings.integrator == "scipy":
-        from stages.analytic.readable import refine  # its SymPy takes longer to load than the whole compiled search
+        from stages.analytic.integration.readable import (
+            refine,  # its SymPy takes longer to load than the whole compiled search
+        )
 
         point = refine(walker, point.z, tolerance)
     progress(0.6, "recording the walk")

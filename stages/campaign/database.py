@@ -1,4 +1,4 @@
-"""The synthetic measurements as an SQLite database in the schema of `stages.imu.schema`."""
+"""The synthetic measurements as an SQLite database in the schema of `stages.imu.sources.schema`."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from stages.campaign.radio import Transmitted
-from stages.imu.database import DatabaseWriter, Row
-from stages.imu.schema import Device, Experiment
+from stages.imu.sources.database import DatabaseWriter, Row
+from stages.imu.sources.schema import Device, Experiment
 
 
 def database_bytes(devices: Sequence[Device], runs: Iterable[tuple[Experiment, Sequence[Transmitted]]]) -> bytes:

@@ -26,8 +26,8 @@ from stages.campaign.virtual_sensor import (
     low_pass,
     read,
 )
-from stages.imu.schema import Device, Experiment
-from stages.imu.sensor import filter_delay
+from stages.imu.sources.schema import Device, Experiment
+from stages.imu.trial.sensor import filter_delay
 
 SYNTHETIC = "synthetic"
 FIRST_RUN_AT = 1_600_000_000.0  # s, what the phone's clock shows at the first run: any date does

@@ -15,10 +15,10 @@ from stages.campaign.standing import joined, rolling_leg, stand_and_push
 from stages.campaign.variation import Variation, draw_variation, generator
 from stages.campaign.virtual_sensor import SensorMotion
 from stages.ground.slope import Slope
-from stages.twin.machine import build
+from stages.twin.machine.machine import build
 from stages.twin.parameters import IMU_IN_SPACE
-from stages.twin.signals import Signals, sample
-from stages.twin.simulate import rolling_start, simulate_twin
+from stages.twin.walking.signals import Signals, sample
+from stages.twin.walking.simulate import rolling_start, simulate_twin
 
 MOST_ATTEMPTS = 10
 

@@ -10,7 +10,7 @@ import numpy as np
 from stages.biped.gait import StanceState
 from stages.campaign.parameters import RunSettings
 from stages.ground.slope import Slope
-from stages.twin.machine import Build
+from stages.twin.machine.machine import Build
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from scipy.signal import butter, sosfilt, sosfilt_zi
 from scipy.spatial.transform import Rotation
 
 from stages.campaign.parameters import SensorSettings
-from stages.imu.frames import mounting
-from stages.imu.schema import Device
+from stages.imu.sources.schema import Device
+from stages.imu.trial.frames import mounting
 
 STANDARD_GRAVITY = 9.80665  # m/s^2 in one g of a sensor's data sheet
 NOISE_BANDWIDTH = np.pi / (2 * np.sqrt(2))  # of a second-order Butterworth filter over its cut-off

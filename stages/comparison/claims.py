@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.analytic.gait.sensitivity import OUTSOLE
 from stages.analytic.result import Result as AnalyticResult
-from stages.analytic.sensitivity import OUTSOLE
 from stages.biped.quantity import quantity
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.comparison.agreement import STANDARD_GRAVITY, ModelAgreement, TwinAgreement

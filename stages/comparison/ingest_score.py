@@ -9,10 +9,10 @@ import numpy as np
 from stages.biped.quantity import quantity
 from stages.campaign.result import Result as Campaign
 from stages.campaign.result import RunTruth, SensorTruth
-from stages.imu.events import HeelStrikes, step_frequency
-from stages.imu.frames import angle_between
 from stages.imu.result import Result as Ingested
 from stages.imu.result import Run, SensorSignals
+from stages.imu.trial.events import HeelStrikes, step_frequency
+from stages.imu.trial.frames import angle_between
 
 STRIKE_TOLERANCE = 0.010  # s, within which a heel strike counts as found
 

@@ -11,7 +11,7 @@ import numpy as np
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.comparison.stride import Stride, through_low_pass
-from stages.imu.agreement import Agreement, FrequencyDifference, agreement, frequency_difference
+from stages.imu.trial.agreement import Agreement, FrequencyDifference, agreement, frequency_difference
 
 
 @dataclass(frozen=True)

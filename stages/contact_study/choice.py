@@ -21,7 +21,7 @@ import numpy as np
 from stages.contact_study.parameters import Settings
 from stages.contact_study.result import SEARCHED, Candidates, OneStep
 from stages.ground.contact_law import ContactLaw
-from stages.multibody.scuffing import STEP_FLOOR
+from stages.multibody.walking.scuffing import STEP_FLOOR
 
 #: Outcome of a set that takes more solver steps than a choice may take: the search gives it up.
 TOO_DEAR = "too dear"

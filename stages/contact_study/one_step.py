@@ -12,13 +12,13 @@ from stages.biped.walk import Walk
 from stages.contact_study.result import OneStep
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.multibody.events import find_events
+from stages.multibody.assembly.solver import Run
+from stages.multibody.assembly.state import rolling_state
 from stages.multibody.parameters import Settings
-from stages.multibody.scuffing import COMPLETED
-from stages.multibody.solver import Run
-from stages.multibody.state import rolling_state
-from stages.multibody.trajectory import foot_kinematics
-from stages.multibody.walk import ground_reaction, simulate
+from stages.multibody.walking.events import find_events
+from stages.multibody.walking.scuffing import COMPLETED
+from stages.multibody.walking.trajectory import foot_kinematics
+from stages.multibody.walking.walk import ground_reaction, simulate
 
 NO_HEEL_STRIKE = "no heel strike"
 STANDING, LANDING = 0, 1

@@ -13,13 +13,13 @@ from stages.error_budget.path import Limits, contributions
 from stages.error_budget.split import Split
 from stages.ground.contact_law import ContactLaw
 from stages.ground.normal_force import static_penetration
-from stages.multibody.events import find_events
-from stages.multibody.limit_cycle import SCALES, NoLimitCycle, SectionStep, mid_stance_after, section_numbers
-from stages.multibody.limit_cycle import section_state as state_of
+from stages.multibody.assembly.state import rolling_state
 from stages.multibody.parameters import Settings
-from stages.multibody.state import rolling_state
-from stages.multibody.trajectory import Trajectory
-from stages.multibody.walk import build, simulate
+from stages.multibody.walking.events import find_events
+from stages.multibody.walking.limit_cycle import SCALES, NoLimitCycle, SectionStep, mid_stance_after, section_numbers
+from stages.multibody.walking.limit_cycle import section_state as state_of
+from stages.multibody.walking.trajectory import Trajectory
+from stages.multibody.walking.walk import build, simulate
 
 #: Scalars of a cycle: step period [s], step length [m], the positive and the negative of its two largest multipliers.
 SCALARS = ("step period", "step length", "leading multiplier", "second multiplier")

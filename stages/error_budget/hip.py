@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from stages.analytic.flow import RIGID, SINGLE_STANCE
-from stages.analytic.gait_search import find_gait
-from stages.analytic.poincare import FixedPoint
-from stages.analytic.recording import Segment, crossing_state, is_last, record
-from stages.analytic.sampling import sample_segment, signal_scales
-from stages.analytic.walker import Vector, Walker
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.gait.poincare import FixedPoint
+from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.phases.flow import RIGID, SINGLE_STANCE
+from stages.analytic.walk.recording import Segment, crossing_state, is_last, record
+from stages.analytic.walk.sampling import sample_segment, signal_scales
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
-from stages.multibody.trajectory import Trajectory
+from stages.multibody.walking.trajectory import Trajectory
 
 
 class ConstraintWalk:

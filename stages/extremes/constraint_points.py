@@ -8,14 +8,14 @@ from functools import lru_cache
 
 import numpy as np
 
-from stages.analytic import readable
 from stages.analytic.errors import NoGait, StepFailed
-from stages.analytic.gait_report import report_gait
-from stages.analytic.gait_search import find_gait
-from stages.analytic.poincare import FixedPoint, Step, fixed_point, poincare_derivative, poincare_map
-from stages.analytic.search_starts import lengths_after_heel_strike
-from stages.analytic.stiffness import attainable_tolerance, axial_rates, fastest_rate
-from stages.analytic.walker import Vector, Walker, build_walker
+from stages.analytic.gait.gait_report import report_gait
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.gait.poincare import FixedPoint, Step, fixed_point, poincare_derivative, poincare_map
+from stages.analytic.gait.search_starts import lengths_after_heel_strike
+from stages.analytic.integration import readable
+from stages.analytic.model.walker import Vector, Walker, build_walker
+from stages.analytic.phases.stiffness import attainable_tolerance, axial_rates, fastest_rate
 from stages.biped.design import Biped
 from stages.extremes.engines import COULOMB, MARCH, STEP
 from stages.extremes.parameters import Parameters

@@ -8,9 +8,9 @@ from functools import lru_cache
 import numpy as np
 
 from stages.analytic.errors import NoGait, StepFailed
-from stages.analytic.flow import SINGLE_STANCE
-from stages.analytic.recording import crossing_state, record
-from stages.analytic.sampling import sample_walk
+from stages.analytic.phases.flow import SINGLE_STANCE
+from stages.analytic.walk.recording import crossing_state, record
+from stages.analytic.walk.sampling import sample_walk
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.biped.walk import Walk
@@ -22,14 +22,14 @@ from stages.extremes.verdict import FAILED, UNCONFIRMED, WRONG, Finding, judged,
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
-from stages.multibody.energy import energy_balance
-from stages.multibody.solver import Run
-from stages.multibody.state import rolling_state
-from stages.multibody.walk import simulate
-from stages.twin.energy import energy_balance as spatial_energy_balance
-from stages.twin.machine import Machine, build
-from stages.twin.record import Record
-from stages.twin.simulate import rolling_start, simulate_twin
+from stages.multibody.assembly.solver import Run
+from stages.multibody.assembly.state import rolling_state
+from stages.multibody.walking.energy import energy_balance
+from stages.multibody.walking.walk import simulate
+from stages.twin.machine.machine import Machine, build
+from stages.twin.walking.energy import energy_balance as spatial_energy_balance
+from stages.twin.walking.record import Record
+from stages.twin.walking.simulate import rolling_start, simulate_twin
 
 PLANAR, SPATIAL = ("biped", "slope", "contact", "multibody"), ("biped", "slope", "contact", "twin")
 #: The reference's tolerance is tighter by this; what is the tightest tolerance Exudyn's explicit solver goes with.

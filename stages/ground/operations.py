@@ -1,8 +1,8 @@
 """The few elementary functions a contact law is written in.
 
 A law is a formula over these operations, so one text serves floats, numpy arrays and the symbolic user functions of a
-multibody program (which supplies its own table, see `stages.multibody.contact`). Symbolic expressions are evaluated
-without sharing common terms: a formula should therefore mention a costly term once.
+multibody program (which supplies its own table, see `stages.multibody.assembly.contact`). Symbolic expressions are
+evaluated without sharing common terms: a formula should therefore mention a costly term once.
 """
 
 from __future__ import annotations

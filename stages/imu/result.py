@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.quantity import quantity
-from stages.imu.ensemble import Ensemble
-from stages.imu.report import SensorReport
-from stages.imu.run_report import RunReport, Table, tables
+from stages.imu.trial.ensemble import Ensemble
+from stages.imu.trial.report import SensorReport
+from stages.imu.trial.run_report import RunReport, Table, tables
 
 
 @dataclass(frozen=True)

@@ -14,15 +14,15 @@ import numpy as np
 
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import SENSOR_SIGNALS
-from stages.imu.ensemble import ensemble_of
+from stages.imu.errors import SourceRefused
 from stages.imu.parameters import Parameters, Settings
-from stages.imu.refusal import SourceRefused
-from stages.imu.report import SensorReport
 from stages.imu.result import Result, Run, SensorSignals
-from stages.imu.run_report import RunReport, origin_of
-from stages.imu.schema import Experiment, Recording
-from stages.imu.source_sqlite import SqliteSource
-from stages.imu.trial import BodySensor, Trial, read_trial
+from stages.imu.sources.schema import Experiment, Recording
+from stages.imu.sources.source_sqlite import SqliteSource
+from stages.imu.trial.ensemble import ensemble_of
+from stages.imu.trial.report import SensorReport
+from stages.imu.trial.run_report import RunReport, origin_of
+from stages.imu.trial.trial import BodySensor, Trial, read_trial
 
 
 def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:

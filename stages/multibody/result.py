@@ -8,8 +8,8 @@ import numpy as np
 
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
-from stages.multibody.energy import EnergyBalance
-from stages.multibody.inventory import Inventory
+from stages.multibody.assembly.inventory import Inventory
+from stages.multibody.walking.energy import EnergyBalance
 
 
 @dataclass(frozen=True)

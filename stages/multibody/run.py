@@ -10,18 +10,18 @@ import numpy as np
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import Walk
 from stages.ground.blocks import lanes
-from stages.multibody.cycle import settled_cycle
-from stages.multibody.energy import EnergyBalance, energy_balance
-from stages.multibody.friction_study import vary_friction
-from stages.multibody.inventory import bytes_of, take_inventory
+from stages.multibody.assembly.inventory import bytes_of, take_inventory
+from stages.multibody.assembly.quiet_exudyn import VERSION
+from stages.multibody.assembly.signals import PENETRATION, SLIP
+from stages.multibody.assembly.solver import Run
+from stages.multibody.assembly.state import rolling_state
 from stages.multibody.parameters import Parameters, Settings
-from stages.multibody.quiet_exudyn import VERSION
 from stages.multibody.result import Facts, Result
-from stages.multibody.signals import PENETRATION, SLIP
-from stages.multibody.solver import Run
-from stages.multibody.state import rolling_state
-from stages.multibody.trajectory import foot_kinematics
-from stages.multibody.walk import build, sample, simulate
+from stages.multibody.walking.cycle import settled_cycle
+from stages.multibody.walking.energy import EnergyBalance, energy_balance
+from stages.multibody.walking.friction_study import vary_friction
+from stages.multibody.walking.trajectory import foot_kinematics
+from stages.multibody.walking.walk import build, sample, simulate
 
 
 def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:

@@ -9,13 +9,13 @@ from functools import partial
 import numpy as np
 
 from stages.analytic.errors import StepFailed
-from stages.analytic.flow import DOUBLE_STANCE, SINGLE_STANCE
-from stages.analytic.poincare import fixed_point, multipliers_of, poincare_derivative, poincare_map
-from stages.analytic.recording import Segment, is_last, record, states_at
-from stages.analytic.sampling import accelerations_and_forces, sample_walk
-from stages.analytic.step import section_coordinates, section_state
-from stages.analytic.succession import succeed
-from stages.analytic.walker import Vector, Walker, build_walker
+from stages.analytic.gait.poincare import fixed_point, multipliers_of, poincare_derivative, poincare_map
+from stages.analytic.integration.step import section_coordinates, section_state
+from stages.analytic.model.walker import Vector, Walker, build_walker
+from stages.analytic.phases.flow import DOUBLE_STANCE, SINGLE_STANCE
+from stages.analytic.phases.succession import succeed
+from stages.analytic.walk.recording import Segment, is_last, record, states_at
+from stages.analytic.walk.sampling import accelerations_and_forces, sample_walk
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.ground.friction_coefficients import Friction

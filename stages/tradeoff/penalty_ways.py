@@ -13,12 +13,12 @@ from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.multibody.events import find_events
-from stages.multibody.limit_cycle import SCALES, LimitCycle, limit_cycle, mid_stance_after, section_state
+from stages.multibody.assembly.solver import Run
+from stages.multibody.assembly.state import PlanarState, rolling_state
 from stages.multibody.parameters import Settings
-from stages.multibody.solver import Run
-from stages.multibody.state import PlanarState, rolling_state
-from stages.multibody.walk import build, simulate
+from stages.multibody.walking.events import find_events
+from stages.multibody.walking.limit_cycle import SCALES, LimitCycle, limit_cycle, mid_stance_after, section_state
+from stages.multibody.walking.walk import build, simulate
 from stages.tradeoff.way import Walked, Way, WayFailed, grid
 
 PENALTY = "penalty model"

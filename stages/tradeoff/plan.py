@@ -12,12 +12,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from stages.analytic.flow import DOUBLE_STANCE, SINGLE_STANCE
+from stages.analytic.phases.flow import DOUBLE_STANCE, SINGLE_STANCE
 from stages.tradeoff import constraint_ways, penalty_ways, twin_ways
 from stages.tradeoff.parameters import Parameters
 from stages.tradeoff.scipy_walk import readable_rates
 from stages.tradeoff.way import Way
-from stages.twin.connectors import ConnectorTree
+from stages.twin.machine.connectors import ConnectorTree
 
 PAPER, DEFAULT = "paper", "default"
 TRAPEZOIDAL, ALPHA = "trapezoidal", "generalized_alpha"

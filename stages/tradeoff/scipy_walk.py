@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from stages.analytic.flow import DOUBLE_STANCE, SINGLE_STANCE, flow
-from stages.analytic.phase import guard
-from stages.analytic.poincare import TIME_LIMIT_OF_A_PHASE
-from stages.analytic.readable import STRIDE_ON, accelerations
-from stages.analytic.recording import Segment, is_last, next_origin
-from stages.analytic.succession import first_phase, succeed
-from stages.analytic.walker import Vector, Walker
+from stages.analytic.gait.poincare import TIME_LIMIT_OF_A_PHASE
+from stages.analytic.integration.phase import guard
+from stages.analytic.integration.readable import STRIDE_ON, accelerations
+from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.phases.flow import DOUBLE_STANCE, SINGLE_STANCE, flow
+from stages.analytic.phases.succession import first_phase, succeed
+from stages.analytic.walk.recording import Segment, is_last, next_origin
 from stages.tradeoff.way import WayFailed
 
 #: Longest step [pendulum times], so that no crossing of the ground is stepped over.

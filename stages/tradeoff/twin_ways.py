@@ -10,17 +10,17 @@ from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.multibody.signals import GROUND_REACTION
+from stages.multibody.assembly.signals import GROUND_REACTION
 from stages.tradeoff.penalty_ways import STAGES
 from stages.tradeoff.way import Walked, Way, WayFailed, grid
-from stages.twin.contact import X, Y
-from stages.twin.events import find_events
-from stages.twin.machine import Machine, build
+from stages.twin.machine.contact import X, Y
+from stages.twin.machine.machine import Machine, build
+from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import Settings
-from stages.twin.record import Record
-from stages.twin.signals import sample
-from stages.twin.simulate import Start, rolling_start, simulate_twin
-from stages.twin.tree import SpatialTree
+from stages.twin.walking.events import find_events
+from stages.twin.walking.record import Record
+from stages.twin.walking.signals import sample
+from stages.twin.walking.simulate import Start, rolling_start, simulate_twin
 
 TWIN = "twin"
 COMPILED, CONNECTORS = "Exudyn tree in space, DOPRI5", "Exudyn tree in space, DOPRI5, eight connectors"

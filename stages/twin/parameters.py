@@ -11,9 +11,9 @@ from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.multibody.signals import GROUND_REACTION, IMU
-from stages.twin.parts import Material, Part
-from stages.twin.table_one import faults
+from stages.multibody.assembly.signals import GROUND_REACTION, IMU
+from stages.twin.machine.parts import Material, Part
+from stages.twin.machine.table_one import faults
 
 #: Of the planar projection: forces on each pair of feet, specific force and angular velocity of both sensors. In space:
 #: what the sensors feel in their sockets; roll, yaw and place across the slope; all coordinates; force on each foot.
@@ -25,7 +25,7 @@ READ_LATER = (GROUND_REACTION, IMU)
 
 @dataclass(frozen=True)
 class Settings:
-    """How the twin is built, sampled and integrated. Positions as in `stages.twin.parts.Part`."""
+    """How the twin is built, sampled and integrated. Positions as in `stages.twin.machine.parts.Part`."""
 
     FILE: ClassVar[str] = "twin"
 

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
-from stages.multibody.inventory import Inventory
-from stages.twin.energy import EnergyBalance
-from stages.twin.settling import Settling
-from stages.twin.signals import Signals
-from stages.twin.snapshots import Snapshots
+from stages.multibody.assembly.inventory import Inventory
+from stages.twin.walking.energy import EnergyBalance
+from stages.twin.walking.settling import Settling
+from stages.twin.walking.signals import Signals
+from stages.twin.walking.snapshots import Snapshots
 
 Table = tuple[str, list[str], list[list[str]]]
 

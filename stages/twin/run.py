@@ -10,21 +10,21 @@ import numpy as np
 from stages.biped.progress import Progress, ignore
 from stages.biped.sampling_times import refined_times
 from stages.biped.walk import Walk
-from stages.multibody.inventory import bytes_of, take_inventory
-from stages.twin.energy import EnergyBalance, energy_balance
-from stages.twin.events import find_events
-from stages.twin.machine import build
+from stages.multibody.assembly.inventory import bytes_of, take_inventory
+from stages.twin.machine.machine import build
+from stages.twin.machine.parts import Part
+from stages.twin.machine.shapes import solid
+from stages.twin.machine.table_one import sums
+from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import Parameters
-from stages.twin.parts import Part
 from stages.twin.ramp import lay_blocks
 from stages.twin.result import PartRow, Result, SumRow
-from stages.twin.settling import settling
-from stages.twin.shapes import solid
-from stages.twin.signals import sample
-from stages.twin.simulate import rolling_start, simulate_twin
-from stages.twin.snapshots import snapshots
-from stages.twin.table_one import sums
-from stages.twin.tree import SpatialTree
+from stages.twin.walking.energy import EnergyBalance, energy_balance
+from stages.twin.walking.events import find_events
+from stages.twin.walking.settling import settling
+from stages.twin.walking.signals import sample
+from stages.twin.walking.simulate import rolling_start, simulate_twin
+from stages.twin.walking.snapshots import snapshots
 
 #: Poses kept for the figure: this many, evenly over the last two strides.
 POSES = 13

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from stages.biped.progress import Progress, ignore
-from stages.multibody.limit_cycle import SCALES, LimitCycle, NoLimitCycle, limit_cycle
-from stages.multibody.state import rolling_state
+from stages.multibody.assembly.state import rolling_state
+from stages.multibody.walking.limit_cycle import SCALES, LimitCycle, NoLimitCycle, limit_cycle
 from stages.twin_ladder.cycle import Gait, Search
 from stages.twin_ladder.parameters import Parameters
 from stages.twin_ladder.result import COMPLETED, Result, RungGait

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.design import Biped
-from stages.twin.machine import FRAME_BODY, Machine, build
+from stages.twin.machine.machine import FRAME_BODY, Machine, build
 from stages.twin.parameters import Settings
 
 

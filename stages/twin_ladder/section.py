@@ -16,14 +16,14 @@ from scipy.optimize import brentq
 
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.multibody.limit_cycle import SCALES as PLANAR_SCALES
-from stages.multibody.limit_cycle import NoLimitCycle
-from stages.twin.contact import COUNT, HINGE, PITCH, ROLL, SLIDE, YAW, X, Y, Z
-from stages.twin.machine import Machine
+from stages.multibody.walking.limit_cycle import SCALES as PLANAR_SCALES
+from stages.multibody.walking.limit_cycle import NoLimitCycle
+from stages.twin.machine.contact import COUNT, HINGE, PITCH, ROLL, SLIDE, YAW, X, Y, Z
+from stages.twin.machine.machine import Machine
+from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import Settings
-from stages.twin.record import Record
-from stages.twin.simulate import Start, simulate_twin
-from stages.twin.tree import SpatialTree
+from stages.twin.walking.record import Record
+from stages.twin.walking.simulate import Start, simulate_twin
 
 #: Scales of the numbers, m, rad, m/s, rad/s; those in the plane are the planar model's.
 PLANE_SCALES = PLANAR_SCALES

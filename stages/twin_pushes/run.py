@@ -13,12 +13,12 @@ import numpy as np
 
 from stages.biped.progress import Progress, ignore
 from stages.biped.sampling_times import uniform_times
-from stages.twin.contact import ROLL, YAW, Z
-from stages.twin.events import find_events
-from stages.twin.machine import Machine, build
-from stages.twin.record import Record
-from stages.twin.simulate import rolling_start, simulate_twin
-from stages.twin.tree import SpatialTree
+from stages.twin.machine.contact import ROLL, YAW, Z
+from stages.twin.machine.machine import Machine, build
+from stages.twin.machine.tree import SpatialTree
+from stages.twin.walking.events import find_events
+from stages.twin.walking.record import Record
+from stages.twin.walking.simulate import rolling_start, simulate_twin
 from stages.twin_pushes.parameters import KINDS, Parameters
 from stages.twin_pushes.result import PushedWalk, Result
 

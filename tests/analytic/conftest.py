@@ -2,10 +2,10 @@
 
 import pytest
 
-from stages.analytic.flow import DOUBLE_STANCE
-from stages.analytic.gait_search import find_gait, find_gaits
-from stages.analytic.recording import record
-from stages.analytic.step import section_state
+from stages.analytic.gait.gait_search import find_gait, find_gaits
+from stages.analytic.integration.step import section_state
+from stages.analytic.phases.flow import DOUBLE_STANCE
+from stages.analytic.walk.recording import record
 from tests.analytic.designs import SLOPE, TABLE_1, TABLE_1_RIGID
 
 

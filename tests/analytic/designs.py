@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 
-from stages.analytic.walker import Walker, build_walker
+from stages.analytic.model.walker import Walker, build_walker
 from stages.biped.design import Biped
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
@@ -44,7 +44,7 @@ def random_states(walker: Walker, count: int, seed: int = 0) -> np.ndarray:
 
 def double_stance_states(walker: Walker, count: int, seed: int = 0) -> np.ndarray:
     """States of a compliant walker that keep the trailing foot on the ground and rolling, shape (count, 8)."""
-    from stages.analytic.step import section_state
+    from stages.analytic.integration.step import section_state
 
     rng = np.random.default_rng(seed)
     low, high = [-0.45, 0.985, 0.99, 0.1, -0.3], [-0.25, 1.01, 1.01, 0.8, 0.1]

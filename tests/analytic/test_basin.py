@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stages.analytic.basin import NONE, basin_of_attraction
-from stages.analytic.gait_search import find_gait
-from stages.analytic.poincare import poincare_map
+from stages.analytic.gait.basin import NONE, basin_of_attraction
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.gait.poincare import poincare_map
 from tests.analytic.designs import SLOPE, TABLE_1
 
 

@@ -7,12 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from stages.analytic.continuation import PERIOD_DOUBLING, TURNING_POINT, continue_gait
-from stages.analytic.design_point import DesignPoint, parameter_names
 from stages.analytic.errors import NoGait
-from stages.analytic.family import follow_family
-from stages.analytic.gait_search import find_gait
-from stages.analytic.poincare import fixed_point, poincare_map
+from stages.analytic.gait.continuation import PERIOD_DOUBLING, TURNING_POINT, continue_gait
+from stages.analytic.gait.design_point import DesignPoint, parameter_names
+from stages.analytic.gait.family import follow_family
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.gait.poincare import fixed_point, poincare_map
 from stages.biped.design import Biped
 from stages.ground.slope import Slope
 from tests.analytic.designs import SLOPE, TABLE_1, changed

@@ -5,32 +5,26 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.analytic import poincare
-from stages.analytic import step as step_module
-from stages.analytic.coulomb_guard import slip_speed
-from stages.analytic.coulomb_impact import LIFTS, SLIPS, STICKS, UNDECIDED, land, limited_reset, trailing_impulse
-from stages.analytic.energy import audit
 from stages.analytic.errors import NoGait, StepFailed
-from stages.analytic.flow import (
-    DOUBLE_STANCE,
-    HOVERING,
-    SINGLE_STANCE,
-    SLIDING_BACK,
-    SLIDING_FORWARD,
-)
-from stages.analytic.gait_report import report_gait
-from stages.analytic.gait_search import find_gait, step_length
+from stages.analytic.gait import poincare
+from stages.analytic.gait.gait_report import report_gait
+from stages.analytic.gait.gait_search import find_gait, step_length
+from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poincare_map
+from stages.analytic.integration import step as step_module
+from stages.analytic.integration.phase import EVENT, STEP_LIMIT
+from stages.analytic.integration.readable import terms
+from stages.analytic.integration.step import section_state
+from stages.analytic.model.walker import build_walker
 from stages.analytic.parameters import Parameters, Settings
-from stages.analytic.phase import EVENT, STEP_LIMIT
-from stages.analytic.poincare import fixed_point, poincare_derivative, poincare_map
-from stages.analytic.readable import terms
-from stages.analytic.recording import record, states_at
+from stages.analytic.phases.coulomb_guard import slip_speed
+from stages.analytic.phases.coulomb_impact import LIFTS, SLIPS, STICKS, UNDECIDED, land, limited_reset, trailing_impulse
+from stages.analytic.phases.flow import DOUBLE_STANCE, HOVERING, SINGLE_STANCE, SLIDING_BACK, SLIDING_FORWARD
+from stages.analytic.phases.transitions import foot_clearance, heel_strike_reset
 from stages.analytic.run import run
-from stages.analytic.sampling import accelerations_and_forces, sample_walk
-from stages.analytic.step import section_state
-from stages.analytic.transitions import foot_clearance, heel_strike_reset
-from stages.analytic.validity import dense_states
-from stages.analytic.walker import build_walker
+from stages.analytic.walk.energy import audit
+from stages.analytic.walk.recording import record, states_at
+from stages.analytic.walk.sampling import accelerations_and_forces, sample_walk
+from stages.analytic.walk.validity import dense_states
 from stages.ground.friction_coefficients import Friction
 from tests.analytic.designs import FRICTION, HEAVY_LEGS, SLOPE, TABLE_1, TABLE_1_RIGID, walker_of
 from tests.analytic.test_transitions import landing_states

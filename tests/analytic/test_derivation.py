@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from stages.analytic import derivation as d
+from stages.analytic.model import derivation as d
 from tests.analytic.designs import HEAVY_LEGS, TABLE_1_RIGID, changed, random_states, walker_of
 
 LEGS = ("compliant", "rigid")

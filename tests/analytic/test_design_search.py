@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stages.analytic.design_point import DesignPoint
-from stages.analytic.design_search import Problem, search_design
-from stages.analytic.gait_search import find_gait
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.design_search import Problem, search_design
+from stages.analytic.gait.gait_search import find_gait
 from tests.analytic.designs import SLOPE, TABLE_1
 
 DESIGN = DesignPoint(TABLE_1, SLOPE)

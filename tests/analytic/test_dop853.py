@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from stages.analytic.dop853_tableau import A, B
-from stages.analytic.flow import SINGLE_STANCE, flow
-from stages.analytic.integrator import STAGES, error_norm, step_factor, take_step
+from stages.analytic.integration.dop853_tableau import A, B
+from stages.analytic.integration.integrator import STAGES, error_norm, step_factor, take_step
+from stages.analytic.phases.flow import SINGLE_STANCE, flow
 from tests.analytic.designs import walker_of
 
 

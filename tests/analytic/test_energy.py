@@ -2,11 +2,11 @@
 
 import pytest
 
-from stages.analytic.energy import audit
-from stages.analytic.flow import DOUBLE_STANCE, RIGID
-from stages.analytic.gait_search import find_gait, step_length
-from stages.analytic.recording import record
-from stages.analytic.step import section_state
+from stages.analytic.gait.gait_search import find_gait, step_length
+from stages.analytic.integration.step import section_state
+from stages.analytic.phases.flow import DOUBLE_STANCE, RIGID
+from stages.analytic.walk.energy import audit
+from stages.analytic.walk.recording import record
 from tests.analytic.designs import HEAVY_LEGS, SLOPE, TABLE_1, TABLE_1_RIGID, changed
 
 DESIGNS = {

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from stages.analytic import derivation as d
-from stages.analytic import equations as eq
-from stages.analytic.flow import (
+from stages.analytic.model import derivation as d
+from stages.analytic.model import equations as eq
+from stages.analytic.model.generate import module_source
+from stages.analytic.phases.flow import (
     DOUBLE_STANCE,
     RIGID,
     SINGLE_STANCE,
@@ -17,7 +18,6 @@ from stages.analytic.flow import (
     rigid_acceleration,
     single_acceleration,
 )
-from stages.analytic.generate import module_source
 from tests.analytic.designs import HEAVY_LEGS, TABLE_1_RIGID, changed, double_stance_states, random_states, walker_of
 
 COMPLIANT = walker_of(HEAVY_LEGS)

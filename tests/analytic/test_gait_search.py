@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from stages.analytic.errors import NoGait, StepFailed
-from stages.analytic.gait_report import report_gait
-from stages.analytic.gait_search import by_stability, describe, find_gait, find_gaits
-from stages.analytic.poincare import poincare_map
+from stages.analytic.gait.gait_report import report_gait
+from stages.analytic.gait.gait_search import by_stability, describe, find_gait, find_gaits
+from stages.analytic.gait.poincare import poincare_map
 from stages.ground.slope import Slope
 from tests.analytic.designs import SLOPE, TABLE_1, TABLE_1_RIGID, changed, walker_of
 

@@ -1,4 +1,4 @@
-"""What `python -m stages.analytic.generate` writes is current, and the short forms have the same value."""
+"""What `python -m stages.analytic.model.generate` writes is current, and the short forms have the same value."""
 
 from pathlib import Path
 
@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from stages.analytic import derivation as d
-from stages.analytic import dop853_step
-from stages.analytic.formulas import document, tidy
-from stages.analytic.generate import compact, step_source
+from stages.analytic.integration import dop853_step
+from stages.analytic.model import derivation as d
+from stages.analytic.model.formulas import document, tidy
+from stages.analytic.model.generate import compact, step_source
 
 
 def test_sums_of_the_integrator_are_current():

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from stages.analytic import equations as eq
-from stages.analytic.flow import DOUBLE_STANCE
-from stages.analytic.gait_search import find_gait
-from stages.analytic.poincare import fixed_point, poincare_derivative, poincare_map
-from stages.analytic.recording import record
-from stages.analytic.step import section_coordinates, section_state
-from stages.analytic.validity import dense_states
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poincare_map
+from stages.analytic.integration.step import section_coordinates, section_state
+from stages.analytic.model import equations as eq
+from stages.analytic.phases.flow import DOUBLE_STANCE
+from stages.analytic.walk.recording import record
+from stages.analytic.walk.validity import dense_states
 from stages.ground.slope import Slope
 from tests.analytic.designs import SLOPE, TABLE_1, changed
 

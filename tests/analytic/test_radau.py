@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from stages.analytic.flow import SINGLE_STANCE, flow
-from stages.analytic.gait_report import report_gait
-from stages.analytic.gait_search import find_gait
-from stages.analytic.integrator import STAGES, error_norm, take_step
-from stages.analytic.poincare import poincare_derivative, poincare_map
-from stages.analytic.radau import jacobian
-from stages.analytic.radau_tableau import A_INVERSE, A, C
-from stages.analytic.readable import take_step as readable_step
-from stages.analytic.stiffness import axial_rates, takes_implicit_steps
+from stages.analytic.gait.gait_report import report_gait
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.gait.poincare import poincare_derivative, poincare_map
+from stages.analytic.integration.integrator import STAGES, error_norm, take_step
+from stages.analytic.integration.radau import jacobian
+from stages.analytic.integration.radau_tableau import A_INVERSE, A, C
+from stages.analytic.integration.readable import take_step as readable_step
+from stages.analytic.phases.flow import SINGLE_STANCE, flow
+from stages.analytic.phases.stiffness import axial_rates, takes_implicit_steps
 from tests.analytic.designs import SLOPE, TABLE_1, changed, random_states, walker_of
 from tests.analytic.test_dop853 import fixed_steps
 

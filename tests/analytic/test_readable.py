@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from stages.analytic import readable
 from stages.analytic.errors import StepFailed
+from stages.analytic.gait.poincare import poincare_map
+from stages.analytic.integration import readable
+from stages.analytic.integration.readable import derivative, heel_strike, refine, take_step
+from stages.analytic.integration.step import section_state
 from stages.analytic.parameters import Parameters, Settings
-from stages.analytic.poincare import poincare_map
-from stages.analytic.readable import derivative, heel_strike, refine, take_step
+from stages.analytic.phases.transitions import heel_strike_reset
 from stages.analytic.run import run
-from stages.analytic.step import section_state
-from stages.analytic.transitions import heel_strike_reset
 from tests.analytic.designs import FRICTION, HEAVY_LEGS, SLOPE, TABLE_1, random_states, walker_of
 
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from stages.analytic.energy import audit
-from stages.analytic.flow import RIGID
-from stages.analytic.gait_search import find_gaits, step_length
-from stages.analytic.poincare import poincare_derivative, poincare_map
-from stages.analytic.recording import record
-from stages.analytic.step import section_state
+from stages.analytic.gait.gait_search import find_gaits, step_length
+from stages.analytic.gait.poincare import poincare_derivative, poincare_map
+from stages.analytic.integration.step import section_state
+from stages.analytic.phases.flow import RIGID
+from stages.analytic.walk.energy import audit
+from stages.analytic.walk.recording import record
 from tests.analytic.designs import TABLE_1_RIGID, changed, walker_of
 
 EDGES = {
@@ -38,7 +38,7 @@ def test_gait_closes_and_keeps_its_books(name):
 
 def test_all_of_it_at_once_is_refused_with_a_reason():
     """No hip mass, point feet and all mass at the foot's bottom: two loose masses, no gait at 1 degree."""
-    from stages.analytic.gait_search import why_no_gait
+    from stages.analytic.gait.gait_search import why_no_gait
 
     walker = walker_of(changed(TABLE_1_RIGID, hip_mass=0.0, foot_radius=0.0, foot_com=0.0), slope_deg=1.0)
     assert find_gaits(walker, 1e-11, unstable=True) == []

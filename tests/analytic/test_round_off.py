@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from benchmarks.round_off import eliminate, orders_of_summation, precisions, similarity, step, system
-from stages.analytic.readable import accelerations
-from stages.analytic.step import section_state
+from stages.analytic.integration.readable import accelerations
+from stages.analytic.integration.step import section_state
 from tests.analytic.designs import double_stance_states
 
 EXTENDED = pytest.mark.skipif(np.finfo(np.longdouble).nmant < 60, reason="longdouble is double on this machine")

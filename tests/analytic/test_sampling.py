@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.analytic.gait_report import record_step, report_gait
-from stages.analytic.gait_search import find_gait
+from stages.analytic.gait.gait_report import record_step, report_gait
+from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.parameters import Parameters, Settings
-from stages.analytic.recording import ROOM
 from stages.analytic.run import run
+from stages.analytic.walk.recording import ROOM
 from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID
 
 RATE = 20_000.0

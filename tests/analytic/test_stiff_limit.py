@@ -10,12 +10,12 @@ motion. That limit is composed here from the two impacts, and the compliant gait
 import numpy as np
 import pytest
 
-from stages.analytic import equations as eq
-from stages.analytic.flow import RIGID, SINGLE_STANCE
-from stages.analytic.phase import EVENT, integrate
-from stages.analytic.poincare import fixed_point
-from stages.analytic.step import NO_NODES
-from stages.analytic.transitions import heel_strike_reset
+from stages.analytic.gait.poincare import fixed_point
+from stages.analytic.integration.phase import EVENT, integrate
+from stages.analytic.integration.step import NO_NODES
+from stages.analytic.model import equations as eq
+from stages.analytic.phases.flow import RIGID, SINGLE_STANCE
+from stages.analytic.phases.transitions import heel_strike_reset
 from tests.analytic.designs import TABLE_1, TABLE_1_RIGID, changed, walker_of
 
 

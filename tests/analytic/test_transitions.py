@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from stages.analytic import equations as eq
-from stages.analytic.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE, flow
-from stages.analytic.phase import EVENT, guard, integrate
-from stages.analytic.recording import record, states_at
-from stages.analytic.step import NO_NODES
-from stages.analytic.transitions import foot_clearance, heel_strike_reset, landing_impulse
-from stages.analytic.validity import dense_states, impulses
+from stages.analytic.integration.phase import EVENT, guard, integrate
+from stages.analytic.integration.step import NO_NODES
+from stages.analytic.model import equations as eq
+from stages.analytic.phases.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE, flow
+from stages.analytic.phases.transitions import foot_clearance, heel_strike_reset, landing_impulse
+from stages.analytic.walk.recording import record, states_at
+from stages.analytic.walk.validity import dense_states, impulses
 from tests.analytic.designs import HEAVY_LEGS, TABLE_1, TABLE_1_RIGID, changed, random_states, walker_of
 
 

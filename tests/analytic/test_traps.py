@@ -5,11 +5,11 @@ Scuffing has its test beside the guards, in test_transitions; slip of the traili
 
 import numpy as np
 
-from stages.analytic.flow import SINGLE_STANCE
-from stages.analytic.poincare import fixed_point, poincare_map
-from stages.analytic.recording import states_at
-from stages.analytic.step import section_coordinates
-from stages.analytic.transitions import heel_strike_reset
+from stages.analytic.gait.poincare import fixed_point, poincare_map
+from stages.analytic.integration.step import section_coordinates
+from stages.analytic.phases.flow import SINGLE_STANCE
+from stages.analytic.phases.transitions import heel_strike_reset
+from stages.analytic.walk.recording import states_at
 
 #: One millionth of a second, as a common setting of event location has it.
 MICROSECOND = 1e-6

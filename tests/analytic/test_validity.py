@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from stages.analytic.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE
-from stages.analytic.recording import record
-from stages.analytic.sampling import accelerations_and_forces
-from stages.analytic.step import section_state
-from stages.analytic.validity import assess, friction_used
+from stages.analytic.integration.step import section_state
+from stages.analytic.phases.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE
+from stages.analytic.walk.recording import record
+from stages.analytic.walk.sampling import accelerations_and_forces
+from stages.analytic.walk.validity import assess, friction_used
 
 
 @pytest.fixture(scope="module")
@@ -57,8 +57,8 @@ def test_pulling_ground_is_reported(table_1_gait):
 
 def test_forces_of_both_feet_carry_the_weight_on_average(table_1_gait, table_1_step):
     """Over a periodic step the ground's impulse is weight times period, along both axes, impacts included."""
-    from stages.analytic.recording import states_at
-    from stages.analytic.validity import impulses
+    from stages.analytic.walk.recording import states_at
+    from stages.analytic.walk.validity import impulses
 
     walker, point = table_1_gait
     points, weights = np.polynomial.legendre.leggauss(8)

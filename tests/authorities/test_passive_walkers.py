@@ -11,12 +11,12 @@ import math
 import numpy as np
 import pytest
 
-from stages.analytic import equations as eq
-from stages.analytic.flow import RIGID
-from stages.analytic.gait_search import by_stability, find_gait
-from stages.analytic.phase import EVENT, integrate
-from stages.analytic.step import NO_NODES
-from stages.analytic.walker import Walker, build_walker
+from stages.analytic.gait.gait_search import by_stability, find_gait
+from stages.analytic.integration.phase import EVENT, integrate
+from stages.analytic.integration.step import NO_NODES
+from stages.analytic.model import equations as eq
+from stages.analytic.model.walker import Walker, build_walker
+from stages.analytic.phases.flow import RIGID
 from stages.biped.design import Biped
 from stages.ground.slope import Slope
 

@@ -11,7 +11,7 @@ import math
 import numpy as np
 import pytest
 
-from stages.analytic.gait_search import find_gait
+from stages.analytic.gait.gait_search import find_gait
 from stages.biped.design import Biped
 from stages.ground.slope import Slope
 

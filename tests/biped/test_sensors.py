@@ -9,7 +9,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pipeline.parameters import load
+from pipeline.parameters.loading import load
 from stages.biped.frames import specific_force
 from stages.biped.kinematics import (
     Coordinate,
@@ -19,11 +19,11 @@ from stages.biped.kinematics import (
     stance_mass_motion,
     swing_point_motion,
 )
+from stages.multibody.assembly.state import PlanarState
 from stages.multibody.parameters import Parameters
-from stages.multibody.state import PlanarState
-from stages.multibody.walk import simulate
-from stages.twin.contact import HINGE, PITCH, SLIDE
-from stages.twin.kinematics import pair_axes, point_motion
+from stages.multibody.walking.walk import simulate
+from stages.twin.machine.contact import HINGE, PITCH, SLIDE
+from stages.twin.machine.kinematics import pair_axes, point_motion
 
 LENGTH, RADIUS, COM = 0.333, 0.083, 0.1
 TIME = np.linspace(0.0, 2.0, 41)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipeline.parameters import load
+from pipeline.parameters.loading import load
 from stages.analytic.parameters import Parameters as AnalyticParameters
 from stages.analytic.run import run as run_analytic
 from stages.biped.processes import each_in_a_process

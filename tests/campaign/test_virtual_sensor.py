@@ -8,8 +8,8 @@ import pytest
 from stages.campaign.parameters import RadioSettings, SensorSettings
 from stages.campaign.radio import transmit
 from stages.campaign.virtual_sensor import STANDARD_GRAVITY, SensorMotion, draw_errors, low_pass, read
-from stages.imu.frames import mounting
-from stages.imu.schema import Device
+from stages.imu.sources.schema import Device
+from stages.imu.trial.frames import mounting
 
 PERFECT = SensorSettings(100.0, 0.0, 40.0, 4.0, 2000.0, 16, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 RADIO = RadioSettings(3, 65536, 0.0, 0.008, 0.015, 0.1, 0.2, 0.05, 0.25)

@@ -16,7 +16,7 @@ from stages.error_budget.result import CycleBudget, StepBudget
 from stages.error_budget.result import Result as Budget
 from stages.error_budget.split import Split
 from stages.ground.contact_law import ContactLaw
-from stages.imu.agreement import Agreement, FrequencyDifference
+from stages.imu.trial.agreement import Agreement, FrequencyDifference
 
 DEFAULTS = ContactLaw(1e5, 2.2, 1e4, 1e-4, 1.1, 1.0, 0.1, 1.0)
 

@@ -24,7 +24,7 @@ from stages.comparison.stride import last_stride
 from stages.extremes.result import Result as Extremes
 from stages.tradeoff.result import Errors, Reference, Row
 from stages.tradeoff.result import Result as Tradeoff
-from stages.twin.snapshots import Snapshots
+from stages.twin.walking.snapshots import Snapshots
 from stages.twin_ladder.result import COMPLETED, RungGait
 from stages.twin_ladder.result import Result as Ladder
 from stages.twin_pushes.result import PushedWalk

@@ -12,11 +12,11 @@ from stages.comparison.figures import (
     figure_06,
     figure_08,
     figure_16,
-    style,
     twin_ladder,
     twin_pushes,
 )
 from stages.comparison.stride import last_stride
+from stages.drawing import style
 
 
 def labels(figure):

@@ -13,8 +13,8 @@ import matplotlib.pyplot as plt
 import pytest
 from made_up_figures import figures
 
-from pipeline.pictures import TOLERANCE, difference, rms
-from stages.comparison.figures import style
+from pipeline.report.pictures import TOLERANCE, difference, rms
+from stages.drawing import style
 
 GOLDEN = Path(__file__).parents[1] / "baseline"
 DRAWN_BY = GOLDEN / "drawn_by.txt"

@@ -5,14 +5,14 @@ from types import SimpleNamespace
 
 import pytest
 
-from pipeline.parameters import load
+from pipeline.parameters.loading import load
 from stages.biped.gait import StanceState
 from stages.contact_study.one_step import Scene
 from stages.contact_study.parameters import Parameters
 from stages.contact_study.run import default_law
+from stages.multibody.assembly.state import rolling_state
 from stages.multibody.parameters import Settings
-from stages.multibody.state import rolling_state
-from stages.multibody.walk import sample, simulate
+from stages.multibody.walking.walk import sample, simulate
 
 PERIOD = 0.48
 STANDING_FORCE = 9.4

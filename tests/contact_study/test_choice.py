@@ -8,7 +8,7 @@ import pytest
 
 from stages.contact_study.choice import TOO_DEAR, choose, excess, grid, score
 from stages.contact_study.result import OneStep
-from stages.multibody.scuffing import STEP_FLOOR
+from stages.multibody.walking.scuffing import STEP_FLOOR
 
 
 def step(law, hip=1e-3, depth=1e-5, cost=100, outcome="completed"):

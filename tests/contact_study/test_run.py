@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pipeline import artefact
+from pipeline.cache import artefact
 from stages.contact_study.result import Result
 from stages.contact_study.run import run, same_set
 

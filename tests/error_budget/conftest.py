@@ -2,7 +2,7 @@
 
 import pytest
 
-from pipeline.parameters import load
+from pipeline.parameters.loading import load
 from stages.error_budget.one_step import OneStep
 from stages.error_budget.parameters import Parameters
 

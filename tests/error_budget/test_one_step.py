@@ -6,9 +6,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from pipeline import artefact
+from pipeline.cache import artefact
 from stages.comparison.figures import error_budget as figure
-from stages.comparison.figures import style
+from stages.drawing import style
 from stages.error_budget.effects import EFFECTS, INTEGRATION_CONSTRAINT, INTEGRATION_PENALTY, SLIP
 from stages.error_budget.errors import NotWalked
 from stages.error_budget.one_step import OneStep

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pipeline.parameters import load
+from pipeline.parameters.loading import load
 from stages.extremes import constraint_points, penalty_points
 from stages.extremes.engines import COULOMB, ENGINES, GAIT, JOINTS, MARCH, STEP, TREE, TWIN
 from stages.extremes.parameters import Parameters
@@ -60,7 +60,7 @@ def test_every_point_is_what_it_says(full, parameters):
 
 
 def test_similar_bipeds_keep_their_dimensionless_numbers(full, parameters):
-    from stages.analytic.walker import build_walker
+    from stages.analytic.model.walker import build_walker
 
     own = np.array(build_walker(parameters.biped, parameters.slope).p[:10])
     for point in (point for point in full if point.axis == "size, similar"):

@@ -18,8 +18,8 @@ from stages.campaign.standing import joined, rolling_leg, stand_and_push
 from stages.campaign.virtual_sensor import Readings, SensorErrors, SensorMotion, draw_errors, read
 from stages.ground.slope import Slope
 from stages.imu.parameters import Settings
-from stages.imu.schema import Device, Experiment
-from stages.imu.sensor import filter_delay
+from stages.imu.sources.schema import Device, Experiment
+from stages.imu.trial.sensor import filter_delay
 
 GRID = 1 / 5000
 BIPED = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from stages.imu.agreement import (
+from stages.imu.trial.agreement import (
     agreement,
     bland_altman,
     envelope_share,

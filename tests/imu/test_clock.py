@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from stages.campaign.radio import Transmitted
-from stages.imu.clock import least_squares_line, lower_envelope, repair_clock, robust_line
-from stages.imu.packet_index import index_samples, unwrap_counter
-from stages.imu.schema import Recording, recording_from_columns
+from stages.imu.clock.clock import least_squares_line, lower_envelope, repair_clock, robust_line
+from stages.imu.clock.packet_index import index_samples, unwrap_counter
+from stages.imu.sources.schema import Recording, recording_from_columns
 from tests.imu.stand_in import RADIO, ROUGH_RADIO, device, make_run
 
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stages.imu.errors import SourceRefused
 from stages.imu.parameters import Parameters
-from stages.imu.refusal import SourceRefused
 from stages.imu.run import run
 from tests.imu.damage import HARMFUL, NEVER_ACCEPTED, edited
 from tests.imu.stand_in import SETTINGS, make_database, make_run

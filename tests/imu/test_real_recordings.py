@@ -7,10 +7,10 @@ import pytest
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import find_peaks
 
-from stages.imu.packet_index import index_samples
-from stages.imu.report import SensorReport
-from stages.imu.source_csv import CsvSource
-from stages.imu.trial import read_sensor
+from stages.imu.clock.packet_index import index_samples
+from stages.imu.sources.source_csv import CsvSource
+from stages.imu.trial.report import SensorReport
+from stages.imu.trial.trial import read_sensor
 from tests.imu.real_recordings import FOLDER, ipol, xio
 from tests.imu.stand_in import SETTINGS
 

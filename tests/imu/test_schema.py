@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from stages.imu.schema import TABLES
+from stages.imu.sources.schema import TABLES
 
 
 @pytest.mark.parametrize("table", TABLES)

@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from stages.imu.ensemble import ensemble_of
-from stages.imu.events import HeelStrikes, step_frequency
-from stages.imu.frames import angle_between, find_frame, gravity_on_body, mounting
-from stages.imu.registration import register, stride_bounds
-from stages.imu.resample import resample
-from stages.imu.sensor import filter_delay, mask_clipped
-from stages.imu.units import implied_acceleration_unit, implied_angular_rate_unit
+from stages.imu.clock.resample import resample
+from stages.imu.sources.units import implied_acceleration_unit, implied_angular_rate_unit
+from stages.imu.trial.ensemble import ensemble_of
+from stages.imu.trial.events import HeelStrikes, step_frequency
+from stages.imu.trial.frames import angle_between, find_frame, gravity_on_body, mounting
+from stages.imu.trial.registration import register, stride_bounds
+from stages.imu.trial.sensor import filter_delay, mask_clipped
 from tests.imu.stand_in import device
 
 angles = st.floats(-0.12, 0.12)

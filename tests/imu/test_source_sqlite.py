@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from stages.imu.refusal import SourceRefused
-from stages.imu.source_sqlite import SqliteSource
+from stages.imu.errors import SourceRefused
+from stages.imu.sources.source_sqlite import SqliteSource
 from tests.imu.damage import edited
 from tests.imu.stand_in import make_database, make_run
 

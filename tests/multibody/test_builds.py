@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 
-from stages.multibody.quiet_exudyn import VERSION
+from stages.multibody.assembly.quiet_exudyn import VERSION
 
 #: Two steps with the contact set and the solver of `conftest`; the fast build is refused by an attribute of sys.
 WALK = """
@@ -17,9 +17,9 @@ from stages.biped.gait import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings
-from stages.multibody.quiet_exudyn import VERSION
-from stages.multibody.state import rolling_state
-from stages.multibody.walk import simulate
+from stages.multibody.assembly.quiet_exudyn import VERSION
+from stages.multibody.assembly.state import rolling_state
+from stages.multibody.walking.walk import simulate
 biped = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)
 contact = ContactLaw(1e5, 2.2, 1e4, 1e-4, 1.1, 1.0, 0.1, 1.0)
 start = rolling_state(biped, contact, StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0), normal_force=9.4)

@@ -7,9 +7,9 @@ import pytest
 
 from stages.ground.normal_force import static_penetration
 from stages.ground.operations import ARRAYS, SCALARS
-from stages.multibody.contact import SYMBOLS, disc_force, point_force, symbolic
-from stages.multibody.state import PlanarState
-from stages.multibody.walk import build, simulate
+from stages.multibody.assembly.contact import SYMBOLS, disc_force, point_force, symbolic
+from stages.multibody.assembly.state import PlanarState
+from stages.multibody.walking.walk import build, simulate
 
 LAWS = [(normal, friction) for normal in ("impact", "restitution") for friction in ("stribeck", "coulomb", "none")]
 

@@ -7,9 +7,9 @@ import pytest
 
 from stages.biped.gait import StanceState
 from stages.ground.blocks import Lane
-from stages.multibody.inventory import take_inventory
-from stages.multibody.state import rolling_state
-from stages.multibody.walk import build, simulate
+from stages.multibody.assembly.inventory import take_inventory
+from stages.multibody.assembly.state import rolling_state
+from stages.multibody.walking.walk import build, simulate
 
 
 def counts(biped, slope, contact, settings, lanes=None):

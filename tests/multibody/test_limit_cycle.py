@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.multibody.limit_cycle import NoLimitCycle, limit_cycle, section_numbers, section_state
-from stages.multibody.walk import sample, simulate
+from stages.multibody.walking.limit_cycle import NoLimitCycle, limit_cycle, section_numbers, section_state
+from stages.multibody.walking.walk import sample, simulate
 
 
 def test_section_numbers_and_state_are_inverse(start):

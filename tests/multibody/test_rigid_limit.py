@@ -8,14 +8,14 @@ k^(-1/(e + 1)) of an impact, the damping's depth shrinks and its size grows by t
 import numpy as np
 import pytest
 
-from stages.analytic.flow import SINGLE_STANCE
-from stages.analytic.gait_search import find_gait
-from stages.analytic.recording import crossing_state, record
-from stages.analytic.sampling import sample_walk
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.phases.flow import SINGLE_STANCE
+from stages.analytic.walk.recording import crossing_state, record
+from stages.analytic.walk.sampling import sample_walk
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction
-from stages.multibody.state import rolling_state
-from stages.multibody.walk import simulate
+from stages.multibody.assembly.state import rolling_state
+from stages.multibody.walking.walk import simulate
 
 FRICTION, EXPONENT = 1.1, 2.2
 #: Time around heel strike left out [s].

@@ -5,8 +5,8 @@ import pytest
 
 from stages.ground.blocks import Lane, lanes
 from stages.ground.operations import SCALARS
-from stages.multibody.scuffing import FELL
-from stages.multibody.walk import sample, simulate
+from stages.multibody.walking.scuffing import FELL
+from stages.multibody.walking.walk import sample, simulate
 
 
 def test_blocks_of_a_lane():

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from stages.biped.walk import NotRecorded, require
-from stages.multibody.inventory import bytes_of, take_inventory
+from stages.multibody.assembly.inventory import bytes_of, take_inventory
+from stages.multibody.assembly.signals import SIGNALS
 from stages.multibody.parameters import Parameters
 from stages.multibody.run import run
-from stages.multibody.signals import SIGNALS
-from stages.multibody.walk import build, sample, simulate
+from stages.multibody.walking.walk import build, sample, simulate
 
 #: Signal -> (attribute of the result, attribute of its walk).
 WHERE = {"ground_reaction": (None, "ground_reaction"), "imu": (None, "foot_specific_force"),

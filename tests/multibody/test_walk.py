@@ -5,13 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pipeline.parameters import load
-from stages.multibody.energy import energy_balance, mass_moment
-from stages.multibody.events import find_events
+from pipeline.parameters.loading import load
+from stages.multibody.assembly.state import PlanarState
 from stages.multibody.parameters import Parameters
-from stages.multibody.scuffing import DIVERGED, FELL, SOLVER_FAILED, STALLED, STEP_FLOOR, Watch
-from stages.multibody.state import PlanarState
-from stages.multibody.walk import sample, simulate
+from stages.multibody.walking.energy import energy_balance, mass_moment
+from stages.multibody.walking.events import find_events
+from stages.multibody.walking.scuffing import DIVERGED, FELL, SOLVER_FAILED, STALLED, STEP_FLOOR, Watch
+from stages.multibody.walking.walk import sample, simulate
 
 
 @pytest.fixture(scope="module")

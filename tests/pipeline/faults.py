@@ -20,8 +20,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pipeline import durable
-from pipeline.store import Store
+from pipeline.cache import durable
+from pipeline.cache.store import Store
 from tests.pipeline.toy import HOME, with_commands
 
 FAULTY = Path(__file__).with_name("faulty")

@@ -9,9 +9,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pipeline import accuracy, parameters, provenance, verification
+from pipeline import accuracy, verification
+from pipeline.cache import provenance
+from pipeline.cache.fingerprint import compact
 from pipeline.errors import StudyError
-from pipeline.fingerprint import compact
+from pipeline.parameters import loading
 from pipeline.study import Study
 from stages.biped.accuracy import WORDS, Accuracy
 
@@ -50,7 +52,7 @@ def test_what_is_asked_sets_the_solver_and_is_stated():
     values = found.parameters(("analytic", "multibody", "twin", "imu"))
     for name in accuracy.FILES:
         choice = found.choice(name, values[name])
-        plain = parameters.as_plain(values[name])[name]
+        plain = loading.as_plain(values[name])[name]
         assert {key: plain[key] for key in choice.settings} == choice.settings and choice.settings
         assert plain["accuracy"]["hip_position_m"] == 1e-6
         assert choice.expected <= 1e-6
@@ -60,7 +62,7 @@ def test_what_is_asked_sets_the_solver_and_is_stated():
     assert found.choice("imu", values["imu"]) is None
     as_it_stands = study().parameters(("twin",))["twin"]
     assert study().choice("twin", as_it_stands) is None and as_it_stands.settings.accuracy == accuracy.CUSTOM
-    plain = parameters.as_plain(as_it_stands)
+    plain = loading.as_plain(as_it_stands)
     assert provenance._accuracy({"stage": "twin", "parameters": plain}) == {}
 
 
@@ -232,13 +234,13 @@ def true_errors(stage, tight, run):
 @pytest.mark.parametrize("stage", ["analytic", "multibody", "twin"])
 def test_the_true_error_of_the_stages_own_walk_keeps_the_request(stage):
     # imported here, because Exudyn takes seconds
-    from stages.analytic.gait_search import find_gait
-    from stages.analytic.recording import crossing_state, record
-    from stages.analytic.sampling import sample_walk
-    from stages.multibody.state import rolling_state
-    from stages.multibody.walk import simulate
-    from stages.twin.machine import build
-    from stages.twin.simulate import rolling_start, simulate_twin
+    from stages.analytic.gait.gait_search import find_gait
+    from stages.analytic.walk.recording import crossing_state, record
+    from stages.analytic.walk.sampling import sample_walk
+    from stages.multibody.assembly.state import rolling_state
+    from stages.multibody.walking.walk import simulate
+    from stages.twin.machine.machine import build
+    from stages.twin.walking.simulate import rolling_start, simulate_twin
 
     given = study().parameters(("analytic",))["analytic"]
     walker, point = find_gait(given.biped, given.slope, 1e-13)

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from pipeline import artefact
+from pipeline.cache import artefact
 from pipeline.errors import ArtefactError
 from stages.biped.quantity import quantity
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 
-from pipeline.closure import Sources
-from pipeline.syntax import SyntaxMemo
+from pipeline.cache.closure import Sources
+from pipeline.cache.syntax import SyntaxMemo
 
 ALL = {"fall", "bounce", "side", "picture"}
 
@@ -149,7 +149,7 @@ def test_deleted_results_come_back_from_the_cache(done):
 
 
 def test_another_version_of_a_numerical_package_reruns_its_users(done, monkeypatch):
-    from pipeline import distributions
+    from pipeline.cache import distributions
 
     installed = {**distributions._installed(), "numpy": "0.0.1"}
     monkeypatch.setattr(distributions, "_installed", lambda: installed)

@@ -7,9 +7,9 @@ import os
 
 import pytest
 
-from pipeline import durable
+from pipeline.cache import durable
 from pipeline.errors import ArtefactError
-from pipeline.planning import Planner
+from pipeline.execution.planning import Planner
 
 
 def reasons(toy):
@@ -118,7 +118,7 @@ def test_the_clock_set_back_changes_nothing(done):
 
 
 def test_reading_a_foreign_or_truncated_file_is_one_sentence(done, tmp_path):
-    from pipeline import artefact
+    from pipeline.cache import artefact
 
     content = (done.root / "results/fall.h5").read_bytes()
     for damaged in (b"", b"hello", content[:2000], content[:-1]):

@@ -6,8 +6,9 @@ import re
 
 import click
 
-from pipeline import reference, yaml_text
+from pipeline import reference
 from pipeline.cli import cli
+from pipeline.parameters import yaml_text
 from pipeline.study import locate
 
 

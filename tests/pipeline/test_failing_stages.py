@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from pipeline import durable
+from pipeline.cache import durable
 from pipeline.errors import StageFailed
 
 unix = pytest.mark.skipif(os.name != "posix", reason="uses POSIX signals")
@@ -60,7 +60,7 @@ def test_a_stage_that_lacks_an_out_is_refused(done):
 
 def test_code_edited_while_it_runs_is_never_stored(done, monkeypatch):
     """The key is made from one text, the worker meets another."""
-    from pipeline import process
+    from pipeline.execution import process
 
     original = process.Worker.__init__
 
@@ -78,7 +78,7 @@ def test_code_edited_while_it_runs_is_never_stored(done, monkeypatch):
 
 
 def test_an_input_edited_while_the_run_goes_on_is_not_used(done, monkeypatch):
-    from pipeline import process
+    from pipeline.execution import process
 
     original = process.Worker.__init__
 

@@ -7,7 +7,7 @@ import threading
 
 import pytest
 
-from pipeline import lock
+from pipeline.cache import lock
 from pipeline.errors import StudyError
 
 

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline import yaml_text
+from pipeline.cache.fingerprint import compact
 from pipeline.errors import StudyError
-from pipeline.fingerprint import compact
+from pipeline.parameters import yaml_text
 
 
 def sentences(toy, *settings, names=("fall", "bounce")):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pipeline.planning import Planner, State
+from pipeline.execution.planning import Planner, State
 
 
 def survey(toy, *settings):

@@ -12,8 +12,8 @@ import h5py
 import numpy as np
 import pytest
 
-from pipeline.display import Display
 from pipeline.errors import StudyError
+from pipeline.execution.display import Display
 from pipeline.sweep import pool, progress
 from pipeline.sweep import spec as specs
 from pipeline.sweep.bench import Bench

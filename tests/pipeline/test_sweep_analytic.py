@@ -7,7 +7,7 @@ import dataclasses
 import h5py
 import pytest
 
-from pipeline.display import Display
+from pipeline.execution.display import Display
 from pipeline.study import Study
 from pipeline.sweep import progress
 from pipeline.sweep import spec as specs
@@ -32,8 +32,8 @@ def test_a_sweep_of_slopes(repository, tmp_path):
     study = Study(repository, repository / "params", tmp_path / "results")
     summary = Sweep(study, specs.read(path), Display()).run(tmp_path / "slopes.h5", 2, None, progress.Silence)
     assert summary.outcomes == {"computed": 2, "no answer": 1}
-    from stages.analytic.gait_report import report_gait
-    from stages.analytic.gait_search import find_gait
+    from stages.analytic.gait.gait_report import report_gait
+    from stages.analytic.gait.gait_search import find_gait
 
     values = study.parameters(["analytic"])["analytic"]
     with h5py.File(tmp_path / "slopes.h5") as file:

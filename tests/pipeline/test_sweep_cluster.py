@@ -7,8 +7,8 @@ import signal
 
 import pytest
 
-from pipeline.display import Display
 from pipeline.errors import StudyError
+from pipeline.execution.display import Display
 from pipeline.sweep import progress
 from pipeline.sweep import spec as specs
 from pipeline.sweep.sweep import Sweep

@@ -13,8 +13,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from pipeline.display import Display
-from pipeline.executor import Outcome, bring_up_to_date
+from pipeline.execution.display import Display
+from pipeline.execution.executor import Outcome, bring_up_to_date
 from pipeline.study import Study
 
 HOME = Path(__file__).resolve().parents[2]

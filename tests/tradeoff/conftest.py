@@ -4,10 +4,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from pipeline.parameters import load
-from stages.analytic.gait_search import find_gait
-from stages.analytic.recording import crossing_state, record
-from stages.analytic.sampling import sample_walk
+from pipeline.parameters.loading import load
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.walk.recording import crossing_state, record
+from stages.analytic.walk.sampling import sample_walk
 from stages.tradeoff.parameters import Parameters
 
 

@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pipeline.parameters import load
+from pipeline.parameters.loading import load
 from stages.biped.gait import StanceState
-from stages.twin.machine import build
+from stages.twin.machine.machine import build
 from stages.twin.parameters import Parameters
-from stages.twin.simulate import rolling_start, simulate_twin
+from stages.twin.walking.simulate import rolling_start, simulate_twin
 
 STANDING_FORCE = 9.4
 

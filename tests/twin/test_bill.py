@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from pipeline.errors import StudyError
-from pipeline.parameters import load
-from stages.twin.bill import bodies, join
-from stages.twin.machine import build
+from pipeline.parameters.loading import load
+from stages.twin.machine.bill import bodies, join
+from stages.twin.machine.machine import build
+from stages.twin.machine.table_one import ROUNDING, sums
 from stages.twin.parameters import Parameters
-from stages.twin.table_one import ROUNDING, sums
 
 
 def test_bodies_have_the_masses_of_table_1(machine, parameters):

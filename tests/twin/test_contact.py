@@ -7,9 +7,9 @@ import pytest
 
 from stages.ground.friction import friction_coefficient
 from stages.ground.normal_force import normal_force as normal_force_text
-from stages.twin.connectors import ConnectorTree
-from stages.twin.contact import SLIDE, along, clearances, feet_forces, friction_slope, law_numbers, normal_force
-from stages.twin.kinematics import pair_axes, point_motion
+from stages.twin.machine.connectors import ConnectorTree
+from stages.twin.machine.contact import SLIDE, along, clearances, feet_forces, friction_slope, law_numbers, normal_force
+from stages.twin.machine.kinematics import pair_axes, point_motion
 
 LAWS = [("impact", "stribeck"), ("restitution", "coulomb"), ("impact", "none")]
 

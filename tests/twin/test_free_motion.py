@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.twin.contact import COUNT, SLIDE
-from stages.twin.energy import mechanical_energy
-from stages.twin.kinematics import pair_axes, point_motion
-from stages.twin.simulate import Start, simulate_twin
+from stages.twin.machine.contact import COUNT, SLIDE
+from stages.twin.machine.kinematics import pair_axes, point_motion
+from stages.twin.walking.energy import mechanical_energy
+from stages.twin.walking.simulate import Start, simulate_twin
 
 
 def fly(machine, parameters, velocity, seconds=0.25):

@@ -1,8 +1,8 @@
 """The twin's inventory: six bodies of which an empty one weighs nothing, eleven coordinates, four feet."""
 
-from stages.multibody.inventory import take_inventory
-from stages.twin.machine import build
-from stages.twin.tree import SpatialTree
+from stages.multibody.assembly.inventory import take_inventory
+from stages.twin.machine.machine import build
+from stages.twin.machine.tree import SpatialTree
 
 
 def test_the_twin_holds_what_is_named(parameters):

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from pipeline.errors import StudyError
-from pipeline.parameters import load
-from stages.multibody.scuffing import COMPLETED
+from pipeline.parameters.loading import load
+from stages.multibody.walking.scuffing import COMPLETED
 from stages.twin.parameters import Parameters
 from stages.twin.ramp import BlocksDoNotFit, lay_blocks
-from stages.twin.ramp_watch import MISSED
+from stages.twin.walking.ramp_watch import MISSED
 
 STEP = 0.16
 

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from stages.biped.sampling_times import uniform_times
-from stages.multibody.scuffing import FELL, STALLED
-from stages.multibody.state import rolling_state
-from stages.twin.contact import ROLL, YAW, Z
-from stages.twin.energy import energy_balance
-from stages.twin.events import find_events
-from stages.twin.machine import Build, build
-from stages.twin.signals import sample
-from stages.twin.simulate import rolling_start, simulate_twin
+from stages.multibody.assembly.state import rolling_state
+from stages.multibody.walking.scuffing import FELL, STALLED
+from stages.twin.machine.contact import ROLL, YAW, Z
+from stages.twin.machine.machine import Build, build
+from stages.twin.walking.energy import energy_balance
+from stages.twin.walking.events import find_events
+from stages.twin.walking.signals import sample
+from stages.twin.walking.simulate import rolling_start, simulate_twin
 
 MIRRORED = np.array([1, 1, -1, -1, -1, 1, 1, 1, 1, 1, 1])
 SWAPPED = [0, 1, 2, 3, 4, 5, 7, 6, 8, 10, 9]
@@ -115,7 +115,7 @@ def test_outsole_and_build_tolerance_reach_the_machine(parameters, machine):
 def test_planar_equivalent_reproduces_the_planar_checker(parameters, rough, walk_from):
     """Same contact law, same start, two assemblies: the hips stay together."""
     from stages.multibody.parameters import Settings as PlanarSettings
-    from stages.multibody.walk import simulate
+    from stages.multibody.walking.walk import simulate
 
     p = parameters
     planar = PlanarSettings("tree", 5, 2000.0, 1e-9, 5e-4, "trapezoidal", 2e-4, 1e-5, 0.02, 3.0)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pipeline.parameters import load
+from pipeline.parameters.loading import load
 from stages.twin_ladder.parameters import Parameters
 from stages.twin_ladder.rungs import rungs
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from stages.biped.gait import StanceState
-from stages.twin.events import find_events
-from stages.twin.machine import build
-from stages.twin.simulate import rolling_start, simulate_twin
+from stages.twin.machine.machine import build
+from stages.twin.walking.events import find_events
+from stages.twin.walking.simulate import rolling_start, simulate_twin
 from stages.twin_ladder.cycle import Search
 from stages.twin_ladder.result import COMPLETED, Result, RungGait
 from stages.twin_ladder.run import run, without_gait

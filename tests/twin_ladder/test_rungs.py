@@ -6,8 +6,8 @@ import itertools
 import numpy as np
 import pytest
 
-from stages.twin.bill import join
-from stages.twin.machine import build
+from stages.twin.machine.bill import join
+from stages.twin.machine.machine import build
 from stages.twin_ladder.rungs import rungs, same
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pipeline.errors import StudyError
-from pipeline.parameters import load
+from pipeline.parameters.loading import load
 from stages.biped.gait import StanceState
 from stages.twin_pushes.parameters import Parameters
 from stages.twin_pushes.run import run

@@ -10,7 +10,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from stages.biped.processes import each_in_a_process
-from stages.comparison.figures import style
+from stages.drawing import style
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from stages.comparison.figures import style
+from stages.drawing import style
 from stages.error_budget.effects import COMPLIANCE, CREEP, RAMP, SLIP, UNEXPLAINED
 from stages.error_budget.result import Result
 from stages.error_budget.split import Split

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from stages.analytic.parameters import Settings as Analytic
 from stages.biped.design import Biped
-from stages.comparison.figures import style
+from stages.drawing import style
 from stages.extremes.engines import TOGETHER, USUAL
 from stages.extremes.result import Result
 from stages.extremes.verdict import CRASHED, FAILED, HUNG, INACCURATE, REFUSED, RIGHT, UNCONFIRMED, WRONG

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stages.biped.walk import Walk
-from stages.comparison.figures import style
+from stages.drawing import style
 
 NAME = "figure_02_ground_reaction"
 LEG = 1

@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from stages.comparison.figures import style
+from stages.drawing import style
 from stages.ground.contact_law import ContactLaw
 from stages.ground.normal_force import normal_force
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from stages.biped.walk import Walk
-from stages.comparison.figures import style
+from stages.drawing import style
 
 if TYPE_CHECKING:
     from stages.contact_study.result import Result

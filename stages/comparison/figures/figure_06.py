@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stages.biped.walk import Walk
-from stages.comparison.figures import style
 from stages.comparison.figures.figure_05 import CONSTRAINT, constraint_force, differences
+from stages.drawing import style
 from stages.ground.friction import friction_coefficient
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stages.biped.walk import Walk
-from stages.comparison.figures import style
+from stages.drawing import style
 
 NAME = "figure_07_snapshots"
 LEG_COLOURS = (style.ANALYTIC, style.MULTIBODY)

@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stages.biped.walk import Walk
-from stages.comparison.figures import style
 from stages.comparison.hip_motion import overlay
+from stages.drawing import style
 
 NAME = "figure_08_hip_motion"
 PANELS = (

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stages.biped.walk import Walk
-from stages.comparison.figures import style
-from stages.twin.snapshots import Snapshots
+from stages.drawing import style
+from stages.twin.walking.snapshots import Snapshots
 
 NAME = "figure_10_twin"
 LEG_COLOURS = (style.SECOND, style.MULTIBODY)  # the paper's green inner and red outer legs

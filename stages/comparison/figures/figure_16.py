@@ -11,10 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stages.biped.walk import SENSOR_SIGNALS
-from stages.comparison.figures import style
 from stages.comparison.measurement import MeasurementAgreement
 from stages.comparison.stride import Stride
-from stages.imu.agreement import Agreement, FrequencyDifference
+from stages.drawing import style
+from stages.imu.trial.agreement import Agreement, FrequencyDifference
 
 NAME = "figure_16_measurement"
 PANELS = (

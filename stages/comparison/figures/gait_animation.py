@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from stages.biped.walk import Walk
-from stages.comparison.figures import style
+from stages.drawing import style
 
 NAME = "gait_animation"
 FRAME_RATE = 100  # Hz

@@ -11,7 +11,7 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
-from stages.comparison.figures import style
+from stages.drawing import style
 from stages.tradeoff.result import ERRORS, Result, Row, front
 
 NAME = "tradeoff"

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stages.comparison.figures import style
+from stages.drawing import style
 from stages.twin_ladder.result import Result, RungGait
 
 NAME = "twin_ladder"

@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from stages.comparison.figures import style
+from stages.drawing import style
 from stages.twin_pushes.result import Result
 
 NAME = "twin_pushes"

@@ -1,0 +1,92 @@
+"""What a source file means: its syntax tree without comments, layout and docstrings, and the modules it imports."""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import hashlib
+import json
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from pipeline.cache import durable
+
+_DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """Hash of a file's syntax tree, and its imports as (level, module, names) in the manner of `from . import x`."""
+
+    tree: str
+    imports: tuple[tuple[int, str, tuple[str, ...]], ...]
+
+
+class SyntaxMemo:
+    """Meanings by content hash, kept in a file so that unchanged sources are never parsed again."""
+
+    def __init__(self, path: Path | None) -> None:
+        self._path = path
+        self._known: dict[str, Meaning] = {}
+        self._grown = False
+        content = durable.read(path) if path else None
+        if content:
+            with contextlib.suppress(ValueError, TypeError, KeyError):
+                stored = json.loads(content)
+                if stored["for"] == _INTERPRETER:
+                    self._known = {key: _from_json(*entry) for key, entry in stored["files"].items()}
+
+    def meaning(self, source: bytes) -> Meaning:
+        """Meaning of a source file's bytes. A file that does not parse means its own bytes."""
+        key = durable.digest(source)
+        if key not in self._known:
+            self._known[key] = _parse(source)
+            self._grown = True
+        return self._known[key]
+
+    def save(self) -> None:
+        """Keep what was learnt; a folder that cannot be written costs only time."""
+        if self._path and self._grown:
+            files = {key: (meaning.tree, meaning.imports) for key, meaning in self._known.items()}
+            with contextlib.suppress(OSError):
+                durable.write(self._path, json.dumps({"for": _INTERPRETER, "files": files}).encode())
+                self._grown = False
+
+
+_INTERPRETER = f"{sys.version_info.major}.{sys.version_info.minor} {durable.digest(Path(__file__).read_bytes())}"
+
+
+def _from_json(tree: str, imports: list[tuple[int, str, list[str]]]) -> Meaning:
+    return Meaning(str(tree), tuple((int(level), str(module), tuple(names)) for level, module, names in imports))
+
+
+def _parse(source: bytes) -> Meaning:
+    try:
+        tree = ast.parse(source)
+    except (SyntaxError, ValueError):
+        return Meaning(durable.digest(source), ())
+    imports: list[tuple[int, str, tuple[str, ...]]] = []
+    reads_docstrings = False
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            imports += [(0, alias.name, ()) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            imports.append((node.level, node.module or "", tuple(alias.name for alias in node.names)))
+        elif isinstance(node, ast.Attribute) and node.attr == "__doc__":
+            reads_docstrings = True
+    if not reads_docstrings:
+        _drop_docstrings(tree)
+    return Meaning(hashlib.sha256(ast.dump(tree).encode()).hexdigest(), tuple(imports))
+
+
+def _drop_docstrings(tree: ast.Module) -> None:
+    for node in ast.walk(tree):
+        if isinstance(node, _DOCUMENTED) and node.body:
+            first = node.body[0]
+            if (
+                isinstance(first, ast.Expr)
+                and isinstance(first.value, ast.Constant)
+                and isinstance(first.value.value, str)
+            ):
+                del node.body[0]

@@ -1,0 +1,66 @@
+"""What a run says while it runs: one plain line for each stage, and on a terminal a live bar."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from typing import TextIO
+
+
+class Display:
+    """Says nothing: the base of the others, and what `--json` uses."""
+
+    def started(self, stage: str, reasons: Iterable[str]) -> None:
+        """A stage began to compute."""
+
+    def progress(self, stage: str, fraction: float, what: str) -> None:
+        """A running stage reported how far it is."""
+
+    def finished(self, stage: str, how: str, seconds: float, summary: str) -> None:
+        """A stage is up to date."""
+
+    def failed(self, stage: str) -> None:
+        """A stage did not finish."""
+
+    def note(self, sentence: str) -> None:
+        """Something worth knowing that stops nothing."""
+        print(f"note: {sentence}", file=sys.stderr)
+
+    def close(self) -> None:
+        """The run is over."""
+
+
+class Lines(Display):
+    """One line for each stage on standard output; with `verbose`, why it runs."""
+
+    def __init__(self, verbose: bool = False, out: TextIO | None = None) -> None:
+        self.verbose, self.out = verbose, out
+
+    def started(self, stage: str, reasons: Iterable[str]) -> None:
+        """Name the reasons."""
+        if self.verbose:
+            self.say(f"{stage:<12} computing: {'; '.join(reasons)}")
+
+    def finished(self, stage: str, how: str, seconds: float, summary: str) -> None:
+        """Time and what was found."""
+        spent = f"{seconds:7.1f} s" if how == "computed" else " " * 9
+        self.say(f"{stage:<12} {how:<9} {spent}  {summary}")
+
+    def failed(self, stage: str) -> None:
+        """Name the stage; the sentence comes at the end."""
+        self.say(f"{stage:<12} failed")
+
+    def say(self, line: str) -> None:
+        """Print one line at once."""
+        print(line, file=self.out or sys.stdout, flush=True)
+
+
+def for_terminal(verbose: bool, as_json: bool) -> Display:
+    """The display that fits: none for JSON, a live one on a terminal, else plain lines."""
+    if as_json:
+        return Display()
+    if sys.stdout.isatty() and sys.stderr.isatty():
+        from pipeline.execution.live import Live
+
+        return Live(verbose)
+    return Lines(verbose)

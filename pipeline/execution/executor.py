@@ -1,0 +1,202 @@
+"""Brings stages up to date: what is current stays, what was computed before is restored, the rest runs.
+
+Every stage runs in a process of its own, so that a crash in compiled code ends that stage and nothing else.
+Whatever ends the run, the results computed before stay valid: files change only by whole-file renames.
+"""
+
+from __future__ import annotations
+
+import queue
+import shutil
+import time
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from pipeline.cache import fingerprint
+from pipeline.cache.store import Entry, Out
+from pipeline.errors import ANSWER, FAILED, StageFailed
+from pipeline.execution.display import Display
+from pipeline.execution.log import Log
+from pipeline.execution.planning import Assessment, Planner, State
+from pipeline.study import Study, shown
+
+if TYPE_CHECKING:
+    from pipeline.execution.process import Worker
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a stage came to be up to date: current, restored or computed; its summary; seconds spent now."""
+
+    stage: str
+    how: str
+    summary: str
+    seconds: float
+    reasons: tuple[str, ...]
+    key: str
+
+
+def bring_up_to_date(
+    study: Study, values: Mapping[str, Any], display: Display, *, force: Iterable[str] = (), jobs: int = 1
+) -> list[Outcome]:
+    """Make the results of the stages in `values` current; those in `force` are computed anew.
+
+    `values` maps each stage, in order and with everything upstream, to its checked parameters. Call it under the
+    results folder's lock. Raises `StageFailed` after everything that could be done was done.
+    """
+    run = _Run(study, Planner(study, values), display, frozenset(force), max(1, jobs))
+    try:
+        run.all(list(values))
+    finally:
+        run.close()
+    if run.failures:
+        code = ANSWER if set(run.codes) == {ANSWER} else FAILED
+        failed = StageFailed(run.failures)
+        failed.exit_code = code
+        raise failed
+    return [run.outcomes[name] for name in values]
+
+
+class _Run:
+    """The state of one run: what is done, what is running, what failed."""
+
+    def __init__(self, study: Study, planner: Planner, display: Display, force: frozenset[str], jobs: int) -> None:
+        self.study, self.planner, self.display, self.force, self.jobs = study, planner, display, force, jobs
+        self.entries: dict[str, Entry] = {}
+        self.outcomes: dict[str, Outcome] = {}
+        self.running: dict[str, tuple[Worker, Assessment, float]] = {}
+        self.failures: list[str] = []
+        self.codes: list[int] = []
+        self.events: queue.SimpleQueue[tuple[str, dict[str, Any]]] = queue.SimpleQueue()
+        self.log = Log(study.results / "log.jsonl")
+
+    def all(self, pending: list[str]) -> None:
+        """Go through the graph: start what is ready, take in what has finished."""
+        self._begin_ready(pending)
+        while self.running:
+            self._take_event()
+            self._begin_ready(pending)
+        # what is left waits for a stage that failed
+
+    def _begin_ready(self, pending: list[str]) -> None:
+        """Begin with every stage that waits for nothing; what is current makes more of them ready."""
+        with self.study.sources.one_moment():  # ends here: code may be edited while stages run
+            while len(self.running) < self.jobs:
+                name = next(filter(self._is_ready, pending), None)
+                if name is None:
+                    return
+                pending.remove(name)
+                self._guarded(name, self._begin)
+
+    def close(self) -> None:
+        """End what still runs and forget its unfinished files."""
+        for worker, _, _ in self.running.values():
+            worker.end()
+            shutil.rmtree(worker.log.parent, ignore_errors=True)
+        self.study.sources.memo.save()
+        self.display.close()
+
+    def _is_ready(self, name: str) -> bool:
+        return all(above in self.entries for above in self.study.graph.upstream(name))
+
+    def _guarded(self, name: str, action: Any, *arguments: Any) -> None:
+        """Carry out one step of a stage; a failing disk ends the stage with a sentence."""
+        try:
+            action(name, *arguments)
+        except OSError as error:
+            what = f"{error.strerror or error} ({shown(self.study.results)})"
+            self._fail(name, f"stage {name}: its result could not be stored: {what}; earlier results are unchanged")
+
+    def _begin(self, name: str) -> None:
+        assessment = self.planner.assess(name, self.entries)
+        entry = assessment.entry
+        if entry is not None and name not in self.force:
+            if assessment.state is State.CURRENT:
+                self._finish(assessment, entry, "current", 0.0)
+                return
+            if self.study.store.put_in_place(entry):
+                self._finish(assessment, entry, "restored", 0.0)
+                return
+            self.study.store.drop(entry.key)
+        self._start(assessment)
+
+    def _start(self, assessment: Assessment) -> None:
+        from pipeline.execution.order import order_of
+        from pipeline.execution.process import Worker
+
+        name, parts, store = assessment.name, assessment.ingredients, self.study.store
+        assert parts is not None
+        stage = self.study.graph.stages[name]
+        inputs = [
+            (file, str(store.place(file)), above.outs[file].sha256)
+            for path in stage.inputs
+            for above in [self.entries[self.study.graph.maker(path)]]
+            for file in above.contents(path)
+        ]
+        folder = store.new_folder(fingerprint.key(parts))
+        order = order_of(self.study, self.planner.values[name], parts, folder, inputs)
+        reasons = ("asked for by --force",) if name in self.force else assessment.reasons
+        self.display.started(name, reasons)
+        worker = Worker(order, self.study.root, folder / "stage.log", self.events)
+        self.running[name] = worker, assessment, time.monotonic()
+
+    def _take_event(self) -> None:
+        try:
+            name, message = self.events.get(timeout=1.0)
+        except queue.Empty:
+            return
+        if "progress" in message:
+            self.display.progress(name, *message["progress"])
+            return
+        worker, assessment, began = self.running.pop(name)
+        seconds = time.monotonic() - began
+        if "done" in message:
+            self._guarded(name, self._keep, worker, assessment, message["done"], seconds)
+        else:
+            self._explain(name, worker, message["failed"], seconds)
+        shutil.rmtree(worker.log.parent, ignore_errors=True)
+
+    def _keep(self, name: str, worker: Worker, assessment: Assessment, done: dict[str, Any], seconds: float) -> None:
+        assert assessment.ingredients is not None
+        outs = {path: Out(**out) for path, out in done["outs"].items()}
+        entry = Entry(name, assessment.ingredients, outs, done["summary"], round(seconds, 3))
+        worker.log.unlink(missing_ok=True)
+        store = self.study.store
+        if store.keep(worker.log.parent, entry):
+            self.display.note(
+                f"{name}: computing it again gave other bytes than before; the stage is not deterministic"
+            )
+        if not store.put_in_place(entry):
+            store.drop(entry.key)
+            self._fail(name, f"stage {name}: its result was damaged on its way to the disk; run again")
+            return
+        self._finish(assessment, entry, "computed", seconds)
+
+    def _finish(self, assessment: Assessment, entry: Entry, how: str, seconds: float) -> None:
+        name = assessment.name
+        self.entries[name] = entry
+        outcome = Outcome(name, how, entry.summary, seconds, assessment.reasons, entry.key)
+        self.outcomes[name] = outcome
+        self.display.finished(name, how, seconds, entry.summary)
+        if how != "current":
+            self.log.add(stage=name, how=how, seconds=round(seconds, 3), key=entry.key, reasons=assessment.reasons)
+
+    def _explain(self, name: str, worker: Worker, failure: dict[str, Any], seconds: float) -> None:
+        kind, text = failure["kind"], failure["text"]
+        if kind == "answer":
+            self._fail(name, f"stage {name}: {text}", ANSWER)
+        elif kind == "refused":
+            self._fail(name, f"stage {name}: {text}")
+        elif kind == "system":
+            self._fail(name, f"stage {name}: it did not finish: {text}; earlier results are unchanged")
+        else:
+            log = self.study.results / "log" / f"{name}.log"
+            place = f"the full account is in {shown(log)}" if self.log.keep(worker.log, log) else "no log could be kept"
+            self._fail(name, f"stage {name}: {text}; {place}")
+        self.log.add(stage=name, how="failed", seconds=round(seconds, 3), text=text)
+
+    def _fail(self, name: str, sentence: str, code: int = FAILED) -> None:
+        self.failures.append(sentence)
+        self.codes.append(code)
+        self.display.failed(name)

@@ -1,0 +1,202 @@
+"""Builds the stages' parameters from the YAML files and `--set`, and reports every error at once.
+
+A stage's `Parameters` is a dataclass whose fields are parameter classes; each names its file by `FILE`. Two classes
+may share a file. A key is known if a class of any stage declares it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pipeline import accuracy
+from pipeline.errors import StudyError, nearest
+from pipeline.parameters import yaml_text
+from pipeline.parameters.overrides import Override, applied, parsed
+from pipeline.parameters.value import Refused, allowed, broken_rules, declared, shown, value_of, with_unit
+from pipeline.parameters.yaml_text import Node
+
+
+def load(
+    folder: Path,
+    settings: Sequence[str],
+    wanted: Mapping[str, type],
+    known: Iterable[type],
+    shown_as: str | None = None,
+    asked: str = "",
+) -> dict[str, Any]:
+    """Parameters of each stage in `wanted` (stage name -> its `Parameters` class).
+
+    `settings` are the texts given to `--set`; `known` are the `Parameters` classes of all stages, which decide what a
+    known key is; `shown_as` is how messages name the folder; `asked` is the text given to `--accuracy`. Raises
+    `StudyError` with one sentence for each error.
+    """
+    return _Loading(folder, shown_as or str(folder), known).load(settings, wanted, asked)
+
+
+def as_plain(parameters: Any) -> dict[str, dict[str, Any]]:
+    """File -> key -> value of a stage's parameters, with tables as lists of mappings: what a key is made from."""
+    plain: dict[str, dict[str, Any]] = {}
+    for field in dataclasses.fields(parameters):
+        section = getattr(parameters, field.name)
+        values = {name: plain_value(getattr(section, name)) for name in declared(section.__class__)}
+        plain.setdefault(section.FILE, {}).update(values)
+    return plain
+
+
+def files(parameters: Any) -> dict[str, tuple[str, str]]:
+    """Files that a stage's parameters name: key -> (parameter file, path as it stands there)."""
+    named: dict[str, tuple[str, str]] = {}
+    for field in dataclasses.fields(parameters):
+        section = getattr(parameters, field.name)
+        for key, (about, _) in declared(section.__class__).items():
+            if about.metadata.get("file") and getattr(section, key) is not None:
+                named[key] = section.FILE, getattr(section, key)
+    return named
+
+
+def sections(classes: Iterable[type]) -> dict[str, list[type]]:
+    """File -> parameter classes that read it, over all these `Parameters` classes."""
+    files: dict[str, list[type]] = {}
+    for cls in classes:
+        for _, kind in declared(cls).values():
+            readers = files.setdefault(kind.FILE, [])
+            if kind not in readers:
+                readers.append(kind)
+    return files
+
+
+class _Loading:
+    """One load: the folder it reads, what is known, and the problems found so far."""
+
+    def __init__(self, folder: Path, shown_as: str, known: Iterable[type]) -> None:
+        self.folder, self.shown_as = folder, shown_as
+        self.classes = sections(known)
+        self.problems: list[tuple[str, int, str]] = []
+        self.overrides: dict[str, list[Override]] = {}
+
+    def load(self, settings: Sequence[str], wanted: Mapping[str, type], asked: str) -> dict[str, Any]:
+        if asked:
+            self._ask(asked, sections(wanted.values()))
+        self._read_settings(settings)
+        built: dict[type, Any] = {}
+        # a file that a stage reads, or that --set changes, is checked whole, also where another stage reads it
+        read = {*sections(wanted.values()), *self.overrides}
+        for file, classes in self.classes.items():
+            entries = self._entries(file) if file in read else None
+            if entries is not None:
+                built.update({cls: self._build(cls, file, entries) for cls in classes})
+        stages: dict[str, Any] = {}
+        if not self.problems:
+            stages = {name: self._stage(cls, built) for name, cls in wanted.items()}
+        if self.problems:
+            raise StudyError(sentence for _, _, sentence in sorted(dict.fromkeys(self.problems)))
+        return stages
+
+    def _ask(self, asked: str, read: Mapping[str, list[type]]) -> None:
+        """Take `--accuracy` as a change of every file that can be asked for it and is read; `--set` goes before it."""
+        value = accuracy.parsed(asked)
+        for file, classes in read.items():
+            if file in accuracy.FILES and any("accuracy" in declared(cls) for cls in classes):
+                self.overrides[file] = [Override(f"--accuracy {asked}", file, "accuracy", (), value)]
+
+    def _read_settings(self, settings: Sequence[str]) -> None:
+        known = {file: [key for cls in classes for key in declared(cls)] for file, classes in self.classes.items()}
+        for setting in settings:
+            try:
+                override = parsed(setting, known)
+                self.overrides.setdefault(override.file, []).append(override)
+            except StudyError as error:
+                self.problems += [("", 0, sentence) for sentence in error.sentences]
+
+    def _entries(self, file: str) -> dict[str, Node] | None:
+        where = f"{self.shown_as}/{file}.yaml"
+        try:
+            tree = yaml_text.read(self.folder / f"{file}.yaml", where)
+            if not isinstance(tree.value, dict):
+                raise StudyError(f"{where}: expected lines of the form key: value")
+        except StudyError as error:
+            self.problems += [(file, 0, sentence) for sentence in error.sentences]
+            return None
+        known = [key for cls in self.classes[file] for key in declared(cls)]
+        for key, node in tree.value.items():
+            if key not in known:
+                self._problem(file, node.line, f'there is no parameter "{key}"{nearest(key, known)}')
+        entries: dict[str, Node] = dict(tree.value)
+        for override in self.overrides.get(file, ()):
+            try:
+                entries[override.key] = applied(override, entries.get(override.key))
+            except StudyError as error:
+                self.problems += [("", 0, sentence) for sentence in error.sentences]
+        return entries
+
+    def _build(self, cls: type, file: str, entries: dict[str, Node]) -> Any:
+        """An instance of `cls`, or None if a value or a rule between values is refused."""
+        values: dict[str, Any] = {}
+        complete = True
+        for name, (field, kind) in declared(cls).items():
+            if name not in entries:
+                if field.default is dataclasses.MISSING:
+                    complete = False
+                    self._problem(file, 0, f"{name} is missing; allowed: {allowed(field)}")
+                continue
+            try:
+                values[name] = value_of(entries[name], field, kind)
+            except Refused as refused:
+                complete = False
+                gap = "" if refused.reason.startswith(("[", ":")) else " "
+                self._problem(file, refused.line, f"{name}{gap}{refused.reason}", name)
+        if not complete:
+            return None
+        instance = self._accurate(cls(**values), file, entries)
+        for broken in broken_rules(instance) if instance is not None else ():
+            self._broken(file, broken, instance, entries)
+        return instance
+
+    def _accurate(self, instance: Any, file: str, entries: dict[str, Node]) -> Any:
+        """The instance with the solver settings that its accuracy decides, or None if it cannot be had."""
+        if file not in accuracy.FILES or getattr(instance, "accuracy", accuracy.CUSTOM) == accuracy.CUSTOM:
+            return instance
+        line = entries["accuracy"].line
+        try:
+            choice = accuracy.choose(file, instance)
+        except StudyError as refused:
+            self._problem(file, line, f"accuracy {refused}", "accuracy")
+            return None
+        for override in self.overrides.get(file, ()):
+            if override.key in choice.settings:
+                why = f"{file}.accuracy decides it; to give it, set {file}.accuracy=custom"
+                self.problems.append(("", 0, f"{override.text} is not allowed: {why}"))
+        return dataclasses.replace(instance, **choice.settings)
+
+    def _broken(self, file: str, broken: Any, instance: Any, entries: dict[str, Node]) -> None:
+        field, _ = declared(instance.__class__)[broken.key]
+        value = with_unit(shown(plain_value(getattr(instance, broken.key))), field)
+        line = entries[broken.key].line if broken.key in entries else 0
+        self._problem(file, line, f"{broken.key} = {value} is not allowed; allowed: {broken.allowed}", broken.key)
+
+    def _stage(self, cls: type, built: Mapping[type, Any]) -> Any:
+        instance = cls(**{name: built[kind] for name, (_, kind) in declared(cls).items()})
+        for broken in broken_rules(instance):
+            file, _, key = broken.key.rpartition(".")
+            self._problem(file or "params", 0, f"{key} is not allowed; allowed: {broken.allowed}", key)
+        return instance
+
+    def _problem(self, file: str, line: int, text: str, key: str = "") -> None:
+        overrides = [override for override in self.overrides.get(file, ()) if override.key == key]
+        if line == 0 and overrides:
+            self.problems.append(("", 0, f"{overrides[-1].text}: {text}"))
+        else:
+            place = f"{self.shown_as}/{file}.yaml" + (f":{line}" if line else "")
+            self.problems.append((file, line, f"{place}: {text}"))
+
+
+def plain_value(value: Any) -> Any:
+    """A parameter's value with tables as lists of mappings."""
+    if isinstance(value, tuple):
+        return [plain_value(item) for item in value]
+    if dataclasses.is_dataclass(value):
+        return {field.name: plain_value(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    return value

@@ -1,0 +1,79 @@
+"""`--set file.key=value`: one parameter changed for one command, without touching its file.
+
+A table's entry is reached by its row: `--set twin.parts.2.mass=0.1` (rows count from 0).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pipeline.errors import StudyError, nearest
+from pipeline.parameters import yaml_text
+from pipeline.parameters.yaml_text import Node
+
+_FORM = "the form is --set file.key=value, for example --set biped.hip_mass=0.4"
+
+
+@dataclass(frozen=True)
+class Override:
+    """One `--set`: how messages name it, the file and key it changes, the path inside a table, and the value."""
+
+    text: str
+    file: str
+    key: str
+    inner: tuple[str, ...]
+    value: Node
+
+
+def parsed(text: str, known: Mapping[str, Sequence[str]]) -> Override:
+    """Read the text after `--set`. `known` maps each file to its keys. Raises `StudyError`."""
+    name, equals, value = text.partition("=")
+    path = name.strip().split(".")
+    if not equals or len(path) < 2 or not all(path) or not value.strip():
+        raise StudyError(f"--set {text}: {_FORM}")
+    file, key, *inner = path
+    if file not in known:
+        raise StudyError(f'--set {text}: there is no parameter file "{file}"{nearest(file, known)}')
+    if key not in known[file]:
+        homes = [f'; did you mean "{other}.{key}"?' for other, keys in known.items() if key in keys]
+        hint = homes[0] if homes else nearest(key, known[file])
+        raise StudyError(f'--set {text}: there is no parameter "{key}" in {file}{hint}')
+    said = f"--set {text}"
+    return Override(said, file, key, tuple(inner), _without_lines(yaml_text.parse(value, said, with_lines=False)))
+
+
+def applied(override: Override, entry: Node | None) -> Node:
+    """The entry of a file with the override put in its place. Raises `StudyError` if its inner path leads nowhere."""
+    if not override.inner:
+        return override.value
+    if entry is None:
+        raise StudyError(f"{override.text}: {override.key} has no rows in the file")
+    parts: dict[str, Node] = entry.value if isinstance(entry.value, dict) else {}
+    table = parts.get("rows") or parts.get("value") or entry
+    return _replaced(table, override.inner, override)
+
+
+def _replaced(node: Node, path: tuple[str, ...], override: Override) -> Node:
+    if not path:
+        return override.value
+    step, rest = path[0], path[1:]
+    if isinstance(node.value, list):
+        if not step.isdigit() or int(step) >= len(node.value):
+            raise StudyError(f"{override.text}: there is no row {step}; rows are 0 to {len(node.value) - 1}")
+        items: list[Any] = list(node.value)
+        items[int(step)] = _replaced(items[int(step)], rest, override)
+        return Node(items, node.line)
+    if isinstance(node.value, dict):
+        inside = node.value.get(step, Node(None, 0))
+        return Node({**node.value, step: _replaced(inside, rest, override)}, node.line)
+    raise StudyError(f"{override.text}: {override.key} is not a table, so .{step} leads nowhere")
+
+
+def _without_lines(node: Node) -> Node:
+    if isinstance(node.value, list):
+        return Node([_without_lines(item) for item in node.value], 0)
+    if isinstance(node.value, dict):
+        return Node({key: _without_lines(item) for key, item in node.value.items()}, 0)
+    return Node(node.value, 0)

@@ -1,0 +1,46 @@
+"""The one place that imports by name: modules of the stages that dvc.yaml lists, each called by what it holds.
+
+A stage is a folder of the package of stages. The engine knows these modules in it, and only `run`, `parameters` and
+`result` must be there:
+
+`parameters` (class `Parameters`), `result` (class `Result`), `run` (class `Inputs` if it reads results, function
+`run`), `questions` (what it can be asked at the command line), `requests` (options that decide other stages' settings),
+`warnings` (sentences about parameters before a run).
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from pipeline.errors import StudyError
+
+
+def stage_module(package: str, stage: str, name: str) -> ModuleType:
+    """The module `name` of a stage. Raises what its import raises."""
+    return importlib.import_module(f"{package}.{stage}.{name}")
+
+
+def result_class(package: str, stage: str) -> Any:
+    """The class of a stage's result."""
+    return stage_module(package, stage, "result").Result
+
+
+def home_of(package: str, code_root: Path | None) -> Path:
+    """The folder that holds the package: `code_root` if it does, else where it is installed. Raises `StudyError`."""
+    if code_root is not None and (code_root / package).is_dir():
+        return code_root
+    spec = importlib.util.find_spec(package)
+    if spec is None or not spec.submodule_search_locations:
+        raise StudyError(f'{code_root or "here"}: there is no package "{package}" to take the stages from')
+    return Path(next(iter(spec.submodule_search_locations))).parent
+
+
+def importable(code_root: Path) -> None:
+    """Let the package under `code_root` be imported."""
+    if str(code_root) not in sys.path:
+        sys.path.insert(0, str(code_root))

@@ -1,0 +1,251 @@
+"""Follows a gait through a design parameter by pseudo-arclength continuation, round turning points.
+
+Keller's method: predict along the tangent of the branch in (section coordinates, parameter), correct by Newton's
+method at fixed distance along the tangent. Special points between two points of the branch are located on it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.analytic.errors import StepFailed
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.poincare import fixed_point, iterate, multipliers_of
+from stages.analytic.model.walker import Vector
+
+TURNING_POINT, PERIOD_DOUBLING, TORUS = "turning point", "period doubling", "torus"
+LARGEST_CORRECTIONS = 12
+SMALLEST_STEP = 1e-7
+#: A bend sharper than this is stepped over.
+SHARPEST_BEND = 1e-5
+
+
+@dataclass(frozen=True)
+class BranchPoint:
+    """A gait on the branch: parameter value, section coordinates, multipliers largest first, branch tangent."""
+
+    value: float
+    z: Vector
+    floquet_multipliers: np.ndarray
+    period: float
+    tangent: Vector
+
+    @property
+    def stable(self) -> bool:
+        """Whether every multiplier lies inside the unit circle."""
+        return bool(np.abs(self.floquet_multipliers).max() < 1)
+
+
+@dataclass(frozen=True)
+class SpecialPoint:
+    """A turning point, period doubling or torus bifurcation on the branch."""
+
+    kind: str
+    point: BranchPoint
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A family of `cycle`-step gaits over the parameter `name`, in order along the curve, and why it ends."""
+
+    name: str
+    cycle: int
+    points: tuple[BranchPoint, ...]
+    special: tuple[SpecialPoint, ...]
+    ended: str
+
+
+class Curve:
+    """The zero set of P^cycle(z; value) - z in (z, value / span), one dimension more than equations."""
+
+    def __init__(self, design: DesignPoint, name: str, span: float, cycle: int, tolerance: float) -> None:
+        self.design, self.name, self.span = design, name, span
+        self.cycle, self.tolerance = cycle, tolerance
+
+    def residual(self, u: Vector) -> tuple[Vector, np.ndarray, float]:
+        """P^cycle(z) - z at u = (z, value / span), the derivative of P^cycle and the duration of the cycle."""
+        walker = self.design.with_value(self.name, u[-1] * self.span).walker()
+        steps, derivative = iterate(walker, u[:-1], self.cycle, self.tolerance)
+        return steps[-1].z - u[:-1], derivative, sum(step.period for step in steps) * walker.time
+
+    def jacobian(self, u: Vector, derivative: np.ndarray) -> np.ndarray:
+        """Derivative of the residual, (j, j + 1); the last column by central differences in the parameter."""
+        change = np.zeros_like(u)
+        change[-1] = 1e-6
+        slope = (self.residual(u + change)[0] - self.residual(u - change)[0]) / 2e-6
+        return np.column_stack([derivative - np.eye(len(u) - 1), slope])
+
+    def tangent(self, u: Vector, derivative: np.ndarray, along: Vector) -> Vector:
+        """Unit tangent of the curve, on the side of `along`."""
+        direction: Vector = np.linalg.svd(self.jacobian(u, derivative))[2][-1]
+        return direction if direction @ along >= 0 else -direction
+
+    def correct(self, guess: Vector, along: Vector) -> tuple[Vector, np.ndarray, float] | None:
+        """The point of the curve in the plane through `guess` normal to `along`; None if Newton's method fails."""
+        u, best = guess.copy(), np.inf
+        try:
+            gap, derivative, period = self.residual(u)
+            matrix = np.vstack([self.jacobian(u, derivative), along])
+            for _ in range(LARGEST_CORRECTIONS):
+                error = max(np.abs(gap).max(), abs(along @ (u - guess)))
+                if error <= 1e-12 or (error <= 1e-9 and error >= 0.5 * best):
+                    return u, derivative, period
+                best = min(best, error)
+                u = u - np.linalg.solve(matrix, np.append(gap, along @ (u - guess)))
+                gap, derivative, period = self.residual(u)
+                matrix[:-1, :-1] = derivative - np.eye(len(u) - 1)
+        except (StepFailed, np.linalg.LinAlgError):
+            return None
+        return None
+
+    def neighbour(self, last: BranchPoint, step: float) -> BranchPoint | None:
+        """The next point of the branch at distance `step`; None if there is none, or if it lies round a sharp bend."""
+        here = coordinates(last, self.span)
+        corrected = self.correct(here + step * last.tangent, last.tangent)
+        if corrected is None or np.linalg.norm(corrected[0] - here) > 2 * step:
+            return None
+        point = self.point(*corrected, last.tangent)
+        return None if point.tangent @ last.tangent < 0.9 and step > SHARPEST_BEND else point
+
+    def half_cycle_gap(self, u: Vector) -> float:
+        """Largest change of the gait after half its cycle: zero for one of half the cycle; infinite for one step."""
+        if self.cycle == 1:
+            return np.inf
+        walker = self.design.with_value(self.name, u[-1] * self.span).walker()
+        steps, _ = iterate(walker, u[:-1], self.cycle // 2, self.tolerance)
+        return float(np.abs(steps[-1].z - u[:-1]).max())
+
+    def point(self, u: Vector, derivative: np.ndarray, period: float, along: Vector) -> BranchPoint:
+        """The gait at a corrected point of the curve."""
+        multipliers = multipliers_of(derivative)
+        return BranchPoint(float(u[-1] * self.span), u[:-1], multipliers, period, self.tangent(u, derivative, along))
+
+
+def coordinates(point: BranchPoint, span: float) -> Vector:
+    """A branch point as coordinates of the curve."""
+    return np.append(point.z, point.value / span)
+
+
+def test_functions(point: BranchPoint) -> dict[str, float]:
+    """Functions that change sign at special points."""
+    multipliers = point.floquet_multipliers
+    pairs = [abs(value) ** 2 - 1 for value in multipliers if value.imag > 1e-9]
+    return {
+        TURNING_POINT: float(point.tangent[-1]),
+        PERIOD_DOUBLING: float(np.prod(1 + multipliers).real),
+        TORUS: float(max(pairs)) if pairs else float("nan"),
+    }
+
+
+test_functions.__test__ = False  # type: ignore[attr-defined]
+
+
+def locate(curve: Curve, kind: str, left: BranchPoint, right: BranchPoint) -> BranchPoint | None:
+    """The special point between two points of the branch, by the regula falsi on its test function."""
+    start = coordinates(left, curve.span)
+    along = coordinates(right, curve.span) - start
+    distance = float(np.linalg.norm(along))
+    along /= distance
+    low, high = 0.0, distance
+    f_low, f_high = test_functions(left)[kind], test_functions(right)[kind]
+    found: BranchPoint | None = None
+    for _ in range(40):
+        middle = low + (high - low) * min(0.95, max(0.05, f_low / (f_low - f_high)))
+        corrected = curve.correct(start + middle * along, along)
+        if corrected is None:
+            return found
+        found = curve.point(*corrected, along)
+        value = test_functions(found)[kind]
+        if abs(value) < 1e-11 or high - low < 1e-11:
+            break
+        if value * f_low > 0:
+            low, f_low, f_high = middle, value, f_high / 2  # the Illinois weight keeps both ends moving
+        else:
+            high, f_high, f_low = middle, value, f_low / 2
+    return found
+
+
+def special_between(curve: Curve, left: BranchPoint, right: BranchPoint) -> list[SpecialPoint]:
+    """Special points between two neighbours on the branch."""
+    before, after = test_functions(left), test_functions(right)
+    found = []
+    for kind in (TURNING_POINT, PERIOD_DOUBLING, TORUS):
+        if before[kind] * after[kind] < 0:
+            point = locate(curve, kind, left, right)
+            if point is not None:
+                found.append(SpecialPoint(kind, point))
+    return found
+
+
+def on_limit(curve: Curve, last: BranchPoint, beyond: BranchPoint, limit: float) -> list[BranchPoint]:
+    """The gait at a limit of the parameter, between the last point inside and the first beyond; empty if not found."""
+    inside, outside = coordinates(last, curve.span), coordinates(beyond, curve.span)
+    along = np.zeros_like(inside)
+    along[-1] = 1.0
+    share = (limit - last.value) / (beyond.value - last.value)
+    guess = inside + share * (outside - inside)
+    guess[-1] = limit / curve.span
+    corrected = curve.correct(guess, along)
+    return [] if corrected is None else [curve.point(*corrected, outside - inside)]
+
+
+def continue_gait(
+    design: DesignPoint,
+    name: str,
+    limits: tuple[float, float],
+    z: Vector,
+    tolerance: float,
+    *,
+    cycle: int = 1,
+    upward: bool = True,
+    largest_step: float = 0.02,
+    most_points: int = 400,
+    progress: Callable[[float], None] = lambda value: None,
+) -> Branch:
+    """Follow the gait at `z` of `design` in the parameter `name` until it leaves `limits` or ends.
+
+    `largest_step` is the largest distance of two points in section coordinates and shares of the limits' span.
+    Raises ValueError if `z` leads to no gait of the given cycle.
+    """
+    start = fixed_point(design.walker(), z, tolerance, cycle)
+    if start is None:
+        raise ValueError(f"no gait of {cycle} steps to start from")
+    span = limits[1] - limits[0]
+    curve = Curve(design, name, span, cycle, tolerance)
+    along = np.zeros(len(z) + 1)
+    along[-1] = 1.0 if upward else -1.0
+    u = np.append(start.z, design.value(name) / span)
+    _, derivative, period = curve.residual(u)
+    points = [curve.point(u, derivative, period, along)]
+    special: list[SpecialPoint] = []
+    ended = ""
+    opening = curve.half_cycle_gap(u)
+    step = min(largest_step / 4, opening / 4)
+    while len(points) < most_points:
+        if step < SMALLEST_STEP:
+            return Branch(name, cycle, tuple(points), tuple(special), ended)
+        last = points[-1]
+        try:
+            point = curve.neighbour(last, step)
+            closing = curve.half_cycle_gap(coordinates(point, span)) if point is not None else 0.0
+        except StepFailed:
+            point, closing = None, 0.0
+        if point is None:
+            step, ended = step / 2, "the gait ends: no step map beyond"
+            continue
+        if closing < 0.3 * opening:  # about to fall onto, or already on, the family of half the cycle
+            step, ended = step / 2, "joins the family of half the cycle"
+            continue
+        crossed = special_between(curve, last, point)
+        special += [one for one in crossed if limits[0] <= one.point.value <= limits[1]]
+        if not limits[0] <= point.value <= limits[1]:
+            points += on_limit(curve, last, point, limits[0] if point.value < limits[0] else limits[1])
+            return Branch(name, cycle, tuple(points), tuple(special), "the limit of the parameter")
+        points.append(point)
+        opening = closing
+        progress(point.value)
+        step = min(1.5 * step, largest_step)
+    return Branch(name, cycle, tuple(points), tuple(special), f"{most_points} points")

@@ -1,0 +1,77 @@
+"""A design as one object whose parameters are reached by name: what continuation and design search vary."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+from stages.analytic.model.walker import Walker, build_walker
+from stages.biped.design import Biped
+from stages.biped.quantity import Bound, faults
+from stages.ground.friction_coefficients import Friction
+from stages.ground.slope import Slope
+
+
+@dataclass(frozen=True)
+class DesignPoint:
+    """A biped on a slope, with the friction of its trailing foot where that is limited.
+
+    Names are those of the parameter files: "biped.hip_mass", "ground.slope_deg".
+    """
+
+    biped: Biped
+    slope: Slope
+    friction: Friction | None = None
+
+    def walker(self) -> Walker:
+        """The design as the integrator sees it."""
+        return build_walker(self.biped, self.slope, self.friction)
+
+    def value(self, name: str) -> float:
+        """Value of a parameter. Raises KeyError with the known names."""
+        owner, key = self._owner(name)
+        return float(getattr(owner, key))
+
+    def with_value(self, name: str, value: float) -> DesignPoint:
+        """The design with one parameter changed; no rule is checked. Raises KeyError with the known names."""
+        owner, key = self._owner(name)
+        change: dict[str, Any] = {key: float(value)}
+        if owner is self.biped:
+            return dataclasses.replace(self, biped=dataclasses.replace(self.biped, **change))
+        return dataclasses.replace(self, slope=dataclasses.replace(self.slope, **change))
+
+    def bound(self, name: str) -> Bound:
+        """The range the parameter files allow. Raises KeyError with the known names."""
+        bound: Bound = self._field(name).metadata["bound"]
+        return bound
+
+    def unit(self, name: str) -> str:
+        """Unit of a parameter. Raises KeyError with the known names."""
+        return str(self._field(name).metadata["unit"])
+
+    def is_legal(self) -> bool:
+        """Whether every value lies in its bounds and all rules hold."""
+        return not any(True for owner in (self.biped, self.slope) for _ in faults(owner))
+
+    def _field(self, name: str) -> dataclasses.Field[float]:
+        owner, key = self._owner(name)
+        return next(field for field in dataclasses.fields(owner) if field.name == key)
+
+    def _owner(self, name: str) -> tuple[Biped | Slope, str]:
+        file, _, key = name.partition(".")
+        for owner in (self.biped, self.slope):
+            names = {field.name for field in dataclasses.fields(owner) if field.type == "float"}
+            if file == owner.FILE and key in names:
+                return owner, key
+        raise KeyError(f"{name}: not a number of the design; known are {', '.join(parameter_names())}")
+
+
+def parameter_names() -> tuple[str, ...]:
+    """Every numeric design parameter that can be varied."""
+    return tuple(
+        f"{owner.FILE}.{field.name}"
+        for owner in (Biped, Slope)
+        for field in dataclasses.fields(owner)
+        if field.type == "float"
+    )

@@ -1,0 +1,73 @@
+"""A gait's whole family over a parameter: both sides of the design, and the families of doubled period."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+import numpy as np
+
+from stages.analytic.gait.continuation import PERIOD_DOUBLING, Branch, SpecialPoint, continue_gait
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.poincare import fixed_point, iterate
+from stages.analytic.model.walker import Vector, Walker
+
+
+def doubled_start(design: DesignPoint, branch: Branch, special: SpecialPoint, tolerance: float) -> tuple[float, Vector]:
+    """Parameter value and section coordinates on the family of twice the cycle that leaves a period doubling.
+
+    The start lies a little beyond, displaced along the eigenvector of the multiplier -1, where Newton's method on the
+    doubled map finds a gait that is not the old one. Raises ValueError if it finds none on either side.
+    """
+    span = max(abs(point.value) for point in branch.points)
+
+    def walker_at(value: float) -> Walker:
+        return design.with_value(branch.name, value).walker()
+
+    _, derivative = iterate(walker_at(special.point.value), special.point.z, branch.cycle, tolerance)
+    values, vectors = np.linalg.eig(derivative)
+    direction = np.real(vectors[:, int(np.argmin(np.abs(values + 1)))])
+    direction /= np.linalg.norm(direction)
+    for shift in (1e-4, 1e-3, 1e-5, 3e-6):
+        for sign in (1, -1):
+            value = special.point.value + sign * shift * span
+            for size in (1e-2, 3e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5):
+                point = fixed_point(walker_at(value), special.point.z + size * direction, tolerance, 2 * branch.cycle)
+                if point is not None and np.abs(point.steps[branch.cycle - 1].z - point.z).max() > 1e-6:
+                    return value, point.z
+    raise ValueError("no gait of twice the cycle was found next to the period doubling")
+
+
+def follow_family(
+    design: DesignPoint, name: str, limits: tuple[float, float], z: Vector, tolerance: float, doublings: int
+) -> list[Branch]:
+    """The gait's family on both sides of the design, and the first `doublings` families of twice the cycle from it."""
+    down, up = (continue_gait(design, name, limits, z, tolerance, upward=upward) for upward in (False, True))
+    points = (*reversed(down.points), *up.points[1:])
+    family = Branch(name, 1, points, (*reversed(down.special), *up.special), f"{down.ended}; {up.ended}")
+    branches = [family]
+    for _ in range(doublings):
+        newest = [known for known in branches if known.cycle == branches[-1].cycle]
+        for branch, special in [(known, special) for known in newest for special in known.special]:
+            if special.kind == PERIOD_DOUBLING:
+                # a doubling whose new gaits no longer walk has no family to follow
+                with suppress(ValueError):
+                    branches.append(doubled_family(design, branch, special, limits, tolerance))
+        if branches[-1].cycle == newest[-1].cycle:
+            break
+    return branches
+
+
+def doubled_family(
+    design: DesignPoint, branch: Branch, special: SpecialPoint, limits: tuple[float, float], tolerance: float
+) -> Branch:
+    """The family of twice the cycle that leaves a period doubling, followed away from it.
+
+    Raises ValueError if no gait of twice the cycle is found.
+    """
+    value, start = doubled_start(design, branch, special, tolerance)
+    there, cycle = design.with_value(branch.name, value), 2 * branch.cycle
+    both = [
+        continue_gait(there, branch.name, limits, start, tolerance, cycle=cycle, upward=up, largest_step=0.02 / cycle)
+        for up in (False, True)
+    ]
+    return max(both, key=lambda family: abs(family.points[-1].value - special.point.value))

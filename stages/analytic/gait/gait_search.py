@@ -1,0 +1,193 @@
+"""Finds the gaits of a design from no guess.
+
+A damped Newton's method with exact derivatives runs from many starts, so that unstable gaits are found as well as
+stable ones. Stiff walkers are reached from the rigid ones and by raising stiffness and damping in stages.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable
+
+import numpy as np
+
+from stages.analytic.errors import NoGait, StepFailed
+from stages.analytic.gait.poincare import FixedPoint, fixed_point, poincare_map
+from stages.analytic.gait.search_starts import (
+    ANGLES,
+    RATES,
+    SCAN_STEPS,
+    landed,
+    lengths_after_heel_strike,
+    ranked_starts,
+)
+from stages.analytic.model.walker import Vector, Walker, build_walker
+from stages.analytic.phases.stiffness import attainable_tolerance, fastest_rate
+from stages.biped.design import Biped
+from stages.biped.gait import Gait
+from stages.ground.friction_coefficients import Friction
+from stages.ground.slope import Slope
+
+#: Two fixed points closer than this are one.
+DISTINCT = 1e-6
+SEARCH_TOLERANCE = 1e-8
+#: Newton's method is tried from so many starts; when a stable gait is enough, from so few if they show one.
+MOST_STARTS, FEW_STARTS = 80, 12
+#: Fastest axial rate, in 1 / pendulum time, up to which a walker is searched on the grid, and a stage's factor beyond.
+GRID_RATE, STAGE = 400.0, 3.0
+
+
+def is_new(found: list[FixedPoint], candidate: FixedPoint) -> bool:
+    """Whether `candidate` is none of the fixed points found."""
+    return all(np.abs(known.z - candidate.z).max() > DISTINCT for known in found)
+
+
+def is_walking(point: FixedPoint) -> bool:
+    """Whether a fixed point moves forward: the stance leg starts behind upright and every step takes time."""
+    return bool(point.z[0] < -1e-4) and all(step.period > 1e-3 for step in point.steps)
+
+
+def by_stability(point: FixedPoint) -> float:
+    """Largest multiplier in magnitude."""
+    return float(np.abs(point.floquet_multipliers).max())
+
+
+def converge(walker: Walker, starts: Iterable[Vector], tolerance: float, *, unstable: bool) -> list[FixedPoint]:
+    """Distinct gaits that Newton's method reaches from `starts`; only the first few if they show a stable one."""
+    found: list[FixedPoint] = []
+    for count, start in enumerate(starts):
+        if count >= MOST_STARTS:
+            break
+        if not unstable and count >= FEW_STARTS and any(by_stability(point) < 1 for point in found):
+            break
+        point = fixed_point(walker, start, max(tolerance, SEARCH_TOLERANCE))
+        if point is None or not is_walking(point) or not is_new(found, point):
+            continue
+        point = fixed_point(walker, point.z, tolerance)
+        if point is not None and is_walking(point) and is_new(found, point):
+            found.append(point)
+    return found
+
+
+def softer(walker: Walker, rate: float) -> Walker:
+    """The walker with springs and dampers weakened, same damping ratio, to a fastest axial rate of `rate`."""
+    factor = rate / fastest_rate(walker)
+    p = list(walker.p)
+    p[5], p[6] = p[5] * factor**2, p[6] * factor
+    return dataclasses.replace(walker, p=tuple(p))
+
+
+def stiffen(walker: Walker, gaits: list[FixedPoint], rate: float) -> list[FixedPoint]:
+    """The gaits of `softer(walker, rate)` followed in stages to the walker itself, as far as Newton's method leads."""
+    while gaits and rate < fastest_rate(walker):
+        before = np.array(lengths_after_heel_strike(softer(walker, rate)))
+        rate = min(rate * STAGE, fastest_rate(walker))
+        stage = softer(walker, rate)
+        starts = [point.z.copy() for point in gaits]
+        for z in starts:
+            z[1:3] += np.array(lengths_after_heel_strike(stage)) - before
+        gaits = converge(stage, starts, SEARCH_TOLERANCE, unstable=True)
+    return gaits
+
+
+def stiff_starts(walker: Walker, *, unstable: bool) -> list[Vector]:
+    """Starts of a stiff walker: landings of the gaits of the same biped with rigid legs."""
+    rigid = dataclasses.replace(walker, rigid=True)
+    rigid_starts, _ = ranked_starts(rigid)
+    starts: list[Vector] = []
+    for point in converge(rigid, rigid_starts, SEARCH_TOLERANCE, unstable=unstable):
+        try:
+            starts.append(landed(walker, rigid, point))
+        except StepFailed:
+            continue
+    return starts
+
+
+def find_gaits(walker: Walker, tolerance: float, *, unstable: bool) -> list[FixedPoint]:
+    """Fixed points of the step map, most stable first; with `unstable` the search goes on after a stable one."""
+    if walker.p[8] <= 0.0:
+        return []
+    tolerance = attainable_tolerance(walker, tolerance)
+    if fastest_rate(walker) <= GRID_RATE:
+        found = converge(walker, ranked_starts(walker)[0], tolerance, unstable=unstable)
+        return sorted(found, key=by_stability)
+    found = converge(walker, stiff_starts(walker, unstable=unstable), tolerance, unstable=True)
+    if unstable or not any(by_stability(point) < 1 for point in found):
+        soft = softer(walker, GRID_RATE)
+        gaits = converge(soft, ranked_starts(soft)[0], SEARCH_TOLERANCE, unstable=True)
+        starts = [point.z for point in stiffen(walker, gaits, GRID_RATE)]
+        found += [point for point in converge(walker, starts, tolerance, unstable=True) if is_new(found, point)]
+    return sorted(found, key=by_stability)
+
+
+def why_no_gait(walker: Walker) -> str:
+    """Reason why the search found nothing."""
+    if walker.p[8] <= 0.0:
+        return "no periodic gait: on level ground gravity does no work, and every heel strike loses energy"
+    if not walker.rolls and (reason := why_no_step(walker)):
+        return f"no periodic gait found: from the gait of the same biped with rolling feet, {reason}"
+    where = f"stance angle {ANGLES[0]:g} to {ANGLES[-1]:g} rad, stance rate {RATES[0]:g} to {RATES[-1]:g} sqrt(g/L)"
+    if fastest_rate(walker) > GRID_RATE:
+        return (
+            f"no periodic gait found: the legs are too stiff for a search on the grid ({where}), and neither the gaits "
+            "of the same biped with rigid legs nor those with softer springs lead to one")
+    _, longest = ranked_starts(walker)
+    steps = f"at least {SCAN_STEPS}" if longest >= SCAN_STEPS else str(longest)
+    return (
+        f"no periodic gait in the range searched ({where}): of {ANGLES.size * RATES.size} starts the longest walk made "
+        f"{steps} steps, and Newton's method converged from none")
+
+
+def why_no_step(walker: Walker) -> str:
+    """Why a walker with limited friction makes no step from the gait of the same biped with rolling feet, if so."""
+    rolling = dataclasses.replace(walker, p=(*walker.p[:10], np.inf, np.inf))
+    for point in find_gaits(rolling, SEARCH_TOLERANCE, unstable=False)[:1]:
+        try:
+            poincare_map(walker, np.append(point.z, [0.0, 0.0]), SEARCH_TOLERANCE)
+        except StepFailed as reason:
+            return str(reason)
+    return ""
+
+
+def describe(walker: Walker, point: FixedPoint) -> Gait:
+    """The gait in SI units under the names the command line prints."""
+    step = point.steps[0]
+    period = step.period * walker.time
+    length = step_length(walker, point) * walker.length
+    multipliers = point.floquet_multipliers
+    return Gait(
+        period_s=period,
+        step_frequency_hz=1 / period,
+        step_length_m=length,
+        speed_m_s=length / period,
+        double_stance_s=step.double_stance * walker.time,
+        floquet_multipliers=np.column_stack([multipliers.real, multipliers.imag]),
+        stable=bool(np.abs(multipliers).max() < 1),
+        fixed_point=walker.stance_state(step.state),
+    )
+
+
+def step_length(walker: Walker, point: FixedPoint) -> float:
+    """Advance of the hip over one step, in leg lengths: the distance of the feet's contact points at heel strike.
+
+    The stance foot rolls by r (theta_end - theta_start) and the body passes to the other foot; over a periodic step
+    the advance of the hip equals the distance between the two feet's centres plus the rolling from centre to centre.
+    """
+    theta, psi = point.z[0], point.steps[-1].state[1 if walker.rigid else 2]
+    stance, swing = (1.0, 1.0) if walker.rigid else (point.z[1], point.z[2])
+    radius = walker.p[3]
+    return float(-(stance - radius) * np.sin(theta) - (swing - radius) * np.sin(psi) - radius * (theta + psi))
+
+
+def find_gait(
+    biped: Biped, slope: Slope, tolerance: float, friction: Friction | None = None
+) -> tuple[Walker, FixedPoint]:
+    """The design's most stable gait of period one, stable or not; with `friction` the trailing foot may slip and rise.
+
+    Raises NoGait with the reason if there is none in the range searched.
+    """
+    walker = build_walker(biped, slope, friction)
+    found = find_gaits(walker, tolerance, unstable=False)
+    if not found:
+        raise NoGait(why_no_gait(walker))
+    return walker, found[0]

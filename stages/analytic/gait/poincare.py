@@ -1,0 +1,236 @@
+"""The Poincare map just after heel strike, its exact derivative, its fixed points and their multipliers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.analytic.compiled import Numbers, compiled
+from stages.analytic.errors import StepFailed
+from stages.analytic.integration.phase import BOTTOMED, CHATTER, EVENT, FALL, STEP_FLOOR, TIME_LIMIT, WEDGED
+from stages.analytic.integration.step import NO_NODES, section_coordinates, section_state, section_variation, walk_step
+from stages.analytic.model import equations as eq
+from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.phases.coulomb_section import landing_tangent, landing_variations
+from stages.analytic.phases.flow import HOVERING, SINGLE_STANCE
+from stages.analytic.phases.succession import in_contact
+
+#: Longest phase, in pendulum times sqrt(L/g); a step takes about 2.6.
+TIME_LIMIT_OF_A_PHASE = 30.0
+STEP_LIMIT_OF_A_PHASE = 400_000
+#: Damping of Newton's method: longest change of a coordinate at once, and how often it is halved.
+LONGEST_CHANGE = 0.2
+HALVINGS = 6
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of the map: section coordinates after it, its period and double stance time (dimensionless)."""
+
+    z: Vector
+    state: Vector
+    period: float
+    double_stance: float
+    evaluations: int
+
+
+def step_failure(status: int, phase: int) -> str:
+    """Why a step has no end, in words."""
+    where = "double stance" if in_contact(phase) or phase == HOVERING else "single stance"
+    wedged = "at heel strike" if phase == SINGLE_STANCE else "in double stance"
+    reasons = {
+        FALL: f"the walker falls in {where}",
+        TIME_LIMIT: f"{where} does not end: the walker stands still or rocks",
+        BOTTOMED: f"a leg is pressed down to its foot in {where}",
+        WEDGED: f"friction can wedge the trailing foot {wedged}: the laws of contact have several solutions or none",
+        CHATTER: "the trailing foot changes between sliding, rolling and hovering without end",
+        STEP_FLOOR: f"the step size falls to the round-off floor in {where}",
+    }
+    return reasons.get(status, f"{where} needs more than {STEP_LIMIT_OF_A_PHASE} integration steps")
+
+
+def require_landing(walker: Walker, y: Vector, status: int, phase: int) -> None:
+    """A step ends at heel strike with the hip between the feet, as the section has it.
+
+    Raises StepFailed otherwise. A walker that rocks back lands with the hip behind both feet; the section coordinates
+    of that state are those of another one, so that it could look periodic.
+    """
+    if status != EVENT:
+        raise StepFailed(step_failure(status, phase))
+    if y[1 if walker.rigid else 2] >= 0.0:
+        raise StepFailed("the walker rocks back: at heel strike the hip is behind both feet")
+
+
+def start_state(walker: Walker, z: Vector) -> Vector:
+    """State just after heel strike at section coordinates `z`. Raises StepFailed if there is none."""
+    y = section_state(walker.rigid, np.asarray(z, dtype=float), walker.p)
+    if not np.isfinite(y).all():
+        raise StepFailed("the trailing foot cannot reach the ground")
+    return y
+
+
+def advance(walker: Walker, y: Vector, tolerance: float) -> tuple[float, float, int]:
+    """Advance state and variations by one step, in place; returns double stance time, period, evaluations.
+
+    Raises StepFailed as `require_landing` does.
+    """
+    status, phase, double, period, _, evaluations = walk_step(
+        walker.rigid, y, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, NO_NODES)
+    require_landing(walker, y, status, phase)
+    return double, period, evaluations
+
+
+def poincare_map(walker: Walker, z: Vector, tolerance: float) -> Step:
+    """Image of section coordinates `z`, shape (3,) or (5,), after one step.
+
+    Raises StepFailed if the walker falls or stands still.
+    """
+    y = start_state(walker, z)
+    double, period, evaluations = advance(walker, y, tolerance)
+    return Step(section_coordinates(walker.rigid, y, walker.p), y, period, double, evaluations)
+
+
+@compiled
+def section_tangent(rigid: bool, y: Vector, p: Numbers) -> Vector:
+    """Derivative of `section_state` at its value y, columns stored one after another, shape (j * size,).
+
+    Compliant: the clearance fixes dpsi, then both constraint rates, Pi^T qd = 0, fix the variations of two rates.
+    """
+    if rigid:
+        tangent = np.zeros((3, 4))
+        tangent[0, 0], tangent[0, 1] = 1.0, 1.0 if y[0] < 0.0 else -1.0
+        tangent[1, 2] = 1.0
+        tangent[2, 3] = 1.0
+        return tangent.ravel()
+    c = eq.contact_terms(y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], p)
+    by_state = eq.contact_acceleration_jacobian(
+        y[0], y[1], y[2], y[3], 0.0, 0.0, 0.0, 0.0, y[4], y[5], y[6], y[7], p)
+    inverse = 1.0 / (c[2] * c[7] - c[3] * c[6])
+    tangent = np.zeros((5, 8))
+    for column, entry in enumerate((0, 1, 3, 4, 5)):
+        d = tangent[column]
+        d[entry] = 1.0
+        d[2] = -(c[0] * d[0] + c[1] * d[1] + c[3] * d[3]) / c[2]
+        f1 = -(c[0] * d[4] + c[1] * d[5])
+        f2 = -(c[4] * d[4] + c[5] * d[5])
+        for i in range(4):
+            f1 -= by_state[i] * d[i]
+            f2 -= by_state[8 + i] * d[i]
+        d[6] = inverse * (f1 * c[7] - c[3] * f2)
+        d[7] = inverse * (c[2] * f2 - c[6] * f1)
+    return tangent.ravel()
+
+
+def poincare_derivative(walker: Walker, z: Vector, tolerance: float) -> tuple[Step, np.ndarray]:
+    """The map and its exact derivative, shape (j, j), by variational equations and event shifts (saltation).
+
+    Raises StepFailed like `poincare_map`.
+    """
+    start = start_state(walker, z)
+    if walker.section_size == 7:
+        tangent = landing_tangent(np.asarray(z, dtype=float), start, walker.p)
+    else:
+        tangent = section_tangent(walker.rigid, start, walker.p)
+    y = np.concatenate([start, tangent])
+    double, period, evaluations = advance(walker, y, tolerance)
+    columns = y.reshape(-1, walker.size)
+    if walker.section_size == 7:
+        derivative = landing_variations(y, walker.p)
+    else:
+        derivative = np.column_stack([section_variation(walker.rigid, column) for column in columns[1:]])
+    end = columns[0].copy()
+    return Step(section_coordinates(walker.rigid, end, walker.p), end, period, double, evaluations), derivative
+
+
+def iterate(walker: Walker, z: Vector, steps: int, tolerance: float) -> tuple[list[Step], np.ndarray]:
+    """`steps` steps in a row from `z` and the derivative of the whole, shape (j, j)."""
+    taken, derivative = [], np.eye(walker.section_size)
+    for _ in range(steps):
+        step, one = poincare_derivative(walker, z, tolerance)
+        taken.append(step)
+        derivative = one @ derivative
+        z = step.z
+    return taken, derivative
+
+
+@dataclass(frozen=True)
+class FixedPoint:
+    """A fixed point of the `cycle`-step map: where it is, its steps, its derivative and how well it closes."""
+
+    z: Vector
+    steps: tuple[Step, ...]
+    monodromy_matrix: np.ndarray
+    residual: float
+
+    @property
+    def floquet_multipliers(self) -> np.ndarray:
+        """Eigenvalues of the monodromy matrix, largest first, shape (j,); conjugates stay together."""
+        return multipliers_of(self.monodromy_matrix)
+
+
+def multipliers_of(monodromy_matrix: np.ndarray) -> np.ndarray:
+    """Eigenvalues of a monodromy matrix (j, j), largest first, shape (j,); conjugates stay together."""
+    values = np.linalg.eigvals(monodromy_matrix).astype(complex)
+    return values[np.lexsort((-values.imag, -np.round(np.abs(values), 12)))]
+
+
+def attainable_residual(walker: Walker, tolerance: float) -> float:
+    """How well a fixed point can close: the map's accuracy, or the round-off of a length times the stiffness."""
+    round_off = 0.0 if walker.rigid else 8 * np.finfo(float).eps * walker.p[5]
+    return max(1e-10, 10 * tolerance, round_off)
+
+
+def damped_change(
+    walker: Walker, z: Vector, change: Vector, matrix: np.ndarray, cycle: int, tolerance: float
+) -> Vector | None:
+    """The longest of `change`, half of it, a quarter ... after which the next correction is smaller; None if none is.
+
+    Deuflhard's natural monotonicity test: corrections are compared, with the same matrix, not residuals.
+    """
+    size = float(np.abs(change).max())
+    factor = min(1.0, LONGEST_CHANGE / max(size, 1e-300))
+    for _ in range(HALVINGS):
+        image = z + factor * change
+        try:
+            for _ in range(cycle):
+                image = poincare_map(walker, image, tolerance).z
+        except StepFailed:
+            factor /= 2
+            continue
+        following = np.linalg.solve(matrix, image - z - factor * change)
+        if np.abs(following).max() <= (1 - factor / 4) * size:
+            return factor * change
+        factor /= 2
+    return None
+
+
+def fixed_point(walker: Walker, z: Vector, tolerance: float, cycle: int = 1, iterations: int = 25) -> FixedPoint | None:
+    """Damped Newton's method on P^cycle(z) = z with the exact derivative; None if it does not converge from `z`.
+
+    Converged means that the residual no longer falls and is within the accuracy of the map itself.
+    """
+    best: FixedPoint | None = None
+    z = np.asarray(z, dtype=float)
+    good_enough = attainable_residual(walker, tolerance)
+    try:
+        for _ in range(iterations):
+            steps, derivative = iterate(walker, z, cycle, tolerance)
+            gap = steps[-1].z - z
+            residual = float(np.abs(gap).max())
+            if best is not None and residual >= best.residual and best.residual <= good_enough:
+                break
+            if best is None or residual < best.residual:
+                best = FixedPoint(z, tuple(steps), derivative, residual)
+            matrix = np.eye(z.size) - derivative
+            change = np.linalg.solve(matrix, gap)
+            if residual <= good_enough:
+                z = z + change
+                continue
+            shortened = damped_change(walker, z, change, matrix, cycle, tolerance)
+            if shortened is None:
+                break
+            z = z + shortened
+    except (StepFailed, np.linalg.LinAlgError):
+        pass
+    return best if best is not None and best.residual <= good_enough else None

@@ -1,0 +1,111 @@
+"""Where the search for gaits starts.
+
+Most starts lie on a grid over stance angle and stance rate just after heel strike. A walker with stiff springs or
+dampers takes too many integration steps for a grid; its legs hardly move along themselves, so it starts from the
+gaits of the same biped with rigid legs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from stages.analytic.errors import StepFailed
+from stages.analytic.gait.poincare import FixedPoint, poincare_map
+from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.phases.flow import RIGID, SINGLE_STANCE
+from stages.analytic.phases.transitions import heel_strike_reset
+from stages.analytic.walk.recording import record
+
+#: Documented range of the search: stance angle at heel strike [rad] and stance rate [sqrt(g/L)].
+ANGLES = np.linspace(0.05, 0.60, 12)
+RATES = np.linspace(0.05, 1.2, 24)
+SCAN_TOLERANCE = 1e-5
+SCAN_STEPS = 3
+#: Starts closer than this in angle and rate lead to the same gait.
+SAME_START = 0.01
+STEP_TIME = 2.6
+
+
+def lengths_after_heel_strike(walker: Walker) -> tuple[float, float]:
+    """Lengths of the new stance leg and of the trailing leg just after heel strike.
+
+    Fast springs are at rest under their load: the foot that hung on the leg, the weight that stood on it. Dampers
+    that take longer than a step keep both legs at their mean load.
+    """
+    hip, foot, stiffness, damping = walker.p[0], walker.p[1], walker.p[5], walker.p[6]
+    mean = 1 - hip / (2 * stiffness)
+    settled = 1.0 if damping == 0 else 1 - float(np.exp(-STEP_TIME * stiffness / damping))
+    landing, trailing = 1 + foot / stiffness, 1 - (hip + foot) / (2 * stiffness)
+    return mean + settled * (landing - mean), mean + settled * (trailing - mean)
+
+
+def start_coordinates(walker: Walker, angle: float, rate: float) -> Vector:
+    """Section coordinates of a plausible start: the hip moves across the new stance leg, the springs carry weight.
+
+    The hip's velocity, across the trailing leg before, has the part -rate sin(2 angle) along the new one.
+    """
+    if walker.rigid:
+        return np.array([-angle, rate, rate * np.cos(2 * angle) - rate])
+    landing, trailing = lengths_after_heel_strike(walker)
+    hip, foot = walker.p[0], walker.p[1]
+    at_rest = [] if walker.rolls else [0.0, 0.0]
+    return np.array([-angle, landing, trailing, rate, -rate * np.sin(2 * angle) * hip / (hip + foot), *at_rest])
+
+
+def grid(walker: Walker) -> Iterator[Vector]:
+    """All starts on the grid."""
+    for angle in ANGLES:
+        for rate in RATES:
+            yield start_coordinates(walker, float(angle), float(rate))
+
+
+def walk_forward(walker: Walker, z: Vector, steps: int) -> list[Vector]:
+    """Section coordinates of up to `steps` steps from `z`, as far as the walker gets."""
+    reached = []
+    for _ in range(steps):
+        try:
+            z = poincare_map(walker, z, SCAN_TOLERANCE).z
+        except StepFailed:
+            break
+        reached.append(z)
+    return reached
+
+
+def angle_and_rate(walker: Walker, z: Vector) -> Vector:
+    """The two coordinates the grid lies over."""
+    return z[[0, 1]] if walker.rigid else z[[0, 3]]
+
+
+def ranked_starts(walker: Walker) -> tuple[list[Vector], int]:
+    """Starts on the grid and their images, those that move least in one step first; and the longest walk's steps."""
+    pairs: list[tuple[float, Vector]] = []
+    longest = 0
+    for z in grid(walker):
+        trail = walk_forward(walker, z, SCAN_STEPS)
+        longest = max(longest, len(trail))
+        for before, after in zip([z, *trail], trail, strict=False):
+            pairs.append((float(np.abs(angle_and_rate(walker, after - before)).max()), before))
+    chosen: list[Vector] = []
+    for _, z in sorted(pairs, key=lambda pair: pair[0]):
+        if all(np.abs(angle_and_rate(walker, z - other)).max() > SAME_START for other in chosen):
+            chosen.append(z)
+    return chosen, longest
+
+
+def landed(walker: Walker, rigid: Walker, point: FixedPoint) -> Vector:
+    """Section coordinates of a compliant walker that lands as the rigid gait does, springs at rest."""
+    theta, psi, dtheta, dpsi = end_of_step(rigid, point)
+    y = np.array([theta, 1.0, psi, 1.0, dtheta, 0.0, dpsi, 0.0])
+    heel_strike_reset(SINGLE_STANCE, y, walker.p)
+    landing, trailing = lengths_after_heel_strike(walker)
+    at_rest = [] if walker.rolls else [0.0, 0.0]
+    return np.array([y[0], landing, trailing, y[4], y[5], *at_rest])
+
+
+def end_of_step(rigid: Walker, point: FixedPoint) -> tuple[float, float, float, float]:
+    """State just before heel strike of a rigid gait."""
+    start = np.array([point.z[0], -abs(point.z[0]), point.z[1], point.z[2]])
+    theta, psi, dtheta, dpsi = record(rigid, start, 1, SCAN_TOLERANCE, RIGID)[-1].end.tolist()
+    return theta, psi, dtheta, dpsi

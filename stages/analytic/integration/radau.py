@@ -1,0 +1,186 @@
+"""One step of Radau IIA, order 13, on a phase: for springs and dampers so stiff that explicit steps would be tiny.
+
+The stages' equations are solved by Newton's method with the exact Jacobian at the step's start, to round-off: a stiff
+spring turns an error of its length into a force. Variations ride along, each with the same matrices.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+
+from stages.analytic.compiled import Numbers, compiled, inlined
+from stages.analytic.integration.radau_tableau import A_INVERSE, COLUMNS, ESTIMATE, REAL_VALUE, ROWS, STAGES, VALUES
+from stages.analytic.model.walker import Vector
+from stages.analytic.phases.flow import flow, size_of
+
+ITERATIONS = 50
+#: A correction of the state this small, or this small a share of a spring force's round-off, may be round-off itself.
+SMALL, SHARE_OF_ROUND_OFF = 1e-11, 5e-17
+#: Larger corrections must shrink by this factor after the first few, or the step fails.
+SLOWEST, PATIENCE = 0.7, 4
+#: What round-off may leave in a variation: a stiff spring multiplies that of a length of order one by its stiffness.
+SMALL_VARIATION = 1e-6
+
+
+@inlined
+def jacobian(phase: int, y: Vector, p: Numbers) -> np.ndarray:
+    """d(dy/dt)/dy of a phase at the state, shape (n, n), by unit variations."""
+    n = size_of(phase)
+    augmented, rates, matrix = np.zeros(n * (n + 1)), np.empty(n * (n + 1)), np.empty((n, n))
+    for i in range(n):
+        augmented[i] = y[i]
+        augmented[n * (i + 1) + i] = 1.0
+    flow(phase, augmented, p, rates)
+    for i in range(n):
+        for j in range(n):
+            matrix[i, j] = rates[n * (j + 1) + i]
+    return matrix
+
+
+@compiled
+def invert(shift: complex, matrix: np.ndarray, b: np.ndarray) -> None:
+    """Write the inverse of (shift - matrix), shape (n, n), into `b`, by Gauss and Jordan; not finite if singular."""
+    n = matrix.shape[0]
+    a = np.empty((n, n), np.complex128)
+    for i in range(n):
+        for j in range(n):
+            a[i, j] = -matrix[i, j]
+            b[i, j] = 0.0
+        a[i, i] += shift
+        b[i, i] = 1.0
+    for k in range(n):
+        pivot = k
+        for i in range(k + 1, n):
+            if abs(a[i, k].real) + abs(a[i, k].imag) > abs(a[pivot, k].real) + abs(a[pivot, k].imag):
+                pivot = i
+        factor = 1.0 / a[pivot, k]
+        for j in range(n):
+            a[pivot, j], a[k, j] = a[k, j], a[pivot, j] * factor
+            b[pivot, j], b[k, j] = b[k, j], b[pivot, j] * factor
+        for i in range(n):
+            factor = a[i, k]
+            if i != k and factor != 0.0:
+                for j in range(n):
+                    a[i, j] -= factor * a[k, j]
+                    b[i, j] -= factor * b[k, j]
+
+
+@compiled
+def apply(matrix: np.ndarray, vector: Vector, result: Vector) -> None:
+    """result = matrix times each block of a vector."""
+    n = matrix.shape[0]
+    for start in range(0, vector.size, n):
+        for i in range(n):
+            total = matrix[i, 0] * vector[start]
+            for j in range(1, n):
+                total += matrix[i, j] * vector[start + j]
+            result[start + i] = total
+
+
+@inlined
+def solve_stages(phase: int, y: Vector, h: float, p: Numbers, inverses: np.ndarray) -> tuple[np.ndarray, int]:
+    """Increments z of the stages, z = h A f(y + z), shape (s, size), and the iterations; z[0, 0] is NaN on failure.
+
+    `inverses` are those of value / h - J, one for each value of A^-1.
+    """
+    n, size = size_of(phase), y.size
+    z, rates, change = np.zeros((STAGES, size)), np.empty((STAGES, size)), np.empty((STAGES, size))
+    point, part, solved = np.empty(size), np.empty(size, np.complex128), np.empty(size, np.complex128)
+    last, small = 1e300, max(SMALL, SHARE_OF_ROUND_OFF * p[5])
+    for iteration in range(ITERATIONS):
+        for i in range(STAGES):
+            for m in range(size):
+                point[m] = y[m] + z[i, m]
+            flow(phase, point, p, rates[i])
+        for i in range(STAGES):
+            for m in range(size):
+                total = 0.0
+                for j in range(STAGES):
+                    total += A_INVERSE[i, j] * z[j, m]
+                rates[i, m] -= total / h
+        for i in range(STAGES):
+            for m in range(size):
+                change[i, m] = 0.0
+        for k in range(VALUES.size):
+            for m in range(size):
+                value = 0.0j
+                for j in range(STAGES):
+                    value += ROWS[k, j] * rates[j, m]
+                part[m] = value
+            apply(inverses[k], part, solved)
+            for i in range(STAGES):
+                for m in range(size):
+                    change[i, m] += (COLUMNS[i, k] * solved[m]).real
+        largest, of_variations = 0.0, 0.0
+        for i in range(STAGES):
+            for m in range(size):
+                z[i, m] += change[i, m]
+                relative = abs(change[i, m]) / (1.0 + abs(y[m]))
+                if m < n:
+                    largest = max(largest, relative)
+                else:
+                    of_variations = max(of_variations, relative)
+        settled = largest <= 2e-16 or (largest <= small and largest >= SLOWEST * last)
+        if settled and of_variations <= SMALL_VARIATION:
+            return z, iteration + 1
+        if not largest < 1e10 or (iteration >= PATIENCE and largest > SLOWEST * last and not settled):
+            break
+        last = largest
+    z[0, 0] = np.nan
+    return z, ITERATIONS
+
+
+@compiled
+def take_step(phase: int, y: Vector, h: float, p: Numbers, stages: np.ndarray, new: Vector) -> int:
+    """Advance `y` by `h` into `new`, and its estimated error into `stages[1]`; returns the evaluations of the rates.
+
+    `stages[0]` must hold dy/dt at `y`. A step whose equations cannot be solved ends in NaN.
+    """
+    n, size = size_of(phase), y.size
+    if h == 0.0:  # an event at the start of a step
+        for m in range(size):
+            new[m], stages[1, m] = y[m], 0.0
+        return 0
+    matrix = jacobian(phase, y, p)
+    inverses = np.empty((VALUES.size, n, n), np.complex128)
+    for k in range(VALUES.size):
+        invert(VALUES[k] / h, matrix, inverses[k])
+    z, iterations = solve_stages(phase, y, h, p, inverses)
+    if np.isnan(z[0, 0]):
+        for m in range(size):
+            new[m], stages[1, m] = np.nan, np.nan
+        return STAGES * iterations
+    # embedded formula, filtered twice so that stiff components do not spoil the estimate (Hairer and Wanner, IV.8.20)
+    part, filtered, rates = np.empty(size, np.complex128), np.empty(size, np.complex128), stages[0]
+    for repeat in range(2):
+        for m in range(size):
+            total = 0.0
+            for j in range(STAGES):
+                total += ESTIMATE[j] * z[j, m]
+            part[m] = total * REAL_VALUE / h + rates[m]
+        apply(inverses[0], part, filtered)
+        for m in range(size):
+            stages[1, m] = filtered[m].real
+            new[m] = y[m] + stages[1, m]
+        rates = stages[2]
+        if repeat == 0:
+            flow(phase, new, p, rates)
+    for m in range(size):
+        new[m] = y[m] + z[STAGES - 1, m]
+    return STAGES * iterations + 1
+
+
+@compiled
+def error_norm(phase: int, y: Vector, new: Vector, stages: np.ndarray, tolerance: float) -> float:
+    """Estimated error of the step in units of the tolerance (absolute and relative alike); NaN if it is not finite.
+
+    Only the state counts: its variations are those of the computed steps, whatever their size. In a stiff spring a unit
+    of length makes them so large that their round-off would rule the step size.
+    """
+    n = size_of(phase)
+    total = 0.0
+    for m in range(n):
+        total += (stages[1, m] / (1.0 + max(abs(y[m]), abs(new[m])))) ** 2
+    return sqrt(total / n) / tolerance

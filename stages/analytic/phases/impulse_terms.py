@@ -1,0 +1,45 @@
+"""What an impact leaves of the equations of motion: inertia, and how it varies with the configuration.
+
+Over an impact M (qd+ - qd-) = Pi Lambda: springs, dampers and gravity give no impulse.
+"""
+
+from __future__ import annotations
+
+from stages.analytic.compiled import Four, Jacobians, Numbers, compiled
+from stages.analytic.model import equations as eq
+from stages.analytic.model.elimination import solve
+from stages.analytic.model.walker import Vector
+from stages.analytic.phases.flow import row4_times
+
+
+@compiled
+def without_forces(p: Numbers) -> Numbers:
+    """Parameters with stiffness, damping and gravity off: what is left of the equations is inertia."""
+    return p[0], p[1], p[2], p[3], p[4], 0.0, 0.0, p[7], 0.0, 0.0, p[10], p[11]
+
+
+@compiled
+def impulse_jacobians(y: Vector, before: Four, after: Four, impulse: tuple[float, float], p: Numbers) -> Jacobians:
+    """Derivatives by position of M (qd+ - qd-), of Pi Lambda and of Pi^T qd+."""
+    by_mass = eq.compliant_residual_jacobian(
+        y[0], y[1], y[2], y[3], 0.0, 0.0, 0.0, 0.0,
+        after[0] - before[0], after[1] - before[1], after[2] - before[2], after[3] - before[3], without_forces(p))
+    by_force = eq.contact_force_jacobian(y[0], y[1], y[2], y[3], impulse[0], impulse[1], p)
+    by_contact = eq.contact_acceleration_jacobian(
+        y[0], y[1], y[2], y[3], 0.0, 0.0, 0.0, 0.0, after[0], after[1], after[2], after[3], p)
+    return by_mass, by_force, by_contact
+
+
+@compiled
+def free_jump(jacobians: Jacobians, factors: Numbers, y: Vector, start: int) -> Four:
+    """Variation of qd+ at unchanged Lambda for the variation of the state before, stored from `start`."""
+    by_mass, by_force, _ = jacobians  # of the rows of eight, the first half: derivatives by position
+    change = solve(
+        factors,
+        row4_times(by_force[0:4], y, start) - row4_times(by_mass[0:4], y, start),
+        row4_times(by_force[4:8], y, start) - row4_times(by_mass[8:12], y, start),
+        row4_times(by_force[8:12], y, start) - row4_times(by_mass[16:20], y, start),
+        row4_times(by_force[12:16], y, start) - row4_times(by_mass[24:28], y, start),
+    )
+    return (y[start + 4] + change[0], y[start + 5] + change[1],
+            y[start + 6] + change[2], y[start + 7] + change[3])

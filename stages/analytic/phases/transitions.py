@@ -1,0 +1,187 @@
+"""Heel strike and toe-off: guards with their rates, and the plastic impact with its derivative.
+
+Coordinates as in `flow`. At heel strike the legs change names: theta+ = -psi, psi+ = -theta, L_1 and L_2 swap.
+"""
+
+from __future__ import annotations
+
+from math import cos, sin
+
+import numpy as np
+
+from stages.analytic.compiled import Constrained, Four, Numbers, compiled
+from stages.analytic.model import equations as eq
+from stages.analytic.model.elimination import factor, factor_constrained, solve_constrained
+from stages.analytic.model.walker import Vector
+from stages.analytic.phases.coulomb_impact import limited_reset
+from stages.analytic.phases.flow import (
+    RIGID,
+    contact_directions,
+    double_acceleration,
+    double_jacobians,
+    double_variation,
+    row4_times,
+)
+from stages.analytic.phases.impulse_terms import free_jump, impulse_jacobians, without_forces
+
+
+@compiled
+def foot_clearance(phase: int, y: Vector, p: Numbers) -> tuple[float, float, float]:
+    """Height of the swing foot above the ground, its rate, and its advance on the stance foot: eq. (3)."""
+    if phase == RIGID:
+        theta, stance, psi, swing = y[0], p[2] - p[3], y[1], p[2] - p[3]
+        dtheta, dstance, dpsi, dswing = y[2], 0.0, y[3], 0.0
+    else:
+        theta, stance, psi, swing = y[0], y[1] - p[3], y[2], y[3] - p[3]
+        dtheta, dstance, dpsi, dswing = y[4], y[5], y[6], y[7]
+    height = stance * cos(theta) - swing * cos(psi)
+    rate = dstance * cos(theta) - stance * sin(theta) * dtheta - dswing * cos(psi) + swing * sin(psi) * dpsi
+    return height, rate, stance * sin(theta) + swing * sin(psi)
+
+
+@compiled
+def clearance_variation(phase: int, y: Vector, p: Numbers, start: int) -> float:
+    """Change of the clearance for the variation stored from `start`."""
+    if phase == RIGID:
+        leg = p[2] - p[3]
+        change: float = leg * (sin(y[1]) * y[start + 1] - sin(y[0]) * y[start])
+    else:
+        change = (
+            cos(y[0]) * y[start + 1]
+            - (y[1] - p[3]) * sin(y[0]) * y[start]
+            - cos(y[2]) * y[start + 3]
+            + (y[3] - p[3]) * sin(y[2]) * y[start + 2]
+        )
+    return change
+
+
+@compiled
+def toe_off_guard(y: Vector, p: Numbers, rates: Vector) -> tuple[float, float]:
+    """What ends the trailing foot's rolling in double stance, and its rate along `rates` = dy/dt.
+
+    Its normal force, or with limited friction the friction it has left.
+    """
+    qdd, force, factors, constrained, normal, roll = double_acceleration(y, p)
+    jacobians = double_jacobians(y, qdd, force, p)
+    _, change = double_variation(jacobians, (factors, constrained, normal, roll), rates, 0)
+    if p[10] < np.inf:
+        return p[10] * force[0] - abs(force[1]), p[10] * change[0] - np.sign(force[1]) * change[1]
+    return force[0], change[0]
+
+
+@compiled
+def toe_off_variation(y: Vector, p: Numbers, start: int) -> float:
+    """Change of that guard for the variation stored from `start`."""
+    qdd, force, factors, constrained, normal, roll = double_acceleration(y, p)
+    jacobians = double_jacobians(y, qdd, force, p)
+    _, change = double_variation(jacobians, (factors, constrained, normal, roll), y, start)
+    if p[10] < np.inf:
+        return p[10] * change[0] - float(np.sign(force[1])) * change[1]
+    return change[0]
+
+
+@compiled
+def landing_impulse(y: Vector, p: Numbers) -> tuple[Four, tuple[float, float], Numbers, Constrained, Four, Four]:
+    """Velocities after a compliant walker's heel strike, in the names before it, and the impulse on the landing foot.
+
+    The landing foot comes to rest on the ground and rolls, the other foot keeps rolling (eq. (6) over the impact):
+    M (qd+ - qd-) = Pi Lambda, Pi^T qd+ = 0. Springs and dampers give no impulse.
+    """
+    t = eq.compliant_terms(y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], p)
+    factors = factor(t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[9])
+    normal, roll, _, _ = contact_directions(y, p)
+    constrained = factor_constrained(factors, normal, roll)
+    before = (y[4], y[5], y[6], y[7])
+    after, impulse = solve_constrained(factors, constrained, normal, roll, before, 0.0, 0.0)
+    return after, impulse, factors, constrained, normal, roll
+
+
+@compiled
+def rename_legs(y: Vector, start: int) -> None:
+    """Exchange the legs' roles in one 8-vector (q, qd), in place."""
+    for i in (0, 4):
+        y[start + i], y[start + i + 2] = -y[start + i + 2], -y[start + i]
+        y[start + i + 1], y[start + i + 3] = y[start + i + 3], y[start + i + 1]
+
+
+@compiled
+def compliant_reset(y: Vector, p: Numbers) -> None:
+    """Heel strike of compliant legs on the state and its variations, in place."""
+    after, impulse, factors, constrained, normal, roll = landing_impulse(y, p)
+    if y.size > 8:
+        jacobians = impulse_jacobians(y, (y[4], y[5], y[6], y[7]), after, impulse, p)
+        for start in range(8, y.size, 8):
+            free = free_jump(jacobians, factors, y, start)
+            jump, _ = solve_constrained(
+                factors, constrained, normal, roll, free,
+                -row4_times(jacobians[2][0:4], y, start), -row4_times(jacobians[2][8:12], y, start))
+            for i in range(4):
+                y[start + 4 + i] = jump[i]
+            rename_legs(y, start)
+    for i in range(4):
+        y[4 + i] = after[i]
+    rename_legs(y, 0)
+
+
+@compiled
+def rigid_reset(y: Vector, p: Numbers) -> None:
+    """Heel strike of rigid legs on the state and its variations, in place; the trailing foot leaves at once."""
+    a11, a12, a21, a22 = eq.rigid_handover(y[0], y[1], p)
+    momentum1 = a11 * y[2] + a12 * y[3]
+    momentum2 = a21 * y[2] + a22 * y[3]
+    theta, psi = -y[1], -y[0]
+    m11, m12, m22, _, _ = eq.rigid_terms(theta, psi, 0.0, 0.0, p)
+    inverse = 1.0 / (m11 * m22 - m12 * m12)
+    dtheta = inverse * (m22 * momentum1 - m12 * momentum2)
+    dpsi = inverse * (m11 * momentum2 - m12 * momentum1)
+    if y.size > 4:
+        before = eq.rigid_handover_jacobian(y[0], y[1], y[2], y[3], p)
+        after = eq.rigid_residual_jacobian(theta, psi, 0.0, 0.0, dtheta, dpsi, without_forces(p))
+        for s in range(4, y.size, 4):
+            new1, new2 = -y[s + 1], -y[s]
+            f1 = (a11 * y[s + 2] + a12 * y[s + 3] + before[0] * y[s] + before[1] * y[s + 1]
+                  - after[0] * new1 - after[1] * new2)
+            f2 = (a21 * y[s + 2] + a22 * y[s + 3] + before[2] * y[s] + before[3] * y[s + 1]
+                  - after[4] * new1 - after[5] * new2)
+            y[s], y[s + 1] = new1, new2
+            y[s + 2] = inverse * (m22 * f1 - m12 * f2)
+            y[s + 3] = inverse * (m11 * f2 - m12 * f1)
+    y[0], y[1], y[2], y[3] = theta, psi, dtheta, dpsi
+
+
+@compiled
+def heel_strike_reset(phase: int, y: Vector, p: Numbers) -> bool:
+    """State and variations just after heel strike, in the new names, in place; False if the impact is undecided."""
+    if phase == RIGID:
+        rigid_reset(y, p)
+    elif p[10] < np.inf:
+        return limited_reset(y, p)
+    else:
+        compliant_reset(y, p)
+    return True
+
+
+@compiled
+def hidden_crossing(g0: float, d0: float, g1: float, d1: float, h: float) -> bool:
+    """Whether the cubic through values g and rates d at both ends of a step crosses zero twice inside it."""
+    if g0 * g1 <= 0.0:
+        return False
+    a = 6.0 * (g0 - g1) + 3.0 * h * (d0 + d1)
+    b = 6.0 * (g1 - g0) - 2.0 * h * (2.0 * d0 + d1)
+    c = h * d0
+    discriminant = b * b - 4.0 * a * c
+    if discriminant <= 0.0:
+        return False
+    root = np.sqrt(discriminant)
+    for extremum in ((-b - root) / (2.0 * a), (-b + root) / (2.0 * a)) if a != 0.0 else (-c / b, -c / b):
+        if 0.0 < extremum < 1.0:
+            s = extremum
+            value = (
+                g0 * (1.0 + 2.0 * s) * (1.0 - s) ** 2
+                + h * d0 * s * (1.0 - s) ** 2
+                + g1 * s * s * (3.0 - 2.0 * s)
+                - h * d1 * s * s * (1.0 - s)
+            )
+            if value * g0 < 0.0:
+                return True
+    return False

@@ -1,0 +1,85 @@
+"""Energy audit of one step: gravity's work against what dampers, sliding and impacts take."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.analytic.compiled import Numbers
+from stages.analytic.model import equations as eq
+from stages.analytic.model.walker import Walker
+from stages.analytic.phases.coulomb_guard import slip_speed
+from stages.analytic.phases.flow import DOUBLE_STANCE
+from stages.analytic.phases.succession import in_contact, succeed
+from stages.analytic.walk.recording import Segment, states_at
+from stages.analytic.walk.sampling import accelerations_and_forces
+from stages.biped.quantity import quantity
+
+#: Gauss-Legendre nodes between two integrator steps; the damper power is smooth there.
+POINTS, WEIGHTS = np.polynomial.legendre.leggauss(8)
+
+
+@dataclass(frozen=True)
+class EnergyAudit:
+    """Energies of one step of a periodic gait [J]; `residual` is what does not close, relative to gravity's work."""
+
+    gravity_work: float = quantity("J", "work of gravity over one step", symbol="W_g")
+    damper_loss: float = quantity("J", "energy taken by the leg dampers over one step")
+    impact_loss: float = quantity("J", "kinetic energy lost in impacts")
+    friction_loss: float = quantity("J", "energy taken by sliding of the trailing foot over one step")
+    residual: float = quantity("1", "(work - losses) / work; zero if the audit closes")
+
+
+def energy(walker: Walker, y: np.ndarray) -> tuple[float, float]:
+    """Kinetic and potential energy of a state, dimensionless, with x = 0 at the stance foot."""
+    terms: Callable[..., Numbers] = eq.rigid_energy if walker.rigid else eq.compliant_energy
+    kinetic, potential = terms(*y[: walker.size], walker.p)
+    return kinetic, potential
+
+
+def quadrature(walker: Walker, segment: Segment, power: Callable[[np.ndarray], np.ndarray]) -> float:
+    """Integral over a segment of a function of its states (n, size) -> (n,)."""
+    edges = np.append(segment.times, segment.duration)
+    middle, half = (edges[1:] + edges[:-1]) / 2, (edges[1:] - edges[:-1]) / 2
+    times = (middle[:, None] + half[:, None] * POINTS).ravel()
+    states = states_at(segment.phase, segment.times, segment.states, times, walker.p)
+    return float((power(states).reshape(-1, POINTS.size) * WEIGHTS * half[:, None]).sum())
+
+
+def damper_loss(walker: Walker, segment: Segment) -> float:
+    """Integral of b (dL_1^2 + dL_2^2) over a segment, dimensionless."""
+    if walker.rigid:
+        return 0.0
+    return quadrature(walker, segment, lambda states: walker.p[6] * (states[:, 5] ** 2 + states[:, 7] ** 2))
+
+
+def friction_loss(walker: Walker, segment: Segment) -> float:
+    """Integral of -lambda_2 times the slip velocity over a segment in which the trailing foot slides, dimensionless."""
+    if not in_contact(segment.phase) or segment.phase == DOUBLE_STANCE:
+        return 0.0
+
+    def power(states: np.ndarray) -> np.ndarray:
+        friction = accelerations_and_forces(segment.phase, states, walker.p)[:, 6]
+        slip = np.array([slip_speed(y, walker.p)[1] for y in states])
+        return np.asarray(-friction * slip)
+
+    return quadrature(walker, segment, power)
+
+
+def audit(walker: Walker, segments: list[Segment], advance: float) -> EnergyAudit:
+    """Audit of the segments of one periodic step that advances by `advance` leg lengths."""
+    work = walker.p[8] * advance  # all mass moves down the slope by one step; heights above it repeat
+    dampers = sum(damper_loss(walker, segment) for segment in segments)
+    sliding = sum(friction_loss(walker, segment) for segment in segments)
+    impact = 0.0
+    for segment in segments:
+        if in_contact(segment.phase):
+            continue
+        after = segment.end.copy()
+        succeed(segment.phase, after, walker.p)
+        impact += energy(walker, segment.end)[0] - energy(walker, after)[0]
+    unit = walker.energy
+    rest = work - dampers - impact - sliding
+    return EnergyAudit(work * unit, dampers * unit, impact * unit, sliding * unit, rest / work if work else 0.0)

@@ -1,0 +1,171 @@
+"""A walk kept as the integrator's own steps, and its state at any time.
+
+The state between two accepted steps is computed by one shorter step from the earlier one, so a sample is as
+accurate as the integration itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.analytic.compiled import Numbers, compiled
+from stages.analytic.errors import StepFailed
+from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, step_failure
+from stages.analytic.integration.integrator import STAGES, take_step
+from stages.analytic.integration.phase import CHATTER, EVENT, WEDGED, integrate
+from stages.analytic.integration.step import MOST_PHASES, section_state
+from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.phases.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE, contact_directions, flow
+from stages.analytic.phases.stiffness import attainable_tolerance, takes_implicit_steps
+from stages.analytic.phases.succession import first_phase, in_contact, succeed
+from stages.analytic.phases.transitions import foot_clearance
+
+#: Steps of a phase that are kept room for at first, and the factor of more room.
+ROOM = 4096
+GROWTH = 16
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One phase of a walk (dimensionless): its nodes, when and where it starts, who stands, and its end state.
+
+    `times` (n,) and `states` (n, size) are the accepted step starts; `origin` is x_0 of eq. (7).
+    """
+
+    phase: int
+    start: float
+    duration: float
+    stance_leg: int
+    origin: float
+    times: np.ndarray
+    states: np.ndarray
+    end: np.ndarray
+
+
+def integrate_segment(
+    walker: Walker, phase: int, y: Vector, start: float, stance_leg: int, origin: float, tolerance: float
+) -> Segment:
+    """Integrate one phase from `y` to its event, keeping its nodes.
+
+    Raises StepFailed if the event does not come.
+    """
+    room = ROOM
+    while True:
+        nodes, end = np.empty((room, 10)), y.copy()
+        status, duration, _, count, _ = integrate(
+            phase, end, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, 0.02, nodes, 0
+        )
+        if status != EVENT:
+            raise StepFailed(step_failure(status, phase))
+        if count < room:
+            break
+        room *= GROWTH  # a stiff phase takes many steps: once more, with room for them
+    kept = nodes[:count] if count else np.concatenate([[0.0, phase], y, np.zeros(8 - y.size)])[None, :]
+    return Segment(
+        phase, start, duration, stance_leg, origin, kept[:, 0].copy(), kept[:, 2 : 2 + walker.size].copy(), end
+    )
+
+
+def next_origin(walker: Walker, segment: Segment) -> float:
+    """x_0 of the step after heel strike: the new stance foot's centre, less its own rolling, eq. (7)."""
+    p, y = walker.p, segment.end
+    theta, psi = y[0], y[1 if walker.rigid else 2]
+    stance, swing = (p[2], p[2]) if walker.rigid else (y[1], y[3])
+    centre = segment.origin + p[3] * theta + (stance - p[3]) * np.sin(theta) + (swing - p[3]) * np.sin(psi)
+    return float(centre + p[3] * psi)
+
+
+def record(
+    walker: Walker, y: Vector, heel_strikes: int, tolerance: float, phase: int | None = None
+) -> list[Segment]:
+    """Segments of a walk that starts at state `y` with leg 0 standing, up to the given heel strike.
+
+    It starts in `phase`, by default the one that follows a heel strike. Raises StepFailed if the walker does not get
+    there.
+    """
+    tolerance = attainable_tolerance(walker, tolerance)
+    segments: list[Segment] = []
+    start, leg, origin, strikes, decided = 0.0, 0, 0.0, 0, True
+    if phase is None:
+        phase, decided = first_phase(walker.rigid, y, walker.p)
+    while True:
+        if not decided:
+            raise StepFailed(step_failure(WEDGED, phase))
+        segment = integrate_segment(walker, phase, y, start, leg, origin, tolerance)
+        segments.append(segment)
+        start += segment.duration
+        if is_last(segment):
+            strikes += 1
+            if strikes == heel_strikes:
+                return segments
+            origin, leg = next_origin(walker, segment), 1 - leg
+        elif len(segments) > MOST_PHASES and not any(map(is_last, segments[-MOST_PHASES:])):
+            raise StepFailed(step_failure(CHATTER, phase))
+        y = segment.end.copy()
+        phase, decided = succeed(phase, y, walker.p)
+
+
+def is_last(segment: Segment) -> bool:
+    """Whether a segment is the last one of its step: single stance, which ends with heel strike."""
+    return segment.phase <= SINGLE_STANCE
+
+
+@compiled
+def states_at(phase: int, node_times: Vector, node_states: np.ndarray, times: Vector, p: Numbers) -> np.ndarray:
+    """States at `times` (n,) inside a segment, by one step from the last node before each, shape (n, size)."""
+    size = node_states.shape[1]
+    stages, new = np.empty((STAGES, size)), np.empty(size)
+    states = np.empty((times.size, size))
+    implicit = takes_implicit_steps(phase == RIGID, p)
+    node = 0
+    for i in range(times.size):
+        while node + 1 < node_times.size and node_times[node + 1] <= times[i]:
+            node += 1
+        flow(phase, node_states[node], p, stages[0])
+        take_step(implicit, phase, node_states[node], times[i] - node_times[node], p, stages, new)
+        states[i] = new
+    return states
+
+
+def crossing_state(walker: Walker, z: Vector, tolerance: float) -> np.ndarray:
+    """State at mid-stance, stance angle zero in single stance, on the step from section coordinates `z`.
+
+    Raises StepFailed if the walker does not vault over its stance leg.
+    """
+    start = section_state(walker.rigid, z, walker.p)
+    segment = record(walker, start, 1, tolerance)[-1]
+    before = np.flatnonzero(segment.states[:, 0] < 0)
+    if not before.size or segment.end[0] <= 0:
+        raise StepFailed("the stance leg is never upright in single stance")
+    node = before[-1]
+    rate = walker.size // 2
+    time = segment.times[node]
+    state: Vector = segment.states[node]
+    for _ in range(50):
+        change = -state[0] / state[rate]
+        time += change
+        state = states_at(
+            segment.phase, segment.times[node : node + 1], segment.states[node : node + 1], np.array([time]), walker.p
+        )[0]
+        if abs(change) < 1e-15:
+            break
+    state[0] = 0.0
+    return state
+
+
+def constraint_drift(walker: Walker, segments: list[Segment]) -> np.ndarray:
+    """Clearance, its rate and the slip velocity of the trailing foot where it ends to roll, dimensionless, shape (3,).
+
+    All three are zero at heel strike; what they are at toe-off is the drift of constraints that are held at
+    acceleration level. For a foot that slides until toe-off, clearance and its rate there, and no slip velocity, which
+    no constraint holds. Zero for rigid legs, which have no double stance.
+    """
+    both = [segment for segment in segments if in_contact(segment.phase)]
+    if not both:
+        return np.zeros(3)
+    y, phase = both[-1].end, both[-1].phase
+    _, roll, _, _ = contact_directions(y, walker.p)
+    clearance, rate, _ = foot_clearance(phase, y, walker.p)
+    return np.array([clearance, rate, float(np.dot(roll, y[4:8])) if phase == DOUBLE_STANCE else 0.0])

@@ -1,0 +1,157 @@
+"""Turns a recorded walk into the signals of `Walk`: hip motion, legs, ground reactions, virtual sensors."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stages.analytic.compiled import Numbers, compiled
+from stages.analytic.model import equations as eq
+from stages.analytic.model.walker import Walker
+from stages.analytic.phases.flow import (
+    DOUBLE_STANCE,
+    RIGID,
+    SINGLE_STANCE,
+    double_acceleration,
+    rigid_acceleration,
+    single_acceleration,
+    sliding_acceleration,
+)
+from stages.analytic.phases.succession import in_contact
+from stages.analytic.walk.recording import Segment, is_last, states_at
+from stages.biped.frames import specific_force
+from stages.biped.kinematics import (
+    Coordinate,
+    Motion,
+    constant,
+    hip_motion,
+    shifted,
+    stance_mass_motion,
+    swing_point_motion,
+)
+from stages.biped.sampling_times import uniform_times
+from stages.biped.walk import Walk
+
+#: Columns of `accelerations_and_forces`: qdd (4), stance foot's force (tangential, normal), swing foot's force.
+COLUMNS = 8
+
+
+@compiled
+def accelerations_and_forces(phase: int, states: np.ndarray, p: Numbers) -> np.ndarray:
+    """Accelerations and both feet's ground reactions at states of one phase, shape (n, 8)."""
+    rows = np.zeros((states.shape[0], 8))
+    for i in range(states.shape[0]):
+        y, row = states[i], rows[i]
+        if phase == RIGID:
+            angular, _ = rigid_acceleration(y, p)
+            row[0], row[2] = angular
+            row[4], row[5] = eq.rigid_reaction(y[0], y[1], y[2], y[3], angular[0], angular[1], p)
+            continue
+        if phase == DOUBLE_STANCE:
+            qdd, force, _, _, _, _ = double_acceleration(y, p)
+            row[6], row[7] = force[1], force[0]
+        elif in_contact(phase):
+            qdd, force, _, _, _, _ = sliding_acceleration(phase, y, p)
+            row[6], row[7] = force[1], force[0]
+        else:
+            qdd, _ = single_acceleration(y, p)
+        row[0], row[1], row[2], row[3] = qdd
+        tangential, normal = eq.compliant_reaction(
+            y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], qdd[0], qdd[1], qdd[2], qdd[3], p)
+        row[4], row[5] = tangential - row[6], normal - row[7]
+    return rows
+
+
+def coordinates(walker: Walker, states: np.ndarray, rows: np.ndarray) -> tuple[Coordinate, ...]:
+    """theta, L_1, psi, L_2 with their rates, dimensionless."""
+    if walker.rigid:
+        theta = Coordinate(states[:, 0], states[:, 2], rows[:, 0])
+        psi = Coordinate(states[:, 1], states[:, 3], rows[:, 2])
+        length = constant(walker.p[2], theta)
+        return theta, length, psi, length
+    return tuple(Coordinate(states[:, i], states[:, 4 + i], rows[:, i]) for i in range(4))
+
+
+def sample_segment(walker: Walker, segment: Segment, times: np.ndarray) -> dict[str, np.ndarray]:
+    """Dimensionless signals of one segment at `times` since its start, keyed by the fields of `Walk`."""
+    states = states_at(segment.phase, segment.times, segment.states, times, walker.p)
+    rows = accelerations_and_forces(segment.phase, states, walker.p)
+    theta, stance_length, psi, swing_length = coordinates(walker, states, rows)
+    radius, com = walker.p[3], walker.p[4]
+    origin = np.full(times.size, segment.origin)
+    hip = hip_motion(theta, stance_length, radius, origin)
+    foot: Motion
+    if segment.stance_leg == 0:
+        foot = stance_mass_motion(theta, com, radius, origin)
+        angle, rate = -theta.value, -theta.rate
+    else:
+        foot = swing_point_motion(hip, psi, shifted(swing_length, com))
+        angle, rate = psi.value, psi.rate
+    gravity = (walker.p[8], walker.p[9])
+    order = [0, 1] if segment.stance_leg == 0 else [1, 0]
+    return {
+        "hip_position": hip.position,
+        "hip_velocity": hip.velocity,
+        "leg_angle": np.stack([-theta.value, psi.value], axis=-1)[:, order],
+        "leg_rate": np.stack([-theta.rate, psi.rate], axis=-1)[:, order],
+        "leg_length": np.stack([stance_length.value, swing_length.value], axis=-1)[:, order],
+        "leg_length_rate": np.stack([stance_length.rate, swing_length.rate], axis=-1)[:, order],
+        "ground_reaction": rows[:, 4:8].reshape(-1, 2, 2)[:, order],
+        "hip_specific_force": specific_force(hip.acceleration, angle, gravity),
+        "hip_angular_velocity": rate,
+        "foot_specific_force": specific_force(foot.acceleration, angle, gravity),
+        "foot_angular_velocity": rate,
+    }
+
+
+def signal_scales(walker: Walker) -> dict[str, float]:
+    """SI value of one dimensionless unit of each signal."""
+    length, time = walker.length, walker.time
+    return {
+        "hip_position": length, "hip_velocity": length / time, "leg_angle": 1.0, "leg_rate": 1 / time,
+        "leg_length": length, "leg_length_rate": length / time, "ground_reaction": walker.force,
+        "hip_specific_force": length / time**2, "hip_angular_velocity": 1 / time,
+        "foot_specific_force": length / time**2, "foot_angular_velocity": 1 / time,
+    }
+
+
+def sample_walk(walker: Walker, segments: list[Segment], sampling_rate: float) -> Walk:
+    """The walk in SI units at even times, `sampling_rate` [Hz], from its first segment's start to the last end."""
+    end = segments[-1].start + segments[-1].duration
+    times = uniform_times(end * walker.time, sampling_rate) / walker.time
+    pieces = []
+    for index, segment in enumerate(segments):
+        last = index == len(segments) - 1
+        after = times >= segment.start
+        before = (times <= end) if last else (times < segments[index + 1].start)
+        pieces.append(sample_segment(walker, segment, times[after & before] - segment.start))
+    signals = {
+        name: scale * np.concatenate([piece[name] for piece in pieces])
+        for name, scale in signal_scales(walker).items()
+    }
+    strikes = [s for s in segments if is_last(s)]
+    lifts = lift_offs(segments) if not walker.rigid else [(s.start + s.duration, s.stance_leg) for s in strikes]
+    return Walk(
+        time=times * walker.time,
+        **signals,
+        heel_strike_time=np.array([(s.start + s.duration) * walker.time for s in strikes]),
+        heel_strike_leg=np.array([1 - s.stance_leg for s in strikes]),
+        toe_off_time=np.array([time * walker.time for time, _ in lifts]),
+        toe_off_leg=np.array([leg for _, leg in lifts]),
+    )
+
+
+def lift_offs(segments: list[Segment]) -> list[tuple[float, int]]:
+    """Dimensionless time at which the trailing foot leaves the ground for good in each step, and its leg.
+
+    That is the end of the last phase with both feet on the ground, or heel strike where there is none.
+    """
+    lifts: list[tuple[float, int]] = []
+    latest = segments[0].start if segments[0].phase != SINGLE_STANCE else None
+    for segment in segments:
+        if in_contact(segment.phase):
+            latest = segment.start + segment.duration
+        elif is_last(segment):
+            if latest is not None:
+                lifts.append((latest, 1 - segment.stance_leg))
+            latest = segment.start + segment.duration
+    return lifts

@@ -1,0 +1,169 @@
+"""Whether a gait of the constraint model keeps the assumptions the model makes.
+
+The constraints are two-sided and stick at any force; ground is one-sided and slips. The report says by how much a
+gait relies on forces that the ground could not give. With limited friction that is left to ask of the leading foot
+alone, which rolls whatever it takes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.analytic.compiled import Numbers
+from stages.analytic.model import equations as eq
+from stages.analytic.model.walker import Walker
+from stages.analytic.phases.coulomb_impact import land, strike, trailing_impulse
+from stages.analytic.phases.flow import RIGID
+from stages.analytic.phases.impulse_terms import without_forces
+from stages.analytic.phases.succession import in_contact
+from stages.analytic.phases.transitions import heel_strike_reset, landing_impulse
+from stages.analytic.walk.recording import Segment, states_at
+from stages.analytic.walk.sampling import accelerations_and_forces
+from stages.biped.quantity import quantity
+
+SAMPLES_PER_STEP = 6
+#: With more steps than this the steps themselves are dense enough.
+ENOUGH_STEPS = 2000
+#: A sliding foot uses all the friction there is, up to this share.
+ROUND_OFF = 1e-9
+
+
+@dataclass(frozen=True)
+class Validity:
+    """Forces the gait asks of the ground, and its scuffing. Friction is |tangential| / normal; infinite for a pull."""
+
+    least_normal_force_stance: float = quantity("N", "least normal force of the leading or only stance foot")
+    least_normal_force_trailing: float = quantity("N", "least normal force of the trailing foot in double stance")
+    friction_single_stance: float = quantity("1", "largest friction used in single stance")
+    friction_double_stance: float = quantity("1", "largest friction used by either foot in double stance")
+    impulse_friction_landing: float = quantity("1", "friction the impulse needs at the landing foot")
+    impulse_friction_trailing: float = quantity("1", "friction the impulse needs at the trailing foot")
+    impulse_normal_trailing: float = quantity("N s", "normal impulse on the trailing foot; negative is a pull")
+    deepest_scuff: float = quantity("m", "depth of the swing foot below ground at mid-swing")
+    deepest_scuff_angle: float = quantity("rad", "stance angle at the deepest scuff")
+    feet_push_only: bool = quantity("1", "whether every normal force and impulse pushes")
+
+    def broken_assumptions(self, friction: float) -> list[str]:
+        """The assumptions that do not hold on ground with the given friction coefficient, in words."""
+        broken = []
+        if self.least_normal_force_stance < 0:
+            broken.append(f"the ground would pull the stance foot with {-self.least_normal_force_stance:.3g} N")
+        if self.impulse_normal_trailing < 0:
+            broken.append("the impact would need the ground to pull the trailing foot")
+        for needed, where in (
+            (self.friction_single_stance, "single stance"),
+            (self.friction_double_stance, "double stance"),
+            (self.impulse_friction_landing, "the impulse on the landing foot"),
+            (self.impulse_friction_trailing, "the impulse on the trailing foot"),
+        ):
+            if needed > friction * (1 + ROUND_OFF):
+                broken.append(f"{where} needs friction {needed:.3g}, the ground has {friction:.3g}")
+        if self.deepest_scuff > 0:
+            depth = 1e3 * self.deepest_scuff
+            broken.append(f"the swing foot passes {depth:.2g} mm below ground: it needs stepping blocks")
+        return broken
+
+
+def friction_used(forces: np.ndarray) -> float:
+    """Largest |tangential| / normal of forces (n, 2); infinite where the ground would pull, 0 without force."""
+    loaded = forces[np.abs(forces).max(axis=1) > 1e-12]
+    if not loaded.size:
+        return 0.0
+    if (loaded[:, 1] <= 0).any():
+        return float("inf")
+    return float((np.abs(loaded[:, 0]) / loaded[:, 1]).max())
+
+
+def dense_states(walker: Walker, segment: Segment) -> np.ndarray:
+    """States of a segment at several points between the integrator's steps, and at its end."""
+    if len(segment.times) > ENOUGH_STEPS:
+        return np.vstack([segment.states, segment.end])
+    edges = np.append(segment.times, segment.duration)
+    fractions = np.linspace(0, 1, SAMPLES_PER_STEP, endpoint=False)
+    times = (edges[:-1, None] + (edges[1:] - edges[:-1])[:, None] * fractions).ravel()
+    return np.vstack([states_at(segment.phase, segment.times, segment.states, times, walker.p), segment.end])
+
+
+def impulses(walker: Walker, before: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Impulses (tangential, normal) on the landing and on the trailing foot at heel strike, dimensionless."""
+    inertia = without_forces(walker.p)
+    after = before.copy()
+    if walker.rigid:
+        heel_strike_reset(RIGID, after, walker.p)
+
+        # Momentum of the whole walker before and after, each in the names of its own step; only one foot is hit.
+        def momentum(y: np.ndarray) -> np.ndarray:
+            return np.array(eq.rigid_reaction(y[0], y[1], 0.0, 0.0, y[2], y[3], inertia))
+
+        return momentum(after) - momentum(before), np.zeros(2)
+    if not walker.rolls:
+        return limited_impulses(walker, before)
+    velocities, landing, *_ = landing_impulse(before, walker.p)
+    jump = np.asarray(velocities) - before[4:]
+    total = reaction_to(before[:4], jump, inertia)
+    landing_force = np.array([landing[1], landing[0]])
+    return landing_force, total - landing_force
+
+
+def reaction_to(q: np.ndarray, jump: np.ndarray, inertia: Numbers) -> np.ndarray:
+    """Impulse (tangential, normal) that a jump of the rates of compliant legs at coordinates `q` asks of the ground."""
+    terms: Callable[..., Numbers] = eq.compliant_reaction
+    return np.array(terms(*q, 0.0, 0.0, 0.0, 0.0, *jump, inertia))
+
+
+def limited_impulses(walker: Walker, before: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same where friction is limited; what the trailing foot does not bear of the momentum, the landing foot does.
+
+    Momentum of the whole walker is read from the ground reaction of inertia alone, in the names of each step.
+    """
+    inertia = without_forces(walker.p)
+
+    def momentum(y: np.ndarray) -> np.ndarray:
+        return reaction_to(y[:4], y[4:8], inertia)
+
+    after = before.copy()
+    land(after, walker.p)
+    _, _, impulse, *_ = trailing_impulse(after, walker.p)
+    strike(after, walker.p)
+    trailing = np.array([impulse[1], impulse[0]])
+    return momentum(after) - momentum(before) - trailing, trailing
+
+
+def assess(walker: Walker, segments: list[Segment]) -> Validity:
+    """Report on the segments of one step, from heel strike to heel strike."""
+    single = segments[-1]
+    states = dense_states(walker, single)
+    alone = accelerations_and_forces(single.phase, states, walker.p)[:, 4:6]
+    together = [
+        accelerations_and_forces(segment.phase, dense_states(walker, segment), walker.p)[:, 4:8]
+        for segment in segments[:-1]
+    ]
+    both = np.concatenate(together) if together else np.zeros((0, 4))
+    pressed = [rows for rows, segment in zip(together, segments, strict=False) if in_contact(segment.phase)]
+    trailing_force = np.concatenate(pressed)[:, 2:] if pressed else np.zeros((0, 2))
+    landing, trailing = impulses(walker, single.end)
+    column = (0, 0, 1, 1) if walker.rigid else (0, 1, 2, 3)
+    leg = walker.p[2] - walker.p[3]
+    stance = leg if walker.rigid else states[:, column[1]] - walker.p[3]
+    swing = leg if walker.rigid else states[:, column[3]] - walker.p[3]
+    clearance = stance * np.cos(states[:, 0]) - swing * np.cos(states[:, column[2]])
+    lowest = int(np.argmin(clearance))
+    unit = walker.force
+    # At toe-off the trailing foot's normal force is zero by definition: the last sample says nothing on friction.
+    return Validity(
+        least_normal_force_stance=float(min(alone[:, 1].min(), both[:, 1].min(initial=np.inf)) * unit),
+        least_normal_force_trailing=float(trailing_force[:, 1].min() * unit) if trailing_force.size else 0.0,
+        friction_single_stance=friction_used(alone),
+        friction_double_stance=max(friction_used(both[:, :2]), friction_used(trailing_force[:-1])),
+        impulse_friction_landing=friction_used(landing[None, :]),
+        impulse_friction_trailing=friction_used(trailing[None, :]),
+        impulse_normal_trailing=float(trailing[1] * walker.mass * walker.length / walker.time),
+        deepest_scuff=float(max(-clearance[lowest], 0.0) * walker.length),
+        deepest_scuff_angle=float(states[lowest, 0]),
+        feet_push_only=bool(
+            min(alone[:, 1].min(), both[:, 1].min(initial=0.0), landing[1]) >= -1e-9 and trailing[1] >= -1e-9
+        ),
+    )

@@ -1,0 +1,196 @@
+"""Sample index from the packet counter: the only clock of a sensor that no radio can warp.
+
+A packet counter steps by one a packet, wraps at its modulus, and starts again when the sensor restarts. Rows may be
+repeated, swapped, or missing. From (packet, position) every sample gets an index that counts sampling periods within
+a segment, where a segment is one life of the sensor between two restarts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.imu.sources.schema import Recording
+
+REORDER_WINDOW = 64  # packets; a counter that falls back further than this has restarted
+LOOK_AHEAD = 5  # packets looked at to tell a late packet from a restart
+
+
+@dataclass(frozen=True)
+class IndexedRecording:
+    """Rows in the order they were sampled, each with its place on the sensor's own clock.
+
+    `index` (n,) counts sampling periods from the start of its `segment` (n,). `lost_packets` is None where there is
+    no counter: then `index` is the rank of the row and losses cannot be observed.
+    """
+
+    recording: Recording
+    segment: np.ndarray
+    index: np.ndarray
+    batch_size: int
+    exact_duplicates: int
+    key_duplicates: int
+    out_of_order: int
+    unusable_rows: int
+    lost_packets: int | None
+    gaps: int
+    resets: int
+
+
+def arrival_stamp(recording: Recording) -> tuple[str, np.ndarray]:
+    """The best stamp a recording has, with its name: phone, else server, else device, else ("none", NaN)."""
+    for name in ("phone", "server", "device"):
+        stamp = getattr(recording, f"{name}_stamp")
+        if np.isfinite(stamp).sum() > max(1, recording.rows // 2):
+            return name, stamp
+    return "none", np.full(recording.rows, np.nan)
+
+
+def index_samples(recording: Recording) -> IndexedRecording:
+    """Remove duplicates, put the rows in order, split at restarts and count the losses."""
+    stored = recording.rows
+    recording = recording.take(first_of_each(row_bytes(recording)))
+    exact = stored - recording.rows
+    if np.isfinite(recording.packet).sum() < recording.rows / 2:
+        return _index_without_counter(recording, exact)
+    usable = np.isfinite(recording.packet) & (recording.packet >= 0)
+    stamp_name, stamp = arrival_stamp(recording)
+    if stamp_name != "none":
+        usable &= np.isfinite(stamp)
+    unusable = int((~usable).sum())
+    recording, stamp = recording.take(usable), stamp[usable]
+    batch, position = _positions(recording)
+
+    # Packets held back by a stall arrive together: among equal stamps the numbers tell the order.
+    order = np.lexsort((recording.packet, stamp)) if stamp_name != "none" else np.arange(recording.rows)
+    segment, packet = unwrap_counter(recording.packet[order].astype(np.int64), recording.device.counter_modulus)
+    index = packet * batch + position[order]
+    in_sequence = np.lexsort((index, segment))
+    segment, index, rows = segment[in_sequence], index[in_sequence], order[in_sequence]
+    new = np.ones(len(rows), dtype=bool)
+    new[1:] = (np.diff(segment) != 0) | (np.diff(index) != 0)
+    stored_rank = np.empty(len(rows), dtype=np.int64)
+    stored_rank[rows] = np.arange(len(rows))
+    out_of_order = int((stored_rank < np.maximum.accumulate(stored_rank)).sum()) if len(rows) else 0
+    key_duplicates = int((~new).sum())
+    segment, index, rows = segment[new], index[new], rows[new]
+    for life in np.unique(segment):
+        index[segment == life] -= index[segment == life].min() // batch * batch
+    return IndexedRecording(
+        recording=recording.take(rows),
+        segment=segment,
+        index=index,
+        batch_size=batch,
+        exact_duplicates=exact,
+        key_duplicates=key_duplicates,
+        out_of_order=out_of_order,
+        unusable_rows=unusable,
+        lost_packets=_lost_packets(segment, index // batch),
+        gaps=int(((np.diff(index) > 1) & (np.diff(segment) == 0)).sum()),
+        resets=int(segment[-1]) if len(segment) else 0,
+    )
+
+
+def row_bytes(recording: Recording) -> np.ndarray:
+    """Each row as one opaque value, so that equal rows compare equal, NaN included."""
+    key = (recording.packet, recording.position)
+    stamps = (recording.device_stamp, recording.phone_stamp, recording.server_stamp)
+    values = (recording.acceleration, recording.angular_rate)
+    table = np.ascontiguousarray(np.column_stack((*key, *stamps, *values)) + 0.0)
+    return table.view(np.dtype((np.void, table.shape[1] * 8))).ravel()
+
+
+def first_of_each(values: np.ndarray) -> np.ndarray:
+    """Indices of the first occurrence of each value, in the order they stand."""
+    return np.sort(np.unique(values, return_index=True)[1])
+
+
+def unwrap_counter(counter: np.ndarray, modulus: int | None) -> tuple[np.ndarray, np.ndarray]:
+    """Segment and continuous packet number of each row, rows in order of arrival.
+
+    A fall of the counter is a wrap if it goes from the end of the modulus to its start, a restart if it goes further
+    back than packets get swapped or if the next packets repeat numbers already seen, and a late packet otherwise.
+    A single number that disagrees with both neighbours is left where it is; it does not start a segment.
+    """
+    if not len(counter):
+        return counter, counter
+    starts = np.flatnonzero(np.diff(counter, prepend=counter[0] - 1))
+    packets = counter[starts]
+    segments, numbers = np.zeros_like(packets), np.zeros_like(packets)
+    segment, wraps = 0, 0
+    seen: set[int] = set()
+    newest = int(packets[0])
+    for i, raw in enumerate(packets.tolist()):
+        number = raw + wraps
+        if modulus and newest - number > modulus // 2:
+            number += modulus
+            if number - newest < REORDER_WINDOW:
+                wraps += modulus
+            else:
+                number -= modulus
+        elif modulus and number - newest > modulus // 2 and wraps:
+            number -= modulus  # late, from before the wrap
+        if number < newest and _restarted(packets[i : i + LOOK_AHEAD], raw, newest - wraps, seen, wraps):
+            segment, wraps, number = segment + 1, 0, raw
+            seen, newest = set(), raw
+        seen.add(number)
+        newest = max(newest, number)
+        segments[i], numbers[i] = segment, number
+    lengths = np.diff(np.append(starts, len(counter)))
+    return np.repeat(segments, lengths), np.repeat(numbers, lengths)
+
+
+def _restarted(upcoming: np.ndarray, raw: int, newest: int, seen: set[int], wraps: int) -> bool:
+    below = upcoming <= newest
+    if below.sum() <= len(upcoming) // 2:
+        return False
+    repeated = sum(int(number) + wraps in seen for number in upcoming)
+    return newest - raw > REORDER_WINDOW or repeated > len(upcoming) // 2
+
+
+def _positions(recording: Recording) -> tuple[int, np.ndarray]:
+    """Batch size and position of each row in its packet; where no position is stored, the rank within the packet."""
+    position = recording.position
+    if np.isfinite(position).all() and len(position):
+        largest = int(position.max()) + 1
+        return max(largest, recording.device.batch_size or 1), position.astype(np.int64)
+    packet = recording.packet
+    starts = np.flatnonzero(np.diff(packet, prepend=np.nan) != 0)
+    lengths = np.diff(np.append(starts, len(packet)))
+    rank = np.arange(len(packet)) - np.repeat(starts, lengths)
+    batch = recording.device.batch_size or int(np.median(lengths)) if len(lengths) else 1
+    return max(batch, 1), np.minimum(rank, max(batch, 1) - 1)
+
+
+def _lost_packets(segment: np.ndarray, packet: np.ndarray) -> int:
+    lost = 0
+    for life in np.unique(segment):
+        present = np.unique(packet[segment == life])
+        lost += int(present[-1] - present[0] + 1 - len(present))
+    return lost
+
+
+def _index_without_counter(recording: Recording, exact: int) -> IndexedRecording:
+    """Order by the sensor's own stamp where there is one; count sampling periods from it, else count rows."""
+    name, stamp = arrival_stamp(recording)
+    stored = recording.rows
+    if name == "none":
+        rank = np.arange(stored)
+        return IndexedRecording(recording, np.zeros(stored, int), rank, 1, exact, 0, 0, 0, None, 0, 0)
+    recording, stamp = recording.take(np.isfinite(stamp)), stamp[np.isfinite(stamp)]
+    unusable = stored - recording.rows
+    out_of_order = int((np.diff(stamp) < 0).sum())
+    order = np.argsort(stamp, kind="stable")
+    new = np.append(True, np.diff(stamp[order]) > 0) if name == "device" else np.ones(len(order), dtype=bool)
+    rows = order[new]
+    index, gaps = np.arange(len(rows)), 0
+    if name == "device" and len(rows) > 1:
+        step = np.diff(stamp[rows])
+        index = np.append(0, np.cumsum(np.maximum(1, np.rint(step / np.median(step))))).astype(np.int64)
+        gaps = int((np.diff(index) > 1).sum())
+    duplicates = len(order) - len(rows)
+    segment = np.zeros(len(rows), dtype=np.int64)
+    return IndexedRecording(
+        recording.take(rows), segment, index, 1, exact, duplicates, out_of_order, unusable, None, gaps, 0
+    )

@@ -1,0 +1,110 @@
+"""What a run is worth: its sensors together, its steps, and whether it is used."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from stages.biped.quantity import quantity
+from stages.imu.trial.report import NOT_OBSERVABLE, SensorReport
+
+Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
+
+
+@dataclass(frozen=True)
+class RunReport:
+    """One run, used or not."""
+
+    name: str = quantity("-", "experiment")
+    origin: str = quantity("-", "measured or synthetic")
+    slope_deg: float = quantity("deg", "inclination as read off")
+    overlap: float = quantity("1", "share of the longer recording that hip and foot both cover; NaN where unknown")
+    foot_lag: float = quantity("s", "lag of the foot's stamps, taken out; NaN without both sensors")
+    lever_arm: float = quantity("m", "distance of the sensors along the leg, from their signals")
+    heel_strikes: int = quantity("1", "heel strikes found")
+    strides: int = quantity("1", "strides after the transient")
+    step_frequency: float = quantity("Hz", "steps per second after the transient", symbol="f")
+    step_frequency_error: float = quantity("Hz", "standard error of the step frequency")
+    accepted: bool = quantity("1", "whether the run is used")
+    reason: str = quantity("-", "why it is not")
+
+
+def tables(sensors: Iterable[SensorReport], runs: Iterable[RunReport], origin: str) -> list[Table]:
+    """The reports as tables: (title, columns, rows); `origin` stands in every title."""
+    reports = list(sensors)
+    made = (_faults(reports), _clocks(reports), _sensors(reports), _runs(list(runs)))
+    return [(f"{title} ({origin})", columns, rows) for title, columns, rows in made]
+
+
+def origin_of(runs: Iterable[RunReport]) -> str:
+    """Measured, synthetic, or mixed."""
+    origins = {one.origin for one in runs}
+    return origins.pop() if len(origins) == 1 else "mixed"
+
+
+def _faults(reports: list[SensorReport]) -> Table:
+    columns = (
+        *("run", "sensor", "rows", "duplicates", "same key", "out of order", "unusable", "lost packets", "gaps"),
+        *("batch", "smallest", "largest"),
+    )
+    rows: list[tuple[str, ...]] = [
+        (
+            *(r.run, r.place, str(r.rows), str(r.exact_duplicates), str(r.key_duplicates), str(r.out_of_order)),
+            str(r.unusable_rows),
+            "can't be observed" if r.lost_packets == NOT_OBSERVABLE else str(r.lost_packets),
+            *(str(r.gaps), str(r.batch_size), str(r.smallest_batch), str(r.largest_batch)),
+        )
+        for r in reports
+    ]
+    return "Rows", columns, rows
+
+
+def _clocks(reports: list[SensorReport]) -> Table:
+    columns = ("run", "sensor", "stamp", "resets", "rate Hz", "rate ppm", "robust ppm", "jitter ms", "after ms")
+    rows: list[tuple[str, ...]] = [
+        (
+            *(r.run, r.place, r.stamp, str(r.resets), f"{r.rate_hz:.3f}", f"{r.rate_ppm:.0f}"),
+            *(f"{r.robust_ppm:.0f}", f"{r.jitter_before_s * 1e3:.2f}", f"{r.jitter_after_s * 1e3:.2f}"),
+        )
+        for r in reports
+    ]
+    return "Clocks", columns, rows
+
+
+def _sensors(reports: list[SensorReport]) -> Table:
+    columns = (
+        *("run", "sensor", "NaN", "dead", "clipped a", "clipped w", "step a m/s^2", "step w rad/s", "still s"),
+        *("static", "gain", "unit a", "unit w", "off swing deg", "off mount deg", "verdict"),
+    )
+    rows: list[tuple[str, ...]] = [
+        (
+            *(r.run, r.place, str(r.missing_values), " ".join(r.dead_axes) or "none", str(r.clipped_acceleration)),
+            *(str(r.clipped_angular_rate), f"{r.acceleration_step:.2g}", f"{r.angular_rate_step:.2g}"),
+            *(f"{r.rest_s:.2f}", f"{r.static_reading:.5g}", f"{r.static_gain:.4f}"),
+            *(r.acceleration_unit, r.angular_rate_unit, f"{r.swing_residual_deg:.2f}", f"{r.mounting_deg:.2f}"),
+            _verdict(r.accepted, "; ".join(r.reasons)),
+        )
+        for r in reports
+    ]
+    return "Sensors", columns, rows
+
+
+def _runs(runs: list[RunReport]) -> Table:
+    columns = (
+        *("run", "overlap", "foot lag ms", "lever arm m", "heel strikes", "strides"),
+        *("step frequency Hz", "standard error Hz", "verdict"),
+    )
+    rows: list[tuple[str, ...]] = [
+        (
+            *(r.name, "can't be observed" if math.isnan(r.overlap) else f"{r.overlap:.3f}"),
+            *(f"{r.foot_lag * 1e3:.2f}", f"{r.lever_arm:.3f}", str(r.heel_strikes), str(r.strides)),
+            *(f"{r.step_frequency:.4f}", f"{r.step_frequency_error:.4f}", _verdict(r.accepted, r.reason)),
+        )
+        for r in runs
+    ]
+    return "Runs", columns, rows
+
+
+def _verdict(accepted: bool, reasons: str) -> str:
+    return ("accepted" if accepted else "rejected") + (f": {reasons}" if reasons else "")

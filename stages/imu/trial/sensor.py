@@ -1,0 +1,118 @@
+"""One sensor of one run, from raw rows to SI values on a repaired clock, and where it stands still."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.imu.clock.clock import Clock, repair_clock
+from stages.imu.clock.packet_index import IndexedRecording, index_samples
+from stages.imu.parameters import Settings
+from stages.imu.sources.schema import Recording
+from stages.imu.sources.units import Scale, scale_of
+
+CLIPPED = 1 - 1e-4  # of full scale: the topmost count is a little below it
+
+
+@dataclass(frozen=True)
+class SensorTrace:
+    """Samples in order: time (n,) [s]; specific_force (n, 3) [m/s^2], angular_rate (n, 3) [rad/s] on sensor axes.
+
+    `time` is corrected for the delay of the sensor's own low pass. Clipped readings are NaN and counted. `rest` (n,)
+    marks the longest still stand.
+    """
+
+    indexed: IndexedRecording
+    clock: Clock
+    scale: Scale
+    time: np.ndarray
+    specific_force: np.ndarray
+    angular_rate: np.ndarray
+    clipped_acceleration: int
+    clipped_angular_rate: int
+    rest: np.ndarray
+
+    @property
+    def rate_hz(self) -> float:
+        """Sampling rate as fitted [Hz]."""
+        return self.clock.rate_hz
+
+    def bias(self) -> np.ndarray:
+        """Angular rate at rest (3,) [rad/s]; zero where there is no rest."""
+        known = self.rest & np.isfinite(self.angular_rate).all(axis=1)
+        return self.angular_rate[known].mean(axis=0) if known.any() else np.zeros(3)
+
+    def static_force(self) -> np.ndarray:
+        """Mean specific force at rest (3,) [m/s^2]; NaN where there is no rest."""
+        known = self.rest & np.isfinite(self.specific_force).all(axis=1)
+        return self.specific_force[known].mean(axis=0) if known.any() else np.full(3, np.nan)
+
+
+def trace_sensor(recording: Recording, settings: Settings) -> SensorTrace:
+    """Index, clock, unit, clipping and still stand of a recording. Raises SourceRefused for counts without scale."""
+    scale = scale_of(recording.device)
+    indexed = index_samples(recording)
+    clock = repair_clock(indexed)
+    force, clipped_force = mask_clipped(indexed.recording.acceleration, scale.acceleration_full_scale)
+    rate, clipped_rate = mask_clipped(indexed.recording.angular_rate, scale.angular_rate_full_scale)
+    force, rate = force * scale.acceleration, rate * scale.angular_rate
+    return SensorTrace(
+        indexed=indexed,
+        clock=clock,
+        scale=scale,
+        time=clock.time - filter_delay(recording.device.bandwidth_hz),
+        specific_force=force,
+        angular_rate=rate,
+        clipped_acceleration=clipped_force,
+        clipped_angular_rate=clipped_rate,
+        rest=find_rest(force, rate, clock.rate_hz, settings),
+    )
+
+
+def filter_delay(bandwidth_hz: float | None) -> float:
+    """Delay of a second-order Butterworth low pass far below its cut-off, sqrt(2) / (2 pi f_c) [s]."""
+    return 0.0 if bandwidth_hz is None else math.sqrt(2) / (2 * math.pi * bandwidth_hz)
+
+
+def mask_clipped(value: np.ndarray, full_scale: float) -> tuple[np.ndarray, int]:
+    """Readings (n, 3) with those at full scale replaced by NaN, and how many samples had one."""
+    clipped = np.abs(value) >= CLIPPED * full_scale
+    return np.where(clipped, np.nan, value), int(clipped.any(axis=1).sum())
+
+
+def find_rest(force: np.ndarray, rate: np.ndarray, rate_hz: float, settings: Settings) -> np.ndarray:
+    """Mask (n,) of the longest stretch where a window of `rest_window_s` is still; all False where none is.
+
+    Still: angular rate and specific force vary by less than the settings' rms about the window's mean.
+    """
+    none = np.zeros(len(force), dtype=bool)
+    length = math.ceil(settings.rest_window_s * rate_hz) if math.isfinite(rate_hz) else 0
+    if length < 5 or len(force) < length:
+        return none
+    quiet = (_window_rms(rate, length) < math.radians(settings.rest_rate_deg_s)) & (
+        _window_rms(force, length) < settings.rest_acceleration
+    )
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], quiet.astype(int), [0]))))
+    if not len(edges):
+        return none
+    starts, ends = edges[::2], edges[1::2] - 1 + length
+    longest = int(np.argmax(ends - starts))
+    # A window at the edge still passes when a movement begins in it: half a window is given up at each end.
+    margin = min(length // 2, (ends[longest] - starts[longest]) // 4)
+    none[starts[longest] + margin : ends[longest] - margin] = True
+    return none
+
+
+def _window_rms(value: np.ndarray, length: int) -> np.ndarray:
+    """Rms of (n, 3) about its mean in every window of `length` rows; infinite where a window holds a NaN."""
+    known = np.isfinite(value).all(axis=1)
+    if not known.any():
+        return np.full(len(value) - length + 1, np.inf)
+    filled = np.where(known[:, None], value - np.median(value[known], axis=0), 0.0)
+    sums = [np.cumsum(np.vstack((np.zeros((1, 3)), filled**k)), axis=0) for k in (1, 2)]
+    first, second = ((total[length:] - total[:-length]) / length for total in sums)
+    missing = np.cumsum(np.append(0, ~known))
+    variance = np.maximum(second - first**2, 0.0).sum(axis=1)
+    return np.where(missing[length:] == missing[:-length], np.sqrt(variance), np.inf)

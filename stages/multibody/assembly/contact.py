@@ -1,0 +1,97 @@
+"""The ground under a foot as an Exudyn connector: the laws of `stages.ground`, compiled from symbols.
+
+The connector is an `ObjectConnectorRigidBodySpringDamper` between a marker on the ground plane (marker 0, anywhere on
+the plane, axes of the slope frame) and a marker at the centre of the foot's disc (marker 1). No Python runs when the
+solver evaluates it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from stages.ground.blocks import Lane
+from stages.ground.contact_law import ContactLaw
+from stages.ground.friction import friction_coefficient, friction_slope
+from stages.ground.normal_force import normal_force
+from stages.ground.operations import SCALARS, Operations
+from stages.multibody.assembly.quiet_exudyn import CreateSymbolicUserFunction, symbolic
+
+CONNECTOR = "ObjectConnectorRigidBodySpringDamper"
+USER_FUNCTION = "springForceTorqueUserFunction"
+
+SYMBOLS = Operations(
+    sin=symbolic.sin,
+    asin=symbolic.asin,
+    sqrt=symbolic.sqrt,
+    sign=symbolic.sign,
+    absolute=symbolic.abs,
+    round=symbolic.round,
+    power=lambda x, exponent: symbolic.pow(x, symbolic.Real(exponent)),
+    minimum=lambda x, limit: symbolic.min(x, symbolic.Real(limit)),
+    maximum=lambda x, limit: symbolic.max(x, symbolic.Real(limit)),
+)
+
+
+def point_force(
+    law: ContactLaw, penetration: Any, rate: Any, slip_x: Any, slip_z: Any, ops: Operations = SYMBOLS
+) -> tuple[Any, Any, Any]:
+    """Force [N] of the ground on a contact point (x, y, z of the slope frame) that slips in two directions.
+
+    penetration [m] positive in contact, its rate [m/s], slip velocity [m/s] of the foot's material at the contact.
+    """
+    normal = normal_force(law, penetration, rate, ops)
+    drag = friction_slope(law, slip_x, slip_z, ops) * normal
+    return -(drag * slip_x), normal, -(drag * slip_z)
+
+
+def disc_force(
+    law: ContactLaw,
+    radius: float,
+    height: Any,
+    velocity_x: Any,
+    velocity_y: Any,
+    angular_velocity: Any,
+    ops: Operations = SYMBOLS,
+) -> tuple[Any, Any]:
+    """Force [N] (x, y) of the ground on an upright disc whose centre is at `height` [m] above the ground.
+
+    The penetration is radius - height. Friction acts at the radius, so that its power is force times slip and the
+    losses can be told exactly; its moment about the centre is radius * F_x.
+    """
+    normal = normal_force(law, radius - height, -velocity_y, ops)
+    friction = friction_coefficient(law, velocity_x + radius * angular_velocity, ops) * normal
+    return -friction, normal
+
+
+def planar_connector_law(
+    law: ContactLaw, radius: float, lane: Lane | None = None, ops: Operations = SYMBOLS
+) -> Callable[..., list[Any]]:
+    """User function of a planar foot: what marker 0 feels, the negative of the force and torque on the foot.
+
+    With a lane the ground exists on its blocks only; their edges are not modelled.
+    """
+
+    def ground(  # type: ignore[no-untyped-def]  # the signature is Exudyn's
+        mbs, t, item, displacement, rotation, velocity, angularVelocity, stiffness, damping, rotJ0, rotJ1, offset
+    ):
+        tangential, normal = disc_force(law, radius, displacement[1], velocity[0], velocity[1], angularVelocity[2], ops)
+        if lane is not None:
+            there = lane.presence(displacement[0], ops)
+            tangential, normal = there * tangential, there * normal
+        return [-tangential, -normal, 0.0, 0.0, 0.0, -(radius * tangential)]
+
+    return ground
+
+
+def symbolic_user_function(mbs: Any, function: Callable[..., list[Any]]) -> Any:
+    """Compile a connector law. Keep the returned object alive as long as the system: it owns the expression."""
+    symbolic.SetRecording(True)  # Exudyn's default; a compiled law evaluates wrongly while it is off
+    return CreateSymbolicUserFunction(mbs, function, USER_FUNCTION, itemTypeName=CONNECTOR)
+
+
+def planar_ground(mbs: Any, law: ContactLaw, radius: float, lane: Lane | None = None, *, compiled: bool = True) -> Any:
+    """User function of one planar foot; `compiled=False` calls Python instead, to measure what that costs."""
+    if compiled:
+        return symbolic_user_function(mbs, planar_connector_law(law, radius, lane))
+    return planar_connector_law(law, radius, lane, SCALARS)

@@ -1,0 +1,230 @@
+"""The biped as bodies and joints, as the paper builds it: a hip and two feet, hinged and sliding, for implicit solvers.
+
+Each leg is one `ObjectJointPrismatic2D` without its rotational constraint: the hip point stays on the foot's axis and
+the foot turns about it freely, a revolute and a prismatic joint in series without the massless body between them.
+With rigid legs it is a revolute joint.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Any
+
+import numpy as np
+
+from stages.biped.design import Biped
+from stages.ground.blocks import Lane
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+from stages.multibody.assembly.contact import planar_ground
+from stages.multibody.assembly.quiet_exudyn import exudyn, items
+from stages.multibody.assembly.signals import GROUND_REACTION, IMU, SIGNALS
+from stages.multibody.assembly.state import PlanarState
+from stages.multibody.walking.scuffing import Pose
+from stages.multibody.walking.trajectory import reactions
+
+OUTPUT = exudyn.OutputVariableType
+IDLE_INERTIA = 1e-3
+COORDINATES = (
+    ("position", OUTPUT.Coordinates),
+    ("velocity", OUTPUT.Coordinates_t),
+    ("acceleration", OUTPUT.Coordinates_tt),
+)
+
+Lanes = tuple[Lane, Lane] | None
+
+
+class Joints:
+    """Assembled system; see `stages.multibody.assembly.solver.Assembly`.
+
+    Coordinates: x, y, angle of the hip, then of each foot, at the mass centres. The hip's angle is idle: the joint
+    wants a body with an orientation, but no moment acts on it and it stays zero.
+    """
+
+    exact_acceleration = False
+
+    def __init__(
+        self,
+        biped: Biped,
+        slope: Slope,
+        contact: ContactLaw,
+        lanes: Lanes = None,
+        *,
+        compiled: bool = True,
+        signals: Collection[str] = SIGNALS,
+    ) -> None:
+        self.container = exudyn.SystemContainer()
+        self.mbs = self.container.AddSystem()
+        self.biped = biped
+        self.bodies = self._add_bodies(slope)
+        self._add_legs()
+        self.contacts = self._add_ground(contact, lanes, compiled)
+        self.sensors = self._add_sensors(signals)
+        self.mbs.Assemble()
+
+    def _add_bodies(self, slope: Slope) -> list[Any]:
+        """Hip and feet hanging under it; the reference configuration has both legs upright at the natural length."""
+        mbs, biped = self.mbs, self.biped
+        below = biped.foot_com - biped.leg_length
+        foot = below, biped.foot_mass, biped.leg_inertia
+        self.nodes, bodies = [], []
+        for height, mass, inertia in ((0.0, biped.hip_mass, IDLE_INERTIA), foot, foot):
+            node = mbs.AddNode(items.NodeRigidBody2D(referenceCoordinates=[0.0, height, 0.0]))
+            self.nodes.append(node)
+            bodies.append(mbs.AddObject(items.ObjectRigidBody2D(mass=mass, inertia=inertia, nodeNumber=node)))
+        for body in bodies:
+            marker = mbs.AddMarker(items.MarkerBodyMass(bodyNumber=body))
+            mbs.AddLoad(items.LoadMassProportional(markerNumber=marker, loadVector=[*slope.gravity_vector, 0.0]))
+        return bodies
+
+    def _add_legs(self) -> None:
+        mbs, biped = self.mbs, self.biped
+        self.joints = []
+        above = biped.leg_length - biped.foot_com
+        for foot in self.bodies[1:]:
+            hip = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=self.bodies[0]))
+            if biped.legs == "rigid":
+                end = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=foot, localPosition=[0.0, above, 0.0]))
+                self.joints.append(mbs.AddObject(items.ObjectJointRevolute2D(markerNumbers=[hip, end])))
+                continue
+            # The foot must be marker 1: its normal turns with it. The other way round is accepted and wrong.
+            axis = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=foot))
+            self.joints.append(
+                mbs.AddObject(
+                    items.ObjectJointPrismatic2D(
+                        markerNumbers=[hip, axis],
+                        axisMarker0=[0.0, 1.0, 0.0],
+                        normalMarker1=[1.0, 0.0, 0.0],
+                        constrainRotation=False,
+                    )
+                )
+            )
+            centre = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=foot))
+            mbs.AddObject(
+                items.ObjectConnectorSpringDamper(
+                    markerNumbers=[hip, centre],
+                    referenceLength=above,
+                    stiffness=biped.stiffness,
+                    damping=biped.damping,
+                )
+            )
+
+    def _add_ground(self, contact: ContactLaw, lanes: Lanes, compiled: bool) -> list[Any]:
+        mbs, biped = self.mbs, self.biped
+        plane = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=mbs.AddObject(items.ObjectGround())))
+        radius = biped.foot_radius
+        self.laws = [planar_ground(mbs, contact, radius, lane, compiled=compiled) for lane in lanes or (None, None)]
+        contacts = []
+        for foot, law in zip(self.bodies[1:], self.laws):
+            centre = [0.0, biped.foot_radius - biped.foot_com, 0.0]
+            disc = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=foot, localPosition=centre))
+            contacts.append(
+                mbs.AddObject(
+                    items.ObjectConnectorRigidBodySpringDamper(
+                        markerNumbers=[plane, disc],
+                        stiffness=np.zeros((6, 6)),
+                        damping=np.zeros((6, 6)),
+                        springForceTorqueUserFunction=law,
+                    )
+                )
+            )
+        return contacts
+
+    def _add_sensors(self, signals: Collection[str]) -> dict[str, Any]:
+        kept = {"storeInternal": True, "writeToFile": False}
+        sensors: dict[str, Any] = {}
+        for name, kind in COORDINATES if IMU in signals else COORDINATES[:2]:  # nothing else needs accelerations
+            for index, node in enumerate(self.nodes):
+                sensors[f"{name} {index}"] = items.SensorNode(nodeNumber=node, outputVariableType=kind, **kept)
+        for leg, contact in enumerate(self.contacts if GROUND_REACTION in signals else ()):
+            sensors[f"ground {leg}"] = items.SensorObject(
+                objectNumber=contact, outputVariableType=OUTPUT.ForceLocal, **kept
+            )
+        return {name: self.mbs.AddSensor(sensor) for name, sensor in sensors.items()}
+
+    def set_in_play(self, leg: int, acts: bool) -> None:
+        """Let the ground act on a leg's foot, or not."""
+        self.mbs.SetObjectParameter(self.contacts[leg], "activeConnector", bool(acts))
+
+    def start(self, state: PlanarState) -> None:
+        """Make `state` the initial one."""
+        below = self.biped.foot_com - self.biped.leg_length
+        place, motion = [*state.hip_position, 0.0], [*state.hip_velocity, 0.0]
+        for leg in (0, 1):
+            angle, rate = state.leg_angle[leg], state.leg_rate[leg]
+            arm, arm_rate = state.leg_length[leg] - self.biped.foot_com, state.leg_length_rate[leg]
+            sine, cosine = np.sin(angle), np.cos(angle)
+            place += [state.hip_position[0] + arm * sine, state.hip_position[1] - arm * cosine - below, angle]
+            motion += [
+                state.hip_velocity[0] + arm_rate * sine + arm * rate * cosine,
+                state.hip_velocity[1] - arm_rate * cosine + arm * rate * sine,
+                rate,
+            ]
+            self.set_in_play(leg, state.in_play[leg])
+        initial = exudyn.ConfigurationType.Initial
+        self.mbs.systemData.SetODE2Coordinates(place, configuration=initial)
+        self.mbs.systemData.SetODE2Coordinates_t(motion, configuration=initial)
+
+    def pose(self) -> Pose:
+        """Hip x, hip y, leg angles, leg lengths at the current step."""
+        coordinates = self.mbs.systemData.GetODE2Coordinates()[None, :]
+        x, y, first, second, length, other = self._place(coordinates)[0].tolist()
+        return x, y, (first, second), (length, other)
+
+    def leg_rate(self, leg: int) -> float:
+        """Rate of a leg's angle at the current step [rad/s]."""
+        return float(self.mbs.systemData.GetODE2Coordinates_t()[5 + 3 * leg])
+
+    def recording(self) -> dict[str, np.ndarray]:
+        """Signals of the last solver call, named as in `Trajectory`."""
+        rows = {
+            name: np.asarray(self.mbs.GetSensorStoredData(sensor), dtype=float) for name, sensor in self.sensors.items()
+        }
+        count, none = len(rows["position 0"]), np.zeros((len(rows["position 0"]), 4))
+        place, motion, change = (
+            np.column_stack([rows.get(f"{name} {index}", none)[:, 1:] for index in range(3)]) for name, _ in COORDINATES
+        )
+        felt = "acceleration 0" in rows
+        self._drift = self._slide_error(place)
+        return {
+            "time": rows["position 0"][:, 0],
+            "position": self._place(place),
+            "velocity": self._motion(place, motion),
+            "acceleration": np.column_stack([change[:, :2], change[:, [5, 8]], np.full((count, 2), np.nan)]),
+            "foot_acceleration": change[:, 3:5] if felt else np.zeros((count, 0)),
+            "ground_reaction": reactions(rows, count),
+        }
+
+    def joint_drift(self) -> float:
+        """Largest distance of the hip from a foot's axis (rigid legs: from the leg's end) in the last call [m]."""
+        return self._drift
+
+    def _arm(self, place: np.ndarray, leg: int) -> tuple[np.ndarray, np.ndarray]:
+        """From a foot's mass centre to the hip: across and along the leg [m]."""
+        foot = 3 + 3 * leg
+        below = self.biped.foot_com - self.biped.leg_length
+        dx, dy = place[:, 0] - place[:, foot], place[:, 1] - place[:, foot + 1] - below
+        sine, cosine = np.sin(place[:, foot + 2]), np.cos(place[:, foot + 2])
+        return dx * cosine + dy * sine, dy * cosine - dx * sine
+
+    def _place(self, place: np.ndarray) -> np.ndarray:
+        lengths = [self._arm(place, leg)[1] + self.biped.foot_com for leg in (0, 1)]
+        return np.column_stack([place[:, [0, 1, 5, 8]], *lengths])
+
+    def _motion(self, place: np.ndarray, motion: np.ndarray) -> np.ndarray:
+        rates = []
+        for leg in (0, 1):
+            foot = 3 + 3 * leg
+            across = self._arm(place, leg)[0]
+            dx, dy = motion[:, 0] - motion[:, foot], motion[:, 1] - motion[:, foot + 1]
+            sine, cosine = np.sin(place[:, foot + 2]), np.cos(place[:, foot + 2])
+            rates.append(dy * cosine - dx * sine - across * motion[:, foot + 2])
+        return np.column_stack([motion[:, [0, 1, 5, 8]], *rates])
+
+    def _slide_error(self, place: np.ndarray) -> float:
+        arms = [self._arm(place, leg) for leg in (0, 1)]
+        error = max(np.abs(across).max() for across, _ in arms)
+        if self.biped.legs == "rigid":
+            length = self.biped.leg_length - self.biped.foot_com
+            error = max(error, *(np.abs(along - length).max() for _, along in arms))
+        return float(error)

@@ -1,0 +1,150 @@
+"""Runs an assembly through Exudyn's solvers and says how it ended: never a hang, never a silent NaN."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from stages.multibody.assembly.quiet_exudyn import SOLVER_ERRORS, exudyn
+from stages.multibody.assembly.state import PlanarState
+from stages.multibody.parameters import Settings
+from stages.multibody.walking.scuffing import COMPLETED, DIVERGED, RUNNING, SOLVER_FAILED, STALLED, Walker, Watch
+from stages.multibody.walking.trajectory import Trajectory
+
+SOLVER = exudyn.DynamicSolverType
+FIRST_STEP = 1e-9  # an explicit solver reports no acceleration at its start; the one after this step stands in for it
+SMALLEST_STEP = 1e-13
+EVERY_STEP = 1e-12
+DESCENT = 1.0  # m/s, an upper bound for how fast a foot comes down, to refine the step in time
+
+
+class Assembly(Walker, Protocol):
+    """A multibody system of the planar biped."""
+
+    mbs: Any
+    exact_acceleration: bool
+
+    def start(self, state: PlanarState) -> None:
+        """Make `state` the initial one."""
+
+    def recording(self) -> dict[str, np.ndarray]:
+        """Signals of the last solver call, named as in `Trajectory`."""
+
+    def joint_drift(self) -> float:
+        """Largest violation of a joint seen in the last solver call [m]."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """A finished run: why it ended, what was recorded, what it cost."""
+
+    outcome: str
+    message: str
+    trajectory: Trajectory
+    heel_strikes: int
+    solver_steps: int
+    wall_time: float
+    joint_drift: float
+
+    @property
+    def last_state(self) -> PlanarState:
+        """The last valid state."""
+        return self.trajectory.state_at(float(self.trajectory.time[-1]))
+
+    @property
+    def completed(self) -> bool:
+        """Whether the walker walked as long as it was asked to."""
+        return self.outcome == COMPLETED
+
+
+def integrate(
+    assembly: Assembly, state: PlanarState, watch: Watch, settings: Settings, duration: float | None = None
+) -> Run:
+    """Integrate from `state` at t = 0 until the watch ends the run, the solver fails or the duration [s] is over."""
+    assembly.start(state)
+    if watch.lanes:  # the ground itself ends between blocks
+        assembly.set_in_play(0, True)
+        assembly.set_in_play(1, True)
+    assembly.mbs.SetPreStepUserFunction(watch)
+    limit = settings.longest_step * (watch.heel_strikes_wanted + 2) if duration is None else duration
+    segments: list[dict[str, np.ndarray]] = []
+    drift, began = 0.0, clock.perf_counter()
+    explicit = settings.assembly == "tree"
+    fine = False
+    if not explicit:
+        watch.refine = lambda now: fine == _impact_is_near(watch, now, settings)
+    moment = 0.0
+    while watch.outcome == RUNNING:
+        fine = not explicit and _impact_is_near(watch, moment, settings)
+        wanted, kind = _simulation_settings(settings, moment, limit, fine)
+        try:
+            assembly.mbs.SolveDynamic(wanted, solverType=kind, updateInitialValues=not explicit)
+        except SOLVER_ERRORS as error:
+            if watch.outcome == RUNNING:
+                watch.outcome, watch.message = SOLVER_FAILED, _first_sentence(error)
+        segments.append(assembly.recording())
+        drift = max(drift, assembly.joint_drift())
+        reached = float(segments[-1]["time"][-1])
+        if watch.outcome == RUNNING and reached >= limit * (1.0 - 1e-9):
+            watch.outcome = STALLED if duration is None else COMPLETED
+        if watch.outcome == RUNNING and not (math.isfinite(reached) and reached > moment):
+            watch.outcome, watch.message = SOLVER_FAILED, f"the solver stopped at t = {reached:.6g} s without a word"
+        moment = reached
+    trajectory = _trajectory(segments, watch, state, assembly.exact_acceleration)
+    if not np.all(np.isfinite(segments[-1]["position"])):
+        watch.outcome = DIVERGED
+    steps, spent = len(trajectory.time) - 1, clock.perf_counter() - began
+    return Run(watch.outcome, watch.message, trajectory, watch.heel_strikes, steps, spent, drift)
+
+
+def _impact_is_near(watch: Watch, now: float, settings: Settings) -> bool:
+    soon = watch.approach < 3.0 * DESCENT * settings.rolling_step
+    recent = watch.heel_strikes > 0 and now - watch.last_heel_strike < settings.impact_window
+    return soon or recent
+
+
+def _simulation_settings(settings: Settings, start: float, end: float, fine: bool) -> tuple[Any, Any]:
+    wanted = exudyn.SimulationSettings()
+    wanted.solution.file.write = False
+    wanted.solution.sensors.writePeriod = EVERY_STEP
+    integration = wanted.timeIntegration
+    integration.verboseMode = 0
+    integration.startTime = start
+    if settings.assembly == "tree":
+        step = settings.largest_step
+        integration.absoluteTolerance = settings.tolerance
+        integration.relativeTolerance = 0.0  # Exudyn's error scale takes signed values: a relative part could vanish
+        integration.initialStepSize = FIRST_STEP
+        integration.minimumStepSize = SMALLEST_STEP
+        kind = SOLVER.DOPRI5
+    else:
+        step = settings.impact_step if fine else settings.rolling_step
+        integration.adaptiveStep = False
+        integration.newton.useModifiedNewton = True
+        trapezoidal = settings.implicit_solver == "trapezoidal"
+        kind = SOLVER.TrapezoidalIndex2 if trapezoidal else SOLVER.GeneralizedAlpha
+    integration.numberOfSteps = math.ceil((end - start) / step)
+    integration.endTime = end
+    return wanted, kind
+
+
+def _trajectory(segments: list[dict[str, np.ndarray]], watch: Watch, state: PlanarState, exact: bool) -> Trajectory:
+    """Join the segments, each from where the last ended; stop before the first value that is not finite."""
+    joined = {name: np.concatenate([segment[name] for segment in segments]) for name in segments[0]}
+    later = np.concatenate([[True], np.diff(np.maximum.accumulate(joined["time"])) > 0.0])
+    finite = np.isfinite(joined["position"]).all(axis=1) & np.isfinite(joined["velocity"]).all(axis=1)
+    keep = later & np.logical_and.accumulate(finite)
+    kept = {name: values[keep] for name, values in joined.items()}
+    if exact and len(kept["time"]) > 1:
+        for name in ("acceleration", "foot_acceleration"):
+            kept[name][0] = kept[name][1]
+    return Trajectory(**kept, in_play_at_start=state.in_play, switches=tuple(watch.switches), exact_acceleration=exact)
+
+
+def _first_sentence(error: Exception) -> str:
+    text = " ".join(str(error).split())
+    return text.split("[Python file")[0].strip()[:300]

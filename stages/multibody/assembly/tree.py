@@ -1,0 +1,203 @@
+"""The biped in minimal coordinates: an Exudyn kinematic tree, without constraints, for explicit solvers.
+
+Links: slide x, slide y (carries the hip mass), and for each leg a revolute joint and a slide along the leg that carries
+the foot. With rigid legs the foot hangs on the revolute joint itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Any
+
+import numpy as np
+
+from stages.biped.design import Biped
+from stages.ground.blocks import Lane
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+from stages.multibody.assembly.contact import planar_ground
+from stages.multibody.assembly.quiet_exudyn import exudyn, items
+from stages.multibody.assembly.signals import GROUND_REACTION, IMU, SIGNALS
+from stages.multibody.assembly.state import PlanarState
+from stages.multibody.walking.scuffing import Pose
+from stages.multibody.walking.trajectory import reactions
+
+JOINT = exudyn.JointType
+OUTPUT = exudyn.OutputVariableType
+
+Lanes = tuple[Lane, Lane] | None
+
+
+class Tree:
+    """Assembled system; see `stages.multibody.assembly.solver.Assembly` for what it offers."""
+
+    exact_acceleration = True
+
+    def __init__(
+        self,
+        biped: Biped,
+        slope: Slope,
+        contact: ContactLaw,
+        lanes: Lanes = None,
+        *,
+        compiled: bool = True,
+        signals: Collection[str] = SIGNALS,
+    ) -> None:
+        self.container = exudyn.SystemContainer()
+        self.mbs = self.container.AddSystem()
+        self.compliant = biped.legs == "compliant"
+        self.natural_length = biped.leg_length
+        self.tree, self.feet = self._add_bodies(biped, slope)
+        self.contacts = self._add_ground(biped, contact, lanes, compiled)
+        self.sensors = self._add_sensors(signals)
+        self.mbs.Assemble()
+
+    def _add_bodies(self, biped: Biped, slope: Slope) -> tuple[Any, tuple[int, int]]:
+        leg_joints = [JOINT.RevoluteZ, JOINT.PrismaticY] if self.compliant else [JOINT.RevoluteZ]
+        joints = [JOINT.PrismaticX, JOINT.PrismaticY, *leg_joints, *leg_joints]
+        count, size = len(joints), len(leg_joints)
+        feet = 1 + size, 1 + 2 * size
+        parents = [-1, 0, 1, 2, 1, 4] if self.compliant else [-1, 0, 1, 1]
+        offset, centre, inertia = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros((count, 3, 3))
+        mass, spring, damper = np.zeros(count), np.zeros(count), np.zeros(count)
+        mass[1] = biped.hip_mass
+        reach = biped.leg_length - biped.foot_radius
+        for foot in feet:
+            mass[foot], inertia[foot, 2, 2] = biped.foot_mass, biped.leg_inertia
+            centre[foot, 1] = biped.foot_com - biped.foot_radius
+            if self.compliant:  # the foot's frame sits at the disc's centre
+                offset[foot, 1], spring[foot], damper[foot] = -reach, biped.stiffness, biped.damping
+            else:
+                centre[foot, 1] -= reach
+        self.disc_centre = [0.0, 0.0 if self.compliant else -reach, 0.0]
+        self.mass_centre = [0.0, float(centre[feet[0], 1]), 0.0]
+        nothing = np.zeros(count)
+        self.node = self.mbs.AddNode(
+            items.NodeGenericODE2(
+                referenceCoordinates=nothing,
+                initialCoordinates=nothing,
+                initialCoordinates_t=nothing,
+                numberOfODE2Coordinates=count,
+            )
+        )
+        tree = items.ObjectKinematicTree(
+            nodeNumber=self.node,
+            jointTypes=joints,
+            linkParents=parents,
+            jointTransformations=exudyn.Matrix3DList([np.eye(3)] * count),
+            jointOffsets=exudyn.Vector3DList(list(offset)),
+            linkInertiasCOM=exudyn.Matrix3DList(list(inertia)),
+            linkCOMs=exudyn.Vector3DList(list(centre)),
+            linkMasses=mass,
+            gravity=[*slope.gravity_vector, 0.0],
+            jointPControlVector=spring,
+            jointDControlVector=damper,
+            jointPositionOffsetVector=nothing,  # must be given in full length with the control vectors
+            jointVelocityOffsetVector=nothing,
+        )
+        return self.mbs.AddObject(tree), feet
+
+    def _add_ground(self, biped: Biped, contact: ContactLaw, lanes: Lanes, compiled: bool) -> list[Any]:
+        plane = self.mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=self.mbs.AddObject(items.ObjectGround())))
+        radius = biped.foot_radius
+        self.laws = [
+            planar_ground(self.mbs, contact, radius, lane, compiled=compiled) for lane in lanes or (None, None)
+        ]
+        contacts = []
+        for foot, law in zip(self.feet, self.laws):
+            disc = items.MarkerKinematicTreeRigid(
+                objectNumber=self.tree, linkNumber=foot, localPosition=self.disc_centre
+            )
+            contacts.append(
+                self.mbs.AddObject(
+                    items.ObjectConnectorRigidBodySpringDamper(
+                        markerNumbers=[plane, self.mbs.AddMarker(disc)],
+                        stiffness=np.zeros((6, 6)),
+                        damping=np.zeros((6, 6)),
+                        springForceTorqueUserFunction=law,
+                    )
+                )
+            )
+        return contacts
+
+    def _add_sensors(self, signals: Collection[str]) -> dict[str, Any]:
+        kept = {"storeInternal": True, "writeToFile": False}
+        sensors = {
+            name: items.SensorNode(nodeNumber=self.node, outputVariableType=kind, **kept)
+            for name, kind in (
+                ("position", OUTPUT.Coordinates),
+                ("velocity", OUTPUT.Coordinates_t),
+                ("acceleration", OUTPUT.Coordinates_tt),
+            )
+        }
+        if IMU in signals:
+            sensors["foot acceleration"] = items.SensorKinematicTree(
+                objectNumber=self.tree,
+                linkNumber=self.feet[0],
+                localPosition=self.mass_centre,
+                outputVariableType=OUTPUT.Acceleration,
+                **kept,
+            )
+        for leg, contact in enumerate(self.contacts if GROUND_REACTION in signals else ()):
+            sensors[f"ground {leg}"] = items.SensorObject(
+                objectNumber=contact, outputVariableType=OUTPUT.ForceLocal, **kept
+            )
+        return {name: self.mbs.AddSensor(sensor) for name, sensor in sensors.items()}
+
+    def set_in_play(self, leg: int, acts: bool) -> None:
+        """Let the ground act on a leg's foot, or not."""
+        self.mbs.SetObjectParameter(self.contacts[leg], "activeConnector", bool(acts))
+
+    def start(self, state: PlanarState) -> None:
+        """Make `state` the initial one."""
+        natural = self.natural_length
+        place: list[float] = [*state.hip_position]
+        motion: list[float] = [*state.hip_velocity]
+        for leg in (0, 1):
+            place.append(state.leg_angle[leg])
+            motion.append(state.leg_rate[leg])
+            if self.compliant:
+                place.append(natural - state.leg_length[leg])
+                motion.append(-state.leg_length_rate[leg])
+            self.set_in_play(leg, state.in_play[leg])
+        initial = exudyn.ConfigurationType.Initial
+        self.mbs.systemData.SetODE2Coordinates(place, configuration=initial)
+        self.mbs.systemData.SetODE2Coordinates_t(motion, configuration=initial)
+
+    def pose(self) -> Pose:
+        """Hip x, hip y, leg angles, leg lengths at the current step."""
+        natural = self.natural_length
+        if self.compliant:
+            x, y, first, slide, second, other_slide = self.mbs.systemData.GetODE2Coordinates().tolist()
+            return x, y, (first, second), (natural - slide, natural - other_slide)
+        x, y, first, second = self.mbs.systemData.GetODE2Coordinates().tolist()
+        return x, y, (first, second), (natural, natural)
+
+    def leg_rate(self, leg: int) -> float:
+        """Rate of a leg's angle at the current step [rad/s]."""
+        return float(self.mbs.systemData.GetODE2Coordinates_t()[2 + leg * (2 if self.compliant else 1)])
+
+    def recording(self) -> dict[str, np.ndarray]:
+        """Signals of the last solver call, named as in `Trajectory`; the position of the legs in its column order."""
+        rows = {
+            name: np.asarray(self.mbs.GetSensorStoredData(sensor), dtype=float) for name, sensor in self.sensors.items()
+        }
+        count = len(rows["position"])
+        foot = rows.get("foot acceleration", np.zeros((count, 0)))
+        return {
+            "time": rows["position"][:, 0],
+            "position": self._columns(rows["position"][:, 1:], self.natural_length),
+            "velocity": self._columns(rows["velocity"][:, 1:], 0.0),
+            "acceleration": self._columns(rows["acceleration"][:, 1:], 0.0),
+            "foot_acceleration": foot[:, 1:3],
+            "ground_reaction": reactions(rows, count),
+        }
+
+    def _columns(self, coordinates: np.ndarray, natural: float) -> np.ndarray:
+        if self.compliant:
+            return np.column_stack([coordinates[:, [0, 1, 2, 4]], natural - coordinates[:, [3, 5]]])
+        return np.column_stack([coordinates, np.full((len(coordinates), 2), natural)])
+
+    def joint_drift(self) -> float:
+        """Largest violation of a joint [m]: none in minimal coordinates."""
+        return 0.0

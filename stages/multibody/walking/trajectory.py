@@ -1,0 +1,99 @@
+"""What the solver left behind, step by step, and its values in between."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.multibody.assembly.state import PlanarState
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Signals at the solver's own steps, in the slope frame, from Exudyn's sensors.
+
+    The columns of `position`, `velocity` and `acceleration` are hip x, hip y, angles of leg 0 and 1, lengths of leg 0
+    and 1. `ground_reaction` is (n, 2 legs, 2), `foot_acceleration` that of the inner foot's mass centre, (n, 2);
+    (n, 0, 2) and (n, 0) where they are not among the signals recorded.
+    `in_play_at_start` tells for each leg whether the ground acted on its foot at first; `switches` lists the changes:
+    (time, leg, in play).
+    """
+
+    time: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    foot_acceleration: np.ndarray
+    ground_reaction: np.ndarray
+    in_play_at_start: tuple[bool, bool]
+    switches: tuple[tuple[float, int, bool], ...]
+    exact_acceleration: bool
+
+    def in_play(self, time: np.ndarray) -> np.ndarray:
+        """Whether the ground acts on each foot at the given times, shape (n, 2)."""
+        held = np.tile(np.array(self.in_play_at_start), (len(time), 1))
+        for moment, leg, acts in self.switches:
+            held[time >= moment, leg] = acts
+        return held
+
+    def state_at(self, time: float) -> PlanarState:
+        """State at a time [s] within the record."""
+        position, velocity = (row[0].tolist() for row in self.at(np.array([time])))
+        held = self.in_play(np.array([time]))[0]
+        return PlanarState(
+            hip_position=(position[0], position[1]),
+            hip_velocity=(velocity[0], velocity[1]),
+            leg_angle=(position[2], position[3]),
+            leg_rate=(velocity[2], velocity[3]),
+            leg_length=(position[4], position[5]),
+            leg_length_rate=(velocity[4], velocity[5]),
+            in_play=(bool(held[0]), bool(held[1])),
+        )
+
+    def at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Position and velocity at the given times [s], each (n, 6), by Hermite interpolation between the steps.
+
+        Quintic when the accelerations are exact, cubic when they ring, as those of an implicit solver do.
+        """
+        i = np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, len(self.time) - 2)
+        step = (self.time[i + 1] - self.time[i])[:, None]
+        s = (time - self.time[i])[:, None] / step
+        start, end = self.position[i], self.position[i + 1]
+        a1, b1 = self.velocity[i] * step, self.velocity[i + 1] * step
+        rise = end - start
+        if self.exact_acceleration:
+            a2, b2 = 0.5 * self.acceleration[i] * step**2, 0.5 * self.acceleration[i + 1] * step**2
+            c3 = 10 * rise - 6 * a1 - 4 * b1 - 3 * a2 + b2
+            c4 = -15 * rise + 8 * a1 + 7 * b1 + 3 * a2 - 2 * b2
+            c5 = 6 * rise - 3 * a1 - 3 * b1 - a2 + b2
+        else:
+            a2 = 3 * rise - 2 * a1 - b1
+            c3 = -2 * rise + a1 + b1
+            c4 = c5 = 0.0 * rise
+        position = start + s * (a1 + s * (a2 + s * (c3 + s * (c4 + s * c5))))
+        velocity = (a1 + s * (2 * a2 + s * (3 * c3 + s * (4 * c4 + s * 5 * c5)))) / step
+        return position, velocity
+
+
+def foot_kinematics(
+    position: np.ndarray, velocity: np.ndarray, leg: int, radius: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Penetration [m], its rate [m/s] and slip velocity [m/s] of one leg's foot from columns as in `Trajectory`."""
+    angle, rate = position[:, 2 + leg], velocity[:, 2 + leg]
+    reach, reach_rate = position[:, 4 + leg] - radius, velocity[:, 4 + leg]
+    sine, cosine = np.sin(angle), np.cos(angle)
+    penetration = radius - (position[:, 1] - reach * cosine)
+    penetration_rate = -(velocity[:, 1] - reach_rate * cosine + reach * rate * sine)
+    centre_velocity = velocity[:, 0] + reach_rate * sine + reach * rate * cosine
+    return penetration, penetration_rate, centre_velocity + radius * rate
+
+
+def reactions(rows: Mapping[str, np.ndarray], count: int) -> np.ndarray:
+    """Force of the ground on each foot from Exudyn's sensors `ground 0` and `ground 1`, (n, 2, 2) [N].
+
+    (n, 0, 2) without these sensors.
+    """
+    names = [name for name in ("ground 0", "ground 1") if name in rows]
+    return np.stack([-rows[name][:, 1:3] for name in names], axis=1) if names else np.zeros((count, 0, 2))

@@ -1,0 +1,102 @@
+"""The twin as a mechanism: six rigid bodies, four legs with springs, four feet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.biped.design import Biped
+from stages.twin.machine.bill import Body, bodies
+from stages.twin.machine.table_one import check
+from stages.twin.parameters import Settings
+
+#: Legs in order. "Left" is the side of z > 0, as seen against the walking direction; leg // 2 is its pair, 0 inner.
+LEGS = ("inner left", "inner right", "outer left", "outer right")
+FRAME_BODY = (0, 3)
+FOOT_BODY = (1, 2, 4, 5)
+
+
+@dataclass(frozen=True)
+class Build:
+    """How one built machine departs from the drawing. Bodies and legs in the order of `Machine`.
+
+    Factors on masses (with their inertia), stiffness and damping; additions [m] to leg lengths and to the outsole.
+    """
+
+    body_mass: tuple[float, ...] = (1.0,) * 6
+    stiffness: tuple[float, ...] = (1.0,) * 4
+    damping: tuple[float, ...] = (1.0,) * 4
+    leg_length: tuple[float, ...] = (0.0,) * 4
+    outsole: float = 0.0
+
+
+@dataclass(frozen=True)
+class Machine:
+    """Bodies: inner frame, inner left and right foot, outer frame, outer left and right foot. Legs as in `LEGS`.
+
+    Per leg: `lane` z of the foot's middle [m], `radius` [m], `length` hip to foot bottom unloaded [m], `stiffness`
+    [N/m], `damping` [N s/m]. `half_width` [m] of a foot's cylinder, `bearing_friction` [N m s].
+    `drawn_length` is the leg length of the design, without outsole [m].
+    """
+
+    bodies: tuple[Body, ...]
+    lane: np.ndarray
+    radius: np.ndarray
+    length: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    half_width: float
+    bearing_friction: float
+    drawn_length: float
+
+    @property
+    def mass(self) -> float:
+        """Mass of the whole machine [kg]."""
+        return sum(body.mass for body in self.bodies)
+
+    @property
+    def feet(self) -> np.ndarray:
+        """What the contact needs of each foot, (4, 4): lane, radius, length, half width [m]."""
+        return np.column_stack([self.lane, self.radius, self.length, np.full(4, self.half_width)])
+
+
+AS_DRAWN = Build()
+
+
+def build(biped: Biped, settings: Settings, departure: Build = AS_DRAWN) -> Machine:
+    """The machine of the settings; raises ValueError if its parts do not add up to the biped's design parameters."""
+    if settings.inertia == "planar":
+        drawn = planar_equivalent(biped, settings)
+    else:
+        check(settings.parts, settings.materials, biped)
+        drawn = bodies(settings.parts)
+    scaled = tuple(
+        Body(factor * body.mass, body.centre, factor * body.inertia)
+        for factor, body in zip(departure.body_mass, drawn, strict=True)
+    )
+    rubber = settings.outsole + departure.outsole
+    inner, outer = settings.inner_lane, settings.outer_lane
+    return Machine(
+        bodies=scaled,
+        lane=np.array([inner, -inner, outer, -outer]),
+        radius=np.full(4, biped.foot_radius + rubber),
+        length=biped.leg_length + rubber + np.array(departure.leg_length),
+        stiffness=0.5 * biped.stiffness * np.array(departure.stiffness),
+        damping=0.5 * biped.damping * np.array(departure.damping) + settings.slider_friction,
+        half_width=0.5 * settings.foot_width,
+        bearing_friction=settings.bearing_friction,
+        drawn_length=biped.leg_length,
+    )
+
+
+def planar_equivalent(biped: Biped, settings: Settings) -> tuple[Body, ...]:
+    """Bodies that move in the plane exactly as the simple model: a point at the hip, half a leg's mass at each foot."""
+    place = biped.foot_com - biped.leg_length
+    lanes = (settings.inner_lane, -settings.inner_lane, settings.outer_lane, -settings.outer_lane)
+    foot = [
+        Body(0.5 * biped.foot_mass, np.array([0.0, place, z]), np.diag([0.0, 0.0, 0.5 * biped.leg_inertia]))
+        for z in lanes
+    ]
+    hip, empty = (Body(mass, np.zeros(3), np.zeros((3, 3))) for mass in (biped.hip_mass, 0.0))
+    return (hip, foot[0], foot[1], empty, foot[2], foot[3])

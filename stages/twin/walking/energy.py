@@ -1,0 +1,77 @@
+"""Where the energy of the twin's walk goes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.biped.quantity import quantity
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+from stages.twin.machine.contact import HINGE, SLIDE, along, law_numbers
+from stages.twin.machine.kinematics import pair_axes, point_motion
+from stages.twin.machine.machine import FOOT_BODY, Machine
+from stages.twin.walking.record import Record
+
+# Nodes and weights of Gauss quadrature on [0, 1]: the integrands are smooth between solver steps.
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
+NODES, WEIGHTS = 0.5 * (NODES + 1.0), 0.5 * WEIGHTS
+
+
+@dataclass(frozen=True)
+class EnergyBalance:
+    """Work and losses over a span of the walk; the residual is what does not add up."""
+
+    gravity_work: float = quantity("J", "work of gravity")
+    leg_damper_loss: float = quantity("J", "energy lost in the legs' dampers and sliders")
+    bearing_loss: float = quantity("J", "energy lost in the bearings")
+    ground_loss: float = quantity("J", "energy given to the ground: damping, friction, its spring")
+    stored: float = quantity("J", "increase of kinetic energy and of the energy in the legs' springs")
+    residual: float = quantity("J", "work of gravity less losses and stored energy")
+
+    @property
+    def relative_residual(self) -> float:
+        """Residual as a part of the work of gravity."""
+        return abs(self.residual / self.gravity_work)
+
+
+def energy_balance(
+    record: Record, machine: Machine, slope: Slope, contact: ContactLaw, start: float, end: float
+) -> EnergyBalance:
+    """Energy balance between two times [s], the powers integrated by quadrature over the solver's own steps."""
+    inner = record.time[(record.time > start) & (record.time < end)]
+    bounds = np.concatenate([[start], inner, [end]])
+    span = np.diff(bounds)
+    time = (bounds[:-1, None] + span[:, None] * NODES).ravel()
+    weight = (span[:, None] * WEIGHTS).ravel()
+    q, v = record.at(time)
+    # a switch happens at a solver step, so the middle of each span tells for the whole of it
+    in_play = np.repeat(record.in_play(bounds[:-1] + 0.5 * span), len(NODES), axis=0)
+    ground = -along(q, v, in_play, machine.feet, law_numbers(contact))[1]
+    legs = (machine.damping * v[:, list(SLIDE)] ** 2).sum(axis=1)
+    bearing = machine.bearing_friction * v[:, HINGE] ** 2
+    lost = float(weight @ legs), float(weight @ bearing), float(weight @ ground)
+    (before, after), moment = mechanical_energy(machine, *record.at(np.array([start, end])))
+    gravity = float((moment[1] - moment[0]) @ np.array([*slope.gravity_vector, 0.0]))
+    stored = float(after - before)
+    return EnergyBalance(gravity, *lost, stored, gravity - sum(lost) - stored)
+
+
+def mechanical_energy(machine: Machine, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Kinetic energy plus that of the legs' springs [J] (n,), and sum of mass times position [kg m] (n, 3)."""
+    energy = 0.5 * (machine.stiffness * q[:, list(SLIDE)] ** 2).sum(axis=1)
+    moment = np.zeros((len(q), 3))
+    none = np.zeros_like(q)
+    axes = [pair_axes(q, v, none, pair) for pair in (0, 1)]
+    slides: list[int | None] = [None] * 6
+    for slide, foot in zip(SLIDE, FOOT_BODY, strict=True):
+        slides[foot] = slide
+    for index, body in enumerate(machine.bodies):
+        pair = axes[index // 3]
+        motion = point_motion(q, v, none, pair, body.centre, slides[index])
+        spin = pair.components(pair.spin)
+        energy += 0.5 * body.mass * (motion.velocity**2).sum(axis=1)
+        energy += 0.5 * np.einsum("ij,jk,ik->i", spin, body.inertia, spin)
+        moment += body.mass * motion.position
+    return energy, moment
