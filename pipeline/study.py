@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from pipeline import accuracy, graph
-from pipeline.accuracy import Choice
+from pipeline import graph
 from pipeline.cache import durable
 from pipeline.cache.closure import Sources
 from pipeline.cache.store import Store
@@ -25,14 +24,14 @@ from pipeline.stage_modules import home_of, importable, stage_module
 
 @dataclass(frozen=True)
 class Study:
-    """Where everything is. `settings` are the texts given to `--set`, `accuracy` that given to `--accuracy`."""
+    """Where everything is. `settings` are the texts given to `--set`, `asked` those given to requests, by name."""
 
     root: Path
     params: Path
     results: Path
     settings: tuple[str, ...] = ()
     package: str = "stages"
-    accuracy: str = ""
+    asked: tuple[tuple[str, str], ...] = ()
 
     @cached_property
     def graph(self) -> Graph:
@@ -67,14 +66,22 @@ class Study:
         if problems:
             raise StudyError(problems)
         classes = [cls for cls in known.values() if cls is not None]
-        return loading.load(self.params, self.settings, wanted, classes, shown(self.params), self.accuracy)
+        return loading.load(self.params, self.settings, wanted, classes, shown(self.params),
+                            self.requests, dict(self.asked))  # fmt: skip
 
-    def choice(self, name: str, values: Any) -> Choice | None:
-        """The solver settings chosen for a stage's own walk, or None where no accuracy is asked of it."""
-        own = next((section for section in vars(values).values() if name == section.FILE), None)
-        if name not in accuracy.FILES or getattr(own, "accuracy", accuracy.CUSTOM) == accuracy.CUSTOM:
-            return None
-        return accuracy.choose(name, own)
+    @cached_property
+    def requests(self) -> tuple[ModuleType, ...]:
+        """Options that decide settings, as the stages' modules `request` declare them; see `pipeline.requests`."""
+        return self.offered("request")
+
+    def offered(self, name: str) -> tuple[ModuleType, ...]:
+        """The modules called `name` of all stages that have one, in the graph's order."""
+        found = (self.module(stage, name) for stage in self.graph.stages)
+        return tuple(module for module in found if module is not None)
+
+    def warnings(self, values: Mapping[str, Any]) -> list[str]:
+        """What the stages' modules `warnings` say of parameters (stage -> parameters) before a run."""
+        return [sentence for module in self.offered("warnings") for sentence in module.warnings(values)]
 
     def named_files(self, values: Any) -> dict[str, tuple[Path, str]]:
         """Files that a stage's parameters name: key -> (file, its SHA-256). Raises `StudyError` for a missing one."""
@@ -114,7 +121,6 @@ def locate(
     results: str | None = None,
     settings: Iterable[str] = (),
     start: Path | None = None,
-    accuracy: str = "",
 ) -> Study:
     """The study around the folder `start` (default: the working folder), else the checkout this package stands in."""
     here = (start or Path.cwd()).resolve()
@@ -127,7 +133,6 @@ def locate(
         Path(params).absolute() if params else root / "params",
         Path(results).absolute() if results else root / "results",
         tuple(settings),
-        accuracy=accuracy,
     )
 
 

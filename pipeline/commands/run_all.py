@@ -10,7 +10,7 @@ from pipeline.study import Study
 
 @click.command("run-all")
 @options.study
-@options.accuracy
+@options.requests
 @options.running
 @options.as_json
 def command(
