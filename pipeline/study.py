@@ -17,6 +17,7 @@ from pipeline.cache.store import Store
 from pipeline.cache.syntax import SyntaxMemo
 from pipeline.errors import StudyError
 from pipeline.graph import Graph, Stage
+from pipeline.home import home
 from pipeline.parameters import loading
 from pipeline.parameters.value import declared
 from pipeline.stage_modules import home_of, importable, stage_module
@@ -24,7 +25,10 @@ from pipeline.stage_modules import home_of, importable, stage_module
 
 @dataclass(frozen=True)
 class Study:
-    """Where everything is. `settings` are the texts given to `--set`, `asked` those given to requests, by name."""
+    """Where everything is. `settings` are the texts given to `--set`, `asked` those given to requests, by name.
+
+    A `borrowed` study is not the user's: it was taken because there is none around the working folder.
+    """
 
     root: Path
     params: Path
@@ -32,6 +36,7 @@ class Study:
     settings: tuple[str, ...] = ()
     package: str = "stages"
     asked: tuple[tuple[str, str], ...] = ()
+    borrowed: bool = False
 
     @cached_property
     def graph(self) -> Graph:
@@ -122,17 +127,19 @@ def locate(
     settings: Iterable[str] = (),
     start: Path | None = None,
 ) -> Study:
-    """The study around the folder `start` (default: the working folder), else the checkout this package stands in."""
+    """The study around the folder `start` (default: the working folder), else the one this program comes with.
+
+    That one is *borrowed*: unless a results folder is given, nothing may be written for it.
+    """
     here = (start or Path.cwd()).resolve()
-    home = Path(__file__).resolve().parent.parent
-    root = next((folder for folder in (here, *here.parents, home) if (folder / graph.FILE_NAME).is_file()), None)
-    if root is None:
-        raise StudyError(f"there is no {graph.FILE_NAME} in {here} or above it; run this inside a study")
+    around = next((folder for folder in (here, *here.parents) if (folder / graph.FILE_NAME).is_file()), None)
+    root = around or home()
     return Study(
         root,
         Path(params).absolute() if params else root / "params",
         Path(results).absolute() if results else root / "results",
         tuple(settings),
+        borrowed=around is None and results is None,
     )
 
 

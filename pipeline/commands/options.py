@@ -6,18 +6,23 @@ import dataclasses
 import functools
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import click
 
 from pipeline.errors import StudyError
+from pipeline.graph import FILE_NAME
 from pipeline.study import Study, locate
 
 Command = Callable[..., Any]
 
 
-def study(function: Command) -> Command:
-    """`--params`, `--results` and `--set`; the command gets a `Study` as its first argument."""
+def study(function: Command, *, with_results: bool = False) -> Command:
+    """`--params`, `--results` and `--set`; the command gets a `Study` as its first argument.
+
+    Outside of any study that is the one the program comes with, and the command says so; one `with_results` refuses.
+    """
 
     @click.option("--params", metavar="DIR", help="Folder of the parameter files (default: the study's params).")
     @click.option("--results", metavar="DIR", help="Folder of the results (default: the study's results).")
@@ -25,9 +30,17 @@ def study(function: Command) -> Command:
     @functools.wraps(function)
     def with_study(params: str | None, results: str | None, settings: tuple[str, ...], **options: Any) -> Any:
         found: Study = locate(params, results, settings)
+        if found.borrowed and with_results:
+            raise StudyError(f"there is no {FILE_NAME} in {Path.cwd()} or above it: run this inside a study, lay "
+                             "one out with bipedstudy init DIR, or say with --results where results go")  # fmt: skip
+        if found.borrowed:
+            click.echo("note: not inside a study; this is about the one that bipedstudy comes with", err=True)
         return function(found, **options)
 
     return with_study
+
+
+own_study = functools.partial(study, with_results=True)
 
 
 def requests(function: Command) -> Command:

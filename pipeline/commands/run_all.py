@@ -9,7 +9,7 @@ from pipeline.study import Study
 
 
 @click.command("run-all")
-@options.study
+@options.own_study
 @options.requests
 @options.running
 @options.as_json

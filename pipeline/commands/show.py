@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @click.command("show")
 @click.argument("artefact")
-@options.study
+@options.own_study
 @options.as_json
 def command(study: Study, artefact: str, as_json: bool) -> None:
     """Print the fields of ARTEFACT, a stage's name or a file, with units, shapes and values, and its tables."""
