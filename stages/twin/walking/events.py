@@ -10,11 +10,12 @@ from stages.twin.machine.contact import clearances, clearances_along
 from stages.twin.walking.record import Record
 
 
-def find_events(record: Record, feet: np.ndarray) -> Events:
+def find_events(record: Record) -> Events:
     """First touch-down and last lift-off of each pair's lowest point while the ground acts on the pair.
 
     A pair that bounces at heel strike counts once. A pair still on the ground at the end has no toe-off yet.
     """
+    feet = record.machine.feet
     lowest = clearances_along(record.position, feet)
     strikes: list[tuple[float, int]] = []
     lift_offs: list[tuple[float, int]] = []

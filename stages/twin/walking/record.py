@@ -6,16 +6,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
 from stages.multibody.walking.scuffing import COMPLETED
+from stages.twin.machine.machine import Machine
 
 
 @dataclass(frozen=True)
 class Record:
-    """A run at the solver's own steps: time (n,), coordinates, rates and accelerations (n, 11) of `SpatialTree`.
+    """A machine's run on its ground, at the solver's own steps.
+
+    Time (n,), coordinates, rates and accelerations (n, 11) are those of `SpatialTree`.
 
     `switches` lists (time, pair, whether the ground acts from then on); `outcome` and `reason` tell how it ended.
     """
 
+    machine: Machine
+    slope: Slope
+    contact: ContactLaw
     time: np.ndarray
     position: np.ndarray
     velocity: np.ndarray
@@ -31,6 +39,11 @@ class Record:
     def completed(self) -> bool:
         """Whether it walked as many steps as it was asked to."""
         return self.outcome == COMPLETED
+
+    @property
+    def steps(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Coordinates, rates and accelerations at the solver's steps, each (n, 11)."""
+        return self.position, self.velocity, self.acceleration
 
     def in_play(self, time: np.ndarray) -> np.ndarray:
         """1 where the ground acts on a pair, else 0, shape (n, 2)."""

@@ -112,7 +112,10 @@ def simulate_twin(
             watch.reason = " ".join(str(error).split()).split("[Python file")[0].strip()[:300]
     if watch.outcome == RUNNING:
         watch.outcome, watch.reason = STALLED, f"{wanted_steps} steps not done in {limit:g} s"
-    return _record(machine_tree, watch, start, clock.perf_counter() - began)
+    return Record(
+        machine, slope, contact, *_recording(machine_tree, watch), start.in_play, tuple(watch.switches), watch.outcome,
+        watch.reason, watch.heel_strikes, clock.perf_counter() - began,
+    )  # fmt: skip
 
 
 def _solver(settings: Settings, limit: float) -> exudyn.SimulationSettings:
@@ -130,7 +133,8 @@ def _solver(settings: Settings, limit: float) -> exudyn.SimulationSettings:
     return wanted
 
 
-def _record(tree: SpatialTree, watch: Watch, start: Start, wall_time: float) -> Record:
+def _recording(tree: SpatialTree, watch: Watch) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """What the tree recorded, up to the first value that is not finite; then the watch is told."""
     time, position, velocity, acceleration = tree.recording()
     later = np.concatenate([[True], np.diff(np.maximum.accumulate(time)) > 0.0])
     finite = np.isfinite(position).all(axis=1) & np.isfinite(velocity).all(axis=1)
@@ -140,15 +144,4 @@ def _record(tree: SpatialTree, watch: Watch, start: Start, wall_time: float) -> 
     time, position, velocity, acceleration = time[keep], position[keep], velocity[keep], acceleration[keep]
     if len(time) > 1:
         acceleration[0] = acceleration[1]
-    return Record(
-        time=time,
-        position=position,
-        velocity=velocity,
-        acceleration=acceleration,
-        in_play_at_start=start.in_play,
-        switches=tuple(watch.switches),
-        outcome=watch.outcome,
-        reason=watch.reason,
-        heel_strikes=watch.heel_strikes,
-        wall_time=wall_time,
-    )
+    return time, position, velocity, acceleration
