@@ -5,16 +5,14 @@ The others are brought up to date once, like for `bipedstudy run`, and their res
 
 from __future__ import annotations
 
-import base64
 import dataclasses
 import json
-import pickle
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from pipeline.cache import durable, fingerprint
 from pipeline.errors import StudyError
+from pipeline.execution.job import Job, beneath
 from pipeline.parameters import loading
 from pipeline.parameters.overrides import Override, applied, parsed
 from pipeline.parameters.value import Refused, broken_rules, checked, declared, shown, with_unit
@@ -22,43 +20,6 @@ from pipeline.parameters.yaml_text import Node
 from pipeline.stage_modules import result_class
 from pipeline.study import Study
 from pipeline.sweep.spec import Spec
-
-
-@dataclass(frozen=True)
-class Link:
-    """One stage of the chain: its name and the results it reads."""
-
-    stage: str
-    inputs: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Job:
-    """All a worker needs, on this machine or another. `fixed` is the content of results that no point changes.
-
-    `code` (file -> meaning), `versions` and `writer` are what the points' keys were made from; `pipeline` is the
-    code of the sweep's own worker side.
-    """
-
-    package: str
-    code_root: str
-    root: str
-    links: tuple[Link, ...]
-    fixed: Mapping[str, bytes]
-    code: Mapping[str, str]
-    versions: Mapping[str, str]
-    writer: str
-    time_limit_s: float
-    start_limit_s: float
-
-    def line(self) -> str:
-        """The job as one line of text."""
-        return packed(self)
-
-
-def packed(value: Any) -> str:
-    """A value as one line of text for another process of this program."""
-    return base64.b64encode(pickle.dumps(value)).decode()
 
 
 class Chain:
@@ -103,7 +64,7 @@ class Chain:
         study, code, versions, writer = self.study, {}, {}, ""
         for name in self.touched:
             stage = study.graph.stages[name]
-            inputs = {path: sha for path, sha in contents.items() if _is_read(path, stage.inputs)}
+            inputs = {path: contents[path] for name in stage.inputs for path in beneath(name, contents)}
             parts = fingerprint.ingredients(stage, study.sources, {}, inputs)
             self._ingredients[name] = parts
             code.update(parts["code"])
@@ -114,13 +75,13 @@ class Chain:
             study.package,
             str(study.code_root),
             str(study.root),
-            tuple(Link(name, study.graph.stages[name].inputs) for name in self.touched),
-            dict(fixed),
+            tuple(study.graph.stages[name] for name in self.touched),
             code,
-            versions,
-            writer,
-            self.spec.time_limit_s,
-            self.spec.start_limit_s,
+            contents=fixed,
+            versions=versions,
+            writer=writer,
+            time_limit_s=self.spec.time_limit_s,
+            start_limit_s=self.spec.start_limit_s,
         )
 
     def ground(self) -> dict[str, Any]:
@@ -245,7 +206,3 @@ def _node(value: Any) -> Node:
     if isinstance(value, dict):
         return Node({key: _node(item) for key, item in value.items()}, 0)
     return Node(value, 0)
-
-
-def _is_read(path: str, inputs: Iterable[str]) -> bool:
-    return any(path == name or path.startswith(name + "/") for name in inputs)

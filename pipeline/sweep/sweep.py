@@ -18,10 +18,10 @@ from pipeline.cache.store import SWEEPS
 from pipeline.errors import StudyError
 from pipeline.execution.display import Display
 from pipeline.execution.executor import bring_up_to_date
+from pipeline.execution.job import Job, Task, task_of
 from pipeline.study import Study, shown
 from pipeline.sweep import pool, table
-from pipeline.sweep.bench import Task
-from pipeline.sweep.chain import Chain, Job, packed
+from pipeline.sweep.chain import Chain
 from pipeline.sweep.chunks import Chunks
 from pipeline.sweep.journal import Journal
 from pipeline.sweep.points import Points
@@ -105,7 +105,7 @@ class Sweep:
         return cluster.compute(client, job, chunks, uuid.uuid4().hex)
 
     def _task(self, index: int) -> Task:
-        return index, packed(self.chain.parameters(self.points[index]))
+        return task_of(self.study, self.chain.parameters(self.points[index]), index)
 
     def _keys(self) -> tuple[list[str], dict[int, Row]]:
         """Key of each point (empty where the values are not allowed), and the rows of those."""

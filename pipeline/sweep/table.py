@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 
 from pipeline.cache import artefact, fingerprint
-from pipeline.sweep import row as rows
+from pipeline.execution.columns import about
 from pipeline.sweep.chain import Chain
 from pipeline.sweep.row import Row
 
@@ -45,10 +45,10 @@ def encode(
         _write(group, "outcome", outcomes, {"description": "computed, or what kept the point from it"})
         _write(group, "reason", reasons, {"description": "why there is no result"})
         for name in found:
-            _write(group, name, found[name], rows.about(chain.result_class(), name))
-        about = file.create_group("provenance")
+            _write(group, name, found[name], about(chain.result_class(), name))
+        group = file.create_group("provenance")
         for name, text in _provenance(chain).items():
-            about.attrs[name] = text
+            group.attrs[name] = text
         file.flush()
         return bytes(file.id.get_file_image())
 

@@ -64,10 +64,10 @@ def test_code_edited_while_it_runs_is_never_stored(done, monkeypatch):
 
     original = process.Worker.__init__
 
-    def edit_first(self, order, *arguments):
-        if order.stage == "fall":
+    def edit_first(self, job, *arguments):
+        if job.stages[-1].name == "fall":
             done.edit("PACKAGE/body/motion.py", "0.5 * gravity", "0.6 * gravity")
-        original(self, order, *arguments)
+        original(self, job, *arguments)
 
     monkeypatch.setattr(process.Worker, "__init__", edit_first)
     with pytest.raises(StageFailed, match=r"body/motion.py was edited while it ran, so its result was not kept"):
@@ -82,10 +82,10 @@ def test_an_input_edited_while_the_run_goes_on_is_not_used(done, monkeypatch):
 
     original = process.Worker.__init__
 
-    def edit_first(self, order, *arguments):
-        if order.stage == "bounce":
+    def edit_first(self, job, *arguments):
+        if job.stages[-1].name == "bounce":
             (done.root / "results/fall.h5").write_bytes(b"someone else")
-        original(self, order, *arguments)
+        original(self, job, *arguments)
 
     monkeypatch.setattr(process.Worker, "__init__", edit_first)
     with pytest.raises(StageFailed, match=r"its input results/fall.h5 was changed by someone else meanwhile"):

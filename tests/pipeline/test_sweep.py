@@ -206,7 +206,7 @@ def workers():
     for task in Path(f"/proc/{os.getpid()}/task").iterdir():
         for pid in (task / "children").read_text().split():
             with_arguments = Path(f"/proc/{pid}/cmdline").read_bytes()
-            if b"pipeline.sweep.worker" in with_arguments:
+            if b"pipeline.execution.worker" in with_arguments:
                 found.append(int(pid))
     return found
 
