@@ -4,8 +4,8 @@ A stage is a folder of the package of stages. The engine knows these modules in 
 `result` must be there:
 
 `parameters` (class `Parameters`), `result` (class `Result`), `run` (class `Inputs` if it reads results, function
-`run`), `questions` (what it can be asked at the command line), `requests` (options that decide other stages' settings),
-`warnings` (sentences about parameters before a run).
+`run`), `questions` (what it can be asked at the command line), `request` (an option that decides settings of other
+stages), `warnings` (sentences about parameters before a run), `compiled` (where its machine code is kept).
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from types import ModuleType
 from typing import Any
 
 from pipeline.errors import StudyError
+from pipeline.home import engine
 
 
 def stage_module(package: str, stage: str, name: str) -> ModuleType:
@@ -32,7 +33,7 @@ def result_class(package: str, stage: str) -> Any:
 
 def home_of(package: str, code_root: Path | None) -> Path:
     """The folder that holds the package: `code_root`, or else this program's, or where it is. Raises `StudyError`."""
-    for folder in (code_root, Path(__file__).resolve().parents[1]):
+    for folder in (code_root, engine()):
         if folder is not None and (folder / package).is_dir():
             return folder
     spec = importlib.util.find_spec(package)

@@ -15,7 +15,7 @@ from pipeline.study import Study, shown
 
 
 @click.command("figures")
-@options.study
+@options.own_study
 @click.option("--check", is_flag=True, help="Draw anew from the artefacts and compare; exit with 1 if they differ.")
 @click.option(
     "--against",

@@ -16,7 +16,7 @@ from pipeline.errors import StudyError, nearest
 from pipeline.execution.job import File, beneath
 from pipeline.graph import Stage
 from pipeline.parameters.value import declared
-from pipeline.stage_modules import result_class
+from pipeline.stage_modules import result_class, stage_module
 
 
 def disagreements(package: str, stage: Stage, inputs: type | None, parameters: type) -> Iterator[str]:
@@ -39,14 +39,14 @@ def disagreements(package: str, stage: Stage, inputs: type | None, parameters: t
 
 
 def given(
-    package: str, stage: Stage, inputs: type | None, parameters: Any, named: Mapping[str, File],
-    results: Mapping[str, File],
-) -> tuple[Any, dict[str, File]]:  # fmt: skip
+    package: str, stage: Stage, parameters: Any, named: Mapping[str, File], results: Mapping[str, File]
+) -> tuple[Any, dict[str, File]]:
     """The stage's inputs (None without a class for them), and those of its files that it is given as they lie there.
 
     `named` are the files that `parameters` name, by key, `results` those of stages, by path. Raises `StudyError` for a
     disagreement and for a file that is not as it was.
     """
+    inputs = getattr(stage_module(package, stage.name, "run"), "Inputs", None)
     for sentence in disagreements(package, stage, inputs, type(parameters)):
         raise StudyError(sentence)
     values: dict[str, Any] = {}
@@ -64,7 +64,7 @@ def given(
             values[name] = [Path(files[first][0]), *Path(files[first][0]).parents][inside]
         else:
             values[name] = artefact.decode(contents[path], kind, path)
-    return (inputs(**values) if inputs else None), open_files
+    return inputs and inputs(**values), open_files
 
 
 def check_unchanged(files: Mapping[str, File]) -> None:

@@ -50,16 +50,18 @@ class Job:
 def job_of(study: Study, parts: Ingredients, files: Mapping[str, File]) -> Job:
     """The job to compute the stage of `parts` once, and to keep its files; `files` are the results it reads."""
     stage = study.graph.stages[parts["stage"]]
-    return Job(
-        study.package, str(study.code_root), str(study.root), (stage,), parts["code"], files, attributes(parts)
-    )  # fmt: skip
+    about = attributes(parts, study.requests)
+    return Job(study.package, str(study.code_root), str(study.root), (stage,), parts["code"], files, about)
 
 
 def task_of(study: Study, values: Mapping[str, Any], index: int = 0) -> Task:
     """The task to compute the stages in `values` (name -> parameters) as point number `index`."""
-    point = {name: (each, {key: (str(path), sha) for key, (path, sha) in study.named_files(each).items()})
-             for name, each in values.items()}  # fmt: skip
-    return index, packed(point)
+    return index, packed({name: (each, named_files(study, each)) for name, each in values.items()})
+
+
+def named_files(study: Study, values: Any) -> dict[str, File]:
+    """The files that a stage's parameters name, by key. Raises `StudyError` for a missing one."""
+    return {key: (str(path), sha256) for key, (path, sha256) in study.named_files(values).items()}
 
 
 def packed(value: Any) -> str:

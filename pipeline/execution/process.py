@@ -16,10 +16,10 @@ from typing import Any
 
 from pipeline.errors import StageFailed
 from pipeline.execution.job import Job, Task, packed
+from pipeline.home import engine
 
 Message = dict[str, Any]
 
-_HOME = Path(__file__).resolve().parents[2]
 _DYING_S = 10.0  # from the end of its messages to the end of a process
 _KINDS = {"began", "progress", "done", "failed"}
 _SETTINGS = {
@@ -39,7 +39,7 @@ class Worker:
     """
 
     def __init__(self, job: Job, folder: Path | str, tell: Callable[[Message], None], log: Path | None = None) -> None:
-        search = [str(_HOME), *(os.environ.get("PYTHONPATH") or "").split(os.pathsep)]
+        search = [str(engine()), *(os.environ.get("PYTHONPATH") or "").split(os.pathsep)]
         path = os.pathsep.join(str(Path(part).absolute()) for part in search if part)
         with open(log or os.devnull, "wb") as errors:
             self._process = subprocess.Popen(
@@ -47,7 +47,7 @@ class Worker:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=errors,
-                cwd=_HOME,
+                cwd=engine(),
                 env={**os.environ, **_SETTINGS, "PYTHONPATH": path},
                 start_new_session=os.name == "posix",
             )

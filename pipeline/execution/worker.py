@@ -127,8 +127,7 @@ class Computing:
     def _result(self, stage: Stage, point: Point, files: dict[str, File]) -> Any:
         module = stage_module(self.job.package, stage.name, "run")
         parameters, named = point[stage.name]
-        wanted = getattr(module, "Inputs", None)
-        inputs, open_files = given(self.job.package, stage, wanted, parameters, named, files)
+        inputs, open_files = given(self.job.package, stage, parameters, named, files)
         result = module.run(parameters, inputs, self.messages.progress)
         check_unchanged(open_files)
         self._check_code()
