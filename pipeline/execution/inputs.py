@@ -33,9 +33,9 @@ def disagreements(package: str, stage: Stage, inputs: type | None, parameters: t
             hint = nearest(name, {*results, *named})
             yield f'its Inputs have "{name}", but dvc.yaml lists no such result and no parameter such a file{hint}'
             continue
-        allowed = {Path, result_class(package, name)} if results.get(name, "").endswith(".h5") else {Path}
-        if not allowed & set(_kinds(kind)):
-            yield f'its Inputs have "{name}" as {getattr(kind, "__name__", kind)}; allowed: {_named(allowed)}'
+        allowed = [result_class(package, name), Path] if results.get(name, "").endswith(".h5") else [Path]
+        if not {*allowed} & {*_kinds(kind)}:
+            yield f'its Inputs have "{name}" as {_named(_kinds(kind))}; allowed: {_named(allowed)}'
 
 
 def given(
@@ -88,4 +88,4 @@ def _kinds(kind: Any) -> tuple[Any, ...]:
 
 
 def _named(classes: Iterable[Any]) -> str:
-    return " or ".join(sorted(f"{cls.__module__}.{cls.__name__}" for cls in classes))
+    return " or ".join(f"{cls.__module__}.{cls.__name__}" for cls in classes)
