@@ -183,7 +183,7 @@ class Chain:
         try:
             return checked(applied(override, entry), field, kind)
         except Refused as refused:
-            raise StudyError(f"{name} {refused.reason}") from None
+            raise StudyError(refused.of(name)) from None
 
 
 def _sections(values: Any) -> list[Any]:

@@ -78,7 +78,7 @@ def _provenance(chain: Chain) -> dict[str, str]:
     return {
         "stage": spec.stage,
         "key": fingerprint.key(swept),
-        "sweep": f"{spec.kind}, {spec.count} points" + (f", seed {spec.seed}" if spec.axes and spec.seed else ""),
+        "sweep": f"{spec.kind}, {spec.size} points" + (f", seed {spec.seed}" if spec.axes and spec.seed else ""),
         "axes": "\n".join(f"{name} = {axis}" for name, axis in spec.axes.items()),
         "parameters": "\n".join(f"{name} = {base(value)}" for name, value in fixed.items()),
         "versions": "\n".join(f"{name} {version}" for name, version in swept["versions"].items()),
