@@ -25,6 +25,7 @@ from pipeline.sweep.chain import Chain
 from pipeline.sweep.chunks import Chunks
 from pipeline.sweep.journal import Journal
 from pipeline.sweep.points import Points
+from pipeline.sweep.progress import Meter
 from pipeline.sweep.row import COMPUTED, KEPT, NOT_ALLOWED, Row
 from pipeline.sweep.spec import Spec
 
@@ -57,7 +58,7 @@ class Sweep:
         self.points = Points(spec)
         self.folder = study.results / SWEEPS
 
-    def run(self, out: Path, workers: int, client: Any, shows: Any) -> Summary:
+    def run(self, out: Path, workers: int, client: Any = None) -> Summary:
         """Compute what is missing and write the table to `out`. Call it under the lock of `folder`."""
         job = self._job()
         with Journal(self.folder / ".cache" / f"{self._ground(job)}.jsonl") as journal:
@@ -73,7 +74,7 @@ class Sweep:
             unkept: dict[str, Row] = {}
             began, point_seconds = time.monotonic(), 0.0
             if missing:
-                meter = shows(len(missing))
+                meter = Meter(len(missing), self.display)
                 try:
                     for index, row in self._rows(job, missing, workers, client):
                         if keys[index] in journal or keys[index] in unkept:
@@ -85,7 +86,7 @@ class Sweep:
                             unkept[keys[index]] = row
                         meter.one_more(row.outcome != COMPUTED)
                 finally:
-                    meter.close()
+                    self.display.close()
             seconds = time.monotonic() - began
             lost = sum(key not in journal and key not in unkept for key in first)
             if lost:
