@@ -61,7 +61,8 @@ class Sweep:
     def run(self, out: Path, workers: int, client: Any = None) -> Summary:
         """Compute what is missing and write the table to `out`. Call it under the lock of `folder`."""
         job = self._job()
-        with Journal(self.folder / ".cache" / f"{self._ground(job)}.jsonl") as journal:
+        shared = durable.digest(json.dumps(self.chain.ground, sort_keys=True).encode())[:32]
+        with Journal(self.folder / ".cache" / f"{shared}.jsonl") as journal:
             keys, refused = self._keys()
             known = sum(key in journal for key in keys if key)
             first: dict[str, int] = {}
@@ -145,6 +146,3 @@ class Sweep:
                         fixed[path] = durable.read(self.study.store.place(path)) or b""
                         contents[path] = made.content
         return self.chain.job(fixed, contents)
-
-    def _ground(self, job: Job) -> str:
-        return durable.digest(json.dumps(self.chain.ground(), sort_keys=True).encode())[:32]

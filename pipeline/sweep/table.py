@@ -15,6 +15,7 @@ import numpy as np
 
 from pipeline.cache import artefact, fingerprint
 from pipeline.execution.columns import about
+from pipeline.stage_modules import result_class
 from pipeline.sweep.chain import Chain
 from pipeline.sweep.row import Row
 
@@ -44,8 +45,9 @@ def encode(
             _write(group, name, column, {"unit": chain.unit(name), "description": "varied"})
         _write(group, "outcome", outcomes, {"description": "computed, or what kept the point from it"})
         _write(group, "reason", reasons, {"description": "why there is no result"})
+        result = result_class(chain.study.package, chain.spec.stage)
         for name in found:
-            _write(group, name, found[name], about(chain.result_class(), name))
+            _write(group, name, found[name], about(result, name))
         group = file.create_group("provenance")
         for name, text in _provenance(chain).items():
             group.attrs[name] = text
@@ -72,7 +74,7 @@ def _write(group: Any, name: str, column: Any, attributes: Mapping[str, str]) ->
 
 
 def _provenance(chain: Chain) -> dict[str, str]:
-    spec, swept = chain.spec, chain.ground()[chain.spec.stage]
+    spec, swept = chain.spec, chain.ground[chain.spec.stage]
     base = fingerprint.compact
     fixed = {name: value for name, value in chain.fixed().items() if name not in spec.names}
     return {
