@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -11,8 +12,8 @@ from types import ModuleType
 from typing import Any
 
 from pipeline import graph
-from pipeline.cache import durable
 from pipeline.cache.closure import Sources
+from pipeline.cache.regular import Digests
 from pipeline.cache.store import Store
 from pipeline.cache.syntax import SyntaxMemo
 from pipeline.errors import StudyError
@@ -97,10 +98,8 @@ class Study:
         found = {}
         for key, (section, name) in loading.files(values).items():
             path = self.root / name
-            content = durable.read(path)
-            if content is None:
-                raise StudyError(f'{shown(self.params)}/{section}.yaml: {key} = "{name}": there is no such file')
-            found[key] = path, durable.digest(content)
+            where = f"{shown(self.params)}/{section}.yaml: {key} = {json.dumps(name)}"
+            found[key] = path, Digests(self.store.folder / "digests.json").digest(path, where)
         return found
 
     def parameters_class(self, stage: Stage) -> type | None:
