@@ -32,10 +32,10 @@ def disagreements(package: str, stage: Stage, inputs: type | None, parameters: t
         if name not in {*results, *named}:
             hint = nearest(name, {*results, *named})
             yield f'its Inputs have "{name}", but dvc.yaml lists no such result and no parameter such a file{hint}'
-            continue
-        allowed = [result_class(package, name), Path] if results.get(name, "").endswith(".h5") else [Path]
-        if not {*allowed} & {*_kinds(kind)}:
-            yield f'its Inputs have "{name}" as {_named(_kinds(kind))}; allowed: {_named(allowed)}'
+        elif Path not in _kinds(kind):
+            allowed = [result_class(package, name)] if results.get(name, "").endswith(".h5") else []
+            if kind not in allowed:
+                yield f'its Inputs have "{name}" as {_named([kind])}; allowed: {_named([*allowed, Path])}'
 
 
 def given(

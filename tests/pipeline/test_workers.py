@@ -51,7 +51,7 @@ def test_every_disagreement_is_found_at_once():
 
 def test_a_stage_may_take_a_result_as_the_file_itself(done):
     done.edit(BOUNCE, "    fall: Fall\n", "    fall: Path\n")
-    done.edit(BOUNCE, "import dataclass\n", "import dataclass\nfrom pathlib import Path\n")
+    done.edit(BOUNCE, f"from {done.package}.fall.result import Result as Fall", "from pathlib import Path")
     done.edit(BOUNCE, "    assert not fall.files\n", "    return Result(float(fall.stat().st_size))\n")
     assert done.run(names=("bounce",))["bounce"] == "computed"
 
