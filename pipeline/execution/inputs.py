@@ -6,12 +6,13 @@ is given: as the maker's `Result`, decoded, or as `Path`, the file itself. What 
 
 from __future__ import annotations
 
+import contextlib
 import typing
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from pipeline.cache import artefact, durable
+from pipeline.cache import artefact, durable, regular
 from pipeline.errors import StudyError, nearest
 from pipeline.execution.job import File, beneath
 from pipeline.graph import Stage
@@ -35,7 +36,7 @@ def disagreements(package: str, stage: Stage, inputs: type | None, parameters: t
         elif Path not in _kinds(kind):
             allowed = [result_class(package, name)] if results.get(name, "").endswith(".h5") else []
             if kind not in allowed:
-                yield f'its Inputs have "{name}" as {_named([kind])}; allowed: {_named([*allowed, Path])}'
+                yield f'its Inputs have "{name}" as {_named(_kinds(kind))}; allowed: {_named([*allowed, Path])}'
 
 
 def given(
@@ -54,33 +55,32 @@ def given(
     for name, (_, kind) in (declared(inputs) if inputs else {}).items():
         path = next((path for path in stage.inputs if Path(path).stem == name), name)
         files = {name: named[name]} if name in named else {each: results[each] for each in beneath(path, results)}
-        contents = {each: _content(each, file) for each, file in files.items()}
         if not files:
             continue  # a parameter that names no file; the field has a default
         if Path in _kinds(kind):
             open_files |= files
-            first = next(iter(files))
+            check_unchanged(files, "was changed by someone else meanwhile; run again")
+            first, (place, _) = next(iter(files.items()))
             inside = len(Path(first).parts) - len(Path(path).parts)
-            values[name] = [Path(files[first][0]), *Path(files[first][0]).parents][inside]
+            values[name] = [Path(place), *Path(place).parents][inside]
         else:
-            values[name] = artefact.decode(contents[path], kind, path)
+            content = durable.read(Path(files[path][0])) or b""
+            if durable.digest(content) != files[path][1]:
+                raise StudyError(f"its input {path} was changed by someone else meanwhile; run again")
+            values[name] = artefact.decode(content, kind, path)
     return inputs and inputs(**values), open_files
 
 
-def check_unchanged(files: Mapping[str, File]) -> None:
-    """Raises `StudyError` if one of `files` is no longer what it was when a stage was given it."""
-    for file, sha256 in files.values():
-        if durable.digest(durable.read(Path(file)) or b"") != sha256:
-            raise StudyError(
-                f"its input {Path(file).name} was changed while it ran, so its result was not kept; run again"
-            )
-
-
-def _content(path: str, file: File) -> bytes:
-    content = durable.read(Path(file[0]))
-    if content is None or durable.digest(content) != file[1]:
-        raise StudyError(f"its input {path} was changed by someone else meanwhile; run again")
-    return content
+def check_unchanged(
+    files: Mapping[str, File], said: str = "was changed while it ran, so its result was not kept; run again"
+) -> None:
+    """Raises `StudyError` if one of `files` is not what it was when its digest was taken."""
+    for name, (file, sha256) in files.items():
+        found = ""
+        with contextlib.suppress(OSError):  # it is gone
+            found = regular.digest(Path(file))
+        if found != sha256:
+            raise StudyError(f"its input {name} {said}")
 
 
 def _kinds(kind: Any) -> tuple[Any, ...]:
