@@ -18,6 +18,7 @@ from types import ModuleType
 from typing import Any
 
 from pipeline.errors import StudyError
+from pipeline.home import engine
 
 
 def stage_module(package: str, stage: str, name: str) -> ModuleType:
@@ -31,16 +32,18 @@ def result_class(package: str, stage: str) -> Any:
 
 
 def home_of(package: str, code_root: Path | None) -> Path:
-    """The folder that holds the package: `code_root` if it does, else where it is installed. Raises `StudyError`."""
-    if code_root is not None and (code_root / package).is_dir():
-        return code_root
+    """The folder that holds the package: `code_root`, or else this program's, or where it is. Raises `StudyError`."""
+    for folder in (code_root, engine()):
+        if folder is not None and (folder / package).is_dir():
+            return folder
     spec = importlib.util.find_spec(package)
     if spec is None or not spec.submodule_search_locations:
         raise StudyError(f'{code_root or "here"}: there is no package "{package}" to take the stages from')
     return Path(next(iter(spec.submodule_search_locations))).parent
 
 
-def importable(code_root: Path) -> None:
-    """Let the package under `code_root` be imported."""
-    if str(code_root) not in sys.path:
-        sys.path.insert(0, str(code_root))
+def importable(package: str, home: Path) -> None:
+    """Let the package under `home` be imported, before any other of its name."""
+    spec = importlib.util.find_spec(package)
+    if spec is None or str(home / package) not in (spec.submodule_search_locations or ()):
+        sys.path.insert(0, str(home))

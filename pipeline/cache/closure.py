@@ -64,14 +64,13 @@ class Sources:
                 continue
             file, meaning = found
             files[file] = meaning.tree
-            for level, name, names in meaning.imports:
-                target = _absolute(module, _is_package(file), level, name)
+            for target, names in meaning.imports:
                 if target.split(".")[0] != self.package:
-                    foreign.update({target.split(".")[0]} - {""})
+                    foreign.add(target.split(".")[0])
                     continue
                 waiting.extend(_with_parents(target))
                 beneath = self._read(target, known)
-                if beneath is not None and _is_package(beneath[0]):  # in case the names are modules
+                if beneath is not None and beneath[0].endswith("/__init__.py"):  # in case the names are modules
                     waiting.extend(f"{target}.{inner}" for inner in names)
         files.update(self._beside(files))
         return Closure(dict(sorted(files.items())), tuple(sorted(foreign)))
@@ -100,21 +99,8 @@ class Sources:
                     yield path.relative_to(self.code_root).as_posix(), durable.digest(durable.read(path) or b"")
 
 
-def _absolute(module: str, is_package: bool, level: int, name: str) -> str:
-    """Full name of what `from {level dots}{name} import ...` means inside `module`."""
-    if level == 0:
-        return name
-    parts = module.split(".")
-    base = parts[: len(parts) - level + (1 if is_package else 0)]
-    return ".".join([*base, name] if name else base)
-
-
 def _with_parents(target: str) -> Iterator[str]:
     """The module and the packages it lies in."""
     parts = target.split(".")
     for end in range(1, len(parts) + 1):
         yield ".".join(parts[:end])
-
-
-def _is_package(file: str) -> bool:
-    return file.endswith("/__init__.py")

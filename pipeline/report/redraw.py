@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import queue
 from pathlib import Path
-from typing import Any
 
 from pipeline.cache import durable, fingerprint
-from pipeline.errors import StageFailed, StudyError
-from pipeline.execution.order import order_of
-from pipeline.execution.process import Event, Worker
+from pipeline.errors import StudyError
+from pipeline.execution.job import job_of, task_of
+from pipeline.execution.process import computed
 from pipeline.graph import Stage
 from pipeline.parameters import loading
 from pipeline.study import Study, shown
@@ -32,15 +30,10 @@ def redraw(study: Study, folder: Path) -> Path:
     """
     stage = drawing_stage(study)
     values = study.parameters((stage.name,))[stage.name]
-    inputs = [(path, str(study.store.place(path)), _digest(study, path)) for path in stage.inputs]
-    contents = {path: sha256 for path, _, sha256 in inputs}
+    files = {path: (str(study.store.place(path)), _digest(study, path)) for path in stage.inputs}
+    contents = {path: sha256 for path, (_, sha256) in files.items()}
     parts = fingerprint.ingredients(stage, study.sources, loading.as_plain(values), contents)
-    events: queue.SimpleQueue[Event] = queue.SimpleQueue()
-    worker = Worker(order_of(study, values, parts, folder, inputs), study.root, folder / "stage.log", events)
-    try:
-        _wait(events, stage.name)
-    finally:
-        worker.end()
+    computed(job_of(study, parts, files), task_of(study, {stage.name: values}), folder)
     return folder / FIGURES
 
 
@@ -49,12 +42,3 @@ def _digest(study: Study, path: str) -> str:
     if content is None:
         raise StudyError(f"{shown(study.store.place(path))} is not there yet; make it with: bipedstudy run-all")
     return durable.digest(content)
-
-
-def _wait(events: queue.SimpleQueue[Event], name: str) -> None:
-    while True:
-        message: dict[str, Any] = events.get()[1]
-        if "done" in message:
-            return
-        if "failed" in message:
-            raise StageFailed(f"stage {name}: {message['failed']['text']}")
