@@ -17,7 +17,7 @@ import re
 import tempfile
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -83,8 +83,10 @@ def made(results: Path, settings: tuple[str, ...], folder: Path) -> Made:
         found[name] = artefact.decode(path.read_bytes(), cls, str(path))
     seconds = {}
     for name in WALKING:
-        run = importlib.import_module(f"stages.{name}.run").run
-        found[name], seconds[name] = timed(lambda run=run, name=name: run(values[name], found))
+        stage = importlib.import_module(f"stages.{name}.run")
+        read = {field.name: found[field.name] for field in fields(stage.Inputs) if field.name in found}
+        inputs = stage.Inputs(**read)
+        found[name], seconds[name] = timed(lambda run=stage.run, name=name, given=inputs: run(values[name], given))
         if name == "campaign":
             path = folder / "measurements.sqlite"
             path.write_bytes(found[name].files[path.name])

@@ -5,9 +5,6 @@ Inputs: none. Settings: params/analytic.yaml. Output: `Result`, eqs. (1)-(8) of 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.sensitivity import vary_design
@@ -18,7 +15,7 @@ from stages.analytic.walk.sampling import sample_walk
 from stages.biped.progress import Progress, ignore
 
 
-def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
+def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore) -> Result:
     """Find the gait, audit it and record a walk.
 
     Raises NoGait if the design has no gait, StepFailed if the recorded walk does not get to its end.

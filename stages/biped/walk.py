@@ -56,6 +56,11 @@ class Walk:
     toe_off_time: np.ndarray = quantity("s", "times of toe-off, shape (o,)", symbol="t_TO")
     toe_off_leg: np.ndarray = quantity("1", "leg that leaves the ground at each toe-off, shape (o,)")
 
+    @property
+    def standing_force(self) -> float:
+        """Normal force on the leg that stands at the start [N]."""
+        return float(self.ground_reaction[0, 0, 1])
+
 
 class NotRecorded(ValueError):
     """A signal is read that the scene leaves out; the message says which, and where to name it."""

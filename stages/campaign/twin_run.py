@@ -58,7 +58,7 @@ def first_state(walk: Walk) -> tuple[StanceState, float]:
         swing_rate=float(walk.leg_rate[0, 1]),
         swing_length_rate=float(walk.leg_length_rate[0, 1]),
     )
-    return state, float(walk.ground_reaction[0, 0, 1])
+    return state, walk.standing_force
 
 
 def walk_twin(number: int, state: StanceState, normal_force: float, parameters: Parameters) -> TwinRun:

@@ -155,7 +155,7 @@ def turnover(balance: object) -> float:
 def mid_stance(biped: Biped, slope: Slope) -> tuple[StanceState, float]:
     """The constraint model's mid-stance and the force on the standing foot there [N]. Raises NoGait or StepFailed."""
     walk, _, stance = step_of(biped, slope, None)
-    return stance, float(walk.ground_reaction[0, 0, 1])
+    return stance, walk.standing_force
 
 
 def step_of(biped: Biped, slope: Slope, friction: Friction | None) -> tuple[Walk, float, StanceState]:
@@ -174,7 +174,7 @@ def rigid_limit(here: Parameters, factor: float, limit: float) -> Finding:
     scale = factor ** (1.0 / (law.contact_exponent + 1.0))
     stiff = ContactLaw(factor * 1e5, law.contact_exponent, 1e4 * scale, 1e-4 / scale, mu, mu, 1e-3, 2e-3)
     patient = dataclasses.replace(here.multibody, most_solver_steps=500_000)
-    state = rolling_state(here.biped, stiff, stance, float(walk.ground_reaction[0, 0, 1]))
+    state = rolling_state(here.biped, stiff, stance, walk.standing_force)
     run = simulate(here.biped, here.slope, stiff, state, patient, steps=1)
     if not run.completed:
         return Finding(FAILED, reason=said(run.outcome, run.message))

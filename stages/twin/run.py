@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
+from stages.analytic.result import Result as Analytic
 from stages.biped.progress import Progress, ignore
 from stages.biped.sampling_times import refined_times
 from stages.biped.walk import Walk
@@ -30,17 +30,24 @@ from stages.twin.walking.snapshots import snapshots
 POSES = 13
 
 
-def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
-    """Build, walk, measure. inputs["analytic"] gives the mid-stance state, the normal force of its first sample and
-    the step length for which the ramp's blocks are laid.
+@dataclass(frozen=True)
+class Inputs:
+    """What the stage reads."""
+
+    analytic: Analytic
+
+
+def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
+    """Build, walk, measure. The analytic gait gives the mid-stance state, the normal force of its first sample and the
+    step length for which the ramp's blocks are laid.
 
     A fall or a failed solver is a result whose `outcome` says so, with the walk up to there. Raises ValueError if the
     parts do not add up to the design, BlocksDoNotFit if the ramp has no room for its blocks.
     """
     biped, slope, contact, settings = parameters.biped, parameters.slope, parameters.contact, parameters.settings
-    analytic = inputs["analytic"]
+    analytic = inputs.analytic
     machine = build(biped, settings)
-    start = rolling_start(machine, contact, analytic.mid_stance, float(analytic.walk.ground_reaction[0, 0, 1]))
+    start = rolling_start(machine, contact, analytic.mid_stance, analytic.walk.standing_force)
     ramp = lay_blocks(settings, analytic.gait.step_length_m) if settings.scene == "ramp" else None
     progress(0.0, f"walking {settings.steps} steps in space")
     tree = SpatialTree(machine, slope, contact)

@@ -49,7 +49,7 @@ def test_a_walker_that_falls_is_a_result_with_its_reason(parameters, monkeypatch
         raise NotWalked("over one step: the walker fell")
 
     monkeypatch.setattr(OneStep, "penalty", fall)
-    result = run(parameters, {})
+    result = run(parameters)
     assert result.step is None and result.cycle is None and result.outcome != "completed"
     assert artefact.decode(artefact.encode(result, {}), Result, "error_budget.h5").outcome == result.outcome
     assert result.outcome in result.summary() and result.tables() == ()
@@ -59,7 +59,7 @@ def test_a_walker_that_falls_is_a_result_with_its_reason(parameters, monkeypatch
 
 @pytest.fixture(scope="module")
 def budget(parameters):
-    return run(parameters, {})
+    return run(parameters)
 
 
 @pytest.mark.slow

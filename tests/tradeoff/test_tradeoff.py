@@ -68,7 +68,7 @@ def test_a_rerun_does_not_contradict_the_kept_table(kept, parameters, analytic, 
 
 
 def penalty_and_twin_rows(parameters, analytic):
-    force = float(analytic.walk.ground_reaction[0, 0, 1])
+    force = analytic.walk.standing_force
     start = parameters.biped, parameters.slope
     at = penalty_ways.scene(penalty_ways.PENALTY, *start, parameters.contact, parameters.planar, analytic.mid_stance,
                             force, 4)  # fmt: skip

@@ -12,17 +12,16 @@ from stages.twin.walking.events import find_events
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 from stages.twin_ladder.cycle import Search
 from stages.twin_ladder.result import COMPLETED, Result, RungGait
-from stages.twin_ladder.run import run, without_gait
+from stages.twin_ladder.run import Inputs, run, without_gait
 from stages.twin_ladder.section import PLANE_SCALES, SectionState, Step
 
 ROUGH = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)
 
 
 def inputs(stance=ROUGH):
-    force = np.array([[[0.0, 9.4], [0.0, 0.0]]])
     gait = SimpleNamespace(period_s=0.48, step_length_m=0.16)
-    analytic = SimpleNamespace(mid_stance=stance, walk=SimpleNamespace(ground_reaction=force), gait=gait)
-    return {"analytic": analytic, "twin": SimpleNamespace(settling=SimpleNamespace(period_s=0.5, step_length_m=0.15))}
+    analytic = SimpleNamespace(mid_stance=stance, walk=SimpleNamespace(standing_force=9.4), gait=gait)
+    return Inputs(analytic, SimpleNamespace(settling=SimpleNamespace(period_s=0.5, step_length_m=0.15)))
 
 
 def made_up_rung(name, period, length, is_twin=False):

@@ -12,18 +12,18 @@ from typing import Any
 
 from stages.ground.blocks import Lane
 from stages.ground.contact_law import ContactLaw
-from stages.ground.friction import friction_coefficient, friction_slope
+from stages.ground.friction import friction_coefficient
 from stages.ground.normal_force import normal_force
-from stages.ground.operations import SCALARS, Operations
+from stages.ground.operations import SCALARS, Operations, with_single_terms
 from stages.multibody.assembly.quiet_exudyn import CreateSymbolicUserFunction, symbolic
 
 CONNECTOR = "ObjectConnectorRigidBodySpringDamper"
 USER_FUNCTION = "springForceTorqueUserFunction"
 
-SYMBOLS = Operations(
-    sin=symbolic.sin,
-    asin=symbolic.asin,
-    sqrt=symbolic.sqrt,
+SYMBOLS = with_single_terms(
+    symbolic.sin,
+    symbolic.asin,
+    symbolic.sqrt,
     sign=symbolic.sign,
     absolute=symbolic.abs,
     round=symbolic.round,
@@ -31,18 +31,6 @@ SYMBOLS = Operations(
     minimum=lambda x, limit: symbolic.min(x, symbolic.Real(limit)),
     maximum=lambda x, limit: symbolic.max(x, symbolic.Real(limit)),
 )
-
-
-def point_force(
-    law: ContactLaw, penetration: Any, rate: Any, slip_x: Any, slip_z: Any, ops: Operations = SYMBOLS
-) -> tuple[Any, Any, Any]:
-    """Force [N] of the ground on a contact point (x, y, z of the slope frame) that slips in two directions.
-
-    penetration [m] positive in contact, its rate [m/s], slip velocity [m/s] of the foot's material at the contact.
-    """
-    normal = normal_force(law, penetration, rate, ops)
-    drag = friction_slope(law, slip_x, slip_z, ops) * normal
-    return -(drag * slip_x), normal, -(drag * slip_z)
 
 
 def disc_force(

@@ -40,7 +40,7 @@ def edge_law(point: ContactLaw, radius: float) -> Callable[..., Any]:
         d0, d1, d2 = radius * a1 * a0 / level, -radius * level, radius * a1 * a2 / level  # to the lowest point
         s0, s1, s2 = v[0] + w[1] * d2 - w[2] * d1, v[1] + w[2] * d0 - w[0] * d2, v[2] + w[0] * d1 - w[1] * d0
         normal = normal_force(point, -(displacement[1] + d1), -s1, SYMBOLS)
-        slope = friction_slope(point, s0, s2, SYMBOLS)
+        slope = friction_slope(point.numbers, s0, s2, SYMBOLS)
         upward = symbolic.Vector([zero, one, zero, -d2, zero, d0])
         slip = symbolic.Vector([s0, zero, s2, d1 * s2, d2 * s0 - d0 * s2, -(d1 * s0)])
         return normal * (slope * slip - upward)  # what the ground's marker feels

@@ -9,7 +9,7 @@ import numpy as np
 from stages.biped.quantity import quantity
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.twin.machine.contact import HINGE, SLIDE, along, law_numbers
+from stages.twin.machine.contact import HINGE, SLIDE, along, point_law
 from stages.twin.machine.kinematics import pair_axes, point_motion
 from stages.twin.machine.machine import FOOT_BODY, Machine
 from stages.twin.walking.record import Record
@@ -48,7 +48,7 @@ def energy_balance(
     q, v = record.at(time)
     # a switch happens at a solver step, so the middle of each span tells for the whole of it
     in_play = np.repeat(record.in_play(bounds[:-1] + 0.5 * span), len(NODES), axis=0)
-    ground = -along(q, v, in_play, machine.feet, law_numbers(contact))[1]
+    ground = -along(q, v, in_play, machine.feet, point_law(contact))[1]
     legs = (machine.damping * v[:, list(SLIDE)] ** 2).sum(axis=1)
     bearing = machine.bearing_friction * v[:, HINGE] ** 2
     lost = float(weight @ legs), float(weight @ bearing), float(weight @ ground)

@@ -18,7 +18,7 @@ from stages.biped.walk import Walk
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.assembly.signals import GROUND_REACTION, IMU
-from stages.twin.machine.contact import HINGE, PITCH, ROLL, SLIDE, YAW, Z, along, law_numbers
+from stages.twin.machine.contact import HINGE, PITCH, ROLL, SLIDE, YAW, Z, along, point_law
 from stages.twin.machine.kinematics import pair_axes, point_motion
 from stages.twin.machine.machine import Machine
 from stages.twin.parameters import ATTITUDE, COORDINATES, FOOT_FORCE, IMU_IN_SPACE, SIGNALS
@@ -91,7 +91,7 @@ def sample(
 
     feet = np.zeros((0, 4, 3))
     if GROUND_REACTION in signals or FOOT_FORCE in signals:
-        law = law_numbers(contact)
+        law = point_law(contact)
         feet = between(along(record.position, record.velocity, record.in_play(record.time), machine.feet, law)[0])
     socket_slide = SLIDE[0] if foot_socket[2] > 0.0 else SLIDE[1]
     centre = np.array([0.0, biped.foot_com - biped.leg_length, 0.0])  # the legs' mid-plane, as in the simple models
