@@ -4,8 +4,8 @@ A stage is a folder of the package of stages. The engine knows these modules in 
 `result` must be there:
 
 `parameters` (class `Parameters`), `result` (class `Result`), `run` (class `Inputs` if it reads results, function
-`run`), `questions` (what it can be asked at the command line), `requests` (options that decide other stages' settings),
-`warnings` (sentences about parameters before a run).
+`run`), `questions` (a folder: each file is a `QUESTION` for the command line), `request` (an option that decides other
+stages' settings), `warnings` (sentences about parameters before a run).
 """
 
 from __future__ import annotations
