@@ -5,7 +5,8 @@ A stage is a folder of the package of stages. The engine knows these modules in 
 
 `parameters` (class `Parameters`), `result` (class `Result`), `run` (class `Inputs` if it reads results, function
 `run`), `questions` (a folder: each file is a `QUESTION` for the command line), `request` (an option that decides other
-stages' settings), `warnings` (sentences about parameters before a run).
+stages' settings), `warnings` (sentences about parameters before a run), `compiled` (`is_cold()`: whether code will be
+compiled first; `COMPILING`: what to say then).
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ from typing import Any
 
 from pipeline.cache import durable
 from pipeline.cache.distributions import versions
-from pipeline.errors import StageFailed, StudyError
+from pipeline.errors import StageFailed, Stopped, StudyError
 from pipeline.parameters import loading
 from pipeline.parameters.rewriting import rewritten
 from pipeline.study import Study, shown
@@ -39,8 +39,11 @@ class Asked:
     def __enter__(self) -> Asked:
         return self
 
-    def __exit__(self, *ending: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *ending: object) -> None:
         self.close()
+        if kind is KeyboardInterrupt:
+            done = f"{self._done} of {self._of} parts are done and kept: asked again, it goes on from there"
+            raise Stopped(f"stopped; {done if self._of else 'nothing of this answer is kept'}") from None
 
     def close(self) -> None:
         """Give the terminal back."""
@@ -70,11 +73,10 @@ class Asked:
         self._bar.update(self._bar.task_ids[0], completed=min(1.0, max(0.0, fraction)), description=what)
 
     def say_if_cold(self) -> None:
-        """Say so if the stage compiles its code at this use."""
-        is_cold = getattr(self._study.module(self._stage, "compiled"), "is_cold", None)
-        if is_cold is not None and is_cold():
-            self.note(f"note: the code of stage {self._stage} is compiled first, as after every install or edit of it; "
-                      "this takes up to a minute, once")  # fmt: skip
+        """Say so if the stage compiles its code at this use, as its module `compiled` knows."""
+        compiled = self._study.module(self._stage, "compiled")
+        if compiled is not None and hasattr(compiled, "is_cold") and compiled.is_cold():
+            self.note(f"note: stage {self._stage}: {compiled.COMPILING}")
 
     def each(self, function: Callable[[Any], Any], arguments: Sequence[Any]) -> Iterator[tuple[int, Any]]:
         """Number of an argument and the function's answer: first those kept from before, then as they get ready."""
@@ -96,12 +98,6 @@ class Asked:
                 self._done += 1
                 self.progress(self._done / self._of, f"{self._done} of {self._of}")
                 yield number, journal.row(keys[number]).values["answer"]
-
-    def kept(self) -> str:
-        """What is true of a question that was stopped."""
-        if self._of:
-            return f"stopped; {self._done} of {self._of} parts are done and kept: asked again, it goes on from there"
-        return "stopped; there is no answer yet, and nothing was changed"
 
     @contextlib.contextmanager
     def new_file(self, path: Path) -> Iterator[Path]:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Protocol, TypeVar
 
-from stages.biped.quantity import Bound, parameter
+from stages.biped.quantity import parameter
 
 Argument = TypeVar("Argument")
 
@@ -28,21 +28,20 @@ def option(
     description: str,
     *,
     default: Any = dataclasses.MISSING,
-    bound: Bound | None = None,
-    choices: tuple[str, ...] = (),
     name: str = "",
     metavar: str = "",
     positional: bool = False,
     read: Callable[[str, str], Any] | None = None,
+    **allowed: Any,
 ) -> Any:
     """A field of an options dataclass: as `parameter`, and how it is given.
 
-    `name` is the option's name where the field's will not do; a `positional` one has none. A bool is a flag; a tuple
-    of words may be given again and again; the option of a mapping names a YAML file. `read` makes the value of the text
-    and of the option's name, for messages; it raises `WrongOption`.
+    `allowed` is its bound or choices; `name` is the option's name where the field's will not do; a `positional` one has
+    none. A bool is a flag; a tuple of words may be given again and again; the option of a mapping names a YAML file.
+    `read` makes the value of the text and of the option's name, for messages; it raises `WrongOption`.
     """
     given = {"name": name, "metavar": metavar, "positional": positional, "read": read}
-    described = parameter(unit, description, bound=bound, choices=choices).metadata
+    described = parameter(unit, description, **allowed).metadata
     return dataclasses.field(metadata={**described, **given}, default=default)
 
 

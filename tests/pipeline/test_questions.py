@@ -171,6 +171,15 @@ def test_a_question_cannot_have_the_name_of_another_command(toy, name):
     assert toy.command("tally")[0] == 0
 
 
+def test_a_question_whose_code_is_compiled_first_says_so(toy):
+    toy.path("stages/side/compiled.py").write_text(
+        "import os\nCOMPILING = 'compiling, once'\ndef is_cold():\n    return not os.path.exists('warm')\n"
+    )
+    assert toy.command("tally")[2].splitlines() == ["note: stage side: compiling, once", "all drawn"]
+    (toy.root / "warm").touch()
+    assert toy.command("tally")[2].splitlines() == ["all drawn"]
+
+
 def test_a_misspelt_question_is_named(toy):
     assert 'there is no command "taly"; did you mean "tally"?' in toy.command("taly")[2]
 
