@@ -73,6 +73,8 @@ def _parse(source: bytes) -> Meaning:
             imports += [(0, alias.name, ()) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             imports.append((node.level, node.module or "", tuple(alias.name for alias in node.names)))
+        elif isinstance(node, ast.Name) and node.id == "__path__":  # a package that lists its own folder: "" is itself
+            imports.append((0, "", ("*",)))
         elif isinstance(node, ast.Attribute) and node.attr == "__doc__":
             reads_docstrings = True
     if not reads_docstrings:
