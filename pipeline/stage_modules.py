@@ -6,6 +6,10 @@ A stage is a folder of the package of stages. The engine knows these modules in 
 `parameters` (class `Parameters`), `result` (class `Result`), `run` (class `Inputs` if it reads results, function
 `run`), `questions` (what it can be asked at the command line), `requests` (options that decide other stages' settings),
 `warnings` (sentences about parameters before a run).
+
+The stage that makes results/figures may have `drawing`, so that a figure can be drawn alone: the `NAMES` of all,
+`inputs_of(name)` (the results that it shows, by stage), and `draw(name, parameters, results)`, which gives an object
+with `files` (by path in the results folder) and `caption.text`.
 """
 
 from __future__ import annotations

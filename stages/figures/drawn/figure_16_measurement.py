@@ -12,11 +12,14 @@ from matplotlib.figure import Figure
 
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.comparison.measurement import MeasurementAgreement
-from stages.comparison.stride import Stride
+from stages.comparison.stride import last_stride
 from stages.drawing import style
+from stages.figures.inputs import Given
 from stages.imu.trial.agreement import Agreement, FrequencyDifference
 
-NAME = "figure_16_measurement"
+TITLE = "Figure 16: measurements and models"
+PLACE = 16
+INPUTS = ("imu", "twin", "multibody", "comparison")
 PANELS = (
     (0, "hip, forward", "m/s²"),
     (1, "hip, up the leg", "m/s²"),
@@ -24,11 +27,14 @@ PANELS = (
 )
 
 
-def draw(strides: np.ndarray, measured: MeasurementAgreement, twin: Stride, simple: Stride) -> Figure:
-    """Registered strides of all runs (s, p, 6) in grey, twin and simple model over them, their agreement beside.
+def draw(given: Given) -> Figure:
+    """Registered strides of all runs in grey, twin and simple model over them, their agreement beside.
 
     The measurements' origin (measured, synthetic or mixed) stands in the picture.
     """
+    measured, points = given.comparison.measurement, given.parameters.settings.phase_points
+    strides = np.concatenate([run.strides for run in given.imu.runs])  # (s, p, 6)
+    twin, simple = last_stride(given.twin.walk, points), last_stride(given.multibody.walk, points)
     figure, grid = plt.subplots(
         3, 2, figsize=(style.TWO_COLUMNS, 6.0), sharex="col", gridspec_kw={"width_ratios": (1.0, 0.62)}
     )
@@ -123,4 +129,16 @@ def frequency_line(measured: MeasurementAgreement) -> str:
     return (
         f"Agreement with the mean of {measured.runs} {measured.origin} runs{low_pass}.\n"
         f"Step frequency of the runs: {twin},\n{simple}."
+    )
+
+
+def caption(given: Given) -> str:
+    """Frequencies, the envelope's shares, and what synthetic runs cannot do."""
+    measured = given.comparison.measurement
+    shares = ", ".join(f"{100 * measured.twin[name].envelope_share:.0f} %" for name in list(measured.twin)[:3])
+    return (
+        f"{measured.runs} {measured.origin} runs at {measured.step_frequency:.4f} Hz "
+        f"(± {measured.step_frequency_spread:.4f} between runs), twin {measured.twin_step_frequency:.4f} Hz over the "
+        f"same steps. The envelope holds the twin over {shares} of the stride."
+        + (" Synthetic runs test the method; they cannot confirm a model." if measured.origin != "measured" else "")
     )

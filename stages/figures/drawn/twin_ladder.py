@@ -10,17 +10,21 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stages.drawing import style
-from stages.twin_ladder.result import Result, RungGait
+from stages.figures.inputs import Given
+from stages.twin_ladder.result import RungGait
 
-NAME = "twin_ladder"
+TITLE = "From the simple model to the twin"
+PLACE = 20
+INPUTS = ("twin_ladder",)
 SIMPLE = "constraint model"
 SLOWER, QUICKER = style.MULTIBODY, style.ANALYTIC
 #: Bars shorter than this part of the axis get a black line, or they could not be seen.
 THIN = 0.004
 
 
-def draw(ladder: Result) -> Figure:
+def draw(given: Given) -> Figure:
     """Waterfalls of period and step length, and the largest multipliers of each rung."""
+    ladder = given.twin_ladder
     rungs = [rung for rung in ladder.rungs if rung.found]
     figure, panels = plt.subplots(1, 3, figsize=(style.TWO_COLUMNS, 3.4), sharey=True, width_ratios=(1.1, 1.1, 1.0))
     changes = ladder.changes()
@@ -79,3 +83,8 @@ def multipliers(axes: Axes, rungs: list[RungGait]) -> None:
         axes.plot(*zip(*sideways, strict=True), "D", color=style.SECOND, markersize=3.5, label="largest out of it: yaw")
     axes.set_xlim(-1.2, 1.2)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.0), fontsize=6)
+
+
+def caption(given: Given) -> str:
+    """What each detail does."""
+    return f"What each detail does to a step: {given.twin_ladder.summary()}."
