@@ -7,9 +7,9 @@ A stage is a folder of the package of stages. The engine knows these modules in 
 `run`), `questions` (what it can be asked at the command line), `requests` (options that decide other stages' settings),
 `warnings` (sentences about parameters before a run).
 
-The stage that makes results/figures may have `drawing`, so that a figure can be drawn alone: the `NAMES` of all,
-`inputs_of(name)` (the results that it shows, by stage), and `draw(name, parameters, results)`, which gives an object
-with `files` (by path in the results folder) and `caption.text`.
+The stage that makes results/figures has `drawn`, so that a figure can be drawn alone: the `NAMES` of all,
+`figure(name).INPUTS` (the results that it shows, by the stems of their files), and `draw(name, parameters, results)`,
+which gives its files, by path in the results folder, and its caption.
 """
 
 from __future__ import annotations

@@ -9,8 +9,7 @@ import numpy as np
 from stages.comparison.hip_motion import HipDifference
 from stages.comparison.stride import last_stride
 from stages.extremes.result import Result as Extremes
-from stages.figures.drawing import given_to
-from stages.figures.drawn import figure
+from stages.figures.drawn import figure, given_to
 from stages.figures.parameters import Settings
 from stages.tradeoff.result import Errors, Reference, Row
 from stages.tradeoff.result import Result as Tradeoff

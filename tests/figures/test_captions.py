@@ -10,10 +10,10 @@ import yaml
 
 from stages.biped import processes
 from stages.figures import run
-from stages.figures.captions import as_yaml, synthetic
 from stages.figures.drawn import NAMES, figure
 from stages.figures.inputs import Inputs
 from stages.figures.result import Caption
+from stages.figures.run import as_yaml, synthetic
 from tests.comparison.made_up import make_agreement
 from tests.figures.made_up_results import analytic, comparison, given, parameters, results
 

@@ -1,38 +1,43 @@
 """The register of figures: every module of this folder is one, called by the name of its file.
 
-A figure is a TITLE, its PLACE in the report (the paper's have their number, the others more than that), INPUTS (the
-results it shows: it is given no others), `draw` and `caption`. `draw` gives a Matplotlib figure, or text: a fragment of
-a page.
+A figure is a TITLE, its PLACE in the report (the paper's have their number, the others follow), INPUTS (the results it
+shows: it is given no others), `draw` and `caption`. `draw` gives a Matplotlib figure, or a fragment of a page as text.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib import import_module
 from pkgutil import iter_modules
-from typing import TYPE_CHECKING, Protocol, cast
+from types import ModuleType, SimpleNamespace
+from typing import TYPE_CHECKING, Any
 
-from matplotlib.figure import Figure
+from stages.drawing import style
 
 if TYPE_CHECKING:
-    from stages.figures.inputs import Given
+    from stages.figures.parameters import Parameters
 
 NAMES = tuple(module.name for module in iter_modules(__path__))
 
 
-class Drawn(Protocol):
-    """A module of this folder."""
-
-    TITLE: str
-    PLACE: int
-    INPUTS: tuple[str, ...]
-
-    def draw(self, given: Given) -> Figure | str:
-        """The figure."""
-
-    def caption(self, given: Given) -> str:
-        """What it shows, in words with the results' own numbers."""
+def figure(name: str) -> ModuleType:
+    """The module of a figure."""
+    return import_module(f"{__name__}.{name}")
 
 
-def figure(name: str) -> Drawn:
-    """The figure of this name."""
-    return cast(Drawn, import_module(f"{__name__}.{name}"))
+def given_to(name: str, parameters: Parameters, results: Mapping[str, Any]) -> SimpleNamespace:
+    """What a figure is given: the parameters, and of the `results` by stage those that it names."""
+    return SimpleNamespace(parameters=parameters, **{key: results[key] for key in figure(name).INPUTS})
+
+
+def draw(name: str, parameters: Parameters, results: Mapping[str, Any]) -> tuple[dict[str, bytes], str]:
+    """A figure's files, by path in the results folder, and its caption."""
+    given = given_to(name, parameters, results)
+    with style.drawing():
+        shown = figure(name).draw(given)
+        files = (
+            {f"figures/{name}.html": shown.encode()}
+            if isinstance(shown, str)
+            else style.pictures(name, shown, parameters.settings.resolution_dpi)
+        )
+    return files, figure(name).caption(given)

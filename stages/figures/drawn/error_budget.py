@@ -65,7 +65,6 @@ def curve(split: Split, part: np.ndarray, column: int) -> np.ndarray:
 
 
 def caption(given: Given) -> str:
-    """What explains the difference."""
     return (
         "Penalty model minus constraint model, split into signed contributions that add up to it; integration "
         f"errors are too small to draw. {given.error_budget.summary()}."

@@ -107,5 +107,4 @@ def together(axes: Axes, rows: list[tuple[str, str, float, str, float, float, st
 
 
 def caption(given: Given) -> str:
-    """How many points are right, and what the others do."""
     return f"What every model answers far from the usual parameters: {given.extremes.summary()}."

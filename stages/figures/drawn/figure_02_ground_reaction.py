@@ -71,7 +71,6 @@ def draw(given: Given) -> Figure:
 
 
 def caption(given: Given) -> str:
-    """Peak and penetration of the penalty model, and the double stance of both."""
     gait, cycle = given.analytic.gait, given.multibody.cycle
     return (
         "Ground reaction of one foot from heel strike to toe-off. Penalty contact peaks at "

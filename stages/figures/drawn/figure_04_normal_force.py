@@ -75,7 +75,6 @@ def draw(given: Given) -> Figure:
 
 
 def caption(given: Given) -> str:
-    """The values of the law."""
     law = given.parameters.contact
     return (
         f"The law of the normal force as ground.yaml sets it: k_c = {law.contact_stiffness:g} N/mm^e, "

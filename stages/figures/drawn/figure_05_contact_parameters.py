@@ -106,7 +106,6 @@ def _value(study: Result, key: str, factor: float) -> str:
 
 
 def caption(given: Given) -> str:
-    """Hip differences of Adams' defaults and of the chosen set."""
     study = given.contact_study
     return (
         "Each contact parameter changed alone. From Adams' defaults the hip differs from the constraint model's by "

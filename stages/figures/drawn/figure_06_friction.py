@@ -74,7 +74,6 @@ def draw(given: Given) -> Figure:
 
 
 def caption(given: Given) -> str:
-    """Creep of Adams' defaults and of the chosen set."""
     study = given.contact_study
     return (
         "Below the stiction velocity a loaded foot creeps: at "

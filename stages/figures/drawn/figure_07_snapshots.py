@@ -76,7 +76,6 @@ def draw(given: Given) -> Figure:
 
 
 def caption(given: Given) -> str:
-    """Slope, speed and period."""
     cycle = given.multibody.cycle
     return (
         f"Exudyn's model on the slope of {np.degrees(given.parameters.slope.angle):.3g}°: "

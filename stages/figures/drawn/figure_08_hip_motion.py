@@ -57,7 +57,6 @@ def draw(given: Given) -> Figure:
 
 
 def caption(given: Given) -> str:
-    """Largest differences over a step beside the paper's."""
     same, settings = given.comparison.models.same_start, given.parameters.settings
     return (
         "The same mid-stance state walks on in both models. Over one step the hips differ by at most "

@@ -94,7 +94,6 @@ def draw(given: Given) -> Figure:
 
 
 def caption(given: Given) -> str:
-    """When the twin settles, and its frequency."""
     settling = given.twin.settling
     settled = settling.steps_to_settle >= 0
     when = f"settles after step {settling.steps_to_settle}" if settled else "does not settle"

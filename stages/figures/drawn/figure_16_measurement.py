@@ -133,7 +133,6 @@ def frequency_line(measured: MeasurementAgreement) -> str:
 
 
 def caption(given: Given) -> str:
-    """Frequencies, the envelope's shares, and what synthetic runs cannot do."""
     measured = given.comparison.measurement
     shares = ", ".join(f"{100 * measured.twin[name].envelope_share:.0f} %" for name in list(measured.twin)[:3])
     return (

@@ -100,7 +100,6 @@ def draw(given: Given) -> str:
 
 
 def caption(given: Given) -> str:
-    """Frequency and step length of each."""
     gait, cycle, settling = given.analytic.gait, given.multibody.cycle, given.twin.settling
     return (
         "All three start in the constraint model's mid-stance state and settle into gaits of their own: "

@@ -37,7 +37,6 @@ def draw(given: Given) -> Figure:
 
 
 def caption(given: Given) -> str:
-    """The cheapest ways."""
     return f"Errors against a converged reference over the cost of a step: {given.tradeoff.summary()}."
 
 

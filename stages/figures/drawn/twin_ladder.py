@@ -86,5 +86,4 @@ def multipliers(axes: Axes, rungs: list[RungGait]) -> None:
 
 
 def caption(given: Given) -> str:
-    """What each detail does."""
     return f"What each detail does to a step: {given.twin_ladder.summary()}."

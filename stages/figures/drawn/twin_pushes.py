@@ -40,5 +40,4 @@ def draw(given: Given) -> Figure:
 
 
 def caption(given: Given) -> str:
-    """Which pushes are walked off."""
     return f"{given.twin_pushes.summary()}."
