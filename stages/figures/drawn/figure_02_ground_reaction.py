@@ -45,16 +45,11 @@ def draw(given: Given) -> Figure:
         whole, impact = axes[row]
         for part, milliseconds in ((whole, False), (impact, True)):
             scale = 1e3 if milliseconds else 1.0
-            part.plot(
-                scale * ours.time, ours.force[:, column], color=style.ANALYTIC, label="constraint model", zorder=3
-            )
-            part.plot(
-                scale * theirs.time,
-                theirs.force[:, column],
-                color=style.MULTIBODY,
-                linewidth=0.9,
-                label="penalty contact (Exudyn)",
-            )
+            for shown, look in (
+                (ours, {"color": style.ANALYTIC, "label": "constraint model", "zorder": 3}),
+                (theirs, {"color": style.MULTIBODY, "label": "penalty contact (Exudyn)", "linewidth": 0.9}),
+            ):
+                part.plot(scale * shown.time, shown.force[:, column], **look)
         contact_phase = ours.force[ours.time > 0.02, column]
         low, high = contact_phase.min(), contact_phase.max()
         margin = 0.6 * (high - low)

@@ -65,13 +65,8 @@ def draw(given: Given) -> Figure:
     axes.plot([], [], color=LEG_COLOURS[0], label="inner leg")
     axes.plot([], [], color=LEG_COLOURS[1], label="outer leg")
     figure.legend(loc="outside upper right", ncols=2)
-    figure.text(
-        0.01,
-        0.93,
-        f"Slope {np.degrees(slope):.3g}°, three steps; snapshots are drawn {1e3 * spread:.0f} mm further "
-        "apart than they are",
-        fontsize=7,
-    )
+    words = f"Slope {np.degrees(slope):.3g}°, three steps; snapshots are drawn {1e3 * spread:.0f} mm further apart"
+    figure.text(0.01, 0.93, f"{words} than they are", fontsize=7)
     return figure
 
 

@@ -32,13 +32,8 @@ def draw(given: Given) -> Figure:
         curve, difference = axes[row, side], axes[row + 1, side]
         curve.plot(laid.time, getattr(analytic, name)[:count, column], color=style.ANALYTIC, label="constraint model")
         shown = multibody.time <= laid.time[-1]
-        curve.plot(
-            multibody.time[shown],
-            getattr(multibody, name)[shown, column],
-            "--",
-            color=style.MULTIBODY,
-            label="penalty contact (Exudyn)",
-        )
+        theirs = getattr(multibody, name)[shown, column]
+        curve.plot(multibody.time[shown], theirs, "--", color=style.MULTIBODY, label="penalty contact (Exudyn)")
         values = laid.position if name == "hip_position" else laid.velocity
         limit = settings.position_limit if name == "hip_position" else settings.velocity_limit
         difference.axhspan(-scale * limit, scale * limit, color="#EEEEEE", zorder=0)

@@ -35,12 +35,8 @@ def draw_machine(axes: Axes, poses: Snapshots, row: int, shift: np.ndarray) -> N
         top, centre, up = (points[row, leg] for points in (poses.leg_top, poses.foot_centre, poses.leg_up))
         forward = np.cross(up, poses.hip_axis[row])
         rim = centre + shift + poses.foot_radius[leg] * (np.cos(turn) * up + np.sin(turn) * forward)
-        axes.plot(
-            *on_page(*np.array([top + shift, centre + shift]).T),
-            color=colour,
-            linewidth=1.6 if near else 1.0,
-            alpha=strength,
-        )
+        leg_line = on_page(*np.array([top + shift, centre + shift]).T)
+        axes.plot(*leg_line, color=colour, linewidth=1.6 if near else 1.0, alpha=strength)
         axes.fill(*on_page(*rim.T), facecolor=colour, alpha=0.20 if near else 0.08, linewidth=0)
         axes.plot(*on_page(*rim.T), color=colour, linewidth=0.9, alpha=strength)
     ends = poses.leg_top[row][order[[0, -1]]] + shift

@@ -52,14 +52,10 @@ def draw(given: Given) -> Figure:
             # a spike of the models that no 100 Hz sensor shows would hide everything else
             late = twin.phase[peak] > 0.6
             panel.annotate(
-                f"twin's spike: {twin.peaks[column]:.0f} m/s²",
-                (100 * twin.phase[peak], high + 0.9 * margin),
-                xytext=(-6 if late else 6, -4),
-                textcoords="offset points",
-                fontsize=7,
-                va="top",
+                f"twin's spike: {twin.peaks[column]:.0f} m/s²", (100 * twin.phase[peak], high + 0.9 * margin),
+                xytext=(-6 if late else 6, -4), textcoords="offset points", fontsize=7, va="top",
                 ha="right" if late else "left",
-            )
+            )  # fmt: skip
         panel.set_ylabel(f"{name}\n[{unit}]")
         style.panel_label(panel, letter)
         signal = SENSOR_SIGNALS[column]
@@ -68,16 +64,8 @@ def draw(given: Given) -> Figure:
     figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     figure.supxlabel(frequency_line(measured), fontsize=7)
     if measured.origin != "measured":
-        grid[0, 0].text(
-            0.99,
-            0.04,
-            "SYNTHETIC measurements",
-            transform=grid[0, 0].transAxes,
-            ha="right",
-            va="bottom",
-            fontsize=7,
-            color="#555555",
-        )
+        words, place = "SYNTHETIC measurements", grid[0, 0].transAxes
+        grid[0, 0].text(0.99, 0.04, words, transform=place, ha="right", va="bottom", fontsize=7, color="#555555")
     return figure
 
 

@@ -58,14 +58,9 @@ def waterfall(axes: Axes, first: float, changes: list[float]) -> None:
         if abs(change) < THIN * span:
             axes.plot([end, end], [row - 0.275, row + 0.275], color=style.TWIN, linewidth=1.0)
         ahead = change >= 0
-        axes.text(
-            max(begin, end) + 0.04 * span if ahead else min(begin, end) - 0.04 * span,
-            row,
-            f"{change:+.2f}" if abs(change) >= 5e-3 else "0.00",
-            va="center",
-            ha="left" if ahead else "right",
-            fontsize=6.5,
-        )
+        place = max(begin, end) + 0.04 * span if ahead else min(begin, end) - 0.04 * span
+        words = f"{change:+.2f}" if abs(change) >= 5e-3 else "0.00"
+        axes.text(place, row, words, va="center", ha="left" if ahead else "right", fontsize=6.5)
 
 
 def multipliers(axes: Axes, rungs: list[RungGait]) -> None:

@@ -33,9 +33,8 @@ def draw(given: Given) -> Figure:
         axes.set_xlabel("time since the push [s]")
         axes.set_ylabel(label)
         style.panel_label(axes, letter)
-    figure.legend(
-        *panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=len(walks), title=f"push: {kind}"
-    )
+    named = panels[0].get_legend_handles_labels()
+    figure.legend(*named, loc="outside upper center", ncols=len(walks), title=f"push: {kind}")
     return figure
 
 
