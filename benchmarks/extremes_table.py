@@ -1,4 +1,4 @@
-"""Keeps the map of extremes: docs/extremes.csv, .md, .png and pipeline/extremes_table.json, from the full artefact.
+"""Keeps the map of extremes: docs/extremes.csv, .md, .png and the table of `stages.extremes.envelope`.
 
 Run first: bipedstudy run extremes --set extremes.resolution=full --set extremes.processes=2
 Then: python -m benchmarks.extremes_table [results/extremes.h5]
@@ -17,12 +17,12 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from pipeline import envelope as warned
 from pipeline.cache.artefact import load
 from pipeline.parameters import loading
 from stages.drawing import style
+from stages.extremes import warnings as warned
 from stages.extremes.engines import COULOMB, GAIT, JOINTS, MARCH, TOGETHER, TREE, TWIN, USUAL
-from stages.extremes.envelope import REACH, place_of
+from stages.extremes.envelope.place import REACH, place_of
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import points
 from stages.extremes.result import Result, Table

@@ -1,6 +1,6 @@
 """Speed against accuracy of all ways this study can walk, in clock time; keeps the tables that accuracy requests read.
 
-    python -m benchmarks.tradeoff            measures (some minutes), writes pipeline/accuracy_table.json and the page
+    python -m benchmarks.tradeoff            measures (some minutes), writes stages/tradeoff/accuracy/table.json, page
     python -m benchmarks.tradeoff twin       measures one kind of model anew: constraint, penalty or twin
     python -m benchmarks.tradeoff --page     writes docs/tradeoff.md and docs/tradeoff.png from the kept table alone
 
@@ -22,7 +22,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from pipeline.accuracy import MARGIN
 from pipeline.cache import artefact
 from pipeline.parameters.loading import load
 from stages.analytic.gait.poincare import poincare_map
@@ -30,13 +29,14 @@ from stages.analytic.result import Result as Analytic
 from stages.drawing import style
 from stages.figures.drawn import tradeoff
 from stages.tradeoff import constraint_ways
+from stages.tradeoff.accuracy.choice import MARGIN
 from stages.tradeoff.parameters import Parameters
 from stages.tradeoff.plan import constraint_plans, penalty_plans, twin_plan
 from stages.tradeoff.result import ERRORS, Errors, Reference, Result, Row, cells, front, gain
 from stages.tradeoff.run import measure
 
 ROOT = Path(__file__).resolve().parent.parent
-KEPT, PAGE = ROOT / "pipeline/accuracy_table.json", ROOT / "docs/tradeoff.md"
+KEPT, PAGE = ROOT / "stages/tradeoff/accuracy/table.json", ROOT / "docs/tradeoff.md"
 #: Rounds end when they have taken this much processor time [s].
 LONG = 0.4
 PACKAGES = ("exudyn", "numba", "numpy", "scipy")

@@ -16,7 +16,7 @@ from pipeline.study import Study, shown
 
 @click.command("figures")
 @click.argument("names", nargs=-1, metavar="NAME...")
-@options.study
+@options.own_study
 @click.option(
     "--into",
     metavar="DIR",

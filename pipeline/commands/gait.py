@@ -8,7 +8,6 @@ from typing import Any
 
 import click
 
-from pipeline import envelope
 from pipeline.commands import answer, options
 from pipeline.study import Study
 
@@ -26,7 +25,8 @@ def command(study: Study, every: bool, as_json: bool, figure: Path | None) -> No
     With them: the energy audit of a step, and what the gait asks of the ground.
     """
     checked = study.parameters([answer.STAGE])
-    envelope.warn(study, checked)
+    for sentence in study.warnings(checked):
+        click.echo(f"warning: {sentence}", err=True)
     values = checked[answer.STAGE]
     tolerance = values.settings.tolerance
     search, report = answer.module(study, "gait.gait_search"), answer.module(study, "gait.gait_report")

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @click.option("--cluster", metavar="ADDRESS", help="Compute on the dask cluster of the scheduler at ADDRESS.")
 @click.option("--dry-run", is_flag=True, help="Say how many points there are and what each computes; run nothing.")
 @click.option("--wait", is_flag=True, help="Wait for another sweep in the same results folder.")
-@options.study
+@options.own_study
 @options.as_json
 def command(
     study: Study,

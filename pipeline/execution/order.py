@@ -46,7 +46,7 @@ def order_of(study: Study, values: Any, parts: Ingredients, folder: Path, inputs
 
     `inputs` are the results it reads; the files that parameters name are added.
     """
-    about = attributes(parts)
+    about = attributes(parts, study.requests)
     stage = study.graph.stages[parts["stage"]]
     named = [(key, str(path), sha256) for key, (path, sha256) in study.named_files(values).items()]
     return Order(

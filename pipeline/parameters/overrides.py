@@ -60,7 +60,7 @@ def _replaced(node: Node, path: tuple[str, ...], override: Override) -> Node:
         return override.value
     step, rest = path[0], path[1:]
     if isinstance(node.value, list):
-        if not step.isdigit() or int(step) >= len(node.value):
+        if not (step.isascii() and step.isdigit()) or int(step) >= len(node.value):
             raise StudyError(f"{override.text}: there is no row {step}; rows are 0 to {len(node.value) - 1}")
         items: list[Any] = list(node.value)
         items[int(step)] = _replaced(items[int(step)], rest, override)

@@ -8,27 +8,33 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import yaml
 
-from pipeline import accuracy, verification
+from pipeline import requests
 from pipeline.cache import provenance
 from pipeline.cache.fingerprint import compact
 from pipeline.errors import StudyError
 from pipeline.parameters import loading
 from pipeline.study import Study
-from stages.biped.accuracy import WORDS, Accuracy
+from stages.biped.accuracy import CUSTOM, Accuracy
+from stages.tradeoff import request
+from stages.tradeoff.accuracy import choice, second_run
 
 ROOT = Path(__file__).resolve().parents[2]
 ASKED = (1e-3, 1e-4, 1e-5, 5e-6, 1e-6, 1e-7, 1e-8)
 
 
 def study(*settings, asked=""):
-    return Study(ROOT, ROOT / "params", ROOT / "results", settings, accuracy=asked)
+    return Study(ROOT, ROOT / "params", ROOT / "results", settings, asked=(("accuracy", asked),))
 
 
-def choices(asked, *settings, stages=accuracy.FILES):
+def choices(asked, *settings, stages=choice.FILES):
     found = study(*settings, asked=asked)
-    values = found.parameters(stages)
-    return {name: found.choice(name, values[name]) for name in stages}
+    return decided(found, found.parameters(stages))
+
+
+def decided(found, values):
+    return {stage: decision for _, stage, decision, _ in requests.decisions(found, values)}
 
 
 def with_key(folder, line, *settings, stage="twin"):
@@ -50,24 +56,24 @@ def test_what_is_asked_sets_the_solver_and_is_stated():
     """Solver settings and request are among the parameters, from which the key and the artefact's account follow."""
     found = study(asked="hip_position_m=1e-6")
     values = found.parameters(("analytic", "multibody", "twin", "imu"))
-    for name in accuracy.FILES:
-        choice = found.choice(name, values[name])
+    chosen = decided(found, values)
+    assert set(chosen) == set(choice.FILES)
+    for name, decision in chosen.items():
         plain = loading.as_plain(values[name])[name]
-        assert {key: plain[key] for key in choice.settings} == choice.settings and choice.settings
+        assert {key: plain[key] for key in decision.settings} == decision.settings and decision.settings
         assert plain["accuracy"]["hip_position_m"] == 1e-6
-        assert choice.expected <= 1e-6
-        used = ", ".join(f"{key} {compact(value)}" for key, value in choice.settings.items())
-        said = provenance._accuracy({"stage": name, "parameters": {name: plain}})
-        assert said == {"accuracy": f"asked: {{hip_position_m: 1e-6}}; used: {used}"}
-    assert found.choice("imu", values["imu"]) is None
-    as_it_stands = study().parameters(("twin",))["twin"]
-    assert study().choice("twin", as_it_stands) is None and as_it_stands.settings.accuracy == accuracy.CUSTOM
-    plain = loading.as_plain(as_it_stands)
-    assert provenance._accuracy({"stage": "twin", "parameters": plain}) == {}
+        assert decision.expected <= 1e-6
+        used = ", ".join(f"{key} {compact(value)}" for key, value in decision.settings.items())
+        said = provenance._asked({"stage": name, "parameters": {name: plain}}, request)
+        assert said == f"asked: {{hip_position_m: 1e-6}}; used: {used}"
+    as_it_stands = study().parameters(("twin",))
+    assert decided(study(), as_it_stands) == {} and as_it_stands["twin"].settings.accuracy == CUSTOM
+    plain = loading.as_plain(as_it_stands["twin"])
+    assert provenance._asked({"stage": "twin", "parameters": plain}, request) == ""
 
 
-def test_the_words_are_the_stages_own():
-    assert accuracy.WORDS == WORDS and set(accuracy.KEYS) == set(vars(Accuracy()))
+def test_what_can_be_asked_is_what_the_parameters_have():
+    assert set(choice.KEYS) == set(vars(Accuracy()))
 
 
 @pytest.mark.parametrize("line", [
@@ -78,13 +84,13 @@ def test_the_words_are_the_stages_own():
 ])  # fmt: skip
 def test_the_key_of_a_file_asks_as_the_option_does(tmp_path, line):
     found, values, _ = with_key(tmp_path, line)
-    assert found.choice("twin", values) == choices("draft")["twin"]
+    assert decided(found, {"twin": values}) == choices("draft", stages=("twin",))
     assert values.settings.tolerance == choices("draft")["twin"].settings["tolerance"]
 
 
 def test_the_option_goes_before_the_key_and_set_before_both(tmp_path):
     found, _, _ = with_key(tmp_path, "accuracy: draft")
-    asked = dataclasses.replace(found, accuracy="reference")
+    asked = dataclasses.replace(found, asked=(("accuracy", "reference"),))
     assert asked.parameters(("twin",))["twin"].settings.accuracy == "reference"
     mine = dataclasses.replace(asked, settings=("twin.accuracy=custom", "twin.tolerance=3e-6"))
     assert mine.parameters(("twin",))["twin"].settings.tolerance == 3e-6
@@ -108,7 +114,7 @@ def test_a_wrong_key_is_told_with_file_line_value_and_what_is_allowed(tmp_path, 
 
 @pytest.mark.parametrize("stage", ["analytic", "multibody", "twin"])
 def test_cost_falls_with_the_error_asked_for(stage):
-    rows, _ = accuracy._rows()
+    rows, _ = choice._rows()
     costs = []
     for error in ASKED:
         chosen = choices(f"hip_position_m={error!r}", stages=(stage,))[stage].settings
@@ -156,7 +162,7 @@ def test_a_setting_is_not_given_twice():
 def test_walks_are_compared_at_common_times():
     one = SimpleNamespace(time=np.arange(5) * 0.1, hip_position=np.zeros((5, 2)))
     other = SimpleNamespace(time=np.arange(4) * 0.2, hip_position=np.full((4, 2), 0.25))
-    assert verification.walk_difference(one, other) == 0.25
+    assert second_run.walk_difference(one, other) == 0.25
 
 
 def test_the_second_run_takes_half_the_budget_or_the_next_finer_setting():
@@ -164,48 +170,76 @@ def test_the_second_run_takes_half_the_budget_or_the_next_finer_setting():
     tight, loose = (choices(f"hip_position_m={error}")["multibody"] for error in (1e-8, 1e-3))
     assert tight.second.budget <= 0.5 and tight.second.settings["tolerance"] > tight.settings["tolerance"]
     assert loose.second.budget > 1.0 and loose.second.settings["tolerance"] < loose.settings["tolerance"]
-    for choice in (tight, loose):
-        assert choice.second.settings["largest_step"] == choice.settings["largest_step"]
-        assert 0.7 < choice.second.order < 1.3  # adaptive steps: errors go about as the tolerance
+    for found in (tight, loose):
+        assert found.second.settings["largest_step"] == found.settings["largest_step"]
+        assert 0.7 < found.second.order < 1.3  # adaptive steps: errors go about as the tolerance
     for ratio in (100.0, 0.1):
-        assert accuracy.Second({}, 0.5, 1.0, ratio).estimate(abs(ratio - 1.0) * 2e-7) == pytest.approx(2e-7)
+        assert choice.Second({}, 0.5, 1.0, ratio).estimate(abs(ratio - 1.0) * 2e-7) == pytest.approx(2e-7)
+
+
+class Made:
+    """A twin's artefact and a second run of it, whose walk differs by 8.1e-6 m at a hundred times the error."""
+
+    key = "k1"
+    result = SimpleNamespace(walk=SimpleNamespace(time=np.arange(3.0), hip_position=np.zeros((3, 2))))
+
+    def __init__(self, *_):
+        self.ran = []
+
+    def run(self, parameters):
+        self.ran.append(parameters)
+        return SimpleNamespace(walk=SimpleNamespace(time=np.arange(3.0), hip_position=np.full((3, 2), 8.1e-6)))
+
+
+class Falls(Made):
+    def run(self, parameters):
+        raise ValueError("it fell")
 
 
 @pytest.fixture
-def verifiable(tmp_path, monkeypatch):
-    """A study with an artefact of the twin, and a second run that differs by 81e-7 m at a hundred times the error."""
-    found = Study(ROOT, ROOT / "params", tmp_path, (), accuracy="hip_position_m=1e-8")
-    monkeypatch.setattr(verification, "_content", lambda *_: (b"", "results/twin.h5"))
-    monkeypatch.setattr(verification.artefact, "provenance", lambda *_: {"key": "k1"})
-    monkeypatch.setattr(verification, "hip_difference", lambda *_: 8.1e-6)
-    return found
+def verifiable(tmp_path):
+    return Study(ROOT, ROOT / "params", tmp_path, (), asked=(("accuracy", "hip_position_m=1e-8"),))
 
 
-def test_an_estimate_is_kept_beside_the_artefact_it_belongs_to(verifiable, capsys):
-    chosen = verification.choices(verifiable, ("twin",))
-    verification.verify(verifiable, chosen, told=True)
-    kept = verification.kept(verifiable, "twin", "k1")
-    assert kept["hip_error_estimate_m"] == pytest.approx(chosen[0][0].second.estimate(8.1e-6), rel=0.05)
+def verify(found, made, monkeypatch, told):
+    monkeypatch.setattr("pipeline.execution.direct.Direct", made)
+    chosen = requests.to_verify(found, ("twin",))
+    requests.verify(found, chosen, told=told)
+    return chosen[0][2], yaml.safe_load(requests.record_of(found, request, "twin").read_text())
+
+
+def test_an_estimate_is_kept_beside_the_artefact_it_belongs_to(verifiable, monkeypatch, capsys):
+    decision, kept = verify(verifiable, Made, monkeypatch, told=True)
+    assert kept["hip_error_estimate_m"] == pytest.approx(decision.second.estimate(8.1e-6), rel=0.05)
     assert kept["hip_difference_m"] == 8.1e-6 and kept["asked"] == {"hip_position_m": 1e-8}
-    assert kept["settings"] == chosen[0][0].settings and 0 < kept["second_run"]["budget"] <= 0.5
-    assert verification.kept(verifiable, "twin", "of another run") is None
-    assert f"estimated {kept['hip_error_estimate_m']:.1e} m" in capsys.readouterr().out
+    assert kept["settings"] == decision.settings and 0 < kept["second_run"]["budget"] <= 0.5
+    said = f"estimated {kept['hip_error_estimate_m']:.1e} m"
+    about = {"stage": "twin", "key": "k1", "accuracy": "asked: {hip_position_m: 1e-8}; used: tolerance 1e-9"}
+    assert said in "".join(requests.kept(verifiable, about)) and said in capsys.readouterr().out
+    assert list(requests.kept(verifiable, {**about, "key": "of another run"})) == [f"accuracy {about['accuracy']}"]
 
 
 def test_a_second_run_that_fails_is_a_reason_and_not_an_estimate(verifiable, monkeypatch):
-    def fails(*_):
-        raise ValueError("it fell")
-
-    monkeypatch.setattr(verification, "hip_difference", fails)
-    verification.verify(verifiable, verification.choices(verifiable, ("twin",)), told=False)
-    kept = verification.kept(verifiable, "twin", "k1")
+    _, kept = verify(verifiable, Falls, monkeypatch, told=False)
     assert kept["hip_error_estimate_m"] is None and "it fell" in kept["reason"]
-    assert "not estimated" in verification.line(kept)
+    assert "not estimated" in request.line(kept)
+
+
+def test_the_second_run_has_the_second_setting(verifiable, monkeypatch):
+    seen = []
+
+    class Watched(Made):
+        def run(self, parameters):
+            seen.append(parameters)
+            return super().run(parameters)
+
+    decision, _ = verify(verifiable, Watched, monkeypatch, told=False)
+    assert {key: getattr(seen[0].settings, key) for key in decision.second.settings} == decision.second.settings
 
 
 def test_nothing_asked_is_nothing_to_verify():
     with pytest.raises(StudyError, match=r"none is asked of twin, imu; give --accuracy"):
-        verification.choices(study(), ("twin", "imu"))
+        requests.to_verify(study(), ("twin", "imu"))
 
 
 def true_errors(stage, tight, run):
@@ -218,15 +252,15 @@ def true_errors(stage, tight, run):
     exact = walk(tight)
     shares, estimates, walks = [], [], {}
     for error in ASKED:
-        choice = choices(f"hip_position_m={error!r}", stages=(stage,))[stage]
-        both = [choice.settings, choice.second.settings]
+        decision = choices(f"hip_position_m={error!r}", stages=(stage,))[stage]
+        both = [decision.settings, decision.second.settings]
         for settings in both:
             if repr(settings) not in walks:
                 walks[repr(settings)] = walk(settings)
         one, other = (walks[repr(settings)] for settings in both)
-        true = verification.walk_difference(one, exact)
+        true = second_run.walk_difference(one, exact)
         shares.append(true / error)
-        estimates.append(choice.second.estimate(verification.walk_difference(one, other)) / true)
+        estimates.append(decision.second.estimate(second_run.walk_difference(one, other)) / true)
     return shares, estimates
 
 

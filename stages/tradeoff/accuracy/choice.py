@@ -1,4 +1,4 @@
-"""`accuracy` of a stage's settings, or `--accuracy`: an error asked for, turned into solver settings.
+"""An error asked for, turned into solver settings by the kept table of what was measured.
 
 The kept table of errors and costs is measured by benchmarks/tradeoff.py for the study's own design and ground, over a
 few steps. The hip's error grows with the steps walked, so a longer walk is given a tighter setting. Settings are those
@@ -13,32 +13,31 @@ from __future__ import annotations
 
 import json
 import math
-import statistics
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from pipeline.errors import StudyError, nearest
-from pipeline.parameters.value import shown
-from pipeline.parameters.yaml_text import Node
+from stages.biped.accuracy import DRAFT, PAPER, REFERENCE
 
-TABLE = Path(__file__).with_name("accuracy_table.json")
+TABLE = Path(__file__).with_name("table.json")
 #: Parameter files whose settings an accuracy decides; each is its stage's name.
 FILES = ("analytic", "multibody", "twin")
 #: What may be asked for: key -> (error in the table, whether it grows with the steps walked).
 KEYS = {"hip_position_m": ("hip_position", True), "period_s": ("period", False),
         "multiplier": ("multiplier", False), "peak_force_n": ("peak_force", False)}  # fmt: skip
-#: The words, as `stages.biped.accuracy` has them, and the errors they stand for; that of `paper` is in the table.
-CUSTOM, DRAFT, PAPER, REFERENCE = WORDS = ("custom", "draft", "paper", "reference")
+#: The errors that the words stand for; that of `paper` is in the table.
 ERRORS = {DRAFT: {"hip_position_m": 1e-3}, REFERENCE: {"hip_position_m": 1e-8}}
 #: Settings are taken that were measured this much better than asked: errors of adaptive steps scatter, and a stage
 #: starts from a gait that has an error of its own. At 2 the analytic stage missed 5e-6 m by a factor 1.4.
 MARGIN = 4.0
-_FORM = "the form is custom, draft, paper, reference, or an error as in hip_position_m=1e-5"
 
 Row = dict[str, Any]
+
+
+class NotMeasured(ValueError):
+    """No measured setting is as accurate as asked; the second half of a sentence."""
 
 
 @dataclass(frozen=True)
@@ -71,24 +70,8 @@ class Choice:
     second: Second | None
 
 
-def parsed(text: str) -> Node:
-    """The text after `--accuracy` as it would stand in a file. Raises `StudyError`."""
-    if text in WORDS:
-        return Node(text, 0)
-    asked: dict[str, Node] = {}
-    for part in text.split(","):
-        key, equals, value = (piece.strip() for piece in part.partition("="))
-        if not equals or key not in KEYS:
-            raise StudyError(f"--accuracy {text}: {_FORM}{nearest(key, [*KEYS, *WORDS])}")
-        try:
-            asked[key] = Node(float(value), 0)
-        except ValueError:
-            raise StudyError(f"--accuracy {text}: {key} = {value!r} is not a number; allowed: > 0") from None
-    return Node(asked, 0)
-
-
 def choose(stage: str, settings: Any) -> Choice:
-    """What the accuracy in a stage's settings decides. Raises `StudyError` if no measured setting is as accurate."""
+    """What the accuracy in a stage's settings decides. Raises `NotMeasured`."""
     rows, walked = _rows()
     model, way, keys = _way(stage, vars(settings))
     mine = [row for row in rows if row["model"] == model and row["way"] == way]
@@ -106,10 +89,10 @@ def choose(stage: str, settings: Any) -> Choice:
         least = min((found(row, key) for row in mine), default=math.inf)
         if least > error:
             can = f"allowed: >= {least:.1g}" if math.isfinite(least) else "its error was not measured"
-            raise StudyError(f"= {said}: stage {stage} cannot have {key} <= {shown(error)}; {can}")
+            raise NotMeasured(f"= {said}: stage {stage} cannot have {key} <= {error:g}; {can}")
     good = [row for row in mine if all(found(row, key) <= error for key, error in wanted.items())]
     if not good:
-        raise StudyError(f"= {said}: stage {stage} has no measured setting with all these errors at once")
+        raise NotMeasured(f"= {said}: stage {stage} has no measured setting with all these errors at once")
     best = min(good, key=lambda row: (row["evaluations"], row["errors"]["hip_position"]))
     expected = float(best["errors"]["hip_position"]) * longer
     return Choice(stage, dict(wanted), _settings(best, keys), expected, best["evaluations"], _second(best, mine, keys))
@@ -147,7 +130,9 @@ def _second(best: Row, rows: list[Row], keys: tuple[str, ...]) -> Second | None:
     finer = [pair for pair in others if pair[0][at] < _settings(best, keys)[at]]
     if not cheap and not finer:
         return None
-    order = statistics.linear_regression(sizes, errors).slope
+    from statistics import linear_regression
+
+    order = linear_regression(sizes, errors).slope
     settings, row = (min(cheap, key=lambda pair: pair[1]["errors"]["hip_position"]) if cheap
                      else max(finer, key=lambda pair: pair[0][at]))  # fmt: skip
     ratio = (settings[at] / _settings(best, keys)[at]) ** order
@@ -161,7 +146,7 @@ def _settings(row: Row, keys: tuple[str, ...]) -> dict[str, float]:
 
 
 def _text(asked: Mapping[str, float]) -> str:
-    return "{" + ", ".join(f"{key}: {shown(value)}" for key, value in asked.items()) + "}"
+    return "{" + ", ".join(f"{key}: {value:g}" for key, value in asked.items()) + "}"
 
 
 def _way(stage: str, values: Mapping[str, Any]) -> tuple[str, str, tuple[str, ...]]:
