@@ -12,11 +12,14 @@ from matplotlib.figure import Figure
 
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.comparison.measurement import MeasurementAgreement
-from stages.comparison.stride import Stride
+from stages.comparison.stride import last_stride
 from stages.drawing import style
+from stages.figures.inputs import Given
 from stages.imu.trial.agreement import Agreement, FrequencyDifference
 
-NAME = "figure_16_measurement"
+TITLE = "Figure 16: measurements and models"
+PLACE = 16
+INPUTS = ("imu", "twin", "multibody", "comparison")
 PANELS = (
     (0, "hip, forward", "m/s²"),
     (1, "hip, up the leg", "m/s²"),
@@ -24,11 +27,14 @@ PANELS = (
 )
 
 
-def draw(strides: np.ndarray, measured: MeasurementAgreement, twin: Stride, simple: Stride) -> Figure:
-    """Registered strides of all runs (s, p, 6) in grey, twin and simple model over them, their agreement beside.
+def draw(given: Given) -> Figure:
+    """Registered strides of all runs in grey, twin and simple model over them, their agreement beside.
 
     The measurements' origin (measured, synthetic or mixed) stands in the picture.
     """
+    measured, points = given.comparison.measurement, given.parameters.settings.phase_points
+    strides = np.concatenate([run.strides for run in given.imu.runs])  # (s, p, 6)
+    twin, simple = last_stride(given.twin.walk, points), last_stride(given.multibody.walk, points)
     figure, grid = plt.subplots(
         3, 2, figsize=(style.TWO_COLUMNS, 6.0), sharex="col", gridspec_kw={"width_ratios": (1.0, 0.62)}
     )
@@ -46,14 +52,10 @@ def draw(strides: np.ndarray, measured: MeasurementAgreement, twin: Stride, simp
             # a spike of the models that no 100 Hz sensor shows would hide everything else
             late = twin.phase[peak] > 0.6
             panel.annotate(
-                f"twin's spike: {twin.peaks[column]:.0f} m/s²",
-                (100 * twin.phase[peak], high + 0.9 * margin),
-                xytext=(-6 if late else 6, -4),
-                textcoords="offset points",
-                fontsize=7,
-                va="top",
+                f"twin's spike: {twin.peaks[column]:.0f} m/s²", (100 * twin.phase[peak], high + 0.9 * margin),
+                xytext=(-6 if late else 6, -4), textcoords="offset points", fontsize=7, va="top",
                 ha="right" if late else "left",
-            )
+            )  # fmt: skip
         panel.set_ylabel(f"{name}\n[{unit}]")
         style.panel_label(panel, letter)
         signal = SENSOR_SIGNALS[column]
@@ -62,16 +64,8 @@ def draw(strides: np.ndarray, measured: MeasurementAgreement, twin: Stride, simp
     figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     figure.supxlabel(frequency_line(measured), fontsize=7)
     if measured.origin != "measured":
-        grid[0, 0].text(
-            0.99,
-            0.04,
-            "SYNTHETIC measurements",
-            transform=grid[0, 0].transAxes,
-            ha="right",
-            va="bottom",
-            fontsize=7,
-            color="#555555",
-        )
+        words, place = "SYNTHETIC measurements", grid[0, 0].transAxes
+        grid[0, 0].text(0.99, 0.04, words, transform=place, ha="right", va="bottom", fontsize=7, color="#555555")
     return figure
 
 
@@ -123,4 +117,15 @@ def frequency_line(measured: MeasurementAgreement) -> str:
     return (
         f"Agreement with the mean of {measured.runs} {measured.origin} runs{low_pass}.\n"
         f"Step frequency of the runs: {twin},\n{simple}."
+    )
+
+
+def caption(given: Given) -> str:
+    measured = given.comparison.measurement
+    shares = ", ".join(f"{100 * measured.twin[name].envelope_share:.0f} %" for name in list(measured.twin)[:3])
+    return (
+        f"{measured.runs} {measured.origin} runs at {measured.step_frequency:.4f} Hz "
+        f"(± {measured.step_frequency_spread:.4f} between runs), twin {measured.twin_step_frequency:.4f} Hz over the "
+        f"same steps. The envelope holds the twin over {shares} of the stride."
+        + (" Synthetic runs test the method; they cannot confirm a model." if measured.origin != "measured" else "")
     )

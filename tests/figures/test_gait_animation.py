@@ -6,9 +6,10 @@ import json
 
 import numpy as np
 import pytest
-from made_up import make_walk, resampled
 
-from stages.comparison.figures import gait_animation as animation
+from stages.figures.drawn import gait_animation as animation
+from tests.comparison.made_up import make_walk, resampled
+from tests.figures.made_up_results import drawn
 
 
 @pytest.fixture(scope="module")
@@ -45,8 +46,8 @@ def test_the_scale_of_forces_does_not_follow_the_samples(walks):
     assert animation.content(animation.sources(dense, *walks[1:]), 0.083, 0.0)["limit"] == 15.0
 
 
-def test_the_page_holds_the_data_once_and_no_address(walks):
-    page = animation.draw(animation.sources(*walks), 0.083, 0.0)[f"figures/{animation.NAME}.html"].decode()
+def test_the_page_holds_the_data_once_and_no_address():
+    page = drawn("gait_animation")
     data = page.split('class="data">')[1].split("</script>")[0]
     assert json.loads(data)["count"] > 100
     assert "DATA<" not in page and "://" not in page

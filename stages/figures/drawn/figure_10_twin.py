@@ -9,11 +9,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stages.biped.walk import Walk
 from stages.drawing import style
+from stages.figures.inputs import Given
 from stages.twin.walking.snapshots import Snapshots
 
-NAME = "figure_10_twin"
+TITLE = "Figure 10: the digital twin"
+PLACE = 10
+INPUTS = ("twin",)
 LEG_COLOURS = (style.SECOND, style.MULTIBODY)  # the paper's green inner and red outer legs
 LEG_NAMES = ("inner legs", "outer legs")
 
@@ -33,12 +35,8 @@ def draw_machine(axes: Axes, poses: Snapshots, row: int, shift: np.ndarray) -> N
         top, centre, up = (points[row, leg] for points in (poses.leg_top, poses.foot_centre, poses.leg_up))
         forward = np.cross(up, poses.hip_axis[row])
         rim = centre + shift + poses.foot_radius[leg] * (np.cos(turn) * up + np.sin(turn) * forward)
-        axes.plot(
-            *on_page(*np.array([top + shift, centre + shift]).T),
-            color=colour,
-            linewidth=1.6 if near else 1.0,
-            alpha=strength,
-        )
+        leg_line = on_page(*np.array([top + shift, centre + shift]).T)
+        axes.plot(*leg_line, color=colour, linewidth=1.6 if near else 1.0, alpha=strength)
         axes.fill(*on_page(*rim.T), facecolor=colour, alpha=0.20 if near else 0.08, linewidth=0)
         axes.plot(*on_page(*rim.T), color=colour, linewidth=0.9, alpha=strength)
     ends = poses.leg_top[row][order[[0, -1]]] + shift
@@ -64,13 +62,14 @@ def draw_snapshots(axes: Axes, poses: Snapshots, count: int = 5) -> None:
         axes.plot([], [], color=colour, label=name)
 
 
-def draw(walk: Walk, poses: Snapshots) -> Figure:
+def draw(given: Given) -> Figure:
     """Poses of the settled gait, and the phase portrait of the whole walk."""
+    walk = given.twin.walk
     figure = plt.figure(figsize=(style.TWO_COLUMNS, 5.4))
     parts: Any = figure.subfigures(2, 1, height_ratios=(1.0, 1.35))
     upper, lower = parts
     scene = upper.subplots()
-    draw_snapshots(scene, poses)
+    draw_snapshots(scene, given.twin.snapshots)
     style.panel_label(scene, "a")
     upper.legend(loc="outside upper right", ncols=2)
     portraits = lower.subplots(1, 2, sharey=True)
@@ -88,3 +87,13 @@ def draw(walk: Walk, poses: Snapshots) -> Figure:
         style.panel_label(axes, "bc"[pair])
     portraits[0].set_ylabel("rate [rad/s]")
     return figure
+
+
+def caption(given: Given) -> str:
+    settling = given.twin.settling
+    settled = settling.steps_to_settle >= 0
+    when = f"settles after step {settling.steps_to_settle}" if settled else "does not settle"
+    return (
+        f"Four feet, paired legs, bodies with inertia from an assumed bill of parts. From the simple model's gait the "
+        f"twin {when} and walks at {settling.step_frequency_hz:.4f} Hz."
+    )

@@ -2,21 +2,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from made_up import DEFAULTS, make_agreement, make_study, make_walk
-from made_up_figures import figures, ladder, pushes
 
-from stages.comparison.figures import (
-    figure_02,
-    figure_04,
-    figure_05,
-    figure_06,
-    figure_08,
-    figure_16,
-    twin_ladder,
-    twin_pushes,
-)
-from stages.comparison.stride import last_stride
 from stages.drawing import style
+from stages.figures.drawn import figure_02_ground_reaction as figure_02
+from stages.figures.drawn import figure_04_normal_force as figure_04
+from stages.figures.drawn import figure_05_contact_parameters as figure_05
+from tests.comparison.made_up import DEFAULTS, make_study, make_walk
+from tests.figures.made_up_results import comparison, drawn, multibody
+from tests.figures.test_golden import PICTURES
 
 
 def labels(figure):
@@ -25,29 +18,30 @@ def labels(figure):
     ]
 
 
-@pytest.mark.parametrize("name", figures())
+@pytest.mark.parametrize("name", PICTURES)
 def test_every_axis_label_carries_a_unit(name):
     with style.drawing():
-        figure = figures()[name]()
+        figure = drawn(name)
     assert all("[" in label and "]" in label for label in labels(figure)), labels(figure)
 
 
 def test_figure_08_shows_the_walks_and_their_difference_in_millimetres():
-    analytic, other = make_walk(), make_walk(speed=0.31)
+    faster = multibody()
+    faster.walk = make_walk(speed=0.31)
     with style.drawing():
-        figure = figure_08.draw(analytic, other, 1.0, (3e-4, 5e-3))
+        figure = drawn("figure_08_hip_motion", multibody=faster)
     position, difference = figure.get_axes()[0], figure.get_axes()[2]
     time, shown = position.lines[0].get_data()
-    assert shown == pytest.approx(analytic.hip_position[: len(time), 0])
+    assert shown == pytest.approx(make_walk().hip_position[: len(time), 0])
     time, shown = difference.lines[0].get_data()
     assert shown == pytest.approx(1e3 * 0.01 * time, abs=1e-6)
 
 
 def test_figure_16_says_what_is_synthetic():
-    stride = last_stride(make_walk(), 101)
     with style.drawing():
-        synthetic = figure_16.draw(stride.signals[None], make_agreement("synthetic"), stride, stride)
-        measured = figure_16.draw(stride.signals[None], make_agreement(), stride, stride)
+        synthetic, measured = (
+            drawn("figure_16_measurement", comparison=comparison(origin)) for origin in ("synthetic", "measured")
+        )
 
     def words(figure):
         return " ".join(text.get_text() for axes in figure.get_axes() for text in axes.texts)
@@ -75,7 +69,7 @@ def test_figure_04_shows_the_laws_of_the_ground():
     depths = np.array([-1e-5, 0.0, 0.5e-4, 1e-4, 1e-3])
     assert figure_04.damping(DEFAULTS, depths) == pytest.approx([0.0, 0.0, 5e3, 1e4, 1e4])
     with style.drawing():
-        spring, ramp, whole = figure_04.draw(DEFAULTS).get_axes()
+        spring, ramp, whole = drawn("figure_04_normal_force").get_axes()
     depth, damping = ramp.lines[0].get_data()
     assert 1e3 * damping == pytest.approx(figure_04.damping(DEFAULTS, 1e-3 * depth))
     depth, force = spring.lines[2].get_data()
@@ -87,7 +81,7 @@ def test_figure_04_shows_the_laws_of_the_ground():
 def test_figure_05_lays_each_variation_over_the_constraint_model():
     study, walk = make_study(), make_walk()
     with style.drawing():
-        figure = figure_05.draw(study, walk)
+        figure = drawn("figure_05_contact_parameters")
     for column, (key, *_, factor) in enumerate(figure_05.COLUMNS):
         impact, difference = figure.get_axes()[column], figure.get_axes()[8 + column]
         exact, default, *varied = [line for line in impact.lines if len(line.get_xdata()) > 10]
@@ -105,9 +99,9 @@ def test_figure_05_lays_each_variation_over_the_constraint_model():
 
 
 def test_figure_06_shows_the_friction_law_its_force_and_what_the_velocities_do():
-    study, walk = make_study(), make_walk()
+    study = make_study()
     with style.drawing():
-        law, force, hip, creep = figure_06.draw(study, walk).get_axes()
+        law, force, hip, creep = drawn("figure_06_friction").get_axes()
     slip, coefficient = law.lines[0].get_data()
     assert np.interp([-0.1, 0.0, 0.1, 1.0], slip, coefficient) == pytest.approx([-1.1, 0.0, 1.1, 1.0], abs=1e-6)
     assert force.lines[1].get_ydata() == pytest.approx(study.default_force[:, 0])
@@ -119,7 +113,7 @@ def test_figure_06_shows_the_friction_law_its_force_and_what_the_velocities_do()
 
 def test_the_ladder_leads_from_the_simple_model_to_the_last_rung():
     with style.drawing():
-        figure = twin_ladder.draw(ladder())
+        figure = drawn("twin_ladder")
     bars = figure.get_axes()[0].patches
     assert [bar.get_x() + bar.get_width() for bar in bars] == pytest.approx([490.0, 470.0])
     assert bars[0].get_x() == pytest.approx(480.0) and bars[1].get_x() == pytest.approx(490.0)
@@ -127,7 +121,7 @@ def test_the_ladder_leads_from_the_simple_model_to_the_last_rung():
 
 def test_a_fall_is_crossed_where_it_happened():
     with style.drawing():
-        figure = twin_pushes.draw(pushes())
+        figure = drawn("twin_pushes")
     roll, yaw, _ = figure.get_axes()
     crosses = [line for line in yaw.lines if line.get_marker() == "x"]
     assert len(crosses) == 1 and len(roll.lines) == 3

@@ -10,8 +10,11 @@ from matplotlib.figure import Figure
 
 from stages.biped.walk import Walk
 from stages.drawing import style
+from stages.figures.inputs import Given
 
-NAME = "figure_02_ground_reaction"
+TITLE = "Figure 2: ground reaction"
+PLACE = 2
+INPUTS = ("analytic", "multibody")
 LEG = 1
 
 
@@ -34,24 +37,19 @@ def contact(walk: Walk, leg: int, which: int) -> Contact:
     return Contact(walk.time[inside] - start, walk.ground_reaction[inside, leg])
 
 
-def draw(analytic: Walk, multibody: Walk) -> Figure:
+def draw(given: Given) -> Figure:
     """Normal and friction force of both models over one contact; a second row shows the impact at its own scale."""
-    ours, theirs = contact(analytic, LEG, 0), contact(multibody, LEG, -1)
+    ours, theirs = contact(given.analytic.walk, LEG, 0), contact(given.multibody.walk, LEG, -1)
     figure, axes = plt.subplots(2, 2, figsize=(style.TWO_COLUMNS, 3.9), width_ratios=(2, 1))
     for row, (column, name) in enumerate(((1, "normal force $F_N$ [N]"), (0, "friction force $F_T$ [N]"))):
         whole, impact = axes[row]
         for part, milliseconds in ((whole, False), (impact, True)):
             scale = 1e3 if milliseconds else 1.0
-            part.plot(
-                scale * ours.time, ours.force[:, column], color=style.ANALYTIC, label="constraint model", zorder=3
-            )
-            part.plot(
-                scale * theirs.time,
-                theirs.force[:, column],
-                color=style.MULTIBODY,
-                linewidth=0.9,
-                label="penalty contact (Exudyn)",
-            )
+            for shown, look in (
+                (ours, {"color": style.ANALYTIC, "label": "constraint model", "zorder": 3}),
+                (theirs, {"color": style.MULTIBODY, "label": "penalty contact (Exudyn)", "linewidth": 0.9}),
+            ):
+                part.plot(scale * shown.time, shown.force[:, column], **look)
         contact_phase = ours.force[ours.time > 0.02, column]
         low, high = contact_phase.min(), contact_phase.max()
         margin = 0.6 * (high - low)
@@ -65,3 +63,13 @@ def draw(analytic: Walk, multibody: Walk) -> Figure:
     axes[1, 1].set_xlabel("time since heel strike [ms]")
     axes[0, 1].text(0.97, 0.95, "impact, full scale", transform=axes[0, 1].transAxes, ha="right", va="top", fontsize=7)
     return figure
+
+
+def caption(given: Given) -> str:
+    gait, cycle = given.analytic.gait, given.multibody.cycle
+    return (
+        "Ground reaction of one foot from heel strike to toe-off. Penalty contact peaks at "
+        f"{cycle.peak_normal_force:.0f} N with {1e6 * cycle.largest_penetration:.0f} µm of penetration; the constraint "
+        f"model has an impulse instead. Both feet are down for {1e3 * gait.double_stance_s:.2f} ms a step with "
+        f"constraints and {1e3 * cycle.double_stance_s:.2f} ms with penalty contact."
+    )

@@ -14,14 +14,16 @@ from stages.analytic.parameters import Settings as Analytic
 from stages.biped.design import Biped
 from stages.drawing import style
 from stages.extremes.engines import TOGETHER, USUAL
-from stages.extremes.result import Result
 from stages.extremes.verdict import CRASHED, FAILED, HUNG, INACCURATE, REFUSED, RIGHT, UNCONFIRMED, WRONG
+from stages.figures.inputs import Given
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings as Multibody
 from stages.twin.parameters import Settings as Twin
 
-NAME = "extremes"
+TITLE = "The extremes"
+PLACE = 60
+INPUTS = ("extremes",)
 
 #: Status: colour, marker, what a reader is told.
 MARKS = {
@@ -43,8 +45,9 @@ ROW = 0.135  # inches
 ZERO = -0.14
 
 
-def draw(extremes: Result) -> Figure:
+def draw(given: Given) -> Figure:
     """Panel (a): one parameter varied, the axis scaled from its lowest to its highest value. Panel (b): all varied."""
+    extremes = given.extremes
     rows = list(extremes.rows())
     single = [row for row in rows if row[1] not in (TOGETHER, USUAL)]
     names = sorted(dict.fromkeys((row[1], row[0]) for row in single), key=lambda name: (name[0], name[1]))
@@ -101,3 +104,7 @@ def together(axes: Axes, rows: list[tuple[str, str, float, str, float, float, st
     axes.set_xlim(0.0, 1.0)
     axes.set_xlabel("share [1]")
     style.panel_label(axes, "b")
+
+
+def caption(given: Given) -> str:
+    return f"What every model answers far from the usual parameters: {given.extremes.summary()}."

@@ -7,10 +7,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stages.biped.walk import Walk
 from stages.drawing import style
+from stages.figures.inputs import Given
 
-NAME = "figure_07_snapshots"
+TITLE = "Figure 7: snapshots"
+PLACE = 7
+INPUTS = ("multibody",)
+SNAPSHOTS = 7
 LEG_COLOURS = (style.ANALYTIC, style.MULTIBODY)
 FOOT_ARC_DEG = 40  # drawn part of the round foot on either side of the leg
 
@@ -40,17 +43,18 @@ def draw_biped(
     axes.plot(*top, "o", color=style.TWIN, markersize=4, zorder=4)
 
 
-def draw(walk: Walk, radius: float, slope: float, snapshots: int = 7) -> Figure:
+def draw(given: Given) -> Figure:
     """Snapshots at equal times over the last three steps of the walk."""
+    walk, slope = given.multibody.walk, given.parameters.slope.angle
     strikes = walk.heel_strike_time
-    times = np.linspace(strikes[-4], strikes[-1], snapshots)
+    times = np.linspace(strikes[-4], strikes[-1], SNAPSHOTS)
     rows = np.searchsorted(walk.time, times).clip(max=len(walk.time) - 1)
     figure, axes = plt.subplots(figsize=(style.TWO_COLUMNS, 2.3))
     spread = 0.10  # consecutive snapshots overlap on the page: each is moved on by this much more than it walked
     origin = walk.hip_position[rows[0], 0]
     for number, row in enumerate(rows):
         hip = walk.hip_position[row] - np.array([origin, 0.0]) + np.array([number * spread, 0.0])
-        draw_biped(axes, hip, walk.leg_angle[row], walk.leg_length[row], radius, slope)
+        draw_biped(axes, hip, walk.leg_angle[row], walk.leg_length[row], given.parameters.biped.foot_radius, slope)
         ((x, y),) = rotated(np.array([[hip[0], -0.045]]), slope)
         axes.text(x, y, f"{walk.time[row] - walk.time[rows[0]]:.2f} s", ha="center", va="top", fontsize=7)
     ground = rotated(np.array([[-0.25, 0.0], [hip[0] + 0.25, 0.0]]), slope)
@@ -61,11 +65,14 @@ def draw(walk: Walk, radius: float, slope: float, snapshots: int = 7) -> Figure:
     axes.plot([], [], color=LEG_COLOURS[0], label="inner leg")
     axes.plot([], [], color=LEG_COLOURS[1], label="outer leg")
     figure.legend(loc="outside upper right", ncols=2)
-    figure.text(
-        0.01,
-        0.93,
-        f"Slope {np.degrees(slope):.3g}°, three steps; snapshots are drawn {1e3 * spread:.0f} mm further "
-        "apart than they are",
-        fontsize=7,
-    )
+    words = f"Slope {np.degrees(slope):.3g}°, three steps; snapshots are drawn {1e3 * spread:.0f} mm further apart"
+    figure.text(0.01, 0.93, f"{words} than they are", fontsize=7)
     return figure
+
+
+def caption(given: Given) -> str:
+    cycle = given.multibody.cycle
+    return (
+        f"Exudyn's model on the slope of {np.degrees(given.parameters.slope.angle):.3g}°: "
+        f"{cycle.speed_m_s:.4f} m/s, a step in {cycle.period_s:.4f} s."
+    )

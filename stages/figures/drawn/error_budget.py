@@ -8,10 +8,12 @@ from matplotlib.figure import Figure
 
 from stages.drawing import style
 from stages.error_budget.effects import COMPLIANCE, CREEP, RAMP, SLIP, UNEXPLAINED
-from stages.error_budget.result import Result
 from stages.error_budget.split import Split
+from stages.figures.inputs import Given
 
-NAME = "error_budget"
+TITLE = "Error budget"
+PLACE = 30
+INPUTS = ("error_budget",)
 #: Effects drawn, with colour and line; integration errors are below the width of a line and are left to the caption.
 DRAWN = (
     (SLIP, style.SECOND, "-"),
@@ -28,8 +30,9 @@ ROWS = (
 )
 
 
-def draw(budget: Result) -> Figure:
+def draw(given: Given) -> Figure:
     """Left over one step from the same mid-stance state, right between cycles at equal phase."""
+    budget = given.error_budget
     figure, axes = plt.subplots(4, 2, figsize=(style.TWO_COLUMNS, 6.6), sharex="col")
     sides: list[tuple[int, np.ndarray, Split, str, str]] = []
     if budget.step is not None:
@@ -59,3 +62,10 @@ def curve(split: Split, part: np.ndarray, column: int) -> np.ndarray:
     """One component of a part in mm or mm/s; velocities are not drawn where they are not compared."""
     values = 1e3 * part[:, column]
     return values if column < 2 else np.where(split.compared, values, np.nan)
+
+
+def caption(given: Given) -> str:
+    return (
+        "Penalty model minus constraint model, split into signed contributions that add up to it; integration "
+        f"errors are too small to draw. {given.error_budget.summary()}."
+    )

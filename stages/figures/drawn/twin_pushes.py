@@ -7,13 +7,16 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stages.drawing import style
-from stages.twin_pushes.result import Result
+from stages.figures.inputs import Given
 
-NAME = "twin_pushes"
+TITLE = "Pushes to the side"
+PLACE = 40
+INPUTS = ("twin_pushes",)
 
 
-def draw(pushes: Result) -> Figure:
+def draw(given: Given) -> Figure:
     """Histories of roll, yaw and drift after the pushes of the first kind; a cross marks a fall."""
+    pushes = given.twin_pushes
     kind = pushes.walks[0].kind
     walks = [walk for walk in pushes.walks if walk.kind == kind]
     figure, panels = plt.subplots(1, 3, figsize=(style.TWO_COLUMNS, 2.8), sharex=True)
@@ -30,7 +33,10 @@ def draw(pushes: Result) -> Figure:
         axes.set_xlabel("time since the push [s]")
         axes.set_ylabel(label)
         style.panel_label(axes, letter)
-    figure.legend(
-        *panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=len(walks), title=f"push: {kind}"
-    )
+    named = panels[0].get_legend_handles_labels()
+    figure.legend(*named, loc="outside upper center", ncols=len(walks), title=f"push: {kind}")
     return figure
+
+
+def caption(given: Given) -> str:
+    return f"{given.twin_pushes.summary()}."

@@ -3,29 +3,28 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from stages.biped.walk import Walk
-from stages.comparison.figures.figure_05 import CONSTRAINT, constraint_force, differences
 from stages.drawing import style
+from stages.figures.drawn.figure_05_contact_parameters import CONSTRAINT, constraint_force, differences
+from stages.figures.inputs import Given
 from stages.ground.friction import friction_coefficient
 
-if TYPE_CHECKING:
-    from stages.contact_study.result import Result
-
-NAME = "figure_06_friction"
+TITLE = "Figure 6: friction"
+PLACE = 6
+INPUTS = ("contact_study", "analytic")
 VELOCITIES = (
     ("stiction_velocity", "$v_s$", "o-", style.MULTIBODY),
     ("friction_velocity", "$v_d$", "s--", style.SECOND),
 )
 
 
-def draw(study: Result, walk: Walk) -> Figure:
+def draw(given: Given) -> Figure:
     """Law, force over the stance, and sensitivity of the hip's motion and of the creep."""
+    study = given.contact_study
     figure, ((law, force), (hip, creep)) = plt.subplots(2, 2, figsize=(style.TWO_COLUMNS, 4.2))
     default, chosen = study.default.law, study.chosen.law
     slip = np.linspace(-1.5, 1.5, 3001) * default.friction_velocity
@@ -41,7 +40,7 @@ def draw(study: Result, walk: Walk) -> Figure:
     law.set_ylabel(r"friction coefficient $\mu$ [1]")
     law.legend(loc="upper left", fontsize=6)
 
-    exact = constraint_force(walk)
+    exact = constraint_force(given.analytic.walk)
     shown = exact[0] <= study.time[-1]
     force.plot(exact[0][shown], exact[1][shown, 0], color=CONSTRAINT, linewidth=4, label="constraint model")
     for curve, colour, label in (
@@ -72,3 +71,12 @@ def draw(study: Result, walk: Walk) -> Figure:
     for panel, letter in zip((law, force, hip, creep), "abcd"):
         style.panel_label(panel, letter)
     return figure
+
+
+def caption(given: Given) -> str:
+    study = given.contact_study
+    return (
+        "Below the stiction velocity a loaded foot creeps: at "
+        f"{1e3 * study.default.creep_velocity:.2f} mm/s with Adams' defaults and "
+        f"{1e3 * study.chosen.creep_velocity:.2f} mm/s with the chosen set."
+    )

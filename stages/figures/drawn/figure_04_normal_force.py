@@ -9,10 +9,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stages.drawing import style
+from stages.figures.inputs import Given
 from stages.ground.contact_law import ContactLaw
 from stages.ground.normal_force import normal_force
 
-NAME = "figure_04_normal_force"
+TITLE = "Figure 4: law of the normal force"
+PLACE = 4
+INPUTS = ()
 EXPONENTS = (1.0, 1.5, 2.2, 3.0)
 RATE = 0.02  # m/s, so slow that the ground still pushes when it lets the foot out
 
@@ -28,8 +31,9 @@ def damping(law: ContactLaw, penetration: np.ndarray) -> np.ndarray:
     return np.asarray(normal_force(impact, penetration, 1.0) - normal_force(impact, penetration, 0.0))
 
 
-def draw(law: ContactLaw) -> Figure:
-    """The laws with the values of `law`."""
+def draw(given: Given) -> Figure:
+    """The laws with the values of ground.yaml."""
+    law = given.parameters.contact
     figure, (spring, ramp, whole) = plt.subplots(1, 3, figsize=(style.TWO_COLUMNS, 2.4))
     depth = np.linspace(0.0, 1.3e-3, 400)
     for exponent, colour in zip(EXPONENTS, style.SEQUENCE):
@@ -68,3 +72,12 @@ def draw(law: ContactLaw) -> Figure:
     for panel, letter in zip((spring, ramp, whole), "abc"):
         style.panel_label(panel, letter)
     return figure
+
+
+def caption(given: Given) -> str:
+    law = given.parameters.contact
+    return (
+        f"The law of the normal force as ground.yaml sets it: k_c = {law.contact_stiffness:g} N/mm^e, "
+        f"e = {law.contact_exponent:g}, c_max = {1e-3 * law.contact_damping:g} N s/mm, complete at "
+        f"d = {1e3 * law.damping_depth:g} mm. The force never pulls."
+    )

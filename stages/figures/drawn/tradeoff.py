@@ -12,9 +12,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from stages.drawing import style
+from stages.figures.inputs import Given
 from stages.tradeoff.result import ERRORS, Result, Row, front
 
-NAME = "tradeoff"
+TITLE = "Speed against accuracy"
+PLACE = 50
+INPUTS = ("tradeoff",)
 LABELS = ("hip position [m]", "period [s]", "multiplier [1]", "peak force [N]")
 MARKERS = "osD^vP*X<>hd"
 COLOURS = (style.ANALYTIC, style.MULTIBODY, style.SECOND, style.THIRD, style.GROUND, style.SEQUENCE[0],
@@ -27,9 +30,18 @@ NARROW = (20.0, 100.0)
 FEW = 2.5
 
 
-def draw(result: Result, costs: Sequence[float] | None = None, label: str = "evaluations for a step [1]") -> Figure:
-    """Rows of panels: the models with most ways; columns: the four errors. `costs` default to evaluations."""
-    spent = [row.evaluations for row in result.rows] if costs is None else list(costs)
+def draw(given: Given) -> Figure:
+    """Errors over evaluations."""
+    spent = [row.evaluations for row in given.tradeoff.rows]
+    return work_and_precision(given.tradeoff, spent, "evaluations for a step [1]")
+
+
+def caption(given: Given) -> str:
+    return f"Errors against a converged reference over the cost of a step: {given.tradeoff.summary()}."
+
+
+def work_and_precision(result: Result, spent: Sequence[float], label: str) -> Figure:
+    """Rows of panels: the models with most ways; columns: the four errors."""
     models = [reference.model for reference in result.references if math.isfinite(
         reference.independent_differs.hip_position)]
     figure = plt.figure(figsize=(style.TWO_COLUMNS, 2.2 * len(models) + 0.5))

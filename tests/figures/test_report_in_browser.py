@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 
-import browser
 import pytest
-from made_up import make_walk
 
 from pipeline.report.content import Content, Figure
 from pipeline.report.page import html
-from stages.comparison.figures import gait_animation
+from tests.comparison.made_up import make_walk
+from tests.figures import browser
+from tests.figures.made_up_results import drawn, twin
 
 pytestmark = [
     pytest.mark.skipif(browser.installed() is None, reason="no Chromium or Chrome is installed"),
@@ -21,12 +21,13 @@ pytestmark = [
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     folder = tmp_path_factory.mktemp("report")
-    walks = make_walk(), make_walk(period=0.51), make_walk(speed=0.31)
-    fragment = gait_animation.draw(gait_animation.sources(*walks), 0.083, 0.035)[f"figures/{gait_animation.NAME}.html"]
+    faster = twin()
+    faster.walk = make_walk(speed=0.31)
+    fragment = drawn("gait_animation", twin=faster)
     claim = {"id": "a_claim", "stated": "1 < 2 & <b>more</b>", "found": "x" * 200, "holds": None, "why": "made up"}
     row = {"name": "analytic", "summary": "walks", "key": "0" * 32, "seconds": "1.0", "size": "1.00", "inputs": ""}
     content = Content(
-        [claim], [Figure(gait_animation.NAME, "Gait", "made up", "", fragment.decode())], "All of it.", [row],
+        [claim], [Figure("gait_animation", "Gait", "made up", "", fragment)], "All of it.", [row],
         {"biped": [{"key": "hip_mass", "value": "0.3", "unit": "kg", "source": "made up"}]}, {"python": "3"},
     )  # fmt: skip
     (folder / "report.html").write_bytes(html(content, "seal", "1", {}))

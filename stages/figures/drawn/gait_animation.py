@@ -15,8 +15,11 @@ import numpy as np
 
 from stages.biped.walk import Walk
 from stages.drawing import style
+from stages.figures.inputs import Given
 
-NAME = "gait_animation"
+TITLE = "The gait in three models"
+PLACE = 0
+INPUTS = ("analytic", "multibody", "twin")
 FRAME_RATE = 100  # Hz
 #: Resolutions of what is stored: positions and lengths [m], angles [rad], forces [N].
 POSITION, ANGLE, FORCE = 1e-5, 1e-4, 1e-2
@@ -86,9 +89,22 @@ def content(shown: Sequence[Source], radius: float, slope: float) -> dict[str, A
     }
 
 
-def draw(shown: Sequence[Source], radius: float, slope: float) -> dict[str, bytes]:
-    """The animation as a file, by path in the results folder."""
-    page = files("stages.comparison.figures").joinpath(f"{NAME}.html").read_text(encoding="utf-8")
-    data = json.dumps(content(shown, radius, slope), separators=(",", ":")).replace("<", "\\u003c")
+def draw(given: Given) -> str:
+    """The animation as a fragment of a page."""
+    page = files("stages.figures.drawn").joinpath("gait_animation.html").read_text(encoding="utf-8")
+    shown = sources(given.analytic.walk, given.multibody.walk, given.twin.walk)
+    moving = content(shown, given.parameters.biped.foot_radius, given.parameters.slope.angle)
+    data = json.dumps(moving, separators=(",", ":")).replace("<", "\\u003c")
     before, _, after = page.partition(">DATA<")
-    return {f"figures/{NAME}.html": f"{before}>{data}<{after}".encode()}
+    return f"{before}>{data}<{after}"
+
+
+def caption(given: Given) -> str:
+    gait, cycle, settling = given.analytic.gait, given.multibody.cycle, given.twin.settling
+    return (
+        "All three start in the constraint model's mid-stance state and settle into gaits of their own: "
+        f"{gait.step_frequency_hz:.4f} Hz and steps of {1e3 * gait.step_length_m:.1f} mm with constraints, "
+        f"{cycle.step_frequency_hz:.4f} Hz and {1e3 * cycle.step_length_m:.1f} mm with penalty contact, "
+        f"{settling.step_frequency_hz:.4f} Hz and {1e3 * settling.step_length_m:.1f} mm for the twin; so they drift "
+        "apart."
+    )

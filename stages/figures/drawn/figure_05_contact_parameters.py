@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,12 +9,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from stages.biped.walk import Walk
+from stages.contact_study.result import Result
 from stages.drawing import style
+from stages.figures.inputs import Given
 
-if TYPE_CHECKING:
-    from stages.contact_study.result import Result
-
-NAME = "figure_05_contact_parameters"
+TITLE = "Figure 5: contact parameters"
+PLACE = 5
+INPUTS = ("contact_study", "analytic")
 LANDING = 1
 CONSTRAINT = "#B8CFE8"  # the constraint model as a broad pale band behind the curves
 #: Parameter, its symbol, the unit it is shown in and the factor to that unit.
@@ -36,12 +35,13 @@ def constraint_force(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
     return time, np.insert(walk.ground_reaction[:, LANDING], after, np.nan, axis=0)
 
 
-def draw(study: Result, walk: Walk) -> Figure:
+def draw(given: Given) -> Figure:
     """A column for each parameter: the impact, the force after it, and the hip difference over the value."""
+    study = given.contact_study
     figure, axes = plt.subplots(
         3, 4, figsize=(style.TWO_COLUMNS, 5.2), sharey="row", height_ratios=(1.2, 1.2, 1.0)
     )
-    exact = constraint_force(walk)
+    exact = constraint_force(given.analytic.walk)
     for column, (key, symbol, unit, factor) in enumerate(COLUMNS):
         impact, after, difference = axes[:, column]
         for panel in (impact, after):
@@ -103,3 +103,12 @@ def _differences(axes: Axes, study: Result, key: str, factor: float) -> None:
 
 def _value(study: Result, key: str, factor: float) -> str:
     return f"{factor * getattr(study.default.law, key):g}"
+
+
+def caption(given: Given) -> str:
+    study = given.contact_study
+    return (
+        "Each contact parameter changed alone. From Adams' defaults the hip differs from the constraint model's by "
+        f"{1e3 * study.default.hip_position.max():.2f} mm over a step; with the set chosen from "
+        f"{len(study.candidates.outcome)} tried, by {1e3 * study.chosen.hip_position.max():.2f} mm."
+    )

@@ -10,17 +10,21 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stages.drawing import style
-from stages.twin_ladder.result import Result, RungGait
+from stages.figures.inputs import Given
+from stages.twin_ladder.result import RungGait
 
-NAME = "twin_ladder"
+TITLE = "From the simple model to the twin"
+PLACE = 20
+INPUTS = ("twin_ladder",)
 SIMPLE = "constraint model"
 SLOWER, QUICKER = style.MULTIBODY, style.ANALYTIC
 #: Bars shorter than this part of the axis get a black line, or they could not be seen.
 THIN = 0.004
 
 
-def draw(ladder: Result) -> Figure:
+def draw(given: Given) -> Figure:
     """Waterfalls of period and step length, and the largest multipliers of each rung."""
+    ladder = given.twin_ladder
     rungs = [rung for rung in ladder.rungs if rung.found]
     figure, panels = plt.subplots(1, 3, figsize=(style.TWO_COLUMNS, 3.4), sharey=True, width_ratios=(1.1, 1.1, 1.0))
     changes = ladder.changes()
@@ -54,14 +58,9 @@ def waterfall(axes: Axes, first: float, changes: list[float]) -> None:
         if abs(change) < THIN * span:
             axes.plot([end, end], [row - 0.275, row + 0.275], color=style.TWIN, linewidth=1.0)
         ahead = change >= 0
-        axes.text(
-            max(begin, end) + 0.04 * span if ahead else min(begin, end) - 0.04 * span,
-            row,
-            f"{change:+.2f}" if abs(change) >= 5e-3 else "0.00",
-            va="center",
-            ha="left" if ahead else "right",
-            fontsize=6.5,
-        )
+        place = max(begin, end) + 0.04 * span if ahead else min(begin, end) - 0.04 * span
+        words = f"{change:+.2f}" if abs(change) >= 5e-3 else "0.00"
+        axes.text(place, row, words, va="center", ha="left" if ahead else "right", fontsize=6.5)
 
 
 def multipliers(axes: Axes, rungs: list[RungGait]) -> None:
@@ -79,3 +78,7 @@ def multipliers(axes: Axes, rungs: list[RungGait]) -> None:
         axes.plot(*zip(*sideways, strict=True), "D", color=style.SECOND, markersize=3.5, label="largest out of it: yaw")
     axes.set_xlim(-1.2, 1.2)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.0), fontsize=6)
+
+
+def caption(given: Given) -> str:
+    return f"What each detail does to a step: {given.twin_ladder.summary()}."

@@ -1,27 +1,16 @@
-"""Every figure of the study, drawn from made-up results: nothing in it changes when the models do."""
+"""A made-up result of every stage that figures show: nothing in it changes when the models do."""
 
 from __future__ import annotations
 
-import numpy as np
-from made_up import DEFAULTS, make_agreement, make_budget, make_study, make_walk, scaled
+from types import SimpleNamespace
 
-from stages.comparison.figures import (
-    error_budget,
-    extremes,
-    figure_02,
-    figure_04,
-    figure_05,
-    figure_06,
-    figure_07,
-    figure_08,
-    figure_10,
-    figure_16,
-    tradeoff,
-    twin_ladder,
-    twin_pushes,
-)
+import numpy as np
+
+from stages.comparison.hip_motion import HipDifference
 from stages.comparison.stride import last_stride
 from stages.extremes.result import Result as Extremes
+from stages.figures.drawn import figure, given_to
+from stages.figures.parameters import Settings
 from stages.tradeoff.result import Errors, Reference, Row
 from stages.tradeoff.result import Result as Tradeoff
 from stages.twin.walking.snapshots import Snapshots
@@ -29,6 +18,29 @@ from stages.twin_ladder.result import COMPLETED, RungGait
 from stages.twin_ladder.result import Result as Ladder
 from stages.twin_pushes.result import PushedWalk
 from stages.twin_pushes.result import Result as Pushes
+from tests.comparison.made_up import DEFAULTS, make_agreement, make_budget, make_study, make_walk, scaled
+
+
+def analytic(frequency=2.0718):
+    """A walk, and a gait that is not that of the walk."""
+    gait = SimpleNamespace(period_s=0.5, step_frequency_hz=frequency, step_length_m=0.16, double_stance_s=4e-3)
+    return SimpleNamespace(walk=make_walk(), gait=gait)
+
+
+def multibody():
+    """A walk a little slower, and a cycle that is not that of the walk."""
+    cycle = SimpleNamespace(
+        step_frequency_hz=2.0, step_length_m=0.161, peak_normal_force=768.0, largest_penetration=3.1e-5,
+        double_stance_s=5e-3, speed_m_s=0.33, period_s=0.5,
+    )  # fmt: skip
+    return SimpleNamespace(walk=make_walk(period=0.51), cycle=cycle)
+
+
+def twin():
+    """The walk of the multibody model, with three poses."""
+    settling = SimpleNamespace(step_frequency_hz=2.04, step_length_m=0.159, steps_to_settle=1)
+    walk = make_walk(period=0.51)
+    return SimpleNamespace(walk=walk, snapshots=poses(walk), settling=settling)
 
 
 def poses(walk):
@@ -96,27 +108,41 @@ def extreme_points():
     return Extremes("full", ("tree",) * count, axis, value, none, status, number, number, none, none)
 
 
-def figures(factor=1.0):
-    """How to draw each figure, by name; all data times a factor."""
+def imu():
+    """One run of seven strides, each a little larger than the last."""
+    signals = last_stride(make_walk(), 101).signals
+    return SimpleNamespace(runs=(SimpleNamespace(strides=np.stack([signals * (1 + 0.01 * i) for i in range(-3, 4)])),))
 
-    def times(value):
-        return scaled(value, factor)
 
-    analytic, other = times(make_walk()), times(make_walk(period=0.51))
-    stride = last_stride(analytic, 101)
-    strides = np.stack([stride.signals * (1 + 0.01 * i) for i in range(-3, 4)])
-    return {
-        figure_02.NAME: lambda: figure_02.draw(analytic, other),
-        figure_04.NAME: lambda: figure_04.draw(times(DEFAULTS)),
-        figure_05.NAME: lambda: figure_05.draw(times(make_study()), analytic),
-        figure_06.NAME: lambda: figure_06.draw(times(make_study()), analytic),
-        figure_07.NAME: lambda: figure_07.draw(other, 0.083, np.radians(2)),
-        figure_08.NAME: lambda: figure_08.draw(analytic, other, 1.0, (3e-4, 5e-3)),
-        figure_10.NAME: lambda: figure_10.draw(other, times(poses(other))),
-        figure_16.NAME: lambda: figure_16.draw(strides, make_agreement("synthetic"), stride, last_stride(other, 101)),
-        error_budget.NAME: lambda: error_budget.draw(times(make_budget())),
-        extremes.NAME: lambda: extremes.draw(times(extreme_points())),
-        tradeoff.NAME: lambda: tradeoff.draw(times(ways())),
-        twin_ladder.NAME: lambda: twin_ladder.draw(times(ladder())),
-        twin_pushes.NAME: lambda: twin_pushes.draw(times(pushes())),
-    }
+def comparison(origin="synthetic"):
+    """Agreement of runs of that origin, and differences of the hips within the paper's."""
+    same_start = HipDifference(np.array([1.9e-4, 4e-5]), np.array([3.8e-3, 3.9e-3]))
+    return SimpleNamespace(models=SimpleNamespace(same_start=same_start), measurement=make_agreement(origin))
+
+
+def parameters():
+    """A design on a slope of 2 degrees, and pictures of few pixels."""
+    return SimpleNamespace(
+        biped=SimpleNamespace(foot_radius=0.083), slope=SimpleNamespace(angle=np.radians(2)), contact=DEFAULTS,
+        settings=Settings(3e-4, 5e-3, 101, 80),
+    )  # fmt: skip
+
+
+def results(**other):
+    """All of them by the stages' names, `other` ones in their place."""
+    made_up = {
+        "analytic": analytic, "multibody": multibody, "contact_study": make_study, "error_budget": make_budget,
+        "twin": twin, "twin_ladder": ladder, "twin_pushes": pushes, "tradeoff": ways, "extremes": extreme_points,
+        "imu": imu, "comparison": comparison,
+    }  # fmt: skip
+    return {name: make() for name, make in made_up.items()} | other
+
+
+def given(name, factor=1.0, **other):
+    """What the figure `name` is given of the made-up results, all numbers times a factor."""
+    return scaled(given_to(name, parameters(), results(**other)), factor)
+
+
+def drawn(name, factor=1.0, **other):
+    """The figure `name` of the made-up results."""
+    return figure(name).draw(given(name, factor, **other))
