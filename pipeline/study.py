@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
+from pathlib import Path, PurePath
 from types import ModuleType
 from typing import Any
 
@@ -51,8 +51,12 @@ class Study:
 
     @cached_property
     def code_root(self) -> Path:
-        """The folder that holds the package of stages: the study's own, or else the installed one."""
-        return home_of(self.package, self.root)
+        """The folder that holds the package of stages: the study's own if dvc.yaml lists code of it, else installed.
+
+        A folder that only has the same name, beside a study laid out by `init`, is not taken for it.
+        """
+        listed = {PurePath(path).parts[0] for stage in self.graph.stages.values() for path in stage.code}
+        return home_of(self.package, self.root if self.package in listed else None)
 
     @cached_property
     def sources(self) -> Sources:
@@ -113,7 +117,7 @@ class Study:
         full = f"{self.package}.{stage}.{name}"
         if self.sources.file(full) is None:
             return None
-        importable(self.code_root)
+        importable(self.package, self.code_root)
         try:
             return stage_module(self.package, stage, name)
         except (ImportError, AttributeError, SyntaxError, NameError, TypeError) as error:

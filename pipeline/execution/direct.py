@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipeline.cache import artefact
+from pipeline.cache import artefact, durable
 from pipeline.errors import ArtefactError
+from pipeline.execution.inputs import given
+from pipeline.execution.job import named_files
 from pipeline.stage_modules import result_class, stage_module
 from pipeline.study import Study, shown
 
@@ -17,16 +19,15 @@ class Direct:
         self.study, self.stage = study, study.graph.stages[stage]
         content = self._content(self.stage.artefact)
         self.key = artefact.provenance(content, self.stage.artefact)["key"]
-        self.result = self._decoded(self.stage.artefact)
+        self.result = artefact.decode(content, result_class(study.package, stage), self.stage.artefact)
 
     def run(self, parameters: Any) -> Any:
         """The stage's result with these parameters, from the inputs as they lie there. Raises what the stage raises."""
-        inputs = {path.rsplit("/", 1)[-1].removesuffix(".h5"): self._decoded(path) for path in self.stage.inputs}
-        return stage_module(self.study.package, self.stage.name, "run").run(parameters, inputs)
-
-    def _decoded(self, path: str) -> Any:
-        name = path.rsplit("/", 1)[-1].removesuffix(".h5")
-        return artefact.decode(self._content(path), result_class(self.study.package, name), path)
+        package = self.study.package
+        files = {path: (str(self.study.store.place(path)), durable.digest(self._content(path)))
+                 for path in self.stage.inputs}  # fmt: skip
+        inputs, _ = given(package, self.stage, parameters, named_files(self.study, parameters), files)
+        return stage_module(package, self.stage.name, "run").run(parameters, inputs)
 
     def _content(self, path: str) -> bytes:
         place = self.study.store.place(path)

@@ -149,8 +149,7 @@ class _Loading:
                 values[name] = value_of(entries[name], field, kind)
             except Refused as refused:
                 complete = False
-                gap = "" if refused.reason.startswith(("[", ":")) else " "
-                self._problem(file, refused.line, f"{name}{gap}{refused.reason}", name)
+                self._problem(file, refused.line, refused.of(name), name)
         if not complete:
             return None
         instance = self._decided(cls(**values), file, entries)

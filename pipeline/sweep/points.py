@@ -23,7 +23,7 @@ class Points(Sequence[Point]):
         self._grids = [axis.values() for axis in spec.axes.values()] if spec.kind == "grid" else []
 
     def __len__(self) -> int:
-        return self._spec.count
+        return self._spec.size
 
     def __getitem__(self, index: Any) -> Any:
         spec = self._spec
@@ -55,8 +55,8 @@ def _shares(spec: Spec) -> np.ndarray | None:
 
     random = np.random.default_rng(spec.seed)
     if spec.kind == "monte_carlo":
-        return random.random((spec.count, len(spec.axes)))
+        return random.random((spec.size, len(spec.axes)))
     from scipy.stats import qmc
 
-    drawn: np.ndarray = qmc.LatinHypercube(d=len(spec.axes), seed=random).random(spec.count)
+    drawn: np.ndarray = qmc.LatinHypercube(d=len(spec.axes), seed=random).random(spec.size)
     return drawn

@@ -32,7 +32,7 @@ def load(stage: str, study: str | Path | None = None) -> Any:
     place = found.store.place(found.graph.stage(stage).artefact)
     if not place.exists():
         raise StudyError(f"{shown(place)} is not there yet; make it with: bipedstudy run {stage}")
-    importable(found.code_root)
+    importable(found.package, found.code_root)
     return artefact.load(place, result_class(found.package, stage))
 
 
