@@ -80,6 +80,9 @@ class Asked:
 
     def each(self, function: Callable[[Any], Any], arguments: Sequence[Any]) -> Iterator[tuple[int, Any]]:
         """Number of an argument and the function's answer: first those kept from before, then as they get ready."""
+        if self._study.borrowed:
+            raise StudyError("the parts of this answer are kept in a study's results: ask inside a study, or say with "
+                             "--results where they go")  # fmt: skip
         path = self._study.store.folder / "questions" / f"{self._key(function)}.jsonl"
         keys = [durable.digest(pickle.dumps(argument)) for argument in arguments]
         try:
