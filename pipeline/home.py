@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 from functools import cache
 from pathlib import Path
 
@@ -18,6 +17,8 @@ def home() -> Path:
     """Folder that holds dvc.yaml, params/ and requirements/. Raises `StudyError` if the installation is incomplete."""
     if (_ENGINE.parent / _MARK).is_file():
         return _ENGINE.parent
+    import importlib.metadata
+
     for file in importlib.metadata.files(DISTRIBUTION) or ():
         if file.name == _MARK:
             return Path(str(file.locate())).resolve().parent

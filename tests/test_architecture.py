@@ -44,8 +44,7 @@ def _covers(dep, file):
     return file == dep or file.startswith(dep + "/")
 
 
-@pytest.mark.xfail(strict=False, reason="the stages' Inputs come with the next merge; then this line goes")
-@pytest.mark.parametrize("name", STAGES)
+@pytest.mark.parametrize("name", [name for name in STAGES if name != "comparison"])  # its Inputs are under way
 def test_declared_inputs_are_those_that_the_stage_names(name):
     wanted = getattr(stage_module("stages", name, "run"), "Inputs", None)
     parameters = stage_module("stages", name, "parameters").Parameters

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import random
 import signal
 import time
 from pathlib import Path
@@ -105,6 +106,16 @@ def test_stages_that_no_point_touches_are_computed_once_and_shared(toy):
     _, columns = run(toy, "stage: bounce\nkind: grid\nvary: {ground.contact_stiffness: [1, 2e5]}\n")
     assert (toy.root / "results/fall.h5").exists()
     assert columns["force"] == pytest.approx([4.905, 4.905 * 2e5], rel=1e-12)
+
+
+@pytest.mark.parametrize("varied", ["side.seed: [3, 4, 3, 5]", "picture.title: [a, b, c, d]"])
+def test_files_of_stages_above_reach_every_point(toy, varied):
+    """Made with the point or before all of them, `side.bin` is there as a file, and it is the right one."""
+    toy.edit("PACKAGE/picture/run.py", "    title =", "    raise ValueError(inputs.side.read_bytes()[0])\n    title =")
+    _, columns = run(toy, f"stage: picture\nkind: grid\nvary: {{{varied}}}\n", workers=1)
+    seeds = columns.get("side.seed", [3] * 4)
+    expected = [f"ValueError: {random.Random(int(seed)).randrange(1000) % 256} (run.py:" for seed in seeds]
+    assert [reason.rpartition(":")[0] + ":" for reason in columns["reason"]] == expected
 
 
 def test_failures_are_rows_with_reasons(toy):
