@@ -44,7 +44,6 @@ def _covers(dep, file):
     return file == dep or file.startswith(dep + "/")
 
 
-@pytest.mark.xfail(strict=False, reason="the stages' Inputs come with the next merge; then this line goes")
 @pytest.mark.parametrize("name", STAGES)
 def test_declared_inputs_are_those_that_the_stage_names(name):
     wanted = getattr(stage_module("stages", name, "run"), "Inputs", None)
