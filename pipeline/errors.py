@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 FAILED = 1
 BAD_INPUT = 2
-ANSWER = 3  # what was asked cannot be, for a reason the stage gives: no gait, for example
+ANSWER = 3  # what was asked cannot be, for a reason the stage gives: no solution, for example
 
 
 class StudyError(Exception):
@@ -39,7 +39,7 @@ class ArtefactError(StudyError):
 
 
 def is_answer(error: BaseException, package: str) -> bool:
-    """Whether a stage raised one of its own exceptions: a reasoned refusal such as "no gait", not a defect."""
+    """Whether a stage raised one of its own exceptions: a reasoned refusal such as "no solution", not a defect."""
     return type(error).__module__.split(".")[0] == package
 
 

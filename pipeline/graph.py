@@ -134,7 +134,7 @@ def _parameters(
             if path.suffix != ".yaml" or path.parent.as_posix() != "params" or not isinstance(keys, (list, type(None))):
                 problems.append(
                     f"{where}:{item.line}: stage {name}: params must be lines like "
-                    f'"params/ground.yaml: [gravity]" or "params/biped.yaml:" for the whole file'
+                    f'"params/ground.yaml: [gravity]" or "params/ground.yaml:" for the whole file'
                 )
             else:
                 files[path.stem] = None if keys is None else tuple(str(key) for key in keys)

@@ -1,4 +1,4 @@
-"""The study this program comes with: the checkout it runs from, or what its wheel has installed."""
+"""The study this program comes with: the checkout it runs from, or what was installed with it."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """`--set file.key=value`: one parameter changed for one command, without touching its file.
 
-A table's entry is reached by its row: `--set twin.parts.2.mass=0.1` (rows count from 0).
+A table's entry is reached by its row: `--set fall.parts.2.mass=0.1` (rows count from 0).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pipeline.errors import StudyError, nearest
 from pipeline.parameters import yaml_text
 from pipeline.parameters.yaml_text import Node
 
-_FORM = "the form is --set file.key=value, for example --set biped.hip_mass=0.4"
+_FORM = "the form is --set file.key=value, for example --set ground.gravity=9.81"
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from stages.biped.quantity import Bound
-from stages.biped.question import Answer, Question, WrongOption, interval, option
+from toystages.body.quantity import Bound
+from toystages.body.question import Answer, Question, WrongOption, interval, option
 
 
 class NoNumber(ValueError):
