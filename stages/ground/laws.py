@@ -17,7 +17,7 @@ from stages.ground.stribeck import Stribeck
 #: `force(penetration, rate, ops)` [N], never negative, and zero out of contact: penetration [m] is positive in contact,
 #: its rate in m/s. At rest every law carries eq. (9)'s spring force k_c p^e.
 NORMAL_FORCES: dict[str, Any] = {"impact": Impact, "restitution": Restitution}
-#: `coefficient(speed, ops)` of a foot that slides with this speed [m/s], not negative. Below the stiction velocity every
+#: `coefficient(speed, ops)` of a foot that slides with this speed [m/s], not negative. Below the stiction velocity each
 #: law lets the foot creep alike, see `stages.ground.friction`.
 FRICTIONS: dict[str, Any] = {"stribeck": Stribeck, "coulomb": Coulomb, "none": Frictionless}
 
