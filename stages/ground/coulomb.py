@@ -1,4 +1,4 @@
-"""Coulomb friction: one coefficient, whatever the slip."""
+"""Coulomb friction: one coefficient, whatever the slip; or none."""
 
 from __future__ import annotations
 
@@ -22,3 +22,18 @@ class Coulomb(NamedTuple):
     def coefficient(self, speed: Any, ops: Operations) -> Any:
         """Friction coefficient of a sliding foot."""
         return self.static
+
+
+class Frictionless(NamedTuple):
+    """The coefficient, which is zero."""
+
+    zero: float = 0.0
+
+    @classmethod
+    def of(cls, contact: ContactLaw) -> Frictionless:
+        """It needs nothing of these parameters (but machine code wants no tuple to be empty)."""
+        return cls()
+
+    def coefficient(self, speed: Any, ops: Operations) -> Any:
+        """Friction coefficient of a sliding foot."""
+        return self.zero
