@@ -1,1 +1,1 @@
-"""Runs the study: reads parameters, finds what is stale, runs stages, keeps results. Knows nothing of what the study is about."""
+"""Runs the study: reads parameters, finds what is stale, runs stages, keeps results. Knows nothing of its subject."""

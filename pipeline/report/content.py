@@ -1,6 +1,7 @@
 """What the report says, gathered from the results folder: only files that are as their stage made them.
 
-The engine knows nothing of what the study is about: words come from claims.yaml and captions.yaml, pictures from results/figures.
+The engine knows nothing of a study's subject: words come from claims.yaml and captions.yaml, pictures from
+results/figures.
 How long a stage took stands in the cache's manifests, never in the results.
 """
 

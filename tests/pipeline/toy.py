@@ -86,7 +86,8 @@ class Toy:
 def written(root: Path, package: str) -> Toy:
     """A toy study in `root` whose stages are the package of this name; the words they declare with are their own."""
     sources = {source.relative_to(TEMPLATE).as_posix(): source for source in TEMPLATE.rglob("*.*")}
-    words = {f"{TEMPLATE_PACKAGE}/body/{name}.py": HOME / f"stages/biped/{name}.py" for name in ("quantity", "question")}
+    own = f"{TEMPLATE_PACKAGE}/body"
+    words = {f"{own}/{name}.py": HOME / f"stages/biped/{name}.py" for name in ("quantity", "question")}
     for name, source in {**sources, **words}.items():
         if source.is_file() and "__pycache__" not in source.parts:
             path = root / name.replace(TEMPLATE_PACKAGE, package)
