@@ -31,7 +31,7 @@ from stages.twin.parameters import SIGNALS as SPATIAL_SIGNALS
 
 ROOT = Path(__file__).resolve().parent.parent
 MARK = "<!-- default scenes -->"
-WALKING, READ = ("multibody", "twin", "campaign", "imu", "comparison"), (
+WALKING, READ = ("multibody", "twin", "campaign", "imu", "comparison", "figures"), (
     "analytic", "contact_study", "error_budget", "twin_ladder", "twin_pushes", "tradeoff", "extremes")  # fmt: skip
 #: The ramp is made long enough for the twin's 14 steps.
 EVERYTHING = (

@@ -28,6 +28,12 @@ class StageFailed(StudyError):
     exit_code = FAILED
 
 
+class Stopped(StudyError):
+    """Somebody stopped it; the sentence says what is kept."""
+
+    exit_code = 130
+
+
 class ArtefactError(StudyError):
     """A file of results that cannot be read: truncated, edited, or made by something else."""
 

@@ -14,7 +14,7 @@ FILE_NAME = "dvc.yaml"
 _KEYS = ("cmd", "deps", "params", "outs")
 _RESULTS = "results"
 #: Files and folders in results/ that no stage makes.
-_OWN = ("differences", "log", "log.jsonl", "report.html", "sweeps", "README.md")
+_OWN = ("differences", "drawn", "log", "log.jsonl", "report.html", "sweeps", "README.md")
 
 
 @dataclass(frozen=True)

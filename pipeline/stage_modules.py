@@ -4,8 +4,13 @@ A stage is a folder of the package of stages. The engine knows these modules in 
 `result` must be there:
 
 `parameters` (class `Parameters`), `result` (class `Result`), `run` (class `Inputs` if it reads results, function
-`run`), `questions` (what it can be asked at the command line), `request` (an option that decides settings of other
-stages), `warnings` (sentences about parameters before a run), `compiled` (where its machine code is kept).
+`run`), `questions` (a folder: each file is a `QUESTION` for the command line), `request` (an option that decides
+settings of other stages), `warnings` (sentences about parameters before a run), `compiled` (`cache_folder()` of its
+machine code; `is_cold()`: whether it must be compiled first; `COMPILING`: what to say then).
+
+The stage that makes results/figures has `drawn`, so that a figure can be drawn alone: the `NAMES` of all,
+`figure(name).INPUTS` (the results that it shows, by the stems of their files), and `draw(name, parameters, results)`,
+which gives its files, by path in the results folder, and its caption.
 """
 
 from __future__ import annotations

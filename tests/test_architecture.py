@@ -44,7 +44,7 @@ def _covers(dep, file):
     return file == dep or file.startswith(dep + "/")
 
 
-@pytest.mark.parametrize("name", [name for name in STAGES if name != "comparison"])  # its Inputs are under way
+@pytest.mark.parametrize("name", STAGES)
 def test_declared_inputs_are_those_that_the_stage_names(name):
     wanted = getattr(stage_module("stages", name, "run"), "Inputs", None)
     parameters = stage_module("stages", name, "parameters").Parameters

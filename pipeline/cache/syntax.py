@@ -76,6 +76,8 @@ def _parse(source: bytes) -> Meaning:
             imports += [(alias.name, ()) for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             imports.append((node.module, tuple(alias.name for alias in node.names)))
+        elif isinstance(node, ast.Name) and node.id == "__path__":  # a package that lists its own folder: "" is itself
+            imports.append(("", ("*",)))
         elif isinstance(node, ast.Attribute) and node.attr == "__doc__":
             reads_docstrings = True
     if not reads_docstrings:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import queue
 import signal
 import subprocess
 import sys
@@ -14,7 +13,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from pipeline.errors import StageFailed
 from pipeline.execution.job import Job, Task, packed
 from pipeline.home import engine
 
@@ -92,23 +90,6 @@ class Worker:
                 if isinstance(message, dict) and message.keys() & _KINDS:
                     tell(message)
         tell({})
-
-
-def computed(job: Job, task: Task, folder: Path) -> Message:
-    """What one point of a job comes to, in a worker of its own. Raises `StageFailed` if it fails."""
-    messages: queue.SimpleQueue[Message] = queue.SimpleQueue()
-    worker = Worker(job, folder, messages.put)
-    try:
-        worker.compute([task])
-        while message := messages.get():
-            if "done" in message:
-                done: Message = message["done"]
-                return done
-            if "failed" in message:
-                raise StageFailed(f"stage {job.stages[-1].name}: {message['failed']['text']}")
-        raise StageFailed(f"stage {job.stages[-1].name}: {worker.end(dying=True)}")
-    finally:
-        worker.end()
 
 
 def end_group() -> None:

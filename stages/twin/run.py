@@ -54,14 +54,12 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     record = simulate_twin(machine, slope, contact, start, settings, ramp=ramp, tree=tree)
     progress(0.8, "sampling the walk")
     times = refined_times(
-        float(record.time[-1]), settings.sampling_rate_hz, find_events(record, machine.feet).heel_strike_time
+        float(record.time[-1]), settings.sampling_rate_hz, find_events(record).heel_strike_time
     )
-    signals = sample(
-        record, machine, biped, slope, contact, times, settings.hip_socket, settings.foot_socket, settings.signals
-    )
+    signals = sample(record, times, settings)
     strikes = signals.walk.heel_strike_time
     last_step = tuple(strikes[-2:]) if len(strikes) > 1 else ()
-    closed = energy_balance(record, machine, slope, contact, *last_step) if last_step else EnergyBalance(*[np.nan] * 6)
+    closed = energy_balance(record, *last_step) if last_step else EnergyBalance(*[np.nan] * 6)
     return Result(
         outcome=record.outcome,
         reason=record.reason,
@@ -69,7 +67,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         signals=signals,
         settling=settling(record, signals.walk),
         energy=closed,
-        snapshots=snapshots(record, machine, pose_times(signals.walk)),
+        snapshots=snapshots(record, pose_times(signals.walk)),
         parts=tuple(part_row(part) for part in settings.parts),
         sums=tuple(SumRow(what, found, wanted) for what, found, wanted in sums(settings.parts, biped)),
         solver_steps=len(record.time) - 1,

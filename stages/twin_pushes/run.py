@@ -58,7 +58,7 @@ def pushed_walk(record: Record, machine: Machine, kind: str, unit: str, size: fl
     q = record.at(times)[0]
     roll_left = yaw_left = float("nan")
     if record.completed:
-        strikes = find_events(record, machine.feet).heel_strike_time
+        strikes = find_events(record).heel_strike_time
         late = record.time >= strikes[-3]
         roll_left = float(np.abs(record.position[late, ROLL]).max())
         yaw_left = float(record.position[-1, YAW])

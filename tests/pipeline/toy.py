@@ -98,5 +98,6 @@ def with_commands(root: Path) -> Toy:
     study = written(root, "stages")
     (root / "stages/biped").mkdir()
     (root / "stages/biped/__init__.py").touch()
-    shutil.copyfile(HOME / "stages/biped/quantity.py", root / "stages/biped/quantity.py")
+    for name in ("quantity.py", "question.py"):
+        shutil.copyfile(HOME / "stages/biped" / name, root / "stages/biped" / name)
     return study

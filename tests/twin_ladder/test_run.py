@@ -99,7 +99,7 @@ def test_the_twins_walk_settles_to_the_last_rung_at_the_rates_of_its_multipliers
     solver = dataclasses.replace(parameters.twin, tolerance=1e-8)
     start = rolling_start(machine, parameters.contact, ROUGH, 9.4)
     record = simulate_twin(machine, parameters.slope, parameters.contact, start, solver, steps=41)
-    periods = np.diff(find_events(record, machine.feet).heel_strike_time)
+    periods = np.diff(find_events(record).heel_strike_time)
     assert 0.5 * (periods[-1] + periods[-2]) == pytest.approx(twin.period_s, abs=2e-5)
     change = (periods[2:] - periods[:-2])[6:24]  # of the same pair from stride to stride
     weight = 0.7 ** -np.arange(16.0)

@@ -9,13 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import friction_slope
 from stages.ground.normal_force import normal_force
 from stages.ground.slope import Slope
-from stages.multibody.assembly.contact import SYMBOLS, symbolic_user_function
+from stages.multibody.assembly.contact import SYMBOLS, add_connector, symbolic_user_function
 from stages.multibody.assembly.quiet_exudyn import items, symbolic
 from stages.twin.machine.contact import SLIDE
 from stages.twin.machine.machine import Machine
@@ -66,13 +64,7 @@ class ConnectorTree(SpatialTree):
                 circle = items.MarkerKinematicTreeRigid(
                     objectNumber=self.tree, linkNumber=SLIDE[leg], localPosition=[0.0, float(radius - length), float(z)]
                 )
-                connector = items.ObjectConnectorRigidBodySpringDamper(
-                    markerNumbers=[plane, self.mbs.AddMarker(circle)],
-                    stiffness=np.zeros((6, 6)),
-                    damping=np.zeros((6, 6)),
-                    springForceTorqueUserFunction=self.laws[-1],
-                )
-                self.edges[leg // 2].append(self.mbs.AddObject(connector))
+                self.edges[leg // 2].append(add_connector(self.mbs, plane, circle, self.laws[-1]))
 
     def set_in_play(self, pair: int, acts: bool) -> None:
         """Let the ground act on a pair's feet, or not."""
