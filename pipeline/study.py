@@ -93,13 +93,13 @@ class Study:
         """What the stages' modules `warnings` say of parameters (stage -> parameters) before a run."""
         return [sentence for module in self.offered("warnings") for sentence in module.warnings(values)]
 
-    def named_files(self, values: Any) -> dict[str, tuple[Path, str]]:
+    def named_files(self, values: Any) -> dict[str, tuple[str, str]]:
         """Files that a stage's parameters name: key -> (file, its SHA-256). Raises `StudyError` for a missing one."""
         found = {}
         for key, (section, name) in loading.files(values).items():
             path = self.root / name
             where = f"{shown(self.params)}/{section}.yaml: {key} = {json.dumps(name)}"
-            found[key] = path, Digests(self.store.folder / "digests.json").digest(path, where)
+            found[key] = str(path), Digests(self.store.folder / "digests.json").digest(path, where)
         return found
 
     def parameters_class(self, stage: Stage) -> type | None:

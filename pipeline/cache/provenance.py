@@ -32,7 +32,7 @@ def _asked(parts: Ingredients, request: Any) -> str:
 
 
 def parameter_text(files: Mapping[str, Mapping[str, Any]]) -> str:
-    """Parameters as lines `ball.mass = 0.316`; a table has a line for each row."""
+    """Parameters as lines `ground.gravity = 9.81`; a table has a line for each row."""
     lines = []
     for file, values in files.items():
         for key, value in values.items():

@@ -7,7 +7,6 @@ from typing import Any
 from pipeline.cache import artefact, durable
 from pipeline.errors import ArtefactError
 from pipeline.execution.inputs import given
-from pipeline.execution.job import named_files
 from pipeline.stage_modules import result_class, stage_module
 from pipeline.study import Study, shown
 
@@ -26,7 +25,7 @@ class Direct:
         package = self.study.package
         files = {path: (str(self.study.store.place(path)), durable.digest(self._content(path)))
                  for path in self.stage.inputs}  # fmt: skip
-        inputs, _ = given(package, self.stage, parameters, named_files(self.study, parameters), files)
+        inputs, _ = given(package, self.stage, parameters, self.study.named_files(parameters), files)
         return stage_module(package, self.stage.name, "run").run(parameters, inputs)
 
     def _content(self, path: str) -> bytes:

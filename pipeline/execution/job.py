@@ -56,12 +56,7 @@ def job_of(study: Study, parts: Ingredients, files: Mapping[str, File]) -> Job:
 
 def task_of(study: Study, values: Mapping[str, Any], index: int = 0) -> Task:
     """The task to compute the stages in `values` (name -> parameters) as point number `index`."""
-    return index, packed({name: (each, named_files(study, each)) for name, each in values.items()})
-
-
-def named_files(study: Study, values: Any) -> dict[str, File]:
-    """The files that a stage's parameters name, by key. Raises `StudyError` for a missing one."""
-    return {key: (str(path), sha256) for key, (path, sha256) in study.named_files(values).items()}
+    return index, packed({name: (each, study.named_files(each)) for name, each in values.items()})
 
 
 def packed(value: Any) -> str:

@@ -12,7 +12,7 @@ from typing import Any
 
 from pipeline.cache import durable, fingerprint
 from pipeline.errors import StudyError
-from pipeline.execution.job import Job, beneath, named_files
+from pipeline.execution.job import Job, beneath
 from pipeline.parameters import loading
 from pipeline.parameters.overrides import Override, applied, parsed
 from pipeline.parameters.value import Refused, broken_rules, checked, declared, shown, with_unit
@@ -45,7 +45,7 @@ class Chain:
     def key(self, values: Mapping[str, Any]) -> str:
         """What the result of a point is known by: code, versions, inputs and every parameter of the touched stages."""
         plain = {name: loading.as_plain(value) for name, value in values.items()}
-        named = {name: {key: sha for key, (_, sha) in named_files(self.study, value).items()}
+        named = {name: {key: sha for key, (_, sha) in self.study.named_files(value).items()}
                  for name, value in values.items() if loading.files(value)}  # fmt: skip
         text = json.dumps([plain, named], sort_keys=True, separators=(",", ":"))
         return durable.digest(text.encode())[:32]

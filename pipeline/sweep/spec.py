@@ -7,6 +7,7 @@ import json
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -45,7 +46,7 @@ class Spec:
         default=600.0)  # fmt: skip
     name: str = ""
 
-    @property
+    @cached_property
     def axes(self) -> dict[str, Axis]:
         """The varied parameters with what they run over; none in a list."""
         return {name: Choice(over) if isinstance(over, tuple) else over for name, over in (self.vary or {}).items()}
@@ -60,7 +61,7 @@ class Spec:
         """The fixed changes as texts for `--set`."""
         return tuple(f"{name}={json.dumps(value)}" for name, value in (self.set or {}).items())  # JSON is YAML
 
-    @property
+    @cached_property
     def size(self) -> int:
         """How many points there are."""
         if self.kind == "grid":

@@ -211,9 +211,9 @@ vary:
 @pytest.mark.parametrize("kind", ["latin_hypercube", "monte_carlo"])
 def test_drawn_points_repeat_with_their_seed_and_keep_to_their_limits(tmp_path, kind):
     spec = spec_of(tmp_path, DRAWN.format(kind=kind))
-    points = Points(spec)[:]
-    assert points == Points(spec)[:]
-    assert points != Points(spec_of(tmp_path, DRAWN.format(kind=kind).replace("seed: 5", "seed: 6")))[:]
+    points = list(Points(spec))
+    assert points == list(Points(spec))
+    assert points != list(Points(spec_of(tmp_path, DRAWN.format(kind=kind).replace("seed: 5", "seed: 6"))))
     heights = np.array([point["fall.height"] for point in points])
     assert heights.min() >= 1 and heights.max() <= 100
     assert {point["fall.steps"] for point in points} == {1, 2, 3, 4}
@@ -225,7 +225,7 @@ def test_drawn_points_repeat_with_their_seed_and_keep_to_their_limits(tmp_path, 
 
 def test_normal_values_have_their_mean_and_deviation(tmp_path):
     text = "stage: fall\nkind: latin_hypercube\ncount: 4000\nseed: 1\nvary: {fall.height: {mean: 5, deviation: 0.5}}\n"
-    drawn = np.array([point["fall.height"] for point in Points(spec_of(tmp_path, text))[:]])
+    drawn = np.array([point["fall.height"] for point in Points(spec_of(tmp_path, text))])
     assert drawn.mean() == pytest.approx(5, abs=2e-3) and drawn.std() == pytest.approx(0.5, rel=5e-3)
 
 
