@@ -133,3 +133,12 @@ def test_the_toy_study_runs_where_stages_cannot_be_imported(tmp_path):
     assert done.stdout.strip() == str(["computed"] * 4), done.stderr
     blocked = subprocess.run([sys.executable, "-c", "import stages"], env=environment, text=True, capture_output=True)
     assert "stages was imported" in blocked.stderr
+
+
+def test_the_page_on_results_names_every_artefact_and_figure():
+    page = (ROOT / "results/README.md").read_text(encoding="utf-8")
+    outs = [out.removeprefix("results/") for stage in STAGES.values() for out in stage.outs]
+    figures = [path.stem for path in (ROOT / "stages/figures/drawn").glob("[!_]*.py")]
+    assert [name for name in [*outs, *figures] if f"`{name}" not in page] == []
+    named = re.findall(r"^\| `([a-z_0-9.]+)`", page, re.M)
+    assert [name for name in named if name not in {*outs, *figures, "report.html"}] == []
