@@ -18,6 +18,10 @@ _WORDS = {
 }
 
 
+#: Reasons that are named; after an update of the program there may be hundreds.
+_SHOWN = 5
+
+
 @click.command("status")
 @options.own_study
 @options.as_json
@@ -43,4 +47,10 @@ def print_survey(
         options.print_json(rows)
         return
     for row in rows:
-        click.echo(f"{row['stage']:<12} {row['state']:<9} {'; '.join(row['reasons'])}".rstrip())
+        click.echo(f"{row['stage']:<12} {row['state']:<9} {in_short(row['reasons'])}".rstrip())
+
+
+def in_short(reasons: list[str]) -> str:
+    """The first reasons, and how many more there are."""
+    more = f"; and {len(reasons) - _SHOWN} more" if len(reasons) > _SHOWN else ""
+    return "; ".join(reasons[:_SHOWN]) + more
