@@ -9,6 +9,7 @@ import numpy as np
 
 from stages.analytic.compiled import Numbers
 from stages.analytic.model import equations as eq
+from stages.analytic.model.kinds import Rigid
 from stages.analytic.model.walker import Walker
 from stages.analytic.phases.coulomb_guard import slip_speed
 from stages.analytic.phases.flow import DOUBLE_STANCE
@@ -50,9 +51,10 @@ def quadrature(walker: Walker, segment: Segment, power: Callable[[np.ndarray], n
 
 def damper_loss(walker: Walker, segment: Segment) -> float:
     """Integral of b (dL_1^2 + dL_2^2) over a segment, dimensionless."""
-    if walker.rigid:
+    p = walker.p
+    if isinstance(p, Rigid):
         return 0.0
-    return quadrature(walker, segment, lambda states: walker.p[6] * (states[:, 5] ** 2 + states[:, 7] ** 2))
+    return quadrature(walker, segment, lambda states: p.b * (states[:, 5] ** 2 + states[:, 7] ** 2))
 
 
 def friction_loss(walker: Walker, segment: Segment) -> float:
@@ -70,7 +72,7 @@ def friction_loss(walker: Walker, segment: Segment) -> float:
 
 def audit(walker: Walker, segments: list[Segment], advance: float) -> EnergyAudit:
     """Audit of the segments of one periodic step that advances by `advance` leg lengths."""
-    work = walker.p[8] * advance  # all mass moves down the slope by one step; heights above it repeat
+    work = walker.p.g_x * advance  # all mass moves down the slope by one step; heights above it repeat
     dampers = sum(damper_loss(walker, segment) for segment in segments)
     sliding = sum(friction_loss(walker, segment) for segment in segments)
     impact = 0.0
