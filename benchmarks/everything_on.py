@@ -17,7 +17,7 @@ import re
 import tempfile
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,7 @@ from stages.twin.parameters import SIGNALS as SPATIAL_SIGNALS
 
 ROOT = Path(__file__).resolve().parent.parent
 MARK = "<!-- default scenes -->"
-WALKING, READ = ("multibody", "twin", "campaign", "imu", "comparison"), (
+WALKING, READ = ("multibody", "twin", "campaign", "imu", "comparison", "figures"), (
     "analytic", "contact_study", "error_budget", "twin_ladder", "twin_pushes", "tradeoff", "extremes")  # fmt: skip
 #: The ramp is made long enough for the twin's 14 steps.
 EVERYTHING = (
@@ -83,8 +83,10 @@ def made(results: Path, settings: tuple[str, ...], folder: Path) -> Made:
         found[name] = artefact.decode(path.read_bytes(), cls, str(path))
     seconds = {}
     for name in WALKING:
-        run = importlib.import_module(f"stages.{name}.run").run
-        found[name], seconds[name] = timed(lambda run=run, name=name: run(values[name], found))
+        stage = importlib.import_module(f"stages.{name}.run")
+        read = {field.name: found[field.name] for field in fields(stage.Inputs) if field.name in found}
+        inputs = stage.Inputs(**read)
+        found[name], seconds[name] = timed(lambda run=stage.run, name=name, given=inputs: run(values[name], given))
         if name == "campaign":
             path = folder / "measurements.sqlite"
             path.write_bytes(found[name].files[path.name])

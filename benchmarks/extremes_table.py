@@ -1,4 +1,4 @@
-"""Keeps the map of extremes: docs/extremes.csv, .md, .png and pipeline/extremes_table.json, from the full artefact.
+"""Keeps the map of extremes: docs/extremes.csv, .md, .png and the table of `stages.extremes.envelope`.
 
 Run first: bipedstudy run extremes --set extremes.resolution=full --set extremes.processes=2
 Then: python -m benchmarks.extremes_table [results/extremes.h5]
@@ -14,20 +14,21 @@ import sys
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
-from pipeline import envelope as warned
 from pipeline.cache.artefact import load
 from pipeline.parameters import loading
-from stages.comparison.figures import extremes
 from stages.drawing import style
+from stages.extremes import warnings as warned
 from stages.extremes.engines import COULOMB, GAIT, JOINTS, MARCH, TOGETHER, TREE, TWIN, USUAL
-from stages.extremes.envelope import REACH, place_of
+from stages.extremes.envelope.place import REACH, place_of
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import points
 from stages.extremes.result import Result, Table
 from stages.extremes.run import in_words
 from stages.extremes.verdict import CRASHED, HUNG, REFUSED, WRONG
+from stages.figures.drawn import extremes
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
@@ -131,7 +132,7 @@ def main(path: Path) -> None:
     tables = [*result.tables(), marches, *([listed] if defects else [])]
     (DOCS / "extremes.md").write_text(words + "".join(markdown(table) for table in tables), encoding="utf-8")
     with style.drawing():
-        pictures = style.pictures("extremes", extremes.draw(result), 150)
+        pictures = style.pictures("extremes", extremes.draw(SimpleNamespace(extremes=result)), 150)
     (DOCS / "extremes.png").write_bytes(pictures["figures/extremes.png"])
 
 

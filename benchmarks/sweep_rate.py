@@ -19,7 +19,7 @@ from typing import Any
 from pipeline.execution.display import Display
 from pipeline.study import locate
 from pipeline.sweep import spec as specs
-from pipeline.sweep.progress import Silence, duration
+from pipeline.sweep.progress import duration
 from pipeline.sweep.sweep import Sweep
 
 SPEC = """
@@ -73,7 +73,7 @@ def main() -> None:
             spec = Path(folder, "rate.yaml")
             spec.write_text(SPEC.format(count=count))
             study = locate(results=folder)
-            summary = Sweep(study, specs.read(spec), Display()).run(Path(folder, "t.h5"), workers, client, Silence)
+            summary = Sweep(study, specs.read(spec), Display()).run(Path(folder, "t.h5"), workers, client)
         used = own_seconds() - own
         others = (machine_seconds() - busy - used) / ((time.monotonic() - began) * (os.cpu_count() or 1))
         rate = summary.computed_now / summary.seconds

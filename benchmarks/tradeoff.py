@@ -1,6 +1,6 @@
 """Speed against accuracy of all ways this study can walk, in clock time; keeps the tables that accuracy requests read.
 
-    python -m benchmarks.tradeoff            measures (some minutes), writes pipeline/accuracy_table.json and the page
+    python -m benchmarks.tradeoff            measures (some minutes), writes stages/tradeoff/accuracy/table.json, page
     python -m benchmarks.tradeoff twin       measures one kind of model anew: constraint, penalty or twin
     python -m benchmarks.tradeoff --page     writes docs/tradeoff.md and docs/tradeoff.png from the kept table alone
 
@@ -22,21 +22,21 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from pipeline.accuracy import MARGIN
 from pipeline.cache import artefact
 from pipeline.parameters.loading import load
 from stages.analytic.gait.poincare import poincare_map
 from stages.analytic.result import Result as Analytic
-from stages.comparison.figures import tradeoff
 from stages.drawing import style
+from stages.figures.drawn import tradeoff
 from stages.tradeoff import constraint_ways
+from stages.tradeoff.accuracy.choice import MARGIN
 from stages.tradeoff.parameters import Parameters
 from stages.tradeoff.plan import constraint_plans, penalty_plans, twin_plan
 from stages.tradeoff.result import ERRORS, Errors, Reference, Result, Row, cells, front, gain
 from stages.tradeoff.run import measure
 
 ROOT = Path(__file__).resolve().parent.parent
-KEPT, PAGE = ROOT / "pipeline/accuracy_table.json", ROOT / "docs/tradeoff.md"
+KEPT, PAGE = ROOT / "stages/tradeoff/accuracy/table.json", ROOT / "docs/tradeoff.md"
 #: Rounds end when they have taken this much processor time [s].
 LONG = 0.4
 PACKAGES = ("exudyn", "numba", "numpy", "scipy")
@@ -94,6 +94,15 @@ def about() -> dict[str, Any]:
     versions = {name: importlib.metadata.version(name) for name in PACKAGES}
     return {"made": datetime.date.today().isoformat(), "machine": f"{platform.machine()}, {platform.system()}, {cpu()}",
             "versions": {"python": platform.python_version(), **versions}}
+
+
+def as_text(table: dict[str, Any]) -> str:
+    """The kept table as JSON, a measured row a line."""
+    parts = []
+    for key, value in table.items():
+        rows = ",\n".join(f"  {json.dumps(row, allow_nan=False)}" for row in value) if isinstance(value, list) else ""
+        parts.append(f' "{key}": ' + (f"[\n{rows}\n ]" if rows else json.dumps(value, allow_nan=False)))
+    return "{\n" + ",\n".join(parts) + "\n}\n"
 
 
 def merged(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
@@ -215,12 +224,12 @@ def main() -> None:
     for kind in () if given.page else given.kinds or KINDS:
         new = finite(measured(kind))
         old = json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else {}
-        KEPT.write_text(json.dumps(merged(old, new), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        KEPT.write_text(as_text(merged(old, new)), encoding="utf-8")
     kept = json.loads(KEPT.read_text(encoding="utf-8"))
     PAGE.write_text(page(kept), encoding="utf-8")
     with style.drawing():
         result, times = as_result(kept)
-        figure = tradeoff.draw(result, times, "time of a step [yardsticks]")
+        figure = tradeoff.work_and_precision(result, times, "time of a step [yardsticks]")
         PAGE.with_suffix(".png").write_bytes(style.pictures("x", figure, 200)["figures/x.png"])
 
 

@@ -1,4 +1,4 @@
-"""The command `bipedstudy`: finds the command's module when it is asked for, and turns errors into sentences."""
+"""The command `bipedstudy`: finds a command's module, or a stage's question, and turns errors into sentences."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 
 import click
 
-from pipeline.errors import BAD_INPUT, FAILED, StudyError
+from pipeline.errors import BAD_INPUT, FAILED, Stopped, StudyError, nearest
 
 _COMMANDS = {
     "run-all": "run_all",
@@ -22,45 +22,67 @@ _COMMANDS = {
     "claims": "claims",
     "report": "report",
     "figures": "figures",
-    "ingest": "ingest",
-    "gait": "gait",
-    "continue": "continue_gait",
-    "basin": "basin",
-    "design": "design",
     "sweep": "sweep",
     "init": "init",
     "doctor": "doctor",
 }
-_INTERRUPTED = 130
 
 
 class _Commands(click.Group):
-    """Loads a command's module, `pipeline.commands.<name>`, only when it is used."""
+    """Loads a command's module, `pipeline.commands.<name>`, only when it is used; other names are stages' questions."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names in the order of use."""
-        return list(_COMMANDS)
+        """Names in the order of use, then the questions."""
+        return [*_COMMANDS, *_questions()[0]]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """The command, or None for an unknown name."""
-        if cmd_name not in _COMMANDS:
-            return None
-        command: click.Command = importlib.import_module(f"pipeline.commands.{_COMMANDS[cmd_name]}").command
-        return command
+        if cmd_name in _COMMANDS:
+            command: click.Command = importlib.import_module(f"pipeline.commands.{_COMMANDS[cmd_name]}").command
+            return command
+        from pipeline.questions import command as questions
+
+        known, _ = _questions()
+        return questions.command(*known[cmd_name]) if cmd_name in known else None
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         """As click does, with the nearest name for a misspelt one."""
         if args and not args[0].startswith("-") and args[0] not in _COMMANDS:
-            from pipeline.errors import nearest
-
-            raise StudyError(f'there is no command "{args[0]}"{nearest(args[0], _COMMANDS)} (see bipedstudy --help)')
+            known, broken = _questions()
+            if args[0] not in known:
+                hint = nearest(args[0], (*_COMMANDS, *known))
+                raise StudyError([f'there is no command "{args[0]}"{hint} (see bipedstudy --help)', *broken])
         return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """The commands, then the questions of each stage."""
+        known, broken = _questions()
+        parts = {"Commands": list(_COMMANDS)}
+        for name, (stage, _) in known.items():
+            parts.setdefault(f"Questions to stage {stage}", []).append(name)
+        for title, names in parts.items():
+            commands = [(name, self.get_command(ctx, name)) for name in names]
+            room = formatter.width - 6 - max(len(name) for name in names)
+            with formatter.section(title):
+                formatter.write_dl([(name, item.get_short_help_str(room)) for name, item in commands if item])
+        formatter.write_text("\n".join(broken))
+
+
+def _questions() -> tuple[dict[str, tuple[str, Any]], Any]:
+    """What the stages of the study at hand can be asked, and sentences on what cannot be used."""
+    from pipeline.questions import command as questions
+    from pipeline.study import locate
+
+    try:
+        return questions.offered(locate(), frozenset(_COMMANDS))
+    except StudyError as error:  # commands that need the study say so themselves
+        return {}, error.sentences
 
 
 @click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(package_name="bipedstudy")
 def cli() -> None:
-    """Reproducible study of a passive biped walker.
+    """Bring a study of stages up to date, and ask its stages questions.
 
     Parameters stand in params/*.yaml, stages in dvc.yaml, results in results/. Start with `bipedstudy run-all`.
     """
@@ -83,7 +105,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     except click.ClickException as error:
         code = _say([error.format_message()], BAD_INPUT)
     except (KeyboardInterrupt, click.Abort):
-        code = _say(["stopped; everything computed before is kept"], _INTERRUPTED)
+        code = _say(["stopped; everything computed before is kept"], Stopped.exit_code)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         code = 0

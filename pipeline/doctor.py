@@ -12,10 +12,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from pipeline.home import home
 from pipeline.study import Study, shown
 
 GOOD, WARNING, BAD = "good", "warning", "bad"
-_LOCK = Path(__file__).resolve().parent.parent / "requirements/study.txt"
 _LEAST_FREE_MB, _WISHED_FREE_MB = 100, 1000
 _SHOWN_DIFFERENCES = 5
 
@@ -32,11 +32,12 @@ class Finding:
 def examine(study: Study) -> Iterator[Finding]:
     """Look at everything, in the order in which trouble is most likely."""
     yield exudyn()
-    yield versions(_LOCK)
-    yield writable("results folder", study.results)
+    yield versions(home() / "requirements/study.txt")
+    if not study.borrowed:
+        yield writable("results folder", study.results)
     yield writable("temporary folder", Path(tempfile.gettempdir()))
     yield from compiled(study)
-    yield free_space(study.results)
+    yield free_space(Path.cwd() if study.borrowed else study.results)
     count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     yield Finding("cores", GOOD, f"{count}")
 
@@ -97,17 +98,16 @@ def writable(what: str, folder: Path) -> Finding:
 
 
 def compiled(study: Study) -> Iterator[Finding]:
-    """Whether the analytic stage's machine code is on disk already."""
-    try:
-        folder = importlib.import_module(f"{study.package}.analytic.compiled").cache_folder()
-    except ImportError:
-        return
-    yield writable("compile cache folder", folder)
-    count = sum(1 for _ in folder.rglob("*.nbi"))
-    if count:
-        yield Finding("compile cache", GOOD, f"warm: {count} compiled functions")
-    else:
-        yield Finding("compile cache", WARNING, "cold: the first use of the analytic stage compiles for some minutes")
+    """Whether the machine code of stages that compile (those with a module `compiled`) is on disk already."""
+    for module in study.offered("compiled"):
+        folder = module.cache_folder()
+        yield writable("compile cache folder", folder)
+        count = sum(1 for _ in folder.rglob("*.nbi"))
+        if count:
+            yield Finding("compile cache", GOOD, f"warm: {count} compiled functions")
+        else:
+            stage = module.__name__.split(".")[1]
+            yield Finding("compile cache", WARNING, f"cold: the first use of stage {stage} compiles it")
 
 
 def free_space(folder: Path) -> Finding:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 FAILED = 1
 BAD_INPUT = 2
-ANSWER = 3  # what was asked cannot be, for a reason the stage gives: no gait, for example
+ANSWER = 3  # what was asked cannot be, for a reason the stage gives: no solution, for example
 
 
 class StudyError(Exception):
@@ -28,12 +28,18 @@ class StageFailed(StudyError):
     exit_code = FAILED
 
 
+class Stopped(StudyError):
+    """Somebody stopped it; the sentence says what is kept."""
+
+    exit_code = 130
+
+
 class ArtefactError(StudyError):
     """A file of results that cannot be read: truncated, edited, or made by something else."""
 
 
 def is_answer(error: BaseException, package: str) -> bool:
-    """Whether a stage raised one of its own exceptions: a reasoned refusal such as "no gait", not a defect."""
+    """Whether a stage raised one of its own exceptions: a reasoned refusal such as "no solution", not a defect."""
     return type(error).__module__.split(".")[0] == package
 
 

@@ -13,6 +13,8 @@ from pipeline.parameters import yaml_text
 FILE_NAME = "dvc.yaml"
 _KEYS = ("cmd", "deps", "params", "outs")
 _RESULTS = "results"
+#: Files and folders in results/ that no stage makes.
+_OWN = ("differences", "drawn", "log", "log.jsonl", "report.html", "sweeps", "README.md")
 
 
 @dataclass(frozen=True)
@@ -107,8 +109,10 @@ def _paths(name: str, key: str, entry: dict[str, yaml_text.Node], where: str, pr
         if isinstance(item.value, str):
             path = PurePosixPath(item.value)
             paths.append(path.as_posix())
-            if path.is_absolute() or ".." in path.parts or (key == "outs" and not _is_result(paths[-1])):
+            if not _is_inside(item.value) or (key == "outs" and not _is_result(paths[-1])):
                 problems.append(f"{where}:{item.line}: stage {name}: {key}: {item.value} lies outside the study")
+            elif key == "outs" and _is_own(path):
+                problems.append(f"{where}:{item.line}: stage {name}: outs: {item.value} is this program's own place")
         else:
             problems.append(f"{where}:{item.line}: stage {name}: {key} must be a list of plain paths")
     return tuple(paths)
@@ -119,14 +123,18 @@ def _parameters(
 ) -> dict[str, tuple[str, ...] | None]:
     """File stem -> keys, or None for every key of the file. Entries look like `params/ground.yaml: [gravity]`."""
     files: dict[str, tuple[str, ...] | None] = {}
-    for item in entry["params"].value if "params" in entry else []:
+    listed = entry["params"].value if "params" in entry else []
+    if not isinstance(listed, list):
+        problems.append(f"{where}:{entry['params'].line}: stage {name}: params must be a list")
+        return {}
+    for item in listed:
         pairs: dict[str, Any] = item.plain() if isinstance(item.value, dict) else {str(item.value): None}
         for file, keys in pairs.items():
             path = PurePosixPath(file)
             if path.suffix != ".yaml" or path.parent.as_posix() != "params" or not isinstance(keys, (list, type(None))):
                 problems.append(
                     f"{where}:{item.line}: stage {name}: params must be lines like "
-                    f'"params/ground.yaml: [gravity]" or "params/biped.yaml:" for the whole file'
+                    f'"params/ground.yaml: [gravity]" or "params/ground.yaml:" for the whole file'
                 )
             else:
                 files[path.stem] = None if keys is None else tuple(str(key) for key in keys)
@@ -137,13 +145,31 @@ def _is_result(path: str) -> bool:
     return path.startswith(_RESULTS + "/")
 
 
+def _is_inside(path: str) -> bool:
+    """Whether a path stays inside the study on every platform: no root, drive, step up, nor a sign that none allows."""
+    pure = PurePosixPath(path)
+    return not (pure.is_absolute() or ".." in pure.parts or any(sign in path for sign in '\\:*?"<>|\0'))
+
+
+def _is_own(path: PurePosixPath) -> bool:
+    """Whether a path in results/ is kept for what this program itself writes there."""
+    first = path.parts[1] if len(path.parts) > 1 else ""
+    return first.startswith(".") or first in _OWN
+
+
 def _check_paths(stages: list[Stage], where: str) -> None:
     maker: dict[str, str] = {}
     problems = []
     for stage in stages:
         for out in stage.outs:
             if out in maker:
-                problems.append(f"{where}: {out} is made by both {maker[out]} and {stage.name}")
+                both = f"both {maker[out]} and {stage.name}" if maker[out] != stage.name else f"{stage.name} twice"
+                problems.append(f"{where}: {out} is made by {both}")
+            problems += [
+                f"{where}: {out} of stage {stage.name} and {other} of stage {maker[other]} lie in each other"
+                for other in maker
+                if other.startswith(f"{out}/") or out.startswith(f"{other}/")
+            ]
             maker[out] = stage.name
     for stage in stages:
         problems += [

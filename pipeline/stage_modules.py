@@ -4,8 +4,13 @@ A stage is a folder of the package of stages. The engine knows these modules in 
 `result` must be there:
 
 `parameters` (class `Parameters`), `result` (class `Result`), `run` (class `Inputs` if it reads results, function
-`run`), `questions` (what it can be asked at the command line), `requests` (options that decide other stages' settings),
-`warnings` (sentences about parameters before a run).
+`run`), `questions` (a folder: each file is a `QUESTION` for the command line), `request` (an option that decides
+settings of other stages), `warnings` (sentences about parameters before a run), `compiled` (`cache_folder()` of its
+machine code; `is_cold()`: whether it must be compiled first; `COMPILING`: what to say then).
+
+The stage that makes results/figures has `drawn`, so that a figure can be drawn alone: the `NAMES` of all,
+`figure(name).INPUTS` (the results that it shows, by the stems of their files), and `draw(name, parameters, results)`,
+which gives its files, by path in the results folder, and its caption.
 """
 
 from __future__ import annotations
@@ -18,6 +23,7 @@ from types import ModuleType
 from typing import Any
 
 from pipeline.errors import StudyError
+from pipeline.home import engine
 
 
 def stage_module(package: str, stage: str, name: str) -> ModuleType:
@@ -31,16 +37,18 @@ def result_class(package: str, stage: str) -> Any:
 
 
 def home_of(package: str, code_root: Path | None) -> Path:
-    """The folder that holds the package: `code_root` if it does, else where it is installed. Raises `StudyError`."""
-    if code_root is not None and (code_root / package).is_dir():
-        return code_root
+    """The folder that holds the package: `code_root`, or else this program's, or where it is. Raises `StudyError`."""
+    for folder in (code_root, engine()):
+        if folder is not None and (folder / package).is_dir():
+            return folder
     spec = importlib.util.find_spec(package)
     if spec is None or not spec.submodule_search_locations:
         raise StudyError(f'{code_root or "here"}: there is no package "{package}" to take the stages from')
     return Path(next(iter(spec.submodule_search_locations))).parent
 
 
-def importable(code_root: Path) -> None:
-    """Let the package under `code_root` be imported."""
-    if str(code_root) not in sys.path:
-        sys.path.insert(0, str(code_root))
+def importable(package: str, home: Path) -> None:
+    """Let the package under `home` be imported, before any other of its name."""
+    spec = importlib.util.find_spec(package)
+    if spec is None or str(home / package) not in (spec.submodule_search_locations or ()):
+        sys.path.insert(0, str(home))

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+import json
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
+from pathlib import Path, PurePath
 from types import ModuleType
 from typing import Any
 
-from pipeline import accuracy, graph
-from pipeline.accuracy import Choice
-from pipeline.cache import durable
+from pipeline import graph
 from pipeline.cache.closure import Sources
+from pipeline.cache.regular import Digests
 from pipeline.cache.store import Store
 from pipeline.cache.syntax import SyntaxMemo
 from pipeline.errors import StudyError
 from pipeline.graph import Graph, Stage
+from pipeline.home import home
 from pipeline.parameters import loading
 from pipeline.parameters.value import declared
 from pipeline.stage_modules import home_of, importable, stage_module
@@ -25,14 +26,18 @@ from pipeline.stage_modules import home_of, importable, stage_module
 
 @dataclass(frozen=True)
 class Study:
-    """Where everything is. `settings` are the texts given to `--set`, `accuracy` that given to `--accuracy`."""
+    """Where everything is. `settings` are the texts given to `--set`, `asked` those given to requests, by name.
+
+    A `borrowed` study is not the user's: it was taken because there is none around the working folder.
+    """
 
     root: Path
     params: Path
     results: Path
     settings: tuple[str, ...] = ()
     package: str = "stages"
-    accuracy: str = ""
+    asked: tuple[tuple[str, str], ...] = ()
+    borrowed: bool = False
 
     @cached_property
     def graph(self) -> Graph:
@@ -46,8 +51,12 @@ class Study:
 
     @cached_property
     def code_root(self) -> Path:
-        """The folder that holds the package of stages: the study's own, or else the installed one."""
-        return home_of(self.package, self.root)
+        """The folder that holds the package of stages: the study's own if dvc.yaml lists code of it, else installed.
+
+        A folder that only has the same name, beside a study laid out by `init`, is not taken for it.
+        """
+        listed = {PurePath(path).parts[0] for stage in self.graph.stages.values() for path in stage.code}
+        return home_of(self.package, self.root if self.package in listed else None)
 
     @cached_property
     def sources(self) -> Sources:
@@ -67,24 +76,30 @@ class Study:
         if problems:
             raise StudyError(problems)
         classes = [cls for cls in known.values() if cls is not None]
-        return loading.load(self.params, self.settings, wanted, classes, shown(self.params), self.accuracy)
+        return loading.load(self.params, self.settings, wanted, classes, shown(self.params),
+                            self.requests, dict(self.asked))  # fmt: skip
 
-    def choice(self, name: str, values: Any) -> Choice | None:
-        """The solver settings chosen for a stage's own walk, or None where no accuracy is asked of it."""
-        own = next((section for section in vars(values).values() if name == section.FILE), None)
-        if name not in accuracy.FILES or getattr(own, "accuracy", accuracy.CUSTOM) == accuracy.CUSTOM:
-            return None
-        return accuracy.choose(name, own)
+    @cached_property
+    def requests(self) -> tuple[ModuleType, ...]:
+        """Options that decide settings, as the stages' modules `request` declare them; see `pipeline.requests`."""
+        return self.offered("request")
 
-    def named_files(self, values: Any) -> dict[str, tuple[Path, str]]:
+    def offered(self, name: str) -> tuple[ModuleType, ...]:
+        """The modules called `name` of all stages that have one, in the graph's order."""
+        found = (self.module(stage, name) for stage in self.graph.stages)
+        return tuple(module for module in found if module is not None)
+
+    def warnings(self, values: Mapping[str, Any]) -> list[str]:
+        """What the stages' modules `warnings` say of parameters (stage -> parameters) before a run."""
+        return [sentence for module in self.offered("warnings") for sentence in module.warnings(values)]
+
+    def named_files(self, values: Any) -> dict[str, tuple[str, str]]:
         """Files that a stage's parameters name: key -> (file, its SHA-256). Raises `StudyError` for a missing one."""
         found = {}
         for key, (section, name) in loading.files(values).items():
             path = self.root / name
-            content = durable.read(path)
-            if content is None:
-                raise StudyError(f'{shown(self.params)}/{section}.yaml: {key} = "{name}": there is no such file')
-            found[key] = path, durable.digest(content)
+            where = f"{shown(self.params)}/{section}.yaml: {key} = {json.dumps(name)}"
+            found[key] = str(path), Digests(self.store.folder / "digests.json").digest(path, where)
         return found
 
     def parameters_class(self, stage: Stage) -> type | None:
@@ -102,7 +117,7 @@ class Study:
         full = f"{self.package}.{stage}.{name}"
         if self.sources.file(full) is None:
             return None
-        importable(self.code_root)
+        importable(self.package, self.code_root)
         try:
             return stage_module(self.package, stage, name)
         except (ImportError, AttributeError, SyntaxError, NameError, TypeError) as error:
@@ -114,20 +129,20 @@ def locate(
     results: str | None = None,
     settings: Iterable[str] = (),
     start: Path | None = None,
-    accuracy: str = "",
 ) -> Study:
-    """The study around the folder `start` (default: the working folder), else the checkout this package stands in."""
+    """The study around the folder `start` (default: the working folder), else the one this program comes with.
+
+    That one is *borrowed*: unless a results folder is given, nothing may be written for it.
+    """
     here = (start or Path.cwd()).resolve()
-    home = Path(__file__).resolve().parent.parent
-    root = next((folder for folder in (here, *here.parents, home) if (folder / graph.FILE_NAME).is_file()), None)
-    if root is None:
-        raise StudyError(f"there is no {graph.FILE_NAME} in {here} or above it; run this inside a study")
+    around = next((folder for folder in (here, *here.parents) if (folder / graph.FILE_NAME).is_file()), None)
+    root = around or home()
     return Study(
         root,
         Path(params).absolute() if params else root / "params",
         Path(results).absolute() if results else root / "results",
         tuple(settings),
-        accuracy=accuracy,
+        borrowed=around is None and results is None,
     )
 
 

@@ -20,7 +20,9 @@ import numpy as np
 
 from pipeline.errors import ArtefactError
 
-FORMAT = "bipedstudy artefact 1"
+#: The form of artefacts: a program reads those of its own number and below.
+_FORM, _NEWEST = "bipedstudy artefact", 1
+FORMAT = f"{_FORM} {_NEWEST}"
 _PROVENANCE = "provenance"
 _SHORT = 8
 _ATTRIBUTES = ("unit", "symbol", "description")
@@ -103,10 +105,15 @@ def _opened(content: bytes, name: str) -> Any:
     except OSError:
         what = "is empty" if not content else "is truncated or not an HDF5 file"
         raise ArtefactError(f"{name}: {what}; it cannot be read as an artefact of this study") from None
-    if file.attrs.get("format") != FORMAT:
-        file.close()
-        raise ArtefactError(f'{name}: an HDF5 file, but not an artefact of this study (its format is not "{FORMAT}")')
-    return file
+    form, _, number = str(file.attrs.get("format", "")).rpartition(" ")
+    if form == _FORM and number.isdecimal() and 0 < int(number) <= _NEWEST:
+        return file
+    file.close()
+    if form == _FORM and number.isdecimal() and int(number) > _NEWEST:
+        raise ArtefactError(
+            f"{name}: made by a newer version of this program (format {number}); this one reads up to {_NEWEST}"
+        )
+    raise ArtefactError(f'{name}: an HDF5 file, but not an artefact of this study (its format is not "{FORMAT}")')
 
 
 @cache

@@ -47,7 +47,8 @@ class Sources:
     def closure(self, modules: Iterable[str]) -> Closure:
         """Everything `modules` import, at any depth and also inside functions, with the packages around them.
 
-        Files beside them that are not Python (style sheets, templates, tables) belong to it as well.
+        A package whose `__init__` reads its `__path__` is a register: it imports every module of its folder. Files
+        beside modules that are not Python (style sheets, templates, tables) belong to the closure as well.
         """
         known: Known = {} if self._held is None else self._held
         files: dict[str, str] = {}
@@ -64,14 +65,15 @@ class Sources:
                 continue
             file, meaning = found
             files[file] = meaning.tree
-            for level, name, names in meaning.imports:
-                target = _absolute(module, _is_package(file), level, name)
+            for name, names in meaning.imports:
+                target = name or module
                 if target.split(".")[0] != self.package:
-                    foreign.update({target.split(".")[0]} - {""})
+                    foreign.add(target.split(".")[0])
                     continue
                 waiting.extend(_with_parents(target))
                 beneath = self._read(target, known)
-                if beneath is not None and _is_package(beneath[0]):  # in case the names are modules
+                if beneath is not None and beneath[0].endswith("/__init__.py"):  # in case the names are modules
+                    names = self._modules_beside(beneath[0]) if "*" in names else names
                     waiting.extend(f"{target}.{inner}" for inner in names)
         files.update(self._beside(files))
         return Closure(dict(sorted(files.items())), tuple(sorted(foreign)))
@@ -93,6 +95,10 @@ class Sources:
             )
         return known[module]
 
+    def _modules_beside(self, init: str) -> tuple[str, ...]:
+        """Names that may be modules of a package."""
+        return tuple(path.stem for path in (self.code_root / init).parent.iterdir() if path.name != "__init__.py")
+
     def _beside(self, files: dict[str, str]) -> Iterator[tuple[str, str]]:
         for folder in {(self.code_root / file).parent for file in files}:
             for path in folder.iterdir():
@@ -100,21 +106,8 @@ class Sources:
                     yield path.relative_to(self.code_root).as_posix(), durable.digest(durable.read(path) or b"")
 
 
-def _absolute(module: str, is_package: bool, level: int, name: str) -> str:
-    """Full name of what `from {level dots}{name} import ...` means inside `module`."""
-    if level == 0:
-        return name
-    parts = module.split(".")
-    base = parts[: len(parts) - level + (1 if is_package else 0)]
-    return ".".join([*base, name] if name else base)
-
-
 def _with_parents(target: str) -> Iterator[str]:
     """The module and the packages it lies in."""
     parts = target.split(".")
     for end in range(1, len(parts) + 1):
         yield ".".join(parts[:end])
-
-
-def _is_package(file: str) -> bool:
-    return file.endswith("/__init__.py")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import itertools
+import json
 import os
 from pathlib import Path
 
@@ -54,3 +55,19 @@ def sync_folder(folder: Path) -> None:
 def is_unfinished(path: Path) -> bool:
     """Whether the file was left behind by a `write` that was killed."""
     return path.name.startswith(".") and path.suffix == ".part"
+
+
+def write_sealed(path: Path, body: object) -> None:
+    """Put `body` as JSON at `path`, with a seal that tells damage."""
+    text = json.dumps(body, sort_keys=True)
+    write(path, json.dumps({"seal": digest(text.encode()), "body": body}, sort_keys=True).encode())
+
+
+def read_sealed(path: Path) -> object:
+    """What `write_sealed` wrote; None if there is no such file or it was damaged."""
+    try:
+        stored = json.loads(read(path) or b"")
+        text = json.dumps(stored["body"], sort_keys=True)
+        return stored["body"] if stored["seal"] == digest(text.encode()) else None
+    except (ValueError, KeyError, TypeError, OSError):
+        return None

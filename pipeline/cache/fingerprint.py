@@ -21,8 +21,8 @@ def ingredients(
 ) -> Ingredients:
     """All that the stage's result follows from.
 
-    `parameters` is file -> key -> value; `inputs` is path -> content hash. The code is the import closure of the
-    stage and of the result classes it reads; the writer of artefacts counts as code too.
+    `parameters` is file -> key -> value; `inputs` is path -> content hash. The code is the stage's import closure; the
+    writer of artefacts counts as code too.
     """
     closure = sources.closure(entry_modules(stage, sources.package))
     return {
@@ -37,10 +37,8 @@ def ingredients(
 
 
 def entry_modules(stage: Stage, package: str) -> tuple[str, ...]:
-    """Modules the worker imports for this stage: its own three, and the result classes of its inputs."""
-    own = tuple(f"{package}.{stage.name}.{module}" for module in ("run", "parameters", "result"))
-    read = tuple(f"{package}.{Path(path).stem}.result" for path in stage.inputs if path.endswith(".h5"))
-    return own + read
+    """Modules the worker imports for this stage. The result classes that it reads are imported by its `run`."""
+    return tuple(f"{package}.{stage.name}.{module}" for module in ("run", "parameters", "result"))
 
 
 def key(parts: Ingredients) -> str:

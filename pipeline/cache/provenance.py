@@ -3,39 +3,36 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
-from pipeline import accuracy
 from pipeline.cache import fingerprint
 from pipeline.cache.fingerprint import Ingredients, compact
 
 
-def attributes(parts: Ingredients) -> dict[str, str]:
-    """Attributes of the artefact's group `provenance`: stage, key, parameters, versions, inputs, code."""
+def attributes(parts: Ingredients, requests: Iterable[Any] = ()) -> dict[str, str]:
+    """Attributes of the artefact's group `provenance`: stage, key, parameters, requests, versions, inputs, code."""
     return {
         "stage": parts["stage"],
         "key": fingerprint.key(parts),
         "parameters": parameter_text(parts["parameters"]),
-        **_accuracy(parts),
+        **{request.NAME: said for request in requests if (said := _asked(parts, request))},
         "versions": _lines(parts["versions"]),
         "inputs": _lines(parts["inputs"]),
         "code": json.dumps(parts["code"], indent=1, sort_keys=True),
     }
 
 
-def _accuracy(parts: Ingredients) -> dict[str, str]:
-    """What was asked of the stage's own walk, and the solver settings used for it; nothing where none was asked."""
+def _asked(parts: Ingredients, request: Any) -> str:
+    """What a request asked of the stage, and the settings used for it; nothing where nothing was asked."""
     own = parts["parameters"].get(parts["stage"], {})
-    asked = own.get("accuracy", accuracy.CUSTOM)
-    if parts["stage"] not in accuracy.FILES or asked == accuracy.CUSTOM:
-        return {}
-    used = ", ".join(f"{key} {compact(own[key])}" for key in accuracy.decided(parts["stage"], own))
-    return {"accuracy": f"asked: {compact(asked)}; used: {used}"}
+    keys = request.decided(parts["stage"], own) if parts["stage"] in request.FILES and request.NAME in own else ()
+    used = ", ".join(f"{key} {compact(own[key])}" for key in keys)
+    return f"asked: {compact(own[request.NAME])}; used: {used}" if keys else ""
 
 
 def parameter_text(files: Mapping[str, Mapping[str, Any]]) -> str:
-    """Parameters as lines `biped.hip_mass = 0.316`; a table has a line for each row."""
+    """Parameters as lines `ground.gravity = 9.81`; a table has a line for each row."""
     lines = []
     for file, values in files.items():
         for key, value in values.items():

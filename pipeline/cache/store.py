@@ -111,7 +111,7 @@ class Store:
         return self.entry(record["key"]) if record and record["complete"] else None
 
     def disturbed(self, entry: Entry) -> list[str]:
-        """Files in the results folder that are not as `entry` made them: `results/twin.h5 is missing`."""
+        """Files in the results folder that are not as `entry` made them: `results/fall.h5 is missing`."""
         found = []
         for path, out in entry.outs.items():
             content = durable.read(self.place(path))

@@ -17,10 +17,13 @@ _DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 @dataclass(frozen=True)
 class Meaning:
-    """Hash of a file's syntax tree, and its imports as (level, module, names) in the manner of `from . import x`."""
+    """Hash of a file's syntax tree, and its imports as (module, names) in the manner of `from module import names`.
+
+    Relative imports do not count: a stage with one is refused where it runs, as its key would not know the file.
+    """
 
     tree: str
-    imports: tuple[tuple[int, str, tuple[str, ...]], ...]
+    imports: tuple[tuple[str, tuple[str, ...]], ...]
 
 
 class SyntaxMemo:
@@ -57,8 +60,8 @@ class SyntaxMemo:
 _INTERPRETER = f"{sys.version_info.major}.{sys.version_info.minor} {durable.digest(Path(__file__).read_bytes())}"
 
 
-def _from_json(tree: str, imports: list[tuple[int, str, list[str]]]) -> Meaning:
-    return Meaning(str(tree), tuple((int(level), str(module), tuple(names)) for level, module, names in imports))
+def _from_json(tree: str, imports: list[tuple[str, list[str]]]) -> Meaning:
+    return Meaning(str(tree), tuple((str(module), tuple(names)) for module, names in imports))
 
 
 def _parse(source: bytes) -> Meaning:
@@ -66,13 +69,15 @@ def _parse(source: bytes) -> Meaning:
         tree = ast.parse(source)
     except (SyntaxError, ValueError):
         return Meaning(durable.digest(source), ())
-    imports: list[tuple[int, str, tuple[str, ...]]] = []
+    imports: list[tuple[str, tuple[str, ...]]] = []
     reads_docstrings = False
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            imports += [(0, alias.name, ()) for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            imports.append((node.level, node.module or "", tuple(alias.name for alias in node.names)))
+            imports += [(alias.name, ()) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            imports.append((node.module, tuple(alias.name for alias in node.names)))
+        elif isinstance(node, ast.Name) and node.id == "__path__":  # a package that lists its own folder: "" is itself
+            imports.append(("", ("*",)))
         elif isinstance(node, ast.Attribute) and node.attr == "__doc__":
             reads_docstrings = True
     if not reads_docstrings:

@@ -18,7 +18,7 @@ _KEYS = {"id", "stated", "found", "holds", "why"}
 
 
 @click.command("claims")
-@options.study
+@options.own_study
 @options.as_json
 @click.option("--markdown", is_flag=True, help="Print the README's table.")
 @click.option(

@@ -1,4 +1,4 @@
-"""`bipedstudy init DIR`: a new study for a biped of one's own."""
+"""`bipedstudy init DIR`: a new study of one's own."""
 
 from __future__ import annotations
 
@@ -11,21 +11,9 @@ import click
 
 from pipeline.cache import durable
 from pipeline.errors import StudyError
+from pipeline.graph import FILE_NAME
+from pipeline.home import face, home
 from pipeline.study import shown
-
-_HOME = Path(__file__).resolve().parent.parent.parent
-_README = """# {name}
-
-A study of a biped of your own, made with `bipedstudy init`. It starts with the biped of the paper.
-
-    bipedstudy gait               # the gait of the design in params/biped.yaml
-    bipedstudy run multibody      # the same design in Exudyn
-    bipedstudy run-all            # everything, into results/
-    bipedstudy status             # what is current, and why the rest is not
-
-`params/` holds every value with its unit and source: put yours in, with where they come from. `dvc.yaml` is the graph
-of the stages; their code is the installed package's, so a change of it is noticed by `bipedstudy`, not by `dvc repro`.
-"""
 
 
 @click.command("init")
@@ -37,16 +25,15 @@ def command(folder: Path) -> None:
     """
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise StudyError(f"{shown(folder)}: is there already and not an empty folder; choose another")
-    sources = sorted((_HOME / "params").glob("*.yaml"))
-    if not sources or not (_HOME / "dvc.yaml").is_file():
-        raise StudyError(f"{_HOME}: holds no parameters to start from; install the package with pip install --editable")
+    given = home()
+    readme = (face() / "new_study.md").read_text(encoding="utf-8")
     target = folder.absolute()
     unfinished = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
-        for source in sources:
+        for source in sorted((given / "params").glob("*.yaml")):
             durable.write(unfinished / "params" / source.name, source.read_bytes())
-        durable.write(unfinished / "dvc.yaml", _graph((_HOME / "dvc.yaml").read_text(encoding="utf-8")).encode())
-        durable.write(unfinished / "README.md", _README.format(name=target.name).encode())
+        durable.write(unfinished / FILE_NAME, _graph((given / FILE_NAME).read_text(encoding="utf-8")).encode())
+        durable.write(unfinished / "README.md", readme.format(name=target.name).encode())
         durable.write(unfinished / ".gitignore", b"results/\n")
         if target.exists():
             target.rmdir()
@@ -54,7 +41,7 @@ def command(folder: Path) -> None:
     except BaseException:
         shutil.rmtree(unfinished, ignore_errors=True)
         raise
-    click.echo(f"a new study is in {shown(target)}; next: cd {shown(target)}, edit params/biped.yaml, bipedstudy gait")
+    click.echo(f"a new study is in {shown(target)}; next: cd {shown(target)}, and see its README.md")
 
 
 def _graph(text: str) -> str:

@@ -6,17 +6,23 @@ import dataclasses
 import functools
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import click
 
+from pipeline.errors import StudyError
+from pipeline.graph import FILE_NAME
 from pipeline.study import Study, locate
 
 Command = Callable[..., Any]
 
 
-def study(function: Command) -> Command:
-    """`--params`, `--results` and `--set`; the command gets a `Study` as its first argument."""
+def study(function: Command, *, with_results: bool = False) -> Command:
+    """`--params`, `--results` and `--set`; the command gets a `Study` as its first argument.
+
+    Outside of any study that is the one the program comes with, and the command says so; one `with_results` refuses.
+    """
 
     @click.option("--params", metavar="DIR", help="Folder of the parameter files (default: the study's params).")
     @click.option("--results", metavar="DIR", help="Folder of the results (default: the study's results).")
@@ -24,35 +30,47 @@ def study(function: Command) -> Command:
     @functools.wraps(function)
     def with_study(params: str | None, results: str | None, settings: tuple[str, ...], **options: Any) -> Any:
         found: Study = locate(params, results, settings)
+        if found.borrowed and with_results:
+            raise StudyError(f"there is no {FILE_NAME} in {Path.cwd()} or above it: run this inside a study, lay "
+                             "one out with bipedstudy init DIR, or say with --results where results go")  # fmt: skip
+        if found.borrowed:
+            click.echo("note: not inside a study; this is about the one that bipedstudy comes with", err=True)
         return function(found, **options)
 
     return with_study
 
 
-def accuracy(function: Command) -> Command:
-    """`--accuracy` and `--verify`; the command gets a `Study` that knows the error asked for, and `verify`."""
+own_study = functools.partial(study, with_results=True)
 
-    @click.option("--accuracy", default="", metavar="WORD|KEY=VALUE",
-                  help="Solver settings of every walk for an error: draft, paper, reference, or as "
-                       "hip_position_m=1e-5. Goes before the key accuracy of the parameter files.")
-    @click.option("--verify", is_flag=True,
-                  help="Estimate the hip's error by a second run: the best setting measured at no more than half the "
-                       "cost, or else the next finer one. The estimate is kept beside the artefact, in "
-                       "results/accuracy: an artefact's bytes do not depend on it.")
+
+def requests(function: Command) -> Command:
+    """An option for each request of the study at hand, and `--verify`; the command gets a `Study` that knows them."""
+    try:
+        offered = locate().requests
+    except StudyError:  # said by the command itself, which locates the study again
+        return function
+
     @functools.wraps(function)
-    def with_accuracy(found: Study, accuracy: str, verify: bool, **options: Any) -> Any:
-        asked = dataclasses.replace(found, accuracy=accuracy)
+    def with_requests(found: Study, verify: bool = False, **options: Any) -> Any:
+        texts = {request.NAME: options.pop(request.NAME) for request in offered}
+        asked = dataclasses.replace(found, asked=tuple((name, text) for name, text in texts.items() if text))
         if not verify:
             return function(asked, **options)
-        from pipeline import verification
+        from pipeline.requests import to_verify
+        from pipeline.requests import verify as verify_all
 
-        choices = verification.choices(asked, options.get("stages") or tuple(asked.graph.stages))
+        chosen = to_verify(asked, options.get("stages") or tuple(asked.graph.stages))
         done = function(asked, **options)
         if not options.get("dry_run"):
-            verification.verify(asked, choices, told=not options.get("as_json"))
+            verify_all(asked, chosen, told=not options.get("as_json"))
         return done
 
-    return with_accuracy
+    command: Command = with_requests
+    for request in offered:
+        if hasattr(request, "VERIFY_HELP"):
+            command = click.option("--verify", is_flag=True, help=request.VERIFY_HELP)(command)
+        command = click.option(f"--{request.NAME}", default="", metavar=request.METAVAR, help=request.HELP)(command)
+    return command
 
 
 def running(function: Command) -> Command:

@@ -11,7 +11,7 @@ from pipeline.study import Study, shown
 
 
 @click.command("report")
-@options.study
+@options.own_study
 @click.option(
     "--into", type=click.Path(dir_okay=False, path_type=Path), help="Write FILE (default: results/report.html)."
 )

@@ -10,8 +10,8 @@ from pipeline.study import Study
 
 @click.command("run")
 @click.argument("stages", nargs=-1, required=True, metavar="STAGE...")
-@options.study
-@options.accuracy
+@options.own_study
+@options.requests
 @options.running
 @options.as_json
 def command(

@@ -9,8 +9,8 @@ from pipeline.study import Study
 
 
 @click.command("run-all")
-@options.study
-@options.accuracy
+@options.own_study
+@options.requests
 @options.running
 @options.as_json
 def command(

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import click
 
-from pipeline import envelope
 from pipeline.cache import lock
 from pipeline.commands.options import print_json
 from pipeline.commands.status import print_survey
@@ -38,7 +37,8 @@ def run_stages(
     `afterwards` follows under the same lock; it returns the file it wrote, if any.
     """
     values = study.parameters(names)
-    envelope.warn(study, values)
+    for sentence in study.warnings(values):
+        click.echo(f"warning: {sentence}", err=True)
     if dry_run:
         survey = Planner(study, values).survey(names)
         print_survey(study, survey, as_json, frozenset(forced))

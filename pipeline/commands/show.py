@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import importlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from pipeline import requests
 from pipeline.commands import options
 from pipeline.errors import StudyError, nearest
+from pipeline.stage_modules import result_class
 from pipeline.study import Study, shown
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 @click.command("show")
 @click.argument("artefact")
-@options.study
+@options.own_study
 @options.as_json
 def command(study: Study, artefact: str, as_json: bool) -> None:
     """Print the fields of ARTEFACT, a stage's name or a file, with units, shapes and values, and its tables."""
@@ -35,11 +36,8 @@ def command(study: Study, artefact: str, as_json: bool) -> None:
         options.print_json({"file": shown(path), "fields": [_plain(field) for field in fields], "provenance": about})
         return
     click.echo(f"{shown(path)}: stage {about.get('stage', '?')}, key {about.get('key', '?')}")
-    if "accuracy" in about:
-        from pipeline import verification
-
-        found = verification.kept(study, about.get("stage", ""), about.get("key", ""))
-        click.echo(f"accuracy {about['accuracy']}" if found is None else verification.line(found))
+    for line in requests.kept(study, about):
+        click.echo(line)
     for field in fields:
         click.echo(_line(field))
     for title, columns, rows in _tables(study, content, about.get("stage", ""), shown(path)):
@@ -94,7 +92,7 @@ def _tables(study: Study, content: bytes, stage: str, name: str) -> Any:
 
     if stage not in study.graph.stages or study.parameters_class(study.graph.stages[stage]) is None:
         return ()
-    cls = importlib.import_module(f"{study.package}.{stage}.result").Result
+    cls = result_class(study.package, stage)
     return artefacts.decode(content, cls, name).tables() if hasattr(cls, "tables") else ()
 
 

@@ -19,7 +19,7 @@ _WORDS = {
 
 
 @click.command("status")
-@options.study
+@options.own_study
 @options.as_json
 def command(study: Study, as_json: bool) -> None:
     """Say which stages are current, and why the others are not. Runs nothing."""

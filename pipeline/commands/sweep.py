@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @click.option("--cluster", metavar="ADDRESS", help="Compute on the dask cluster of the scheduler at ADDRESS.")
 @click.option("--dry-run", is_flag=True, help="Say how many points there are and what each computes; run nothing.")
 @click.option("--wait", is_flag=True, help="Wait for another sweep in the same results folder.")
-@options.study
+@options.own_study
 @options.as_json
 def command(
     study: Study,
@@ -44,7 +44,6 @@ def command(
     """
     from pipeline.cache import lock
     from pipeline.execution import display
-    from pipeline.sweep import progress
     from pipeline.sweep import spec as specs
     from pipeline.sweep.sweep import Sweep
 
@@ -59,9 +58,7 @@ def command(
     target = out or sweep.folder / f"{spec.stem}.h5"
     said = " ".join(["bipedstudy", *sys.argv[1:]])
     with lock.held(sweep.folder, shown(sweep.folder), said, wait, shows.note), _client(cluster) as (client, workers):
-        summary = sweep.run(
-            target, workers or jobs or os.cpu_count() or 1, client, lambda total: progress.for_terminal(total, as_json)
-        )
+        summary = sweep.run(target, workers or jobs or os.cpu_count() or 1, client)
     if as_json:
         options.print_json({**dataclasses.asdict(summary), "busy": summary.busy, "table": shown(target)})
     else:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Iterable
 from typing import TextIO
+
+_LINE_EVERY_S = 10.0
 
 
 class Display:
@@ -15,6 +18,9 @@ class Display:
 
     def progress(self, stage: str, fraction: float, what: str) -> None:
         """A running stage reported how far it is."""
+
+    def points(self, done: int, total: int, sentence: str) -> None:
+        """One more point of a sweep is done."""
 
     def finished(self, stage: str, how: str, seconds: float, summary: str) -> None:
         """A stage is up to date."""
@@ -35,11 +41,18 @@ class Lines(Display):
 
     def __init__(self, verbose: bool = False, out: TextIO | None = None) -> None:
         self.verbose, self.out = verbose, out
+        self._said = time.monotonic()
 
     def started(self, stage: str, reasons: Iterable[str]) -> None:
         """Name the reasons."""
         if self.verbose:
             self.say(f"{stage:<12} computing: {'; '.join(reasons)}")
+
+    def points(self, done: int, total: int, sentence: str) -> None:
+        """A line on standard error now and then."""
+        if time.monotonic() - self._said >= _LINE_EVERY_S:
+            self._said = time.monotonic()
+            print(sentence, file=sys.stderr, flush=True)
 
     def finished(self, stage: str, how: str, seconds: float, summary: str) -> None:
         """Time and what was found."""

@@ -11,6 +11,7 @@ import shutil
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.cache import fingerprint
@@ -22,7 +23,9 @@ from pipeline.execution.planning import Assessment, Planner, State
 from pipeline.study import Study, shown
 
 if TYPE_CHECKING:
-    from pipeline.execution.process import Worker
+    from pipeline.execution.process import Message, Worker
+
+_LOG = "stage.log"
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,16 @@ def bring_up_to_date(
     return [run.outcomes[name] for name in values]
 
 
+@dataclass(frozen=True)
+class _Running:
+    """A stage that is being computed: its worker, the folder it writes to, what it was started for, and when."""
+
+    worker: Worker
+    folder: Path
+    assessment: Assessment
+    began: float
+
+
 class _Run:
     """The state of one run: what is done, what is running, what failed."""
 
@@ -65,10 +78,10 @@ class _Run:
         self.study, self.planner, self.display, self.force, self.jobs = study, planner, display, force, jobs
         self.entries: dict[str, Entry] = {}
         self.outcomes: dict[str, Outcome] = {}
-        self.running: dict[str, tuple[Worker, Assessment, float]] = {}
+        self.running: dict[str, _Running] = {}
         self.failures: list[str] = []
         self.codes: list[int] = []
-        self.events: queue.SimpleQueue[tuple[str, dict[str, Any]]] = queue.SimpleQueue()
+        self.events: queue.SimpleQueue[tuple[str, Message]] = queue.SimpleQueue()
         self.log = Log(study.results / "log.jsonl")
 
     def all(self, pending: list[str]) -> None:
@@ -91,9 +104,9 @@ class _Run:
 
     def close(self) -> None:
         """End what still runs and forget its unfinished files."""
-        for worker, _, _ in self.running.values():
-            worker.end()
-            shutil.rmtree(worker.log.parent, ignore_errors=True)
+        for running in self.running.values():
+            running.worker.end()
+            shutil.rmtree(running.folder, ignore_errors=True)
         self.study.sources.memo.save()
         self.display.close()
 
@@ -122,48 +135,51 @@ class _Run:
         self._start(assessment)
 
     def _start(self, assessment: Assessment) -> None:
-        from pipeline.execution.order import order_of
+        from pipeline.execution.job import job_of, task_of
         from pipeline.execution.process import Worker
 
         name, parts, store = assessment.name, assessment.ingredients, self.study.store
         assert parts is not None
         stage = self.study.graph.stages[name]
-        inputs = [
-            (file, str(store.place(file)), above.outs[file].sha256)
+        inputs = {
+            file: (str(store.place(file)), above.outs[file].sha256)
             for path in stage.inputs
             for above in [self.entries[self.study.graph.maker(path)]]
             for file in above.contents(path)
-        ]
+        }
         folder = store.new_folder(fingerprint.key(parts))
-        order = order_of(self.study, self.planner.values[name], parts, folder, inputs)
+        job, task = job_of(self.study, parts, inputs), task_of(self.study, {name: self.planner.values[name]})
         reasons = ("asked for by --force",) if name in self.force else assessment.reasons
         self.display.started(name, reasons)
-        worker = Worker(order, self.study.root, folder / "stage.log", self.events)
-        self.running[name] = worker, assessment, time.monotonic()
+        worker = Worker(job, folder, lambda message: self.events.put((name, message)), folder / _LOG)
+        self.running[name] = _Running(worker, folder, assessment, time.monotonic())
+        worker.compute([task])
 
     def _take_event(self) -> None:
         try:
             name, message = self.events.get(timeout=1.0)
         except queue.Empty:
             return
-        if "progress" in message:
+        if "progress" in message and name in self.running:
             self.display.progress(name, *message["progress"])
+        if "began" in message or "progress" in message or name not in self.running:
             return
-        worker, assessment, began = self.running.pop(name)
-        seconds = time.monotonic() - began
+        running = self.running.pop(name)
+        how = running.worker.end(dying=not message)
+        seconds = time.monotonic() - running.began
         if "done" in message:
-            self._guarded(name, self._keep, worker, assessment, message["done"], seconds)
+            self._guarded(name, self._keep, running.folder, running.assessment, message["done"], seconds)
         else:
-            self._explain(name, worker, message["failed"], seconds)
-        shutil.rmtree(worker.log.parent, ignore_errors=True)
+            self._explain(name, running.folder, message.get("failed", {"kind": "crash", "text": how}), seconds)
+        shutil.rmtree(running.folder, ignore_errors=True)
 
-    def _keep(self, name: str, worker: Worker, assessment: Assessment, done: dict[str, Any], seconds: float) -> None:
+    def _keep(self, name: str, folder: Path, assessment: Assessment, done: Message, seconds: float) -> None:
         assert assessment.ingredients is not None
         outs = {path: Out(**out) for path, out in done["outs"].items()}
         entry = Entry(name, assessment.ingredients, outs, done["summary"], round(seconds, 3))
-        worker.log.unlink(missing_ok=True)
+        (folder / _LOG).unlink(missing_ok=True)
         store = self.study.store
-        if store.keep(worker.log.parent, entry):
+        if store.keep(folder, entry):
             self.display.note(
                 f"{name}: computing it again gave other bytes than before; the stage is not deterministic"
             )
@@ -182,7 +198,7 @@ class _Run:
         if how != "current":
             self.log.add(stage=name, how=how, seconds=round(seconds, 3), key=entry.key, reasons=assessment.reasons)
 
-    def _explain(self, name: str, worker: Worker, failure: dict[str, Any], seconds: float) -> None:
+    def _explain(self, name: str, folder: Path, failure: Message, seconds: float) -> None:
         kind, text = failure["kind"], failure["text"]
         if kind == "answer":
             self._fail(name, f"stage {name}: {text}", ANSWER)
@@ -192,7 +208,8 @@ class _Run:
             self._fail(name, f"stage {name}: it did not finish: {text}; earlier results are unchanged")
         else:
             log = self.study.results / "log" / f"{name}.log"
-            place = f"the full account is in {shown(log)}" if self.log.keep(worker.log, log) else "no log could be kept"
+            kept = self.log.keep(folder / _LOG, log)
+            place = f"the full account is in {shown(log)}" if kept else "no log could be kept"
             self._fail(name, f"stage {name}: {text}; {place}")
         self.log.add(stage=name, how="failed", seconds=round(seconds, 3), text=text)
 

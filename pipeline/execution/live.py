@@ -23,14 +23,20 @@ class Live(Lines):
     def started(self, stage: str, reasons: Iterable[str]) -> None:
         """Open a bar."""
         super().started(stage, reasons)
-        if self._bars is None:
-            self._bars = _bars()
-            self._bars.start()
-        self._tasks[stage] = self._bars.add_task(stage, total=1.0, what="")
+        self.progress(stage, 0.0, "")
 
     def progress(self, stage: str, fraction: float, what: str) -> None:
         """Move the bar."""
+        if self._bars is None:
+            self._bars = _bars()
+            self._bars.start()
+        if stage not in self._tasks:
+            self._tasks[stage] = self._bars.add_task(stage, total=1.0, what="")
         self._bars.update(self._tasks[stage], completed=fraction, what=what)
+
+    def points(self, done: int, total: int, sentence: str) -> None:
+        """Move the sweep's bar."""
+        self.progress("points", done / total, sentence)
 
     def finished(self, stage: str, how: str, seconds: float, summary: str) -> None:
         """Replace the bar by the stage's line."""
@@ -53,6 +59,8 @@ class Live(Lines):
         """Give the terminal back."""
         if self._bars is not None:
             self._bars.stop()
+            self._bars = None
+            self._tasks.clear()
             sys.stderr.flush()
 
     def _remove(self, stage: str) -> None:

@@ -1,21 +1,25 @@
-"""Starts a worker process, listens to it, and says in one sentence how it ended."""
+"""Starts worker processes, listens to them, ends them with whatever they started, and says how they ended."""
 
 from __future__ import annotations
 
 import contextlib
 import json
 import os
-import queue
 import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
-from pipeline.execution.order import Order
+from pipeline.execution.job import Job, Task, packed
+from pipeline.home import engine
 
-Event = tuple[str, dict[str, Any]]
+Message = dict[str, Any]
+
+_DYING_S = 10.0  # from the end of its messages to the end of a process
+_KINDS = {"began", "progress", "done", "failed"}
 _SETTINGS = {
     "MPLBACKEND": "Agg",
     "OMP_NUM_THREADS": "1",
@@ -26,72 +30,70 @@ _SETTINGS = {
 
 
 class Worker:
-    """One running stage. Its messages arrive in `events` as (stage, message), the last one "done" or "failed"."""
+    """A process that computes points of one job. `tell` is given its messages, from another thread, and at last {}.
 
-    def __init__(self, order: Order, root: Path, log: Path, events: queue.SimpleQueue[Event]) -> None:
-        self.stage, self.log, self._events = order.stage, log, events
-        with open(log, "wb") as errors:
-            self._process = start("pipeline.execution.worker", order.code_root, root, errors)
-        assert self._process.stdin is not None
+    What it writes to standard error goes to the file `log`. It starts in the folder this program lies in: in the
+    study's, a `pipeline.py` of the user's would be taken for this program.
+    """
+
+    def __init__(self, job: Job, folder: Path | str, tell: Callable[[Message], None], log: Path | None = None) -> None:
+        search = [str(engine()), *(os.environ.get("PYTHONPATH") or "").split(os.pathsep)]
+        path = os.pathsep.join(str(Path(part).absolute()) for part in search if part)
+        with open(log or os.devnull, "wb") as errors:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "pipeline.execution.worker"],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=errors,
+                cwd=engine(),
+                env={**os.environ, **_SETTINGS, "PYTHONPATH": path},
+                start_new_session=os.name == "posix",
+            )
+        threading.Thread(target=self._listen, args=(tell,), daemon=True).start()
+        self._send(packed((job, str(folder))))
+
+    def compute(self, tasks: Sequence[Task]) -> None:
+        """Hand over points."""
+        self._send(json.dumps(tasks))
+
+    def end(self, dying: bool = False) -> str:
+        """Kill the process and whatever it started; how it ended, for the end of a sentence.
+
+        One that is `dying` by itself gets some time for that, as it has a reason of its own.
+        """
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(timeout=_DYING_S if dying else 0)
         with contextlib.suppress(OSError):
-            self._process.stdin.write(order.line())
+            if os.name == "posix":
+                os.killpg(self._process.pid, signal.SIGKILL)
+            else:
+                self._process.kill()
+        code = self._process.wait()
+        if code < 0:
+            with contextlib.suppress(ValueError):
+                return f"its process was ended by the system ({signal.Signals(-code).name})"
+        return f"its process ended by itself with code {code}"
+
+    def _send(self, line: str) -> None:
+        """A worker that is dead already shows when it is listened to."""
+        assert self._process.stdin is not None
+        with contextlib.suppress(OSError, ValueError):
+            self._process.stdin.write(line.encode() + b"\n")
             self._process.stdin.flush()
-        threading.Thread(target=self._listen, daemon=True).start()
 
-    def end(self) -> None:
-        """Kill the worker and whatever it started."""
-        end(self._process)
-
-    def _listen(self) -> None:
+    def _listen(self, tell: Callable[[Message], None]) -> None:
+        """Pass messages on; what something else printed before the worker took over its output is none."""
         assert self._process.stdout is not None
-        last: dict[str, Any] = {}
         for line in self._process.stdout:
             with contextlib.suppress(ValueError):
-                last = json.loads(line)
-            if "done" in last or "failed" in last:
-                break
-            self._events.put((self.stage, last))
-        else:
-            last = {"failed": {"kind": "crash", "text": ending(self._process.wait())}}
-        self.end()
-        self._events.put((self.stage, last))
-
-
-def start(module: str, code_root: str, folder: Path | None, errors: IO[bytes] | int) -> subprocess.Popen[bytes]:
-    """A process of its own group that runs `module` with pipes to and from it, and its standard error in `errors`."""
-    package_home = str(Path(__file__).resolve().parents[2])
-    search = [code_root, package_home, os.environ.get("PYTHONPATH", "")]
-    return subprocess.Popen(
-        [sys.executable, "-m", module],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=errors,
-        cwd=folder,
-        env={**os.environ, **_SETTINGS, "PYTHONPATH": os.pathsep.join(part for part in search if part)},
-        start_new_session=os.name == "posix",
-    )
-
-
-def end(process: subprocess.Popen[bytes]) -> None:
-    """Kill a process that `start` made, and whatever it started."""
-    with contextlib.suppress(OSError):
-        if os.name == "posix":
-            os.killpg(process.pid, signal.SIGKILL)
-        else:
-            process.kill()
-    process.wait()
+                message = json.loads(line)
+                if isinstance(message, dict) and message.keys() & _KINDS:
+                    tell(message)
+        tell({})
 
 
 def end_group() -> None:
-    """End this process, one that `start` made, and whatever it started itself."""
+    """End this process, one that is a worker, and whatever it started itself."""
     if hasattr(os, "killpg") and os.getpgrp() == os.getpid():
         os.killpg(0, signal.SIGKILL)
     os._exit(1)
-
-
-def ending(code: int) -> str:
-    """How a process ended, for the end of a sentence."""
-    if code < 0:
-        with contextlib.suppress(ValueError):
-            return f"its process was ended by the system ({signal.Signals(-code).name})"
-    return f"its process ended by itself with code {code}"

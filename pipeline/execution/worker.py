@@ -1,145 +1,220 @@
-"""Runs one stage in a process of its own: reads its inputs, calls `run`, writes its files into a given folder.
+"""Computes the points of a job, one after another, in a process of its own: for a run one, for a sweep as many as come.
 
-The order comes as one line of JSON on standard input; messages go back as lines of JSON. Standard input stays open as
-long as the parent lives: when it closes, the worker ends, so that no killed run leaves a stage computing.
+The first line on standard input is the job with a folder for files, every further line holds points. Messages go back
+as lines of JSON: each point is announced before it begins, so that whoever listens knows which one a crash or a hang
+belongs to, and ends with `done` or `failed`. When standard input closes, the worker ends, and what it started.
 """
 
 from __future__ import annotations
 
-import base64
+import contextlib
 import json
 import os
 import pickle
+import queue
 import sys
 import threading
 import time
 import traceback
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
-from pipeline.cache import artefact, durable
+from pipeline.cache import artefact, durable, fingerprint
+from pipeline.cache.distributions import versions
 from pipeline.errors import StudyError, is_answer
+from pipeline.execution.columns import columns
+from pipeline.execution.inputs import check_unchanged, given
+from pipeline.execution.job import File, Job, Point, beneath, unpacked
 from pipeline.execution.observed_import import ObservedSources
-from pipeline.execution.order import Order
 from pipeline.execution.process import end_group
-from pipeline.stage_modules import result_class, stage_module
+from pipeline.graph import Stage
+from pipeline.stage_modules import home_of, importable, stage_module
 
 _REPORT_EVERY_S = 0.1
 
 
-class Refusal(Exception):
-    """A sentence for the user; the parent adds the stage's name."""
+class Unfit(StudyError):
+    """Why this process can compute none of the job's points: other code, other versions. `file` is edited code."""
+
+    def __init__(self, text: str, file: str = "") -> None:
+        super().__init__(text)
+        self.file = file
+
+
+class Messages:
+    """The way back. Standard output itself becomes standard error: libraries print what they like."""
+
+    def __init__(self) -> None:
+        self._file = os.fdopen(os.dup(1), "w", encoding="utf-8")
+        os.dup2(2, 1)
+        self._reported = 0.0
+
+    def send(self, **message: Any) -> None:
+        """Send one line."""
+        self._file.write(json.dumps(message) + "\n")
+        self._file.flush()
+
+    def progress(self, fraction: float, what: str) -> None:
+        """Send how far a stage is, now and then."""
+        now = time.monotonic()
+        if now - self._reported >= _REPORT_EVERY_S:
+            self._reported = now
+            self.send(progress=[min(1.0, max(0.0, float(fraction))), str(what)])
 
 
 def main() -> None:
     """Entry of `python -m pipeline.execution.worker`."""
-    messages = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)
-    order = Order(**json.loads(sys.stdin.buffer.readline()))
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    code = 0
+    messages = Messages()
+    lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(lines,), daemon=True).start()
+    package = ""
     try:
-        _send(messages, {"done": _carry_out(order, messages)})
+        job, folder = unpacked(lines.get())
+        package = job.package
+        computing = Computing(job, Path(folder), messages)
+        while True:
+            for index, text in json.loads(lines.get()):
+                messages.send(began=index)
+                messages.send(index=index, **computing.answer(unpacked(text)))
     except BaseException as error:
-        code = 1
-        traceback.print_exc()
-        _send(messages, {"failed": _failure(error, order.package)})
+        messages.send(failed=failure(error, package))
+    os._exit(1)  # no library's exit handler may come between
+
+
+class Computing:
+    """The chain of stages of one job. What an upstream stage made is kept as long as its parameters stay."""
+
+    def __init__(self, job: Job, folder: Path, messages: Messages) -> None:
+        self.job, self.folder, self.messages = job, folder, messages
+        home = home_of(job.package, Path(job.code_root))
+        self.observed = ObservedSources(home, job.package)
+        self._check_machine()
+        importable(job.package, home)  # for the processes that a stage starts
+        self.observed.install()
+        with contextlib.suppress(OSError):  # another machine of a sweep need not have the study
+            os.chdir(job.root)
+        self.checked = 0
+        self.files: dict[str, File] = {**job.files, **self._written(job.contents)}
+        self.kept: dict[str, tuple[str, dict[str, File]]] = {}
+
+    def answer(self, point: Point) -> dict[str, Any]:
+        """What comes of one point, with the seconds it took. Raises `Unfit`."""
+        began = time.perf_counter()
+        try:
+            told: dict[str, Any] = {"done": self._answer(point)}
+        except Unfit:
+            raise
+        except BaseException as error:
+            told = {"failed": failure(error, self.job.package)}
+            self._check_code()
+        return {**told, "seconds": round(time.perf_counter() - began, 6)}
+
+    def _answer(self, point: Point) -> dict[str, Any]:
+        *above, stage = self.job.stages
+        files, token = dict(self.files), ""
+        for each in above:
+            token = durable.digest(token.encode() + pickle.dumps(point[each.name]))
+            if self.kept.get(each.name, ("", {}))[0] != token:
+                made = _files(each, self._result(each, point, files), {})
+                for file, _ in self.kept.pop(each.name, ("", {}))[1].values():
+                    Path(file).unlink()
+                self.kept[each.name] = token, self._written(made)
+            files.update(self.kept[each.name][1])
+        result = self._result(stage, point, files)
+        return columns(result) if self.job.provenance is None else self._stored(stage, result)
+
+    def _result(self, stage: Stage, point: Point, files: dict[str, File]) -> Any:
+        module = stage_module(self.job.package, stage.name, "run")
+        parameters, named = point[stage.name]
+        inputs, open_files = given(self.job.package, stage, parameters, named, files)
+        result = module.run(parameters, inputs, self.messages.progress)
+        check_unchanged(open_files)
+        self._check_code()
+        return result
+
+    def _stored(self, stage: Stage, result: Any) -> dict[str, Any]:
+        """Write the files of a result; what they are, and its summary. Their content is told without provenance."""
+        files = _files(stage, result, {})
+        content = {name: durable.digest(data) for name, data in files.items()}
+        files[stage.artefact] = artefact.encode(result, self.job.provenance or {})
+        for name, data in files.items():
+            durable.write(self.folder / name, data)
+        outs = {
+            name: {"sha256": durable.digest(data), "size": len(data), "content": content[name]}
+            for name, data in sorted(files.items())
+        }
+        return {"outs": outs, "summary": " ".join(str(result.summary()).split())}
+
+    def _written(self, contents: Mapping[str, bytes]) -> dict[str, File]:
+        """Put files where the stages of this process find them; no one needs them after it."""
+        for name, data in contents.items():
+            (self.folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (self.folder / name).write_bytes(data)
+        return {name: (str(self.folder / name), durable.digest(data)) for name, data in contents.items()}
+
+    def _check_machine(self) -> None:
+        here = versions([*self.job.versions])
+        for name, version in self.job.versions.items():
+            if here.get(name) != version:
+                raise Unfit(f"this machine has {name} {here.get(name)} instead of {version}; "
+                            "all machines of a sweep need the same versions")  # fmt: skip
+        writer = self.observed.sources.memo.meaning(fingerprint.WRITER.read_bytes()).tree
+        if self.job.writer not in ("", writer):
+            raise Unfit("pipeline/cache/artefact.py differs from the one the sweep was started with")
+
+    def _check_code(self) -> None:
+        """The code that ran must be the code the results' keys were made from."""
+        if len(self.observed.loaded) == self.checked:
+            return
+        for name, meaning in self.observed.meanings().items():
+            if name not in self.job.code:
+                raise Unfit(f"it imports {name} in a way that cannot be seen in the text; import it by name")
+            if self.job.code[name] != meaning:
+                raise Unfit(f"{name} was edited while it ran, so its result was not kept; run again", name)
+        self.checked = len(self.observed.loaded)
+
+
+def failure(error: BaseException, package: str) -> dict[str, Any]:
+    """Kind, sentence, and where: a class of the stages' own is a reasoned refusal; what has no sentence is unexpected.
+
+    The traceback goes to standard error.
+    """
+    traceback.print_exception(error)
     sys.stderr.flush()
-    os._exit(code)  # no library's exit handler may turn a finished stage into a crash
-
-
-def _carry_out(order: Order, messages: TextIO) -> dict[str, Any]:
-    observed = ObservedSources(Path(order.code_root), order.package)
-    observed.install()
-    inputs = {Path(path).stem: _input(order, path, Path(file), sha256) for path, file, sha256 in order.inputs}
-    stage = stage_module(order.package, order.stage, "run")
-    parameters = pickle.loads(base64.b64decode(order.parameters))
-    result = stage.run(parameters, inputs, _reporter(messages))
-    for _, file, sha256 in order.inputs:
-        if durable.digest(durable.read(Path(file)) or b"") != sha256:
-            raise Refusal(
-                f"its input {Path(file).name} was changed while it ran, so its result was not kept; run again"
-            )
-    _check_code(order, observed)
-    files = _files(order, result)
-    content = {name: durable.digest(data) for name, data in files.items()}
-    content[order.artefact] = durable.digest(artefact.encode(result, {}))
-    files[order.artefact] = artefact.encode(result, order.provenance)
-    for name, data in files.items():
-        durable.write(Path(order.folder) / name, data)
-    outs = {
-        name: {"sha256": durable.digest(data), "size": len(data), "content": content[name]}
-        for name, data in sorted(files.items())
-    }
-    return {"outs": outs, "summary": " ".join(str(result.summary()).split())}
-
-
-def _input(order: Order, path: str, file: Path, sha256: str) -> Any:
-    content = durable.read(file)
-    if content is None or durable.digest(content) != sha256:
-        raise Refusal(f"its input {path} was changed by someone else meanwhile; run again")
-    if not path.endswith(".h5"):
-        return file
-    cls = result_class(order.package, file.stem)
-    return artefact.decode(content, cls, path)
-
-
-def _check_code(order: Order, observed: ObservedSources) -> None:
-    """The code that ran must be the code the key was made from."""
-    for name, meaning in observed.meanings().items():
-        if name not in order.code:
-            raise Refusal(f"it imports {name} in a way that cannot be seen in the text; import it by name")
-        if order.code[name] != meaning:
-            raise Refusal(f"{name} was edited while it ran, so its result was not kept; run again")
-
-
-def _files(order: Order, result: Any) -> dict[str, bytes]:
-    """The files beside the artefact; they must be those that dvc.yaml declares, no more and no fewer."""
-    files = {f"results/{name}": bytes(data) for name, data in getattr(result, "files", {}).items()}
-    declared = [out for out in order.outs if out != order.artefact]
-    for name in files:
-        if ".." in Path(name).parts or not any(name == out or name.startswith(out + "/") for out in declared):
-            raise Refusal(f"it returned the file {name}, which dvc.yaml does not list among its outs")
-    for out in declared:
-        if not any(name == out or name.startswith(out + "/") for name in files):
-            raise Refusal(f"it did not return {out}, which dvc.yaml lists among its outs")
-    return files
-
-
-def _reporter(messages: TextIO) -> Any:
-    last = [0.0]
-
-    def report(fraction: float, what: str) -> None:
-        now = time.monotonic()
-        if now - last[0] >= _REPORT_EVERY_S:
-            last[0] = now
-            _send(messages, {"progress": [min(1.0, max(0.0, float(fraction))), str(what)]})
-
-    return report
-
-
-def _failure(error: BaseException, package: str) -> dict[str, Any]:
-    """Kind and sentence. A class of the stages' own is a reasoned refusal; everything else is unexpected."""
     text = " ".join(str(error).split())
-    if isinstance(error, (Refusal, StudyError)):
-        return {"kind": "refused", "text": text}
-    if is_answer(error, package):
-        return {"kind": "answer", "text": text}
-    if isinstance(error, OSError) and error.errno is not None:
-        return {"kind": "system", "text": os.strerror(error.errno)}
-    if isinstance(error, MemoryError):
-        return {"kind": "system", "text": "not enough memory"}
-    return {"kind": "unexpected", "text": f"{type(error).__name__}: {text}" if text else type(error).__name__}
+    kind = "unexpected"
+    if isinstance(error, StudyError):
+        kind = "refused"
+    elif is_answer(error, package):
+        kind = "answer"
+    elif isinstance(error, OSError) and error.errno is not None:
+        kind, text = "system", os.strerror(error.errno)
+    elif isinstance(error, MemoryError):
+        kind, text = "system", "not enough memory"
+    else:
+        text = f"{type(error).__name__}: {text}" if text else type(error).__name__
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    at = f"{Path(last.filename).name}:{last.lineno}"
+    return {"kind": kind, "text": text, "at": at, "file": getattr(error, "file", "")}
 
 
-def _send(messages: TextIO, message: dict[str, Any]) -> None:
-    messages.write(json.dumps(message) + "\n")
-    messages.flush()
+def _files(stage: Stage, result: Any, provenance: dict[str, str]) -> dict[str, bytes]:
+    """The files of a result. Those beside the artefact must be what dvc.yaml declares, no more and no fewer."""
+    files = {f"results/{name}": bytes(data) for name, data in getattr(result, "files", {}).items()}
+    declared = [out for out in stage.outs if out != stage.artefact]
+    for name in files:
+        if ".." in Path(name).parts or not any(beneath(out, [name]) for out in declared):
+            raise StudyError(f"it returned the file {name}, which dvc.yaml does not list among its outs")
+    for out in declared:
+        if not beneath(out, files):
+            raise StudyError(f"it did not return {out}, which dvc.yaml lists among its outs")
+    return {**files, stage.artefact: artefact.encode(result, provenance)}
 
 
-def _end_with_parent() -> None:
-    while os.read(0, 4096):
-        pass
+def _listen(lines: queue.SimpleQueue[bytes]) -> None:
+    for line in sys.stdin.buffer:
+        lines.put(line)
     end_group()
 
 

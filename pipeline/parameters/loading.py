@@ -11,12 +11,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pipeline import accuracy
 from pipeline.errors import StudyError, nearest
 from pipeline.parameters import yaml_text
 from pipeline.parameters.overrides import Override, applied, parsed
 from pipeline.parameters.value import Refused, allowed, broken_rules, declared, shown, value_of, with_unit
 from pipeline.parameters.yaml_text import Node
+from pipeline.requests import node_of
 
 
 def load(
@@ -25,15 +25,16 @@ def load(
     wanted: Mapping[str, type],
     known: Iterable[type],
     shown_as: str | None = None,
-    asked: str = "",
+    requests: Sequence[Any] = (),
+    asked: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
     """Parameters of each stage in `wanted` (stage name -> its `Parameters` class).
 
     `settings` are the texts given to `--set`; `known` are the `Parameters` classes of all stages, which decide what a
-    known key is; `shown_as` is how messages name the folder; `asked` is the text given to `--accuracy`. Raises
-    `StudyError` with one sentence for each error.
+    known key is; `shown_as` is how messages name the folder; `requests` are those of `pipeline.requests`, `asked` the
+    texts given to them by name. Raises `StudyError` with one sentence for each error.
     """
-    return _Loading(folder, shown_as or str(folder), known).load(settings, wanted, asked)
+    return _Loading(folder, shown_as or str(folder), known, requests).load(settings, wanted, asked or {})
 
 
 def as_plain(parameters: Any) -> dict[str, dict[str, Any]]:
@@ -71,15 +72,14 @@ def sections(classes: Iterable[type]) -> dict[str, list[type]]:
 class _Loading:
     """One load: the folder it reads, what is known, and the problems found so far."""
 
-    def __init__(self, folder: Path, shown_as: str, known: Iterable[type]) -> None:
-        self.folder, self.shown_as = folder, shown_as
+    def __init__(self, folder: Path, shown_as: str, known: Iterable[type], requests: Sequence[Any]) -> None:
+        self.folder, self.shown_as, self.requests = folder, shown_as, requests
         self.classes = sections(known)
         self.problems: list[tuple[str, int, str]] = []
         self.overrides: dict[str, list[Override]] = {}
 
-    def load(self, settings: Sequence[str], wanted: Mapping[str, type], asked: str) -> dict[str, Any]:
-        if asked:
-            self._ask(asked, sections(wanted.values()))
+    def load(self, settings: Sequence[str], wanted: Mapping[str, type], asked: Mapping[str, str]) -> dict[str, Any]:
+        self._ask(asked, sections(wanted.values()))
         self._read_settings(settings)
         built: dict[type, Any] = {}
         # a file that a stage reads, or that --set changes, is checked whole, also where another stage reads it
@@ -95,12 +95,15 @@ class _Loading:
             raise StudyError(sentence for _, _, sentence in sorted(dict.fromkeys(self.problems)))
         return stages
 
-    def _ask(self, asked: str, read: Mapping[str, list[type]]) -> None:
-        """Take `--accuracy` as a change of every file that can be asked for it and is read; `--set` goes before it."""
-        value = accuracy.parsed(asked)
-        for file, classes in read.items():
-            if file in accuracy.FILES and any("accuracy" in declared(cls) for cls in classes):
-                self.overrides[file] = [Override(f"--accuracy {asked}", file, "accuracy", (), value)]
+    def _ask(self, asked: Mapping[str, str], read: Mapping[str, list[type]]) -> None:
+        """Take a request as a change of every file that has its key and is read; `--set` goes before it."""
+        for request in self.requests:
+            if text := asked.get(request.NAME):
+                value = node_of(request, text)
+                for file, classes in read.items():
+                    if file in request.FILES and any(request.NAME in declared(cls) for cls in classes):
+                        override = Override(f"--{request.NAME} {text}", file, request.NAME, (), value)
+                        self.overrides.setdefault(file, []).append(override)
 
     def _read_settings(self, settings: Sequence[str]) -> None:
         known = {file: [key for cls in classes for key in declared(cls)] for file, classes in self.classes.items()}
@@ -146,30 +149,34 @@ class _Loading:
                 values[name] = value_of(entries[name], field, kind)
             except Refused as refused:
                 complete = False
-                gap = "" if refused.reason.startswith(("[", ":")) else " "
-                self._problem(file, refused.line, f"{name}{gap}{refused.reason}", name)
+                self._problem(file, refused.line, refused.of(name), name)
         if not complete:
             return None
-        instance = self._accurate(cls(**values), file, entries)
+        instance = self._decided(cls(**values), file, entries)
         for broken in broken_rules(instance) if instance is not None else ():
             self._broken(file, broken, instance, entries)
         return instance
 
-    def _accurate(self, instance: Any, file: str, entries: dict[str, Node]) -> Any:
-        """The instance with the solver settings that its accuracy decides, or None if it cannot be had."""
-        if file not in accuracy.FILES or getattr(instance, "accuracy", accuracy.CUSTOM) == accuracy.CUSTOM:
-            return instance
-        line = entries["accuracy"].line
-        try:
-            choice = accuracy.choose(file, instance)
-        except StudyError as refused:
-            self._problem(file, line, f"accuracy {refused}", "accuracy")
-            return None
-        for override in self.overrides.get(file, ()):
-            if override.key in choice.settings:
-                why = f"{file}.accuracy decides it; to give it, set {file}.accuracy=custom"
-                self.problems.append(("", 0, f"{override.text} is not allowed: {why}"))
-        return dataclasses.replace(instance, **choice.settings)
+    def _decided(self, instance: Any, file: str, entries: dict[str, Node]) -> Any:
+        """The instance with the settings that requests decide, or None if what is asked cannot be had."""
+        for request in self.requests:
+            key = request.NAME
+            if file not in request.FILES or key not in declared(instance.__class__):
+                continue
+            try:
+                decision = request.decide(file, instance)
+            except ValueError as refused:
+                self._problem(file, entries[key].line, f"{key} {refused}", key)
+                return None
+            if decision is None:
+                continue
+            for override in self.overrides.get(file, ()):
+                if override.key in decision.settings:
+                    free = declared(instance.__class__)[key][0].default
+                    why = f"{file}.{key} decides it; to give it, set {file}.{key}={free}"
+                    self.problems.append(("", 0, f"{override.text} is not allowed: {why}"))
+            instance = dataclasses.replace(instance, **decision.settings)
+        return instance
 
     def _broken(self, file: str, broken: Any, instance: Any, entries: dict[str, Node]) -> None:
         field, _ = declared(instance.__class__)[broken.key]

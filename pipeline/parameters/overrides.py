@@ -1,6 +1,6 @@
 """`--set file.key=value`: one parameter changed for one command, without touching its file.
 
-A table's entry is reached by its row: `--set twin.parts.2.mass=0.1` (rows count from 0).
+A table's entry is reached by its row: `--set fall.parts.2.mass=0.1` (rows count from 0).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pipeline.errors import StudyError, nearest
 from pipeline.parameters import yaml_text
 from pipeline.parameters.yaml_text import Node
 
-_FORM = "the form is --set file.key=value, for example --set biped.hip_mass=0.4"
+_FORM = "the form is --set file.key=value, for example --set ground.gravity=9.81"
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def _replaced(node: Node, path: tuple[str, ...], override: Override) -> Node:
         return override.value
     step, rest = path[0], path[1:]
     if isinstance(node.value, list):
-        if not step.isdigit() or int(step) >= len(node.value):
+        if not (step.isascii() and step.isdigit()) or int(step) >= len(node.value):
             raise StudyError(f"{override.text}: there is no row {step}; rows are 0 to {len(node.value) - 1}")
         items: list[Any] = list(node.value)
         items[int(step)] = _replaced(items[int(step)], rest, override)

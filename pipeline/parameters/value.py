@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import types
 import typing
+from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import Any
 
@@ -24,6 +25,10 @@ class Refused(Exception):
     def __init__(self, reason: str, line: int) -> None:
         self.reason, self.line = reason, line
         super().__init__(reason)
+
+    def of(self, key: str) -> str:
+        """The whole sentence: of `key`."""
+        return f"{key}{'' if self.reason.startswith(('[', ':')) else ' '}{self.reason}"
 
 
 @cache
@@ -44,8 +49,12 @@ def checked(node: Node, field: dataclasses.Field[Any], kind: Any) -> Any:
         options = typing.get_args(kind)
         if node.value is None and type(None) in options:
             return None
-        row = _row_of(kind) if isinstance(node.value, dict) else None
+        row = _row_of(kind, node.value) if isinstance(node.value, dict) else None
         kind = row or next(option for option in options if option is not type(None))
+    if kind is Any:
+        return node.plain()
+    if typing.get_origin(kind) is Mapping:
+        return _mapping(node, field, typing.get_args(kind)[1])
     if typing.get_origin(kind) is tuple:
         return _sequence(node, field, typing.get_args(kind)[0])
     if dataclasses.is_dataclass(kind) and isinstance(kind, type):
@@ -88,9 +97,10 @@ def shown(value: Any) -> str:
     return "a table"
 
 
-def _row_of(kind: Any) -> Any:
-    """The dataclass among the options of a type, or None."""
-    return next((option for option in typing.get_args(kind) if dataclasses.is_dataclass(option)), None)
+def _row_of(kind: Any, keys: Iterable[str] = ()) -> Any:
+    """The dataclass among the options of a type that has most of the keys, or None."""
+    options = [option for option in typing.get_args(kind) if dataclasses.is_dataclass(option)]
+    return max(options, key=lambda cls: len({*keys} & {*declared(typing.cast(type, cls))}), default=None)
 
 
 def _unwrapped(entry: Node, field: dataclasses.Field[Any], kind: Any) -> Node:
@@ -142,8 +152,20 @@ def _sequence(node: Node, field: dataclasses.Field[Any], kind: Any) -> tuple[Any
         try:
             items.append(checked(item, field, kind))
         except Refused as refused:
-            raise Refused(_inside(index, refused.reason), refused.line) from None
+            raise Refused(refused.of(f"[{index}]"), refused.line) from None
     return tuple(items)
+
+
+def _mapping(node: Node, field: dataclasses.Field[Any], kind: Any) -> dict[str, Any]:
+    if not isinstance(node.value, dict):
+        raise Refused(f"= {shown(node.value)} is not a table; allowed: {allowed(field)}", node.line)
+    values = {}
+    for name, item in node.value.items():
+        try:
+            values[name] = checked(item, field, kind)
+        except Refused as refused:
+            raise Refused(f": {refused.of(name)}", refused.line) from None
+    return values
 
 
 def _row(node: Node, cls: type) -> Any:
@@ -160,7 +182,7 @@ def _row(node: Node, cls: type) -> Any:
             try:
                 values[name] = checked(node.value[name], field, kind)
             except Refused as refused:
-                raise Refused(f": {name} {refused.reason}", refused.line) from None
+                raise Refused(f": {refused.of(name)}", refused.line) from None
         elif field.default is dataclasses.MISSING:
             raise Refused(f"lacks the column {name} (allowed: {allowed(field)})", node.line)
     row = cls(**values)
@@ -174,7 +196,3 @@ def broken_rules(instance: Any) -> tuple[Any, ...]:
     """The rules between values that do not hold, or nothing for a class without such rules."""
     rules = getattr(instance, "broken_rules", None)
     return tuple(rules()) if rules else ()
-
-
-def _inside(index: int, reason: str) -> str:
-    return f"[{index}]{reason if reason.startswith(('[', ':')) else ' ' + reason}"

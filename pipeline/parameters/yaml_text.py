@@ -12,6 +12,7 @@ from typing import Any
 
 import yaml
 
+from pipeline.cache import regular
 from pipeline.errors import StudyError
 
 _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -19,6 +20,8 @@ _INTEGER = re.compile(r"[-+]?[0-9]+$")
 _NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?$")
 _SPECIAL = re.compile(r"([-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN))$")
 _WORDS = {"null": None, "Null": None, "NULL": None, "~": None, "": None}
+#: Most values of a document: through aliases a short text can mean more than any memory holds.
+_MOST_VALUES = 200_000
 _BOOLEANS = {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
 
 
@@ -44,12 +47,14 @@ def parse(text: str, where: str, *, with_lines: bool = True) -> Node:
     Raises `StudyError` with a sentence for each repeated key, or for the first error of syntax; `where` names the file
     and `with_lines` tells whether an error of syntax has a line worth naming.
     """
+    problems: list[str] = []
     try:
+        if "!" in text:
+            problems += _tags(text, where, with_lines)
         root = yaml.compose(text, Loader=_Loader)
         if root is None:
             return Node({}, 1)
-        problems: list[str] = []
-        node = _convert(root, where, problems)
+        node = _Conversion(where, problems).node(root)
     except yaml.MarkedYAMLError as error:
         line = f":{_line_of(error, text)}" if with_lines else ""
         reason = " ".join(part for part in (error.context, error.problem) if part)
@@ -66,9 +71,8 @@ def parse(text: str, where: str, *, with_lines: bool = True) -> Node:
 def read(path: Any, where: str) -> Node:
     """Read the YAML file `path`; `where` is how messages name it."""
     try:
+        regular.check(path, where, regular.TEXT)
         text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise StudyError(f"{where}: there is no such file") from None
     except UnicodeDecodeError:
         raise StudyError(f"{where}: not a text file in UTF-8") from None
     except OSError as error:
@@ -98,25 +102,44 @@ def _line_of(error: yaml.MarkedYAMLError, text: str) -> int:
     return int(mark.line) + 1 if mark else 1
 
 
-def _convert(node: yaml.Node, where: str, problems: list[str]) -> Node:
-    line = node.start_mark.line + 1
-    if isinstance(node, yaml.MappingNode):
-        return Node(dict(_pairs(node, where, problems)), line)
-    if isinstance(node, yaml.SequenceNode):
-        return Node([_convert(item, where, problems) for item in node.value], line)
-    quoted = node.style in ("'", '"', "|", ">")
-    return Node(node.value if quoted else scalar(node.value), line)
+def _tags(text: str, where: str, with_lines: bool) -> list[str]:
+    """A sentence for each tag: a value here is what it looks like, and nothing can make it something else."""
+    return [
+        f"{where}{f':{event.start_mark.line + 1}' if with_lines else ''}: the tag {event.tag} is not allowed; "
+        "write the value as it is"
+        for event in yaml.parse(text, Loader=_Loader)
+        if getattr(event, "tag", None) is not None
+    ]
 
 
-def _pairs(node: yaml.MappingNode, where: str, problems: list[str]) -> Iterator[tuple[str, Node]]:
-    first_line: dict[str, int] = {}
-    for key_node, value_node in node.value:
-        line = key_node.start_mark.line + 1
-        key = str(key_node.value)
-        if not isinstance(key_node, yaml.ScalarNode):
-            problems.append(f"{where}:{line}: a key must be a single word")
-        elif key in first_line:
-            problems.append(f'{where}:{line}: the key "{key}" is given twice, first on line {first_line[key]}')
-        else:
-            first_line[key] = line
-            yield key, _convert(value_node, where, problems)
+class _Conversion:
+    """Makes nodes of what the parser found; counts them, since an alias stands for all that it names."""
+
+    def __init__(self, where: str, problems: list[str]) -> None:
+        self.where, self.problems, self.count = where, problems, 0
+
+    def node(self, node: yaml.Node) -> Node:
+        self.count += 1
+        if self.count > _MOST_VALUES:
+            raise StudyError(f"{self.where}: more than {_MOST_VALUES} values, counted through its aliases")
+        line = node.start_mark.line + 1
+        if isinstance(node, yaml.MappingNode):
+            return Node(dict(self._pairs(node)), line)
+        if isinstance(node, yaml.SequenceNode):
+            return Node([self.node(item) for item in node.value], line)
+        quoted = node.style in ("'", '"', "|", ">")
+        return Node(node.value if quoted else scalar(node.value), line)
+
+    def _pairs(self, node: yaml.MappingNode) -> Iterator[tuple[str, Node]]:
+        first_line: dict[str, int] = {}
+        for key_node, value_node in node.value:
+            line = key_node.start_mark.line + 1
+            key = str(key_node.value)
+            if not isinstance(key_node, yaml.ScalarNode):
+                self.problems.append(f"{self.where}:{line}: a key must be a single word")
+            elif key in first_line:
+                said = f'the key "{key}" is given twice, first on line {first_line[key]}'
+                self.problems.append(f"{self.where}:{line}: {said}")
+            else:
+                first_line[key] = line
+                yield key, self.node(value_node)

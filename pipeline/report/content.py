@@ -1,6 +1,7 @@
 """What the report says, gathered from the results folder: only files that are as their stage made them.
 
-The pipeline knows nothing of walking: words come from claims.yaml and captions.yaml, pictures from results/figures.
+The engine knows nothing of a study's subject: words come from claims.yaml and captions.yaml, pictures from
+results/figures.
 How long a stage took stands in the cache's manifests, never in the results.
 """
 
@@ -40,6 +41,7 @@ class Content:
 
     claims: list[Row]
     figures: list[Figure]
+    title: str
     synthetic: str
     stages: list[Row]
     parameters: dict[str, list[Row]]
@@ -70,6 +72,7 @@ def gather(study: Study, made: Mapping[str, Entry], with_times: bool) -> Content
     return Content(
         claims=claims.read(study) if CLAIMS in files else [],
         figures=_figures(files, words),
+        title=str(words.get("title", "Report")),
         synthetic=str(words.get("synthetic", "")),
         stages=[_stage(entry, with_times) for entry in made.values()],
         parameters={file: list(_parameters(study, file, values)) for file, values in sorted(parameters.items())},

@@ -9,7 +9,7 @@ from pathlib import Path
 from pipeline.cache import durable
 
 #: Largest rms difference of two pictures, in grey levels of 255, called the same. A change of a figure's data by 1e-3
-#: gives at least three times as much (tests/comparison/test_golden.py); a single thin curve changed so may give less.
+#: gives at least three times as much (tests/figures/test_golden.py); a single thin curve changed so may give less.
 TOLERANCE = 0.25
 
 

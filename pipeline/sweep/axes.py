@@ -3,23 +3,33 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Any
+
+from pipeline.parameters.declaration import Between, Broken, entry
 
 
 @dataclass(frozen=True)
 class Range:
     """Values from `low` to `high`, evenly spread, or evenly in the logarithm; `steps` of them in a grid."""
 
-    low: float
-    high: float
-    logarithmic: bool = False
-    steps: int | None = None
+    low: float = entry("least value")
+    high: float = entry("largest value")
+    steps: int | None = entry("values in a grid, both ends among them", bound=Between(2), default=None)
+    scale: str = entry("how they are spread", choices=("linear", "log"), default="linear")
+
+    def broken_rules(self) -> Iterator[Broken]:
+        """Rules between the values that do not hold."""
+        if self.high <= self.low:
+            yield Broken("high", f"> low = {self.low:g}")
+        if self.scale == "log" and self.low <= 0:
+            yield Broken("low", "> 0 where the scale is log")
 
     def at(self, share: float) -> float:
         """The value at `share` of the way, in [low, high]."""
-        if self.logarithmic:
+        if self.scale == "log":
             value = math.exp(math.log(self.low) + share * (math.log(self.high) - math.log(self.low)))
         else:
             value = self.low + share * (self.high - self.low)
@@ -39,8 +49,13 @@ class Range:
 class Normal:
     """Normally distributed values."""
 
-    mean: float
-    deviation: float
+    mean: float = entry("mean")
+    deviation: float = entry("standard deviation")
+
+    def broken_rules(self) -> Iterator[Broken]:
+        """Rules that do not hold."""
+        if self.deviation <= 0:
+            yield Broken("deviation", "> 0")
 
     def at(self, share: float) -> float:
         """The quantile of `share`; the ends of the interval stay finite."""

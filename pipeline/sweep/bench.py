@@ -2,40 +2,30 @@
 
 from __future__ import annotations
 
-import contextlib
-import json
 import queue
 import shutil
-import subprocess
 import tempfile
-import threading
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from pathlib import Path
-from typing import Any
 
 from pipeline.errors import StageFailed
-from pipeline.execution import process
-from pipeline.sweep.chain import Job
-from pipeline.sweep.row import CRASH, TIME_LIMIT, Row
+from pipeline.execution.job import Job, Task
+from pipeline.execution.process import Message, Worker
+from pipeline.sweep.row import COMPUTED, CRASH, ERROR, NO_ANSWER, TIME_LIMIT, Row
 
-_MODULE = "pipeline.sweep.worker"
 _MOST_DEATHS = 2  # at the same point
 _MOST_FALSE_STARTS = 5
-_DYING_S = 10.0  # from the end of its messages to the end of a process
 _NOWHERE = -1  # where a worker is before it begins a point
-
-Task = tuple[int, str]
 
 
 class Bench:
     """Computes chunks of points of one job, one chunk at a time."""
 
     def __init__(self, job: Job) -> None:
-        self.job, self._line = job, job.line()
-        self._process: subprocess.Popen[bytes] | None = None
-        self._messages: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
+        self.job = job
+        self._worker: Worker | None = None
+        self._messages: queue.SimpleQueue[Message] = queue.SimpleQueue()
         self._scratch = ""
         self._fresh = True
         self._closed = False
@@ -59,7 +49,7 @@ class Bench:
                 yield index, row
             if lost is not None:
                 deaths[lost] += 1
-                how = process.ending(self._end(dying=True))
+                how = self._end(dying=True)
                 if deaths[_NOWHERE] >= _MOST_FALSE_STARTS and not self._closed:
                     raise StageFailed(f"the sweep's workers cannot start: {how}")
                 if lost != _NOWHERE and deaths[lost] >= _MOST_DEATHS and not self._closed:
@@ -73,8 +63,7 @@ class Bench:
 
     def _attempt(self, tasks: Sequence[Task]) -> Iterator[tuple[int, Row | None]]:
         """Rows as long as the worker lives; at its death the point it was at (or `_NOWHERE`) with None."""
-        self._start()
-        self._send(json.dumps(tasks))
+        self._start().compute(tasks)
         began, at = time.monotonic(), _NOWHERE
         left = len(tasks)
         while left:
@@ -86,55 +75,41 @@ class Bench:
                 late = tasks[0][0] if at == _NOWHERE else at
                 yield late, Row(TIME_LIMIT, f"took longer than {limit:g} s", {}, limit)
                 return
-            if message is None:
+            if not message:
                 yield at, None
                 return
-            if "unfit" in message:
-                raise StageFailed(message["unfit"])
             if "began" in message:
                 at, began = message["began"], began if self._fresh else time.monotonic()
-                continue
-            self._fresh, left, began = False, left - 1, time.monotonic()
-            yield message.pop("index"), Row(**message)
-            at = _NOWHERE
+            elif "index" in message:
+                self._fresh, left, began = False, left - 1, time.monotonic()
+                yield message["index"], _row(message)
+                at = _NOWHERE
+            elif "failed" in message:
+                failed = message["failed"]
+                edited = f"{failed['file']} differs from what the sweep was started with"
+                raise StageFailed(edited if failed["file"] else failed["text"])
 
-    def _start(self) -> None:
-        if self._process is not None:
-            return
-        folder = Path(self.job.root)
-        self._messages = queue.SimpleQueue()
-        self._process = process.start(
-            _MODULE, self.job.code_root, folder if folder.is_dir() else None, subprocess.DEVNULL
-        )
-        self._fresh = True
-        threading.Thread(target=_listen, args=(self._process, self._messages), daemon=True).start()
-        self._scratch = tempfile.mkdtemp(prefix="bipedstudy-sweep-")
-        self._send(self._line)
-        self._send(self._scratch)
+    def _start(self) -> Worker:
+        if self._worker is None:
+            self._messages = queue.SimpleQueue()
+            self._scratch = tempfile.mkdtemp(prefix="bipedstudy-sweep-")
+            self._worker = Worker(self.job, self._scratch, self._messages.put)
+            self._fresh = True
+        return self._worker
 
-    def _send(self, line: str) -> None:
-        """A worker that is dead already shows when it is listened to."""
-        assert self._process is None or self._process.stdin is not None
-        with contextlib.suppress(OSError, ValueError):
-            if self._process is not None and self._process.stdin is not None:
-                self._process.stdin.write(line.encode() + b"\n")
-                self._process.stdin.flush()
-
-    def _end(self, dying: bool = False) -> int:
-        """End the worker if there is one; its exit code. One that is dying by itself has its own reason."""
-        gone, self._process = self._process, None
-        if gone is None:
-            return 0
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            gone.wait(timeout=_DYING_S if dying else 0)
-        process.end(gone)
+    def _end(self, dying: bool = False) -> str:
+        """End the worker if there is one; how it ended."""
+        gone, self._worker = self._worker, None
+        how = gone.end(dying) if gone else ""
         shutil.rmtree(self._scratch, ignore_errors=True)
-        return int(gone.returncode)
+        return how
 
 
-def _listen(worker: subprocess.Popen[bytes], messages: queue.SimpleQueue[dict[str, Any] | None]) -> None:
-    assert worker.stdout is not None
-    for line in worker.stdout:
-        with contextlib.suppress(ValueError):
-            messages.put(json.loads(line))
-    messages.put(None)
+def _row(message: Message) -> Row:
+    seconds = message["seconds"]
+    if "done" in message:
+        return Row(COMPUTED, "", message["done"], seconds)
+    failed = message["failed"]
+    if failed["kind"] == "answer":
+        return Row(NO_ANSWER, failed["text"], {}, seconds)
+    return Row(ERROR, f"{failed['text']} ({failed['at']})", {}, seconds)

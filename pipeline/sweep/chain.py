@@ -5,60 +5,20 @@ The others are brought up to date once, like for `bipedstudy run`, and their res
 
 from __future__ import annotations
 
-import base64
 import dataclasses
 import json
-import pickle
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any
 
 from pipeline.cache import durable, fingerprint
 from pipeline.errors import StudyError
+from pipeline.execution.job import Job, beneath
 from pipeline.parameters import loading
 from pipeline.parameters.overrides import Override, applied, parsed
 from pipeline.parameters.value import Refused, broken_rules, checked, declared, shown, with_unit
 from pipeline.parameters.yaml_text import Node
-from pipeline.stage_modules import result_class
 from pipeline.study import Study
 from pipeline.sweep.spec import Spec
-
-
-@dataclass(frozen=True)
-class Link:
-    """One stage of the chain: its name and the results it reads."""
-
-    stage: str
-    inputs: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Job:
-    """All a worker needs, on this machine or another. `fixed` is the content of results that no point changes.
-
-    `code` (file -> meaning), `versions` and `writer` are what the points' keys were made from; `pipeline` is the
-    code of the sweep's own worker side.
-    """
-
-    package: str
-    code_root: str
-    root: str
-    links: tuple[Link, ...]
-    fixed: Mapping[str, bytes]
-    code: Mapping[str, str]
-    versions: Mapping[str, str]
-    writer: str
-    time_limit_s: float
-    start_limit_s: float
-
-    def line(self) -> str:
-        """The job as one line of text."""
-        return packed(self)
-
-
-def packed(value: Any) -> str:
-    """A value as one line of text for another process of this program."""
-    return base64.b64encode(pickle.dumps(value)).decode()
 
 
 class Chain:
@@ -69,12 +29,14 @@ class Chain:
         study.graph.stage(spec.stage)
         self.names = study.graph.needed_for((spec.stage,))
         self.base = study.parameters(self.names)
-        known = loading.sections(cls for cls in map(self._class, study.graph.stages) if cls is not None)
+        classes = map(study.parameters_class, study.graph.stages.values())
+        known = loading.sections(cls for cls in classes if cls is not None)
         keys = {file: [key for cls in classes for key in declared(cls)] for file, classes in known.items()}
         self._overrides = {name: self._parsed(name, keys) for name in spec.names}
         self.touched = self._touched()
         self._check()
-        self._ingredients: dict[str, Any] = {}
+        #: What all points share: code, versions and inputs of the touched stages. Known once the job is made.
+        self.ground: dict[str, Any] = {}
 
     def parameters(self, point: Mapping[str, Any]) -> dict[str, Any]:
         """Parameters of the touched stages at a point. Raises `StudyError` naming the value that is not allowed."""
@@ -101,31 +63,17 @@ class Chain:
         The code is read here, once: what the workers really import is held against it.
         """
         study, code, versions, writer = self.study, {}, {}, ""
-        for name in self.touched:
-            stage = study.graph.stages[name]
-            inputs = {path: sha for path, sha in contents.items() if _is_read(path, stage.inputs)}
-            parts = fingerprint.ingredients(stage, study.sources, {}, inputs)
-            self._ingredients[name] = parts
+        stages = tuple(study.graph.stages[name] for name in self.touched)
+        for stage in stages:
+            inputs = {path: contents[path] for name in stage.inputs for path in beneath(name, contents)}
+            parts = self.ground[stage.name] = fingerprint.ingredients(stage, study.sources, {}, inputs)
             code.update(parts["code"])
             versions.update(parts["versions"])
             writer = parts["writer"]
         study.sources.memo.save()
-        return Job(
-            study.package,
-            str(study.code_root),
-            str(study.root),
-            tuple(Link(name, study.graph.stages[name].inputs) for name in self.touched),
-            dict(fixed),
-            code,
-            versions,
-            writer,
-            self.spec.time_limit_s,
-            self.spec.start_limit_s,
-        )
-
-    def ground(self) -> dict[str, Any]:
-        """What all points share: code, versions and inputs of the touched stages. Known once the job is made."""
-        return self._ingredients
+        return Job(study.package, str(study.code_root), str(study.root), stages, code, contents=fixed,
+                   versions=versions, writer=writer, time_limit_s=self.spec.time_limit_s,
+                   start_limit_s=self.spec.start_limit_s)  # fmt: skip
 
     def fixed(self) -> dict[str, Any]:
         """Every parameter of the touched stages as the files and `--set` have it, by name."""
@@ -136,10 +84,6 @@ class Chain:
             for key, value in values.items()
         }
 
-    def result_class(self) -> Any:
-        """The class of the swept stage's result."""
-        return result_class(self.study.package, self.spec.stage)
-
     def unit(self, name: str) -> str:
         """Unit of a varied parameter; empty for a word and for an entry of a table."""
         override = self._overrides[name]
@@ -149,9 +93,6 @@ class Chain:
                 return "" if unit == "-" else unit
         return ""
 
-    def _class(self, name: str) -> type | None:
-        return self.study.parameters_class(self.study.graph.stages[name])
-
     def _parsed(self, name: str, keys: Mapping[str, list[str]]) -> Override:
         try:
             return parsed(f"{name}=0", keys)
@@ -159,32 +100,26 @@ class Chain:
             raise StudyError(f"{self.spec.name}: {text.removeprefix('--set ')}" for text in error.sentences) from None
 
     def _sections(self, file: str) -> list[Any]:
-        return [section for name in self.names for section in _sections(self.base[name]) if file == section.FILE]
+        return [section for name in self.names for section in vars(self.base[name]).values() if file == section.FILE]
 
     def _touched(self) -> tuple[str, ...]:
-        varied = {(override.file, override.key): name for name, override in self._overrides.items()}
-        idle = dict(varied)
-        touched: list[str] = []
+        idle, touched = set(self.spec.names), set[str]()
         for name in self.names:
-            reads = {
-                (section.FILE, key) for section in _sections(self.base[name]) for key in declared(section.__class__)
-            }
-            if reads & varied.keys() or set(self.study.graph.upstream(name)) & set(touched):
-                touched.append(name)
-            for place in reads & varied.keys():
-                idle.pop(place, None)
+            reads = {(section.FILE, key) for section in vars(self.base[name]).values() for key in vars(section)}
+            varied = {each for each, override in self._overrides.items() if (override.file, override.key) in reads}
+            idle -= varied
+            if varied or touched.intersection(self.study.graph.upstream(name)):
+                touched.add(name)
         if idle:
             raise StudyError(f"{self.spec.name}: {name}: stage {self.spec.stage} does not depend on this parameter"
-                             for name in idle.values())  # fmt: skip
-        return tuple(touched)
+                             for name in self.spec.names if name in idle)  # fmt: skip
+        return tuple(name for name in self.names if name in touched)
 
     def _check(self) -> None:
         """Every limit and option of each axis must be legal by itself; rules between values are each point's matter."""
-        axes: Iterable[tuple[str, Any]] = [
-            (name, value) for name, axis in self.spec.axes.items() for value in axis.extremes()
-        ] or [pair for point in self.spec.points for pair in point.items()]
+        limits = [(name, value) for name, axis in self.spec.axes.items() for value in axis.extremes()]
         problems = []
-        for name, value in axes:
+        for name, value in [*limits, *(pair for point in self.spec.points for pair in point.items())]:
             for section in self._sections(self._overrides[name].file):
                 try:
                     self._value(section, name, value)
@@ -195,8 +130,7 @@ class Chain:
 
     def _varied(self, values: Any, point: Mapping[str, Any]) -> Any:
         changed = {}
-        for field in dataclasses.fields(values):
-            section = getattr(values, field.name)
+        for field, section in vars(values).items():
             new: dict[str, Any] = {}
             for name, value in point.items():
                 override = self._overrides[name]
@@ -204,8 +138,8 @@ class Chain:
                     whole = dataclasses.replace(section, **new) if new else section
                     new[override.key] = self._value(whole, name, value)
             if new:
-                changed[field.name] = dataclasses.replace(section, **new)
-                _keep_rules(changed[field.name])
+                changed[field] = dataclasses.replace(section, **new)
+                _keep_rules(changed[field])
         if not changed:
             return values
         whole = dataclasses.replace(values, **changed)
@@ -222,11 +156,7 @@ class Chain:
         try:
             return checked(applied(override, entry), field, kind)
         except Refused as refused:
-            raise StudyError(f"{name} {refused.reason}") from None
-
-
-def _sections(values: Any) -> list[Any]:
-    return [getattr(values, field.name) for field in dataclasses.fields(values)]
+            raise StudyError(refused.of(name)) from None
 
 
 def _keep_rules(instance: Any) -> None:
@@ -245,7 +175,3 @@ def _node(value: Any) -> Node:
     if isinstance(value, dict):
         return Node({key: _node(item) for key, item in value.items()}, 0)
     return Node(value, 0)
-
-
-def _is_read(path: str, inputs: Iterable[str]) -> bool:
-    return any(path == name or path.startswith(name + "/") for name in inputs)

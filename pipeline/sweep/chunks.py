@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Sequence
 
-from pipeline.sweep.bench import Task
+from pipeline.execution.job import Task
 
 _TARGET_S = 2.0
 

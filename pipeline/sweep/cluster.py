@@ -12,8 +12,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from pipeline.errors import StudyError
-from pipeline.sweep.bench import Bench, Task
-from pipeline.sweep.chain import Job
+from pipeline.execution.job import Job, Task
+from pipeline.sweep.bench import Bench
 from pipeline.sweep.chunks import Chunks
 from pipeline.sweep.row import CRASH, Row
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from pipeline.sweep.axes import Axis
 from pipeline.sweep.spec import Spec
 
 if TYPE_CHECKING:
@@ -14,37 +12,31 @@ if TYPE_CHECKING:
 Point = dict[str, Any]
 
 
-class Points(Sequence[Point]):
+class Points:
     """All points, each made when it is asked for, so that a million of them need little memory."""
 
     def __init__(self, spec: Spec) -> None:
         self._spec = spec
         self._shares = _shares(spec)
-        self._grids = [axis.values() for axis in spec.axes.values()] if spec.kind == "grid" else []
+        self._grids = {name: axis.values() for name, axis in spec.axes.items()} if spec.kind == "grid" else {}
 
     def __len__(self) -> int:
-        return self._spec.count
+        return self._spec.size
 
-    def __getitem__(self, index: Any) -> Any:
+    def __getitem__(self, index: int) -> Point:
+        """The point of this number. Raises IndexError beyond the last."""
         spec = self._spec
-        if isinstance(index, slice):
-            return [self[each] for each in range(*index.indices(len(self)))]
         if not 0 <= index < len(self):
             raise IndexError(index)
         if spec.kind == "list":
             return dict(spec.points[index])
         if self._shares is not None:
-            pairs: zip[tuple[tuple[str, Axis], Any]] = zip(spec.axes.items(), self._shares[index])
-            return {name: axis.at(float(share)) for (name, axis), share in pairs}
-        return dict(zip(spec.axes, self._of_grid(index)))
-
-    def _of_grid(self, index: int) -> list[Any]:
-        """Values at a point of the grid; the last parameter changes fastest."""
-        chosen = []
-        for values in reversed(self._grids):
+            return {name: axis.at(float(share)) for (name, axis), share in zip(spec.axes.items(), self._shares[index])}
+        point: Point = {}
+        for name, values in reversed(self._grids.items()):  # the last parameter changes fastest
             index, place = divmod(index, len(values))
-            chosen.append(values[place])
-        return chosen[::-1]
+            point[name] = values[place]
+        return {name: point[name] for name in spec.axes}
 
 
 def _shares(spec: Spec) -> np.ndarray | None:
@@ -55,8 +47,8 @@ def _shares(spec: Spec) -> np.ndarray | None:
 
     random = np.random.default_rng(spec.seed)
     if spec.kind == "monte_carlo":
-        return random.random((spec.count, len(spec.axes)))
+        return random.random((spec.size, len(spec.axes)))
     from scipy.stats import qmc
 
-    drawn: np.ndarray = qmc.LatinHypercube(d=len(spec.axes), seed=random).random(spec.count)
+    drawn: np.ndarray = qmc.LatinHypercube(d=len(spec.axes), seed=random).random(spec.size)
     return drawn

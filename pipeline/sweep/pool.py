@@ -6,8 +6,8 @@ import queue
 import threading
 from collections.abc import Iterator
 
+from pipeline.execution.job import Job
 from pipeline.sweep.bench import Bench
-from pipeline.sweep.chain import Job
 from pipeline.sweep.chunks import Chunks
 from pipeline.sweep.row import Row
 

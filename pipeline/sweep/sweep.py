@@ -18,13 +18,14 @@ from pipeline.cache.store import SWEEPS
 from pipeline.errors import StudyError
 from pipeline.execution.display import Display
 from pipeline.execution.executor import bring_up_to_date
+from pipeline.execution.job import Job, Task, task_of
 from pipeline.study import Study, shown
 from pipeline.sweep import pool, table
-from pipeline.sweep.bench import Task
-from pipeline.sweep.chain import Chain, Job, packed
+from pipeline.sweep.chain import Chain
 from pipeline.sweep.chunks import Chunks
 from pipeline.sweep.journal import Journal
 from pipeline.sweep.points import Points
+from pipeline.sweep.progress import Meter
 from pipeline.sweep.row import COMPUTED, KEPT, NOT_ALLOWED, Row
 from pipeline.sweep.spec import Spec
 
@@ -57,10 +58,11 @@ class Sweep:
         self.points = Points(spec)
         self.folder = study.results / SWEEPS
 
-    def run(self, out: Path, workers: int, client: Any, shows: Any) -> Summary:
+    def run(self, out: Path, workers: int, client: Any = None) -> Summary:
         """Compute what is missing and write the table to `out`. Call it under the lock of `folder`."""
         job = self._job()
-        with Journal(self.folder / ".cache" / f"{self._ground(job)}.jsonl") as journal:
+        shared = durable.digest(json.dumps(self.chain.ground, sort_keys=True).encode())[:32]
+        with Journal(self.folder / ".cache" / f"{shared}.jsonl") as journal:
             keys, refused = self._keys()
             known = sum(key in journal for key in keys if key)
             first: dict[str, int] = {}
@@ -73,7 +75,7 @@ class Sweep:
             unkept: dict[str, Row] = {}
             began, point_seconds = time.monotonic(), 0.0
             if missing:
-                meter = shows(len(missing))
+                meter = Meter(len(missing), self.display)
                 try:
                     for index, row in self._rows(job, missing, workers, client):
                         if keys[index] in journal or keys[index] in unkept:
@@ -85,7 +87,7 @@ class Sweep:
                             unkept[keys[index]] = row
                         meter.one_more(row.outcome != COMPUTED)
                 finally:
-                    meter.close()
+                    self.display.close()
             seconds = time.monotonic() - began
             lost = sum(key not in journal and key not in unkept for key in first)
             if lost:
@@ -105,7 +107,7 @@ class Sweep:
         return cluster.compute(client, job, chunks, uuid.uuid4().hex)
 
     def _task(self, index: int) -> Task:
-        return index, packed(self.chain.parameters(self.points[index]))
+        return task_of(self.study, self.chain.parameters(self.points[index]), index)
 
     def _keys(self) -> tuple[list[str], dict[int, Row]]:
         """Key of each point (empty where the values are not allowed), and the rows of those."""
@@ -144,6 +146,3 @@ class Sweep:
                         fixed[path] = durable.read(self.study.store.place(path)) or b""
                         contents[path] = made.content
         return self.chain.job(fixed, contents)
-
-    def _ground(self, job: Job) -> str:
-        return durable.digest(json.dumps(self.chain.ground(), sort_keys=True).encode())[:32]

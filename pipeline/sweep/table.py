@@ -14,7 +14,8 @@ import h5py
 import numpy as np
 
 from pipeline.cache import artefact, fingerprint
-from pipeline.sweep import row as rows
+from pipeline.execution.columns import about
+from pipeline.stage_modules import result_class
 from pipeline.sweep.chain import Chain
 from pipeline.sweep.row import Row
 
@@ -44,11 +45,12 @@ def encode(
             _write(group, name, column, {"unit": chain.unit(name), "description": "varied"})
         _write(group, "outcome", outcomes, {"description": "computed, or what kept the point from it"})
         _write(group, "reason", reasons, {"description": "why there is no result"})
+        result = result_class(chain.study.package, chain.spec.stage)
         for name in found:
-            _write(group, name, found[name], rows.about(chain.result_class(), name))
-        about = file.create_group("provenance")
+            _write(group, name, found[name], about(result, name))
+        group = file.create_group("provenance")
         for name, text in _provenance(chain).items():
-            about.attrs[name] = text
+            group.attrs[name] = text
         file.flush()
         return bytes(file.id.get_file_image())
 
@@ -72,13 +74,13 @@ def _write(group: Any, name: str, column: Any, attributes: Mapping[str, str]) ->
 
 
 def _provenance(chain: Chain) -> dict[str, str]:
-    spec, swept = chain.spec, chain.ground()[chain.spec.stage]
+    spec, swept = chain.spec, chain.ground[chain.spec.stage]
     base = fingerprint.compact
     fixed = {name: value for name, value in chain.fixed().items() if name not in spec.names}
     return {
         "stage": spec.stage,
         "key": fingerprint.key(swept),
-        "sweep": f"{spec.kind}, {spec.count} points" + (f", seed {spec.seed}" if spec.axes and spec.seed else ""),
+        "sweep": f"{spec.kind}, {spec.size} points" + (f", seed {spec.seed}" if spec.axes and spec.seed else ""),
         "axes": "\n".join(f"{name} = {axis}" for name, axis in spec.axes.items()),
         "parameters": "\n".join(f"{name} = {base(value)}" for name, value in fixed.items()),
         "versions": "\n".join(f"{name} {version}" for name, version in swept["versions"].items()),

@@ -5,21 +5,17 @@ Inputs: none. Settings: params/analytic.yaml. Output: `Result`, eqs. (1)-(8) of 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.sensitivity import vary_design
 from stages.analytic.parameters import Parameters
-from stages.analytic.phases.flow import RIGID, SINGLE_STANCE
 from stages.analytic.result import Result
-from stages.analytic.walk.recording import constraint_drift, crossing_state, record
+from stages.analytic.walk.recording import constraint_drift, crossing_state, walk_on
 from stages.analytic.walk.sampling import sample_walk
 from stages.biped.progress import Progress, ignore
 
 
-def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
+def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore) -> Result:
     """Find the gait, audit it and record a walk.
 
     Raises NoGait if the design has no gait, StepFailed if the recorded walk does not get to its end.
@@ -37,9 +33,7 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
     progress(0.6, "recording the walk")
     report = report_gait(walker, point, tolerance)
     upright = crossing_state(walker, point.z, tolerance)
-    segments = record(
-        walker, upright, parameters.settings.steps + 1, tolerance, RIGID if walker.rigid else SINGLE_STANCE
-    )
+    segments = walk_on(walker, upright, parameters.settings.steps, tolerance)
     return Result(
         gait=report.gait,
         mid_stance=walker.stance_state(upright),

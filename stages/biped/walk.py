@@ -56,6 +56,21 @@ class Walk:
     toe_off_time: np.ndarray = quantity("s", "times of toe-off, shape (o,)", symbol="t_TO")
     toe_off_leg: np.ndarray = quantity("1", "leg that leaves the ground at each toe-off, shape (o,)")
 
+    @property
+    def standing_force(self) -> float:
+        """Normal force on the leg that stands at the start [N]."""
+        return float(self.ground_reaction[0, 0, 1])
+
+    def double_stance(self, strikes: np.ndarray) -> float:
+        """Mean time from some of the heel strikes to the other leg's next toe-off [s]; NaN without one."""
+        spans = []
+        for strike in strikes:
+            leg = self.heel_strike_leg[np.searchsorted(self.heel_strike_time, strike)]
+            after = self.toe_off_time[(self.toe_off_time > strike) & (self.toe_off_leg != leg)]
+            if len(after):
+                spans.append(after[0] - strike)
+        return float(np.mean(spans)) if spans else float("nan")
+
 
 class NotRecorded(ValueError):
     """A signal is read that the scene leaves out; the message says which, and where to name it."""

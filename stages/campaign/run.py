@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -28,6 +27,7 @@ from stages.campaign.virtual_sensor import (
 )
 from stages.imu.sources.schema import Device, Experiment
 from stages.imu.trial.sensor import filter_delay
+from stages.twin.result import Result as Twin
 
 SYNTHETIC = "synthetic"
 FIRST_RUN_AT = 1_600_000_000.0  # s, what the phone's clock shows at the first run: any date does
@@ -39,12 +39,19 @@ AROUND_STRIKE = (-0.005, 0.03)  # s, where the spike of a heel strike is looked 
 MOUNTING = {"hip": ("+y", "-x"), "foot": ("-z", "+x")}
 
 
-def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
-    """Walk, sense, send, store. inputs["twin"] gives the state in which the twin's own walk begins.
+@dataclass(frozen=True)
+class Inputs:
+    """What the stage reads."""
+
+    twin: Twin
+
+
+def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
+    """Walk, sense, send, store. The twin gives the state in which its own walk begins.
 
     The result is the truth; its file is what a lab would have. Raises NoWalk if the twin falls at every attempt.
     """
-    state, normal_force = first_state(inputs["twin"].walk)
+    state, normal_force = first_state(inputs.twin.walk)
     truths: dict[int, RunTruth] = {}
     stored: dict[int, tuple[Experiment, tuple[Transmitted, ...]]] = {}
     count = parameters.runs.runs

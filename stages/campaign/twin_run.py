@@ -58,7 +58,7 @@ def first_state(walk: Walk) -> tuple[StanceState, float]:
         swing_rate=float(walk.leg_rate[0, 1]),
         swing_length_rate=float(walk.leg_length_rate[0, 1]),
     )
-    return state, float(walk.ground_reaction[0, 0, 1])
+    return state, walk.standing_force
 
 
 def walk_twin(number: int, state: StanceState, normal_force: float, parameters: Parameters) -> TwinRun:
@@ -79,17 +79,16 @@ def _signals(
     variation: Variation, slope: Slope, state: StanceState, normal_force: float, parameters: Parameters
 ) -> Signals | None:
     """The twin's walk on a fine grid, or None if it did not reach the end."""
-    twin = dataclasses.replace(parameters.twin, tolerance=parameters.runs.solver_tolerance)
+    twin = dataclasses.replace(
+        parameters.twin, tolerance=parameters.runs.solver_tolerance, signals=(IMU_IN_SPACE,)
+    )
     machine = build(parameters.biped, twin, variation.build)
     start = rolling_start(machine, parameters.contact, variation.start(state), normal_force)
     record = simulate_twin(machine, slope, parameters.contact, start, twin, steps=parameters.runs.steps)
     if not record.completed:
         return None
     times = uniform_times(float(record.time[-1]), parameters.runs.motion_rate_hz)
-    return sample(
-        record, machine, parameters.biped, slope, parameters.contact, times, twin.hip_socket, twin.foot_socket,
-        (IMU_IN_SPACE,),
-    )
+    return sample(record, times, twin)
 
 
 def _with_stand(

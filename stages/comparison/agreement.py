@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.integrate import trapezoid
 
+from stages.analytic.result import Result as Analytic
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.comparison.hip_motion import HipDifference, between_cycles, from_same_start, overlay
 from stages.comparison.stride import Stride, normalised_rms
+from stages.multibody.result import Result as Multibody
+from stages.twin.result import Result as Twin
 
 STANDARD_GRAVITY = 9.80665  # m/s^2 in one g of a sensor's data sheet
 #: Full scale of the paper's accelerometer [m/s^2] (section 7.2).
@@ -34,7 +36,7 @@ class ModelAgreement:
     energy_residual: float = quantity("1", "what the penalty model's energy balance does not close")
 
 
-def compare_models(analytic: Any, multibody: Any, strides: Mapping[str, Stride]) -> ModelAgreement:
+def compare_models(analytic: Analytic, multibody: Multibody, strides: Mapping[str, Stride]) -> ModelAgreement:
     """Agreement of the results of the analytic and the multibody stage, given the last stride of each by name."""
     period = analytic.gait.period_s
     laid = overlay(analytic.walk, multibody.walk, period)
@@ -69,7 +71,7 @@ class TwinAgreement:
     time_above_range: float = quantity("s", "time a step that a component of the twin's specific force is above 4 g")
 
 
-def compare_twin(twin: Any, strides: Mapping[str, Stride]) -> TwinAgreement:
+def compare_twin(twin: Twin, strides: Mapping[str, Stride]) -> TwinAgreement:
     """Agreement of the twin's result and the multibody model, given the last stride of each by name."""
     walk, start = twin.walk, twin.walk.heel_strike_time[-3]
     last = walk.time >= start

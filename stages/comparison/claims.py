@@ -7,33 +7,21 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from stages.analytic.gait.sensitivity import OUTSOLE
 from stages.analytic.result import Result as AnalyticResult
-from stages.biped.quantity import quantity
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.comparison.agreement import STANDARD_GRAVITY, ModelAgreement, TwinAgreement
 from stages.comparison.measurement import MeasurementAgreement
 from stages.comparison.parameters import Settings
+from stages.comparison.result import Claim
 from stages.contact_study.result import Result as ContactStudy
 from stages.error_budget.effects import COMPLIANCE, CREEP, RAMP, SLIP, UNEXPLAINED
 from stages.error_budget.result import Result as ErrorBudget
 from stages.error_budget.split import POSITION, VELOCITY
 from stages.multibody.result import FrictionVariation
-
-
-@dataclass(frozen=True)
-class Claim:
-    """One claim of the paper against this study."""
-
-    id: str = quantity("-", "short name")
-    stated: str = quantity("-", "what the paper says, and where")
-    found: str = quantity("-", "what this study computes")
-    holds: bool | None = quantity("-", "whether the claim holds here; empty if it cannot be decided")
-    why: str = quantity("-", "reason for the verdict")
 
 
 def step_frequency(analytic: AnalyticResult, settings: Settings) -> Claim:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.comparison.stride import Stride, through_low_pass
+from stages.imu.result import Result as Ingested
 from stages.imu.trial.agreement import Agreement, FrequencyDifference, agreement, frequency_difference
 
 
@@ -30,14 +30,16 @@ class MeasurementAgreement:
     simple: dict[str, Agreement] = quantity("-", "agreement with the simple model, by signal")
 
 
-def same_steps_frequency(imu: Any, walk: Walk, skipped: int) -> float:
+def same_steps_frequency(imu: Ingested, walk: Walk, skipped: int) -> float:
     """Step frequency [Hz] of a walk over the steps the runs are measured over: both carry the same transient."""
     count = int(np.median([len(run.heel_strike_time) for run in imu.runs]))
     strikes = walk.heel_strike_time[skipped:count]
     return float((len(strikes) - 1) / (strikes[-1] - strikes[0]))
 
 
-def compare_measurement(imu: Any, walk: Walk, twin: Stride, simple: Stride, skipped: int) -> MeasurementAgreement:
+def compare_measurement(
+    imu: Ingested, walk: Walk, twin: Stride, simple: Stride, skipped: int
+) -> MeasurementAgreement:
     """Agreement of the ingest's result with the last stride of twin and simple model.
 
     `walk` is the twin's, whose step frequency is taken over the runs' own steps; `skipped` heel strikes left out.
@@ -58,13 +60,13 @@ def compare_measurement(imu: Any, walk: Walk, twin: Stride, simple: Stride, skip
     )
 
 
-def bandwidth_of(imu: Any) -> float:
+def bandwidth_of(imu: Ingested) -> float:
     """The one cut-off [Hz] all sensors in use declare; NaN if they declare none or differ."""
     declared = {report.bandwidth_hz for report in imu.reports if report.accepted}
     return declared.pop() if len(declared) == 1 else math.nan
 
 
-def stride_agreement(imu: Any, stride: Stride, bandwidth: float) -> dict[str, Agreement]:
+def stride_agreement(imu: Ingested, stride: Stride, bandwidth: float) -> dict[str, Agreement]:
     """Agreement of a model's stride with the ensemble, by the signals' names, at the ensemble's phases.
 
     The model's curves pass the sensor's low pass first: the spike of a heel strike lasts less than a sample, and where

@@ -1,4 +1,4 @@
-"""What the comparison hands on: numbers, claims and figures."""
+"""What the comparison hands on: numbers and claims."""
 
 from __future__ import annotations
 
@@ -6,9 +6,19 @@ from dataclasses import dataclass
 
 from stages.biped.quantity import quantity
 from stages.comparison.agreement import ModelAgreement, TwinAgreement
-from stages.comparison.claims import Claim
 from stages.comparison.ingest_score import IngestScore
 from stages.comparison.measurement import MeasurementAgreement
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One claim of the paper against this study."""
+
+    id: str = quantity("-", "short name")
+    stated: str = quantity("-", "what the paper says, and where")
+    found: str = quantity("-", "what this study computes")
+    holds: bool | None = quantity("-", "whether the claim holds here; empty if it cannot be decided")
+    why: str = quantity("-", "reason for the verdict")
 
 
 @dataclass(frozen=True)
@@ -20,16 +30,12 @@ class Result:
     measurement: MeasurementAgreement = quantity("-", "measurements against twin")
     ingest: IngestScore | None = quantity("-", "the ingest against the synthetic truth; empty for other measurements")
     claims: tuple[Claim, ...] = quantity("-", "the paper's claims")
-    files: dict[str, bytes] = quantity("-", "figures and claims, by path in the results folder")
+    files: dict[str, bytes] = quantity("-", "the claims, by path in the results folder")
 
     def summary(self) -> str:
         """Verdicts counted, in one line."""
         verdicts = [claim.holds for claim in self.claims]
-        pictures = sum(name.endswith(".png") for name in self.files)
-        return (
-            f"{verdicts.count(True)} claims hold, {verdicts.count(False)} do not, {verdicts.count(None)} undecided; "
-            f"{pictures} figures"
-        )
+        return f"{verdicts.count(True)} claims hold, {verdicts.count(False)} do not, {verdicts.count(None)} undecided"
 
     def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
         """How well the ingest reads what is known: (title, columns, rows)."""

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from stages.analytic.result import Result as Analytic
 from stages.biped.progress import Progress, ignore
 from stages.contact_study.choice import choose
 from stages.contact_study.one_step import Scene, landing_force, measure, take_step
@@ -28,9 +30,16 @@ SHARE_OF_VARIATIONS = 0.3
 LEAST_STEPS = 1000
 
 
-def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
+@dataclass(frozen=True)
+class Inputs:
+    """What the stage reads."""
+
+    analytic: Analytic
+
+
+def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
     """Vary one parameter at a time, then search. A step that fails is a row with its reason."""
-    analytic, settings = inputs["analytic"], parameters.settings
+    analytic, settings = inputs.analytic, parameters.settings
     scene = Scene(
         parameters.biped,
         parameters.slope,

@@ -6,9 +6,6 @@ Settings: params/error_budget.yaml, the contact set of ground.yaml. Output: `Res
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from stages.analytic.errors import NoGait, StepFailed
 from stages.biped.progress import Progress, ignore
 from stages.error_budget.cycles import cycle_budget
@@ -18,7 +15,7 @@ from stages.error_budget.parameters import Parameters
 from stages.error_budget.result import COMPLETED, CycleBudget, Result, StepBudget
 
 
-def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
+def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore) -> Result:
     """Split the difference over one step, then between cycles. A model that does not walk is a result that says so."""
     step, cycle, outcome = None, None, COMPLETED
     try:

@@ -26,7 +26,7 @@ from stages.multibody.assembly.solver import Run
 from stages.multibody.assembly.state import rolling_state
 from stages.multibody.walking.energy import energy_balance
 from stages.multibody.walking.walk import simulate
-from stages.twin.machine.machine import Machine, build
+from stages.twin.machine.machine import build
 from stages.twin.walking.energy import energy_balance as spatial_energy_balance
 from stages.twin.walking.record import Record
 from stages.twin.walking.simulate import rolling_start, simulate_twin
@@ -114,7 +114,7 @@ def answer_of(here: Parameters, spatial: bool, stance: StanceState, force: float
         machine = build(here.biped, here.twin)
         start = rolling_start(machine, here.contact, stance, force)
         record = simulate_twin(machine, here.slope, here.contact, start, here.twin, steps=1)
-        return spatial_answer(record, machine, here)
+        return spatial_answer(record)
     state = rolling_state(here.biped, here.contact, stance, force)
     return planar_answer(simulate(here.biped, here.slope, here.contact, state, here.multibody, steps=1), here)
 
@@ -128,12 +128,12 @@ def planar_answer(run: Run, here: Parameters) -> Answer:
     return Answer(run.completed, said(run.outcome, run.message), times, trajectory.at(times)[0][:, :2], audit)
 
 
-def spatial_answer(record: Record, machine: Machine, here: Parameters) -> Answer:
+def spatial_answer(record: Record) -> Answer:
     """What is kept of a twin's run."""
     audit = np.nan
     times = np.linspace(0.0, float(record.time[-1]), 5 * GRID)
     if record.completed:
-        audit = turnover(spatial_energy_balance(record, machine, here.slope, here.contact, 0.0, float(times[-1])))
+        audit = turnover(spatial_energy_balance(record, 0.0, float(times[-1])))
     hip = record.at(times)[0][:, :2] if len(record.time) > 1 else np.zeros((len(times), 2))
     return Answer(record.completed, said(record.outcome, record.reason), times, hip, audit)
 
@@ -155,7 +155,7 @@ def turnover(balance: object) -> float:
 def mid_stance(biped: Biped, slope: Slope) -> tuple[StanceState, float]:
     """The constraint model's mid-stance and the force on the standing foot there [N]. Raises NoGait or StepFailed."""
     walk, _, stance = step_of(biped, slope, None)
-    return stance, float(walk.ground_reaction[0, 0, 1])
+    return stance, walk.standing_force
 
 
 def step_of(biped: Biped, slope: Slope, friction: Friction | None) -> tuple[Walk, float, StanceState]:
@@ -174,7 +174,7 @@ def rigid_limit(here: Parameters, factor: float, limit: float) -> Finding:
     scale = factor ** (1.0 / (law.contact_exponent + 1.0))
     stiff = ContactLaw(factor * 1e5, law.contact_exponent, 1e4 * scale, 1e-4 / scale, mu, mu, 1e-3, 2e-3)
     patient = dataclasses.replace(here.multibody, most_solver_steps=500_000)
-    state = rolling_state(here.biped, stiff, stance, float(walk.ground_reaction[0, 0, 1]))
+    state = rolling_state(here.biped, stiff, stance, walk.standing_force)
     run = simulate(here.biped, here.slope, stiff, state, patient, steps=1)
     if not run.completed:
         return Finding(FAILED, reason=said(run.outcome, run.message))

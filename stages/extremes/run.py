@@ -5,9 +5,6 @@ Inputs: none. Settings: params/extremes.yaml. Output: `Result`, a row a point.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from stages.biped.progress import Progress, ignore
@@ -22,7 +19,7 @@ from stages.extremes.watchdog import compute
 CONSTRAINT = (GAIT, COULOMB, STEP, MARCH)
 
 
-def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
+def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore) -> Result:
     """Try every point; none of them can fail the stage."""
     asked = points(parameters)
     settings = parameters.settings

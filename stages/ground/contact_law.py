@@ -9,6 +9,7 @@ from typing import ClassVar
 
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.friction_coefficients import Friction, dynamic_friction, static_friction
+from stages.ground.laws import FRICTIONS, NORMAL_FORCES, PointLaw
 
 
 @dataclass(frozen=True)
@@ -33,8 +34,8 @@ class ContactLaw:
     friction_velocity: float = parameter(
         "m/s", "least slip speed of dynamic friction", symbol="v_d", bound=Bound(above=0)
     )
-    normal_force: str = parameter("-", "law of the normal force", choices=("impact", "restitution"), default="impact")
-    friction: str = parameter("-", "law of friction", choices=("stribeck", "coulomb", "none"), default="stribeck")
+    normal_force: str = parameter("-", "law of the normal force", choices=tuple(NORMAL_FORCES), default="impact")
+    friction: str = parameter("-", "law of friction", choices=tuple(FRICTIONS), default="stribeck")
     restitution: float = parameter(
         "1",
         "part of impact_speed that is returned (law restitution only)",
@@ -60,6 +61,12 @@ class ContactLaw:
     def stiffness_si(self) -> float:
         """Contact stiffness in N/m^e."""
         return float(self.contact_stiffness * 1000.0**self.contact_exponent)
+
+    @property
+    def numbers(self) -> PointLaw:
+        """The chosen laws with these parameters. Raises KeyError for a law that is none of the choices."""
+        normal, friction = NORMAL_FORCES[self.normal_force], FRICTIONS[self.friction]
+        return PointLaw(normal.of(self), friction.of(self), self.stiction_velocity)
 
     def shared_by(self, feet: int) -> ContactLaw:
         """The law of one of `feet` equal feet that stand side by side and together act as this law."""

@@ -1,13 +1,39 @@
-"""Regularised Coulomb friction: one coefficient, reached at the stiction velocity."""
+"""Coulomb friction: one coefficient, whatever the slip; or none."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from stages.ground.contact_law import ContactLaw
-from stages.ground.operations import ARRAYS, Operations, rise
+if TYPE_CHECKING:
+    from stages.ground.contact_law import ContactLaw
+    from stages.ground.operations import Operations
 
 
-def coulomb_coefficient(law: ContactLaw, slip: Any, ops: Operations = ARRAYS) -> Any:
-    """Friction coefficient, odd in the slip velocity [m/s]: mu_s beyond v_s, a smooth rise below it."""
-    return law.static_friction * rise(slip * (1.0 / law.stiction_velocity), ops)
+class Coulomb(NamedTuple):
+    """The coefficient mu_s."""
+
+    static: float
+
+    @classmethod
+    def of(cls, contact: ContactLaw) -> Coulomb:
+        """The number of these parameters."""
+        return cls(contact.static_friction)
+
+    def coefficient(self, speed: Any, ops: Operations) -> Any:
+        """Friction coefficient of a sliding foot."""
+        return self.static
+
+
+class Frictionless(NamedTuple):
+    """The coefficient, which is zero."""
+
+    zero: float = 0.0
+
+    @classmethod
+    def of(cls, contact: ContactLaw) -> Frictionless:
+        """It needs nothing of these parameters (but machine code wants no tuple to be empty)."""
+        return cls()
+
+    def coefficient(self, speed: Any, ops: Operations) -> Any:
+        """Friction coefficient of a sliding foot."""
+        return self.zero

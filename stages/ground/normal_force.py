@@ -5,16 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from stages.ground.contact_law import ContactLaw
-from stages.ground.impact import impact_force
 from stages.ground.operations import ARRAYS, Operations
-from stages.ground.restitution import restitution_force
-
-NORMAL_FORCES = {"impact": impact_force, "restitution": restitution_force}
 
 
 def normal_force(law: ContactLaw, penetration: Any, rate: Any, ops: Operations = ARRAYS) -> Any:
     """Normal force [N], never negative, zero out of contact; penetration [m] positive in contact, its rate [m/s]."""
-    return NORMAL_FORCES[law.normal_force](law, penetration, rate, ops)
+    return law.numbers.normal.force(penetration, rate, ops)
 
 
 def static_penetration(law: ContactLaw, force: float) -> float:

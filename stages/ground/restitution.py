@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from stages.ground.contact_law import ContactLaw
-from stages.ground.operations import ARRAYS, Operations
+if TYPE_CHECKING:
+    from stages.ground.contact_law import ContactLaw
+    from stages.ground.operations import Operations
 
 
 @lru_cache(maxsize=64)
@@ -37,8 +38,20 @@ def damping_factor(restitution: float, impact_speed: float) -> float:
             high = middle
 
 
-def restitution_force(law: ContactLaw, penetration: Any, rate: Any, ops: Operations = ARRAYS) -> Any:
-    """Normal force [N] at a penetration [m] and its rate [m/s]: k_c p^e max(0, 1 + a dp/dt)."""
-    factor = damping_factor(law.restitution, law.impact_speed)
-    spring = law.stiffness_si * ops.power(ops.maximum(penetration, 0.0), law.contact_exponent)
-    return spring * ops.maximum(1.0 + factor * rate, 0.0)
+class Restitution(NamedTuple):
+    """Stiffness k_c [N/m^e], exponent e, damping factor a [s/m]."""
+
+    stiffness: float
+    exponent: float
+    factor: float
+
+    @classmethod
+    def of(cls, contact: ContactLaw) -> Restitution:
+        """The numbers of these parameters."""
+        factor = damping_factor(contact.restitution, contact.impact_speed)
+        return cls(contact.stiffness_si, contact.contact_exponent, factor)
+
+    def force(self, penetration: Any, rate: Any, ops: Operations) -> Any:
+        """Normal force [N] at a penetration [m] and its rate [m/s]: k_c p^e max(0, 1 + a dp/dt)."""
+        spring = self.stiffness * ops.power(ops.maximum(penetration, 0.0), self.exponent)
+        return spring * ops.maximum(1.0 + self.factor * rate, 0.0)

@@ -1,22 +1,32 @@
-"""Friction coefficient with Adams' transitions, eq. (10) and Fig. 6: creep, static peak, fall to dynamic friction."""
+"""Friction with Adams' transitions, eq. (10) and Fig. 6: creep, static peak, fall to dynamic friction."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from stages.ground.contact_law import ContactLaw
-from stages.ground.operations import ARRAYS, Operations, rise, smoothstep
+if TYPE_CHECKING:
+    from stages.ground.contact_law import ContactLaw
+    from stages.ground.operations import Operations
 
 
-def stribeck_coefficient(law: ContactLaw, slip: Any, ops: Operations = ARRAYS) -> Any:
-    """Friction coefficient, odd in the slip velocity [m/s].
+class Stribeck(NamedTuple):
+    """Coefficients mu_s and mu_d, slip speeds v_s and v_d [m/s]."""
 
-    STEP from -mu_s at -v_s to mu_s at v_s (slope 1.5 mu_s / v_s at rest), STEP from mu_s at v_s to mu_d at v_d,
-    mu_d beyond.
-    """
-    static = law.static_friction * rise(slip * (1.0 / law.stiction_velocity), ops)
-    if law.dynamic_friction == law.static_friction:
-        return static
-    width = law.friction_velocity - law.stiction_velocity
-    beyond = smoothstep((ops.absolute(slip) - law.stiction_velocity) * (1.0 / width), ops)
-    return static - (law.static_friction - law.dynamic_friction) * ops.sign(slip) * beyond
+    static: float
+    dynamic: float
+    stiction_velocity: float
+    friction_velocity: float
+
+    @classmethod
+    def of(cls, contact: ContactLaw) -> Stribeck:
+        """The numbers of these parameters."""
+        return cls(
+            contact.static_friction, contact.dynamic_friction, contact.stiction_velocity, contact.friction_velocity
+        )
+
+    def coefficient(self, speed: Any, ops: Operations) -> Any:
+        """Friction coefficient of a sliding foot: STEP from mu_s at v_s to mu_d at v_d, and mu_d beyond."""
+        if self.dynamic == self.static:
+            return self.static
+        width, fall = self.friction_velocity - self.stiction_velocity, self.static - self.dynamic
+        return self.static - ops.step(speed - self.stiction_velocity, width, fall)

@@ -6,9 +6,9 @@ Knows nothing of where the measurements come from, synthetic or not: it reads th
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -25,12 +25,20 @@ from stages.imu.trial.run_report import RunReport, origin_of
 from stages.imu.trial.trial import BodySensor, Trial, read_trial
 
 
-def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
-    """Ingest inputs["measurements"], the path of an SQLite database, or the lab's own, inputs["database"].
+@dataclass(frozen=True)
+class Inputs:
+    """What the stage reads: SQLite databases, the synthetic one and, if it is named, a lab's own."""
+
+    measurements: Path
+    database: Path | None = None
+
+
+def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
+    """Ingest the lab's own database, or the synthetic one.
 
     Raises SourceRefused, in one sentence.
     """
-    with SqliteSource(Path(inputs.get("database") or inputs["measurements"])) as source:
+    with SqliteSource(inputs.database or inputs.measurements) as source:
         return collect(trials(source.runs(), parameters.settings, progress), parameters.settings)
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from typing import Any
+from collections.abc import Collection
+from dataclasses import dataclass
 
 import numpy as np
 
+from stages.analytic.result import Result as Analytic
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import Walk
 from stages.ground.blocks import lanes
@@ -24,15 +25,22 @@ from stages.multibody.walking.trajectory import foot_kinematics
 from stages.multibody.walking.walk import build, sample, simulate
 
 
-def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
-    """Walk and measure. inputs["analytic"] gives the mid-stance state, the normal force of its first sample and, for
+@dataclass(frozen=True)
+class Inputs:
+    """What the stage reads."""
+
+    analytic: Analytic
+
+
+def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
+    """Walk and measure. The analytic gait gives the mid-stance state, the normal force of its first sample and, for
     stepping blocks, the step length.
 
     A fall or a failed solver is a result whose `outcome` says so, with the walk up to there.
     """
-    analytic = inputs["analytic"]
+    analytic = inputs.analytic
     biped, slope, contact, settings = parameters.biped, parameters.slope, parameters.contact, parameters.settings
-    standing_force = float(analytic.walk.ground_reaction[0, 0, 1])
+    standing_force = analytic.walk.standing_force
     state = rolling_state(biped, contact, analytic.mid_stance, standing_force)
     progress(0.0, f"walking {settings.steps} steps in Exudyn ({settings.assembly})")
     blocks = lanes(analytic.gait.step_length_m, settings.block_length) if settings.scene == "blocks" else None

@@ -10,9 +10,9 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 from stages.analytic.phases.flow import DOUBLE_STANCE, SINGLE_STANCE
+from stages.analytic.result import Result as Analytic
 from stages.tradeoff import constraint_ways, penalty_ways, twin_ways
 from stages.tradeoff.parameters import Parameters
 from stages.tradeoff.scipy_walk import readable_rates
@@ -34,14 +34,14 @@ class Plan:
     ways: tuple[Way, ...]
 
 
-def plans(parameters: Parameters, analytic: Any) -> Iterator[Plan]:
+def plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
     """All plans; `analytic` gives the mid-stance and the force of its first sample. Raises WayFailed."""
     yield from constraint_plans(parameters, analytic)
     yield from penalty_plans(parameters, analytic)
     yield twin_plan(parameters, analytic)
 
 
-def constraint_plans(parameters: Parameters, analytic: Any) -> Iterator[Plan]:
+def constraint_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
     """Rolling trailing foot, then limited friction."""
     full, steps = parameters.settings.resolution == "full", parameters.settings.walked_steps
     usual = parameters.constraint.tolerance
@@ -80,10 +80,10 @@ def scipy_ways(at: constraint_ways.Scene, full: bool) -> list[Way]:
     return ways
 
 
-def penalty_plans(parameters: Parameters, analytic: Any) -> Iterator[Plan]:
+def penalty_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
     """The study's ground with all ways; in full other grounds as well, with the tree."""
     full, steps = parameters.settings.resolution == "full", parameters.settings.walked_steps
-    force = float(analytic.walk.ground_reaction[0, 0, 1])
+    force = analytic.walk.standing_force
     settings, ground = parameters.planar, parameters.contact
     start = parameters.biped, parameters.slope
     at = penalty_ways.scene(penalty_ways.PENALTY, *start, ground, settings, analytic.mid_stance, force, steps)
@@ -113,10 +113,10 @@ def penalty_plans(parameters: Parameters, analytic: Any) -> Iterator[Plan]:
                    tuple(tree(at, value, LOOSE_STEP) for value in (1e-4, 1e-6, 1e-8)))
 
 
-def twin_plan(parameters: Parameters, analytic: Any) -> Plan:
+def twin_plan(parameters: Parameters, analytic: Analytic) -> Plan:
     """The twin; independent is a ground of Exudyn's own connectors, on the same solver: there is no other for it."""
     full, settings = parameters.settings.resolution == "full", parameters.twin
-    force = float(analytic.walk.ground_reaction[0, 0, 1])
+    force = analytic.walk.standing_force
     at = twin_ways.scene(parameters.biped, parameters.slope, parameters.contact, settings, analytic.mid_stance, force,
                          parameters.settings.walked_steps)
     way = twin_ways.twin_way

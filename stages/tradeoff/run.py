@@ -7,9 +7,9 @@ Cost is counted in evaluations; clock times, which differ from run to run, are k
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass
 
+from stages.analytic.result import Result as Analytic
 from stages.biped.progress import Progress, ignore
 from stages.tradeoff.parameters import Parameters
 from stages.tradeoff.plan import Plan, plans
@@ -19,13 +19,20 @@ from stages.tradeoff.way import Walked, Way, WayFailed, hip_error
 UNKNOWN = Errors(*[math.nan] * 4)
 
 
-def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
+@dataclass(frozen=True)
+class Inputs:
+    """What the stage reads."""
+
+    analytic: Analytic
+
+
+def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
     """Measure all ways of the resolution chosen.
 
     A way that does not walk to the end is a row that says why. Raises WayFailed if a reference itself fails.
     """
     references, rows = [], []
-    for number, plan in enumerate(plans(parameters, inputs["analytic"])):
+    for number, plan in enumerate(plans(parameters, inputs.analytic)):
         progress(min(0.9, 0.2 * number), plan.reference.model)
         reference, measured = measure(plan)
         references.append(reference)

@@ -31,7 +31,6 @@ class Scene:
     """The machine on its ground, its mid-stance, and how far it walks."""
 
     machine: Machine
-    biped: Biped
     slope: Slope
     contact: ContactLaw
     settings: Settings
@@ -44,13 +43,15 @@ def scene(biped: Biped, slope: Slope, contact: ContactLaw, settings: Settings, s
     """The twin's scene. Raises ValueError if its parts do not add up to the design."""
     machine = build(biped, settings)
     start = rolling_start(machine, contact, stance, force)
-    return Scene(machine, biped, slope, contact, settings, start, steps)
+    return Scene(machine, slope, contact, settings, start, steps)
 
 
 def twin_way(at: Scene, tolerance: float, largest_step: float, kind: type[SpatialTree] = SpatialTree,
              mark: str = "") -> Way:
     """The twin at one tolerance and largest step [s]."""
-    settings = dataclasses.replace(at.settings, tolerance=tolerance, largest_step=largest_step)
+    settings = dataclasses.replace(
+        at.settings, tolerance=tolerance, largest_step=largest_step, signals=(GROUND_REACTION,)
+    )
     built: list[Any] = []
 
     def integrate() -> Record:
@@ -62,10 +63,9 @@ def twin_way(at: Scene, tolerance: float, largest_step: float, kind: type[Spatia
         record = integrate()
         if not record.completed:
             raise WayFailed(record.reason or record.outcome)
-        strikes = find_events(record, at.machine.feet).heel_strike_time
+        strikes = find_events(record).heel_strike_time
         hip = record.at(grid(float(record.time[-1])))[0][:, [X, Y]]
-        force = sample(record, at.machine, at.biped, at.slope, at.contact, record.time, settings.hip_socket,
-                       settings.foot_socket, (GROUND_REACTION,)).walk.ground_reaction
+        force = sample(record, record.time, settings).walk.ground_reaction
         cost = STAGES * (len(record.time) - 1) / at.steps
         return Walked(hip, float(strikes[-1]), float(strikes[-1] - strikes[-2]), float(force[:, :, 1].max()), cost)
 

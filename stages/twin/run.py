@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
+from stages.analytic.result import Result as Analytic
 from stages.biped.progress import Progress, ignore
 from stages.biped.sampling_times import refined_times
 from stages.biped.walk import Walk
@@ -30,31 +30,36 @@ from stages.twin.walking.snapshots import snapshots
 POSES = 13
 
 
-def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
-    """Build, walk, measure. inputs["analytic"] gives the mid-stance state, the normal force of its first sample and
-    the step length for which the ramp's blocks are laid.
+@dataclass(frozen=True)
+class Inputs:
+    """What the stage reads."""
+
+    analytic: Analytic
+
+
+def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
+    """Build, walk, measure. The analytic gait gives the mid-stance state, the normal force of its first sample and the
+    step length for which the ramp's blocks are laid.
 
     A fall or a failed solver is a result whose `outcome` says so, with the walk up to there. Raises ValueError if the
     parts do not add up to the design, BlocksDoNotFit if the ramp has no room for its blocks.
     """
     biped, slope, contact, settings = parameters.biped, parameters.slope, parameters.contact, parameters.settings
-    analytic = inputs["analytic"]
+    analytic = inputs.analytic
     machine = build(biped, settings)
-    start = rolling_start(machine, contact, analytic.mid_stance, float(analytic.walk.ground_reaction[0, 0, 1]))
+    start = rolling_start(machine, contact, analytic.mid_stance, analytic.walk.standing_force)
     ramp = lay_blocks(settings, analytic.gait.step_length_m) if settings.scene == "ramp" else None
     progress(0.0, f"walking {settings.steps} steps in space")
     tree = SpatialTree(machine, slope, contact)
     record = simulate_twin(machine, slope, contact, start, settings, ramp=ramp, tree=tree)
     progress(0.8, "sampling the walk")
     times = refined_times(
-        float(record.time[-1]), settings.sampling_rate_hz, find_events(record, machine.feet).heel_strike_time
+        float(record.time[-1]), settings.sampling_rate_hz, find_events(record).heel_strike_time
     )
-    signals = sample(
-        record, machine, biped, slope, contact, times, settings.hip_socket, settings.foot_socket, settings.signals
-    )
+    signals = sample(record, times, settings)
     strikes = signals.walk.heel_strike_time
     last_step = tuple(strikes[-2:]) if len(strikes) > 1 else ()
-    closed = energy_balance(record, machine, slope, contact, *last_step) if last_step else EnergyBalance(*[np.nan] * 6)
+    closed = energy_balance(record, *last_step) if last_step else EnergyBalance(*[np.nan] * 6)
     return Result(
         outcome=record.outcome,
         reason=record.reason,
@@ -62,7 +67,7 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
         signals=signals,
         settling=settling(record, signals.walk),
         energy=closed,
-        snapshots=snapshots(record, machine, pose_times(signals.walk)),
+        snapshots=snapshots(record, pose_times(signals.walk)),
         parts=tuple(part_row(part) for part in settings.parts),
         sums=tuple(SumRow(what, found, wanted) for what, found, wanted in sums(settings.parts, biped)),
         solver_steps=len(record.time) - 1,

@@ -7,14 +7,15 @@ Output: `Result`, the gait of every rung. What a rung changes depends on what st
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
+from stages.analytic.result import Result as Analytic
 from stages.biped.progress import Progress, ignore
 from stages.multibody.assembly.state import rolling_state
 from stages.multibody.walking.limit_cycle import SCALES, LimitCycle, NoLimitCycle, limit_cycle
+from stages.twin.result import Result as Twin
 from stages.twin_ladder.cycle import Gait, Search
 from stages.twin_ladder.parameters import Parameters
 from stages.twin_ladder.result import COMPLETED, Result, RungGait
@@ -25,12 +26,20 @@ PLANAR = "planar model"
 PLANAR_ADDED = "the ground yields and lets the feet creep: penalty contact and friction instead of constraints"
 
 
-def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
-    """Find the gait of every rung. inputs["analytic"] gives the mid-stance, inputs["twin"] the twin's own walk.
+@dataclass(frozen=True)
+class Inputs:
+    """What the stage reads."""
+
+    analytic: Analytic
+    twin: Twin
+
+
+def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
+    """Find the gait of every rung. The analytic gait gives the mid-stance, `inputs.twin` holds the twin's own walk.
 
     A machine without a gait is a row that says so. Raises ValueError if the parts do not add up to the design.
     """
-    analytic, settled = inputs["analytic"], inputs["twin"].settling
+    analytic, settled = inputs.analytic, inputs.twin.settling
     machines = rungs(parameters.biped, parameters.twin, parameters.settings.outsole)
     progress(0.0, "gait of the planar model")
     rows: list[RungGait] = []
@@ -51,10 +60,10 @@ def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = 
     )
 
 
-def planar_cycle(parameters: Parameters, analytic: Any) -> LimitCycle:
+def planar_cycle(parameters: Parameters, analytic: Analytic) -> LimitCycle:
     """Gait of the planar multibody model, from the constraint model's mid-stance. Raises NoLimitCycle."""
     biped, contact, settings = parameters.biped, parameters.contact, parameters.settings
-    state = rolling_state(biped, contact, analytic.mid_stance, float(analytic.walk.ground_reaction[0, 0, 1]))
+    state = rolling_state(biped, contact, analytic.mid_stance, analytic.walk.standing_force)
     planar = dataclasses.replace(
         parameters.planar, assembly="tree", tolerance=settings.tolerance, largest_step=parameters.twin.largest_step
     )

@@ -6,11 +6,11 @@ Inputs: the analytic gait to start from. Settings: params/twin_pushes.yaml. Outp
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
+from stages.analytic.result import Result as Analytic
 from stages.biped.progress import Progress, ignore
 from stages.biped.sampling_times import uniform_times
 from stages.twin.machine.contact import ROLL, YAW, Z
@@ -23,16 +23,23 @@ from stages.twin_pushes.parameters import KINDS, Parameters
 from stages.twin_pushes.result import PushedWalk, Result
 
 
-def run(parameters: Parameters, inputs: Mapping[str, Any], progress: Progress = ignore) -> Result:
-    """Push and walk on. inputs["analytic"] gives the mid-stance state and the normal force of its first sample.
+@dataclass(frozen=True)
+class Inputs:
+    """What the stage reads."""
+
+    analytic: Analytic
+
+
+def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
+    """Push and walk on. The analytic gait gives the mid-stance state and the normal force of its first sample.
 
     A fall is a walk that ends early. Raises ValueError if the twin's parts do not add up to the design.
     """
-    analytic, settings = inputs["analytic"], parameters.settings
+    analytic, settings = inputs.analytic, parameters.settings
     machine = build(parameters.biped, parameters.twin)
     tree = SpatialTree(machine, parameters.slope, parameters.contact)
     solver = dataclasses.replace(parameters.twin, tolerance=settings.tolerance)
-    force = float(analytic.walk.ground_reaction[0, 0, 1])
+    force = analytic.walk.standing_force
     pushes = [(keyword, kind, unit, size) for key, keyword, kind, unit in KINDS for size in getattr(settings, key)]
     walks = []
     for number, (keyword, kind, unit, size) in enumerate(pushes):
@@ -51,7 +58,7 @@ def pushed_walk(record: Record, machine: Machine, kind: str, unit: str, size: fl
     q = record.at(times)[0]
     roll_left = yaw_left = float("nan")
     if record.completed:
-        strikes = find_events(record, machine.feet).heel_strike_time
+        strikes = find_events(record).heel_strike_time
         late = record.time >= strikes[-3]
         roll_left = float(np.abs(record.position[late, ROLL]).max())
         yaw_left = float(record.position[-1, YAW])

@@ -385,7 +385,7 @@ def test_rigid_legs_do_not_ask_for_friction():
 def test_stage_walks_with_limited_friction(gait):
     """From the parameters to the result: the same gait, its walk from mid-stance, and its neighbours' multipliers."""
     settings = Settings(tolerance=1e-10, steps=2, sampling_rate_hz=1000.0, transition="coulomb")
-    result = run(Parameters(TABLE_1, SLOPE, FRICTION, settings), {})
+    result = run(Parameters(TABLE_1, SLOPE, FRICTION, settings))
     walker, point = gait
     assert result.gait.period_s == pytest.approx(point.steps[0].period * walker.time, rel=1e-8)
     assert result.monodromy_matrix.shape == (7, 7) and abs(result.energy.residual) <= 1e-9

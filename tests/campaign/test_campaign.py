@@ -13,11 +13,12 @@ from stages.analytic.parameters import Parameters as AnalyticParameters
 from stages.analytic.run import run as run_analytic
 from stages.campaign.parameters import Parameters
 from stages.campaign.result import Result
-from stages.campaign.run import run, synthetic_run
+from stages.campaign.run import Inputs, run, synthetic_run
 from stages.campaign.twin_run import first_state
 from stages.campaign.variation import draw_variation, generator
 from stages.imu.parameters import Parameters as ImuParameters
 from stages.imu.result import Result as Ingested
+from stages.imu.run import Inputs as Measured
 from stages.imu.run import run as ingest
 
 
@@ -28,9 +29,9 @@ def every(repository: Path) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def inputs(every: dict[str, Any]) -> dict[str, Any]:
+def inputs(every: dict[str, Any]) -> Inputs:
     """The analytic walk starts where the twin's does."""
-    return {"twin": run_analytic(every["analytic"], {})}
+    return Inputs(run_analytic(every["analytic"]))
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +41,7 @@ def few(every: dict[str, Any]) -> Parameters:
 
 
 @pytest.fixture(scope="module")
-def made(few: Parameters, inputs: dict[str, Any]) -> Result:
+def made(few: Parameters, inputs: Inputs) -> Result:
     return run(few, inputs)
 
 
@@ -48,12 +49,12 @@ def made(few: Parameters, inputs: dict[str, Any]) -> Result:
 def ingested(made: Result, every: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> Ingested:
     path = tmp_path_factory.mktemp("campaign") / "measurements.sqlite"
     path.write_bytes(made.files["measurements.sqlite"])
-    return ingest(every["imu"], {"measurements": path})
+    return ingest(every["imu"], Measured(path))
 
 
 @pytest.mark.slow
-def test_a_run_does_not_depend_on_the_others(made: Result, few: Parameters, inputs: dict[str, Any]) -> None:
-    _, alone, _ = synthetic_run(1, *first_state(inputs["twin"].walk), few)
+def test_a_run_does_not_depend_on_the_others(made: Result, few: Parameters, inputs: Inputs) -> None:
+    _, alone, _ = synthetic_run(1, *first_state(inputs.twin.walk), few)
     assert alone.heel_strike_time.tobytes() == made.runs[1].heel_strike_time.tobytes()
     assert alone.hip.sample_time.tobytes() == made.runs[1].hip.sample_time.tobytes()
 
@@ -117,7 +118,7 @@ def test_the_ingest_finds_the_frames(made: Result, ingested: Ingested) -> None:
 
 
 @pytest.mark.slow
-def test_same_parameters_same_bytes(made: Result, few: Parameters, inputs: dict[str, Any]) -> None:
+def test_same_parameters_same_bytes(made: Result, few: Parameters, inputs: Inputs) -> None:
     again = run(few, inputs)
     assert again.files == made.files
     other = dataclasses.replace(few, runs=dataclasses.replace(few.runs, seed=few.runs.seed + 1))

@@ -21,6 +21,7 @@ from stages.campaign.run import MOUNTING, SYNTHETIC, device, sensed_run
 from stages.campaign.twin_run import TwinRun, first_state, walk_twin
 from stages.comparison.ingest_score import IngestScore, score_ingest
 from stages.imu.parameters import Parameters as ImuParameters
+from stages.imu.run import Inputs
 from stages.imu.run import run as ingest
 
 pytestmark = pytest.mark.slow
@@ -43,7 +44,7 @@ def every(repository: Path) -> dict[str, Any]:
 @pytest.fixture(scope="module")
 def walked(every: dict[str, Any]) -> dict[int, list[TwinRun]]:
     """The twin's walks of every seed; the radio does not change them."""
-    state, force = first_state(run_analytic(every["analytic"], {}).walk)
+    state, force = first_state(run_analytic(every["analytic"]).walk)
     walks = {}
     for seed in SEEDS:
         one = partial(walk_twin, state=state, normal_force=force, parameters=seeded(every["campaign"], seed))
@@ -65,7 +66,7 @@ def scores(
         made = [sensed_run(number, walk, parameters) for number, walk in enumerate(walks)]
         sent = [(experiment, sent) for experiment, _, sent in made]
         path.write_bytes(database_bytes([device(place, parameters) for place in MOUNTING], sent))
-        result = ingest(every["imu"], {"measurements": path})
+        result = ingest(every["imu"], Inputs(path))
         assert len(result.runs) == RUNS
         score = score_ingest(Campaign(SYNTHETIC, tuple(truth for _, truth, _ in made), {}), result, 3)
         assert score is not None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -64,6 +65,10 @@ def scaled(value: Any, factor: float) -> Any:
     """A result with every number times a factor."""
     if isinstance(value, float) or (isinstance(value, np.ndarray) and value.dtype.kind == "f"):
         return factor * value
+    if isinstance(value, dict):
+        return {key: scaled(part, factor) for key, part in value.items()}
+    if isinstance(value, SimpleNamespace):
+        return SimpleNamespace(**scaled(vars(value), factor))
     if dataclasses.is_dataclass(value):
         parts = {field.name: scaled(getattr(value, field.name), factor) for field in dataclasses.fields(value)}
         return dataclasses.replace(value, **parts)

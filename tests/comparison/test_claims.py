@@ -17,7 +17,7 @@ from stages.comparison.hip_motion import HipDifference
 from stages.comparison.parameters import Settings
 from stages.multibody.result import FrictionVariation
 
-SETTINGS = Settings(0.01, 3e-4, 5e-3, 0.05, 0.95, 3, 101, 100)
+SETTINGS = Settings(3e-4, 5e-3, 101, 0.01, 0.05, 0.95, 3)
 
 
 def analytic(

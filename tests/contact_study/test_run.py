@@ -7,12 +7,12 @@ import pytest
 
 from pipeline.cache import artefact
 from stages.contact_study.result import Result
-from stages.contact_study.run import run, same_set
+from stages.contact_study.run import Inputs, run, same_set
 
 
 @pytest.fixture(scope="module")
 def result(small, stand_in):
-    return run(small, {"analytic": stand_in})
+    return run(small, Inputs(stand_in))
 
 
 def test_rows_and_curves_belong_together(result):
@@ -31,13 +31,13 @@ def test_the_choice_is_among_the_candidates_and_keeps_the_starting_sets_rest(res
 
 def test_it_says_whether_the_ground_is_its_choice(result, small, stand_in, default):
     assert not result.ground_is_choice and "ground.yaml holds another" in result.summary()
-    other = run(dataclasses.replace(small, contact=default), {"analytic": stand_in})
+    other = run(dataclasses.replace(small, contact=default), Inputs(stand_in))
     assert other.ground_is_choice and "ground.yaml holds it" in other.summary()
 
 
 def test_runs_give_the_same_bytes_and_survive_storage(result, small, stand_in):
     content = artefact.encode(result, {})
-    assert artefact.encode(run(small, {"analytic": stand_in}), {}) == content
+    assert artefact.encode(run(small, Inputs(stand_in)), {}) == content
     read = artefact.decode(content, Result, "contact_study.h5")
     assert read.chosen.law == result.chosen.law and np.array_equal(read.variations.force, result.variations.force)
 
@@ -56,6 +56,6 @@ def test_ground_yaml_holds_the_choice_of_the_study(parameters, repository):
     from stages.analytic import run as analytic
 
     own = locate(start=repository).parameters(["analytic"])["analytic"]
-    result = run(parameters, {"analytic": analytic.run(own, {})})
+    result = run(parameters, Inputs(analytic.run(own)))
     assert same_set(parameters.contact, result.chosen.law), result.summary()
     assert result.chosen.hip_position.max() <= 3e-4 and result.chosen.hip_velocity.max() <= 5e-3

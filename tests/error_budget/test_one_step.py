@@ -2,12 +2,12 @@
 
 import dataclasses
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from pipeline.cache import artefact
-from stages.comparison.figures import error_budget as figure
 from stages.drawing import style
 from stages.error_budget.effects import EFFECTS, INTEGRATION_CONSTRAINT, INTEGRATION_PENALTY, SLIP
 from stages.error_budget.errors import NotWalked
@@ -15,6 +15,7 @@ from stages.error_budget.one_step import OneStep
 from stages.error_budget.result import Result
 from stages.error_budget.run import run
 from stages.error_budget.split import POSITION, VELOCITY
+from stages.figures.drawn import error_budget as figure
 
 
 def test_creep_is_proportional_to_the_stiction_velocity(parameters, scene):
@@ -49,17 +50,17 @@ def test_a_walker_that_falls_is_a_result_with_its_reason(parameters, monkeypatch
         raise NotWalked("over one step: the walker fell")
 
     monkeypatch.setattr(OneStep, "penalty", fall)
-    result = run(parameters, {})
+    result = run(parameters)
     assert result.step is None and result.cycle is None and result.outcome != "completed"
     assert artefact.decode(artefact.encode(result, {}), Result, "error_budget.h5").outcome == result.outcome
     assert result.outcome in result.summary() and result.tables() == ()
     with style.drawing():
-        assert style.pictures("budget", figure.draw(result), 50)
+        assert style.pictures("budget", figure.draw(SimpleNamespace(error_budget=result)), 50)
 
 
 @pytest.fixture(scope="module")
 def budget(parameters):
-    return run(parameters, {})
+    return run(parameters)
 
 
 @pytest.mark.slow
@@ -83,7 +84,7 @@ def test_figure_and_storage(budget):
         len(row) == len(columns) for _, columns, rows in budget.tables() for row in rows
     )
     with style.drawing():
-        drawn = figure.draw(budget)
+        drawn = figure.draw(SimpleNamespace(error_budget=budget))
     panel = drawn.axes[0]
     total = next(line for line in panel.lines if line.get_label() == "total")
     parts = [line for line in panel.lines if line.get_label() != "total"]

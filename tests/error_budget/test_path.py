@@ -18,8 +18,8 @@ from stages.error_budget.effects import (
 from stages.error_budget.path import Limits, contributions
 from stages.error_budget.split import POSITION, VELOCITY, Split
 from stages.ground.contact_law import ContactLaw
+from stages.ground.friction import friction_coefficient
 from stages.ground.normal_force import static_penetration
-from stages.ground.stribeck import stribeck_coefficient
 
 LAW = ContactLaw(3e5, 2.2, 3e4, 1e-4, 1.1, 1.0, 0.03, 1.0)
 CURVE = np.random.default_rng(1).normal(size=(20, 4))
@@ -88,7 +88,7 @@ def test_an_effect_that_is_off_keeps_its_share(share):
     off = switched(LAW, (), share)
     assert static_penetration(off, 10.0) == pytest.approx(share * static_penetration(LAW, 10.0), rel=1e-9)
     slip = 1e-7
-    assert stribeck_coefficient(off, share * slip) == pytest.approx(stribeck_coefficient(LAW, slip), rel=1e-4)
+    assert friction_coefficient(off, share * slip) == pytest.approx(friction_coefficient(LAW, slip), rel=1e-4)
     assert off.friction_velocity == 2 * off.stiction_velocity
     assert off.contact_damping * off.damping_depth == pytest.approx(LAW.contact_damping * LAW.damping_depth)
 

@@ -9,12 +9,12 @@ from collections import Counter
 import pytest
 from click.testing import CliRunner
 
-from pipeline import envelope as warned
 from pipeline.cli import cli
 from pipeline.study import locate
 from stages.biped.design import Biped
-from stages.extremes import envelope
+from stages.extremes import warnings as warned
 from stages.extremes.engines import COULOMB, GAIT, JOINTS, STEP, TREE, TWIN, USUAL, engine_of
+from stages.extremes.envelope import place as envelope
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import points
 from stages.extremes.run import evaluate, in_words
@@ -25,9 +25,9 @@ STAGES = ("analytic", "multibody", "twin")
 
 def said(repository, *settings, accuracy="", stages=STAGES):
     """The sentences for the study with `settings`, and its checked parameters."""
-    study = dataclasses.replace(locate(settings=settings, start=repository), accuracy=accuracy)
+    study = dataclasses.replace(locate(settings=settings, start=repository), asked=(("accuracy", accuracy),))
     values = study.parameters(stages)
-    return list(warned.warnings(study, values)), values
+    return study.warnings(values), values
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +87,7 @@ def test_whoever_asks_for_an_accuracy_is_not_told_of_it():
 
 @pytest.mark.parametrize("engine", [GAIT, COULOMB, TREE, JOINTS, TWIN])
 def test_at_a_point_of_the_map_the_warning_says_what_came_of_it(engine):
-    tried = warned.tried(envelope, engine)
+    tried = warned.tried(engine)
     assert {point.status for point in tried} >= {RIGHT, REFUSED} or engine == JOINTS
     for point in tried:
         sentence = envelope.warning(engine, point.place, tried, False)
@@ -110,7 +110,7 @@ def test_the_kept_table_holds_the_kept_map(kept):
     assert all(row["reason"] for row in kept if row["status"] != RIGHT)
     for engine in (GAIT, COULOMB, TREE, JOINTS, TWIN):
         rows = [row for row in kept if row["engine"] == engine and "is not allowed" not in row["reason"]]
-        assert Counter(point.status for point in warned.tried(envelope, engine)) == Counter(r["status"] for r in rows)
+        assert Counter(point.status for point in warned.tried(engine)) == Counter(r["status"] for r in rows)
 
 
 def contradictions(repository, kept, wanted):

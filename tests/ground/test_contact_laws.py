@@ -1,4 +1,4 @@
-"""Properties of the contact laws: limits, continuity, oddness, monotony, sign of the losses."""
+"""Properties of the contact laws, over the whole register: limits, continuity, oddness, sign of the losses."""
 
 import dataclasses
 
@@ -8,10 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from stages.biped.quantity import faults
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import friction_coefficient, friction_slope
+from stages.ground.laws import FRICTIONS, NORMAL_FORCES
 from stages.ground.normal_force import normal_force, static_penetration
-from stages.ground.operations import ARRAYS, SCALARS, rise, smoothstep
+from stages.ground.operations import ARRAYS, SCALARS
 from stages.ground.restitution import damping_factor
 
 ADAMS = ContactLaw(
@@ -24,9 +26,9 @@ ADAMS = ContactLaw(
     stiction_velocity=0.1,
     friction_velocity=1.0,
 )
-NORMAL_LAWS = [dataclasses.replace(ADAMS, normal_force=name) for name in ("impact", "restitution")]
-FRICTION_LAWS = [dataclasses.replace(ADAMS, friction=name) for name in ("stribeck", "coulomb", "none")]
-both_normal = pytest.mark.parametrize("law", NORMAL_LAWS, ids=lambda law: law.normal_force)
+NORMAL_LAWS = [dataclasses.replace(ADAMS, normal_force=name) for name in NORMAL_FORCES]
+FRICTION_LAWS = [dataclasses.replace(ADAMS, friction=name) for name in FRICTIONS]
+all_normal = pytest.mark.parametrize("law", NORMAL_LAWS, ids=lambda law: law.normal_force)
 all_friction = pytest.mark.parametrize("law", FRICTION_LAWS, ids=lambda law: law.friction)
 
 
@@ -36,11 +38,11 @@ def adams_step(x, x0, h0, x1, h1):
     return np.where(x <= x0, h0, np.where(x >= x1, h1, h0 + (h1 - h0) * s**2 * (3 - 2 * s)))
 
 
-def test_smoothstep_is_the_cubic_of_adams():
+def test_the_step_is_the_cubic_of_adams():
     s = np.linspace(-0.5, 1.5, 4001)
-    assert np.allclose(smoothstep(s, ARRAYS), adams_step(s, 0, 0, 1, 1), atol=4e-16, rtol=0)
-    assert smoothstep(0.0, SCALARS) == 0.0 and smoothstep(1.0, SCALARS) == 1.0
-    assert rise(-1.0, SCALARS) == -1.0 and rise(1.0, SCALARS) == 1.0 and rise(0.0, SCALARS) == 0.0
+    assert np.allclose(ARRAYS.step(s, 1.0, 1.0), adams_step(s, 0, 0, 1, 1), atol=4e-16, rtol=0)
+    assert SCALARS.step(0.0, 1.0, 1.0) == 0.0 and SCALARS.step(1.0, 1.0, 1.0) == 1.0
+    assert [SCALARS.rise(u, 1.0, 1.0) for u in (-1.0, 0.0, 1.0)] == [-1.0, 0.0, 1.0]
 
 
 def test_stiffness_in_si_units():
@@ -66,14 +68,14 @@ def test_stribeck_is_the_piecewise_law_of_adams():
     assert np.allclose(friction_coefficient(ADAMS, slip), expected, atol=1e-15, rtol=0)
 
 
-@both_normal
+@all_normal
 @settings(max_examples=300, deadline=None)
 @given(gap=st.floats(0.0, 1.0), rate=st.floats(-5.0, 5.0))
 def test_no_force_out_of_contact(law, gap, rate):
     assert normal_force(law, -gap, rate, SCALARS) == 0.0
 
 
-@both_normal
+@all_normal
 @settings(max_examples=300, deadline=None)
 @given(depth=st.floats(0.0, 1e-2), rate=st.floats(-5.0, 5.0))
 def test_the_ground_never_pulls_and_its_damping_never_gives_energy(law, depth, rate):
@@ -83,7 +85,7 @@ def test_the_ground_never_pulls_and_its_damping_never_gives_energy(law, depth, r
     assert (force - elastic) * rate >= -1e-12 * elastic * abs(rate)
 
 
-@both_normal
+@all_normal
 def test_normal_force_grows_with_depth_and_rate(law):
     depth, rate = np.linspace(0.0, 5e-4, 400), np.linspace(0.0, 1.0, 50)
     force = normal_force(law, depth[:, None], rate[None, :])
@@ -91,7 +93,7 @@ def test_normal_force_grows_with_depth_and_rate(law):
     assert np.all(np.diff(force, axis=1) >= 0.0) and np.all(np.diff(force[1:], axis=1) > 0.0)
 
 
-@both_normal
+@all_normal
 @pytest.mark.parametrize("rate", [-0.5, 0.0, 0.5])
 def test_normal_force_is_continuous(law, rate):
     depth = np.linspace(-1e-5, 3e-4, 200_001)
@@ -100,10 +102,9 @@ def test_normal_force_is_continuous(law, rate):
     assert jumps.max() < slope * (depth[1] - depth[0])
 
 
-@pytest.mark.parametrize("name", ["impact", "restitution"])
+@all_normal
 @pytest.mark.parametrize("force", [1e-3, 10.0, 500.0])
-def test_static_penetration_carries_the_force(name, force):
-    law = dataclasses.replace(ADAMS, normal_force=name)
+def test_static_penetration_carries_the_force(law, force):
     assert normal_force(law, static_penetration(law, force), 0.0) == pytest.approx(force, rel=1e-12)
 
 
@@ -117,7 +118,7 @@ def test_friction_is_odd_bounded_and_against_the_slip(law):
 
 
 def test_friction_limits():
-    stribeck, coulomb, none = FRICTION_LAWS
+    stribeck, coulomb, none = (dataclasses.replace(ADAMS, friction=name) for name in ("stribeck", "coulomb", "none"))
     assert friction_coefficient(stribeck, 0.1) == 1.1 and friction_coefficient(stribeck, 7.0) == 1.0
     assert friction_coefficient(coulomb, 7.0) == 1.1
     assert friction_coefficient(none, 7.0) == 0.0
@@ -125,10 +126,15 @@ def test_friction_limits():
 
 
 @all_friction
-def test_friction_is_continuous_and_rises_only_below_the_stiction_velocity(law):
+def test_friction_is_continuous_and_steepest_at_rest(law):
+    slip = np.linspace(-1.5, 1.5, 300_001)
+    change = np.abs(np.diff(friction_coefficient(law, slip)))
+    assert change.max() <= 1.5 * 1.1 / 0.1 * (slip[1] - slip[0]) * (1 + 1e-9)
+
+
+def test_stribeck_rises_only_below_the_stiction_velocity():
     slip = np.linspace(0.0, 1.5, 300_001)
-    change = np.diff(friction_coefficient(law, slip))
-    assert np.abs(change).max() <= 1.5 * 1.1 / 0.1 * (slip[1] - slip[0]) * (1 + 1e-9)
+    change = np.diff(friction_coefficient(ADAMS, slip))
     assert np.all(change[slip[1:] > 0.1] <= 1e-15) and np.all(change >= -1.5 * 0.1 / 0.9 * 5.1e-6)
 
 
@@ -137,8 +143,22 @@ def test_friction_is_continuous_and_rises_only_below_the_stiction_velocity(law):
 @given(angle=st.floats(0.0, 6.3), speed=st.floats(0.0, 3.0))
 def test_friction_in_two_directions_points_along_the_slip(law, angle, speed):
     x, z = speed * np.cos(angle), speed * np.sin(angle)
-    slope = friction_slope(law, x, z, SCALARS)
+    slope = friction_slope(law.numbers, x, z, SCALARS)
     assert slope * speed == pytest.approx(friction_coefficient(law, speed, SCALARS), abs=1e-9)
+
+
+@all_friction
+def test_friction_in_two_directions_is_finite_at_rest(law):
+    at_rest, creeping = (friction_slope(law.numbers, x, 0.0, SCALARS) for x in (0.0, 1e-6))
+    assert np.isfinite(at_rest) and at_rest == pytest.approx(creeping, rel=1e-6)
+
+
+@pytest.mark.parametrize("key", ["normal_force", "friction"])
+def test_an_unknown_law_is_refused_by_its_name(key):
+    (fault,) = faults(dataclasses.replace(ADAMS, **{key: "glue"}))
+    assert (fault.key == key and "restitution" in fault.allowed) or "coulomb" in fault.allowed
+    with pytest.raises(KeyError, match="glue"):
+        _ = dataclasses.replace(ADAMS, **{key: "glue"}).numbers
 
 
 @settings(max_examples=100, deadline=None)

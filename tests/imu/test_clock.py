@@ -175,3 +175,34 @@ def test_without_a_counter_loss_is_not_guessed() -> None:
     unknown = np.full(recording.rows, np.nan)
     blind = dataclasses.replace(recording, packet=unknown, position=unknown)
     assert index_samples(blind).lost_packets is None
+
+
+def packets_sent_at(stamp: np.ndarray) -> Recording:
+    """A recording in packets of three samples whose phone stamps are given, one a packet [s]; it reads nothing."""
+    packet, position = np.divmod(np.arange(3 * len(stamp)), 3)
+    columns = np.full((len(packet), 11), np.nan)
+    columns[:, 0], columns[:, 1], columns[:, 3], columns[:, 5:] = packet, position, stamp[packet], 0.0
+    return recording_from_columns(make_run_cache[0][0], device("hip"), columns)
+
+
+PERIOD = 0.0101
+#: When the last samples of 200 packets are taken, which is when the packets leave [s].
+LEAVING = 5.0 + PERIOD * (3 * np.arange(200) + 2)
+
+
+@pytest.mark.parametrize("missing", [[], [5, 300, 599], [2, 4, 301, 302]])
+def test_a_packet_that_arrives_at_once_bears_the_time_of_its_last_sample(missing: list[int]) -> None:
+    """Also where that sample's row, or another one, is missing."""
+    recording = packets_sent_at(LEAVING).take(np.delete(np.arange(600), missing))
+    indexed = index_samples(recording)
+    expected = 5.0 + PERIOD * np.delete(np.arange(600), missing)
+    np.testing.assert_allclose(repair_clock(indexed).time, expected, rtol=0, atol=1e-9)
+
+
+def test_the_robust_rate_is_told_relative_to_the_envelopes() -> None:
+    """Two stamps far too early hold the envelope, and tilt it; the robust line does not follow them."""
+    early = np.where(np.arange(200) == 20, 0.3, 0.0) + np.where(np.arange(200) == 180, 0.2, 0.0)
+    clock = repair_clock(index_samples(packets_sent_at(LEAVING - early)))
+    tilt = (0.3 - 0.2) / (3 * 160) / PERIOD
+    assert clock.rate_ppm == pytest.approx((0.01 / (PERIOD * (1 + tilt)) - 1) * 1e6, abs=1e-3)
+    assert clock.robust_ppm == pytest.approx(1e6 * tilt, rel=1e-3)

@@ -8,7 +8,7 @@ import pytest
 
 from stages.imu.errors import SourceRefused
 from stages.imu.parameters import Parameters
-from stages.imu.run import run
+from stages.imu.run import Inputs, run
 from tests.imu.damage import HARMFUL, NEVER_ACCEPTED, edited
 from tests.imu.stand_in import SETTINGS, make_database, make_run
 
@@ -25,7 +25,7 @@ def ingest(content: bytes, folder: Path) -> str:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            said = run(Parameters(SETTINGS), {"measurements": path}).summary()
+            said = run(Parameters(SETTINGS), Inputs(path)).summary()
     except SourceRefused as refusal:
         said = f"refused: {refusal}"
     assert path.read_bytes() == content

@@ -5,13 +5,14 @@ import dataclasses
 import numpy as np
 import pytest
 
+from stages.ground.laws import FRICTIONS, NORMAL_FORCES
 from stages.ground.normal_force import static_penetration
 from stages.ground.operations import ARRAYS, SCALARS
-from stages.multibody.assembly.contact import SYMBOLS, disc_force, point_force, symbolic
+from stages.multibody.assembly.contact import SYMBOLS, disc_force, symbolic
 from stages.multibody.assembly.state import PlanarState
 from stages.multibody.walking.walk import build, simulate
 
-LAWS = [(normal, friction) for normal in ("impact", "restitution") for friction in ("stribeck", "coulomb", "none")]
+LAWS = [(normal, friction) for normal in NORMAL_FORCES for friction in FRICTIONS]
 
 
 @pytest.fixture
@@ -47,15 +48,6 @@ def test_symbols_floats_and_arrays_agree(recording, contact, normal, friction):
     assert np.array_equal(compiled, plain)
     assert np.allclose(arrays, plain, rtol=1e-12, atol=1e-12)
     assert np.count_nonzero(arrays[:, 1]) > 500
-
-
-def test_spatial_force_with_slip_in_one_direction_is_the_planar_one(contact):
-    depth, rate, slip, _ = contact_grid()
-    height = 0.083 - depth
-    x, normal, z = point_force(contact, 0.083 - height, rate, slip, 0.0 * slip, ARRAYS)
-    planar, same_normal = disc_force(contact, 0.083, height, slip, -rate, 0.0, ARRAYS)
-    assert np.array_equal(normal, same_normal)
-    assert np.allclose(x, planar, rtol=1e-9, atol=1e-6) and np.all(z == 0.0)
 
 
 def test_a_walk_with_the_compiled_law_has_the_bits_of_one_with_python(biped, slope, contact, start, settings):

@@ -7,7 +7,7 @@ import pytest
 
 from stages.multibody.assembly.state import PlanarState
 from stages.multibody.walking.energy import kinetic_energy, mass_moment, spring_energy
-from stages.multibody.walking.walk import simulate
+from stages.multibody.walking.walk import build, simulate
 
 ASSEMBLIES = pytest.mark.parametrize("assembly", ["tree", "joints"])
 LEGS = pytest.mark.parametrize("legs", ["compliant", "rigid"])
@@ -46,6 +46,18 @@ def test_undamped_flight_keeps_its_energy_and_spin(biped, slope, contact, settin
     assert np.abs(energy - energy[0]).max() < 1e-5 * kinetic_energy(design, position, velocity)[0]
     spin = spin_about_mass_centre(design, position, velocity)
     assert np.abs(spin - spin[0]).max() < 1e-6 * abs(spin[0])
+
+
+@ASSEMBLIES
+@LEGS
+def test_the_watch_is_told_the_rate_of_each_leg(biped, slope, contact, settings, assembly, legs):
+    design, fine = dataclasses.replace(biped, legs=legs), dataclasses.replace(settings, assembly=assembly)
+    high = dataclasses.replace(TUMBLING, hip_position=(0.0, 5.0), leg_length_rate=(0.4, -0.7))
+    machine = build(design, slope, contact, fine)
+    run = simulate(design, slope, contact, high, fine, duration=0.01, assembly=machine)
+    last = run.trajectory.velocity[-1]
+    assert last[2] > 1.5 and last[3] < -1.0 and np.abs(last[[0, 1, 4, 5]]).max() < 1.0
+    assert [machine.leg_rate(leg) for leg in (0, 1)] == pytest.approx(last[2:4], rel=1e-9)
 
 
 @ASSEMBLIES

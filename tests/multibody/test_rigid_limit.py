@@ -36,7 +36,7 @@ def differences(constraint, factor, biped, slope, settings, stiction_velocity=1e
     scale = factor ** (1 / (EXPONENT + 1))
     law = ContactLaw(
         1e5 * factor, EXPONENT, 1e4 * scale, 1e-4 / scale, FRICTION, FRICTION, stiction_velocity, 2 * stiction_velocity)
-    start = rolling_state(biped, law, upright, float(walk.ground_reaction[0, 0, 1]))
+    start = rolling_state(biped, law, upright, walk.standing_force)
     run = simulate(biped, slope, law, start, settings, steps=1)
     assert run.completed
     away = (walk.time <= period) & (np.abs(walk.time - walk.heel_strike_time[0]) > IMPACT)

@@ -10,7 +10,7 @@ from stages.biped.walk import NotRecorded, require
 from stages.multibody.assembly.inventory import bytes_of, take_inventory
 from stages.multibody.assembly.signals import SIGNALS
 from stages.multibody.parameters import Parameters
-from stages.multibody.run import run
+from stages.multibody.run import Inputs, run
 from stages.multibody.walking.walk import build, sample, simulate
 
 #: Signal -> (attribute of the result, attribute of its walk).
@@ -45,8 +45,8 @@ def test_exudyn_records_what_is_named_and_solves_the_same(biped, slope, contact,
 def results(biped, slope, contact, rough, settings):
     """The stage's result for all signals, for all but one, and for none."""
     loose = dataclasses.replace(settings, tolerance=1e-5, sampling_rate_hz=500.0)
-    force = SimpleNamespace(ground_reaction=np.array([[[0.0, 9.4], [0.0, 0.0]]]))
-    inputs = {"analytic": SimpleNamespace(walk=force, mid_stance=rough)}
+    force = SimpleNamespace(standing_force=9.4)
+    inputs = Inputs(SimpleNamespace(walk=force, mid_stance=rough))
     chosen = {name: tuple(other for other in SIGNALS if other != name) for name in SIGNALS}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("stages.multibody.run.vary_friction", lambda *_: ())  # four more walks, of no interest here

@@ -143,6 +143,27 @@ def test_a_foreign_hdf5_file_is_one_sentence(tmp_path):
         artefact.load(tmp_path / "y.h5", Everything)
 
 
+@pytest.mark.parametrize(
+    ("form", "sentence"),
+    [
+        ("bipedstudy artefact 3", "made by a newer version of this program (format 3); this one reads up to 1"),
+        ("bipedstudy artefact 0", "an HDF5 file, but not an artefact of this study"),
+        ("bipedstudy artefact one", "an HDF5 file, but not an artefact of this study"),
+        ("another program 1", "an HDF5 file, but not an artefact of this study"),
+    ],
+)
+def test_an_artefact_of_another_format_is_refused_by_its_number(tmp_path, form, sentence):
+    path = tmp_path / "x.h5"
+    path.write_bytes(artefact.encode(example(), {}))
+    assert artefact.load(path, Everything).count == 3
+    with h5py.File(path, "r+") as file:
+        assert file.attrs["format"] == "bipedstudy artefact 1"
+        file.attrs["format"] = form
+    with pytest.raises(ArtefactError) as refused:
+        artefact.load(path, Everything)
+    assert f"x.h5: {sentence}" in str(refused.value)
+
+
 def test_an_artefact_of_another_class_is_one_sentence():
     with pytest.raises(ArtefactError, match=r"x\.h5: its fields do not fit this version of the study"):
         artefact.decode(artefact.encode(inner(), {}), Everything, "x.h5")

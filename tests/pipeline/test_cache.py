@@ -113,6 +113,20 @@ def test_sources_are_read_once_in_a_moment_and_afresh_in_the_next(tmp_path):
     assert meaning() == before
 
 
+def test_a_package_that_lists_its_folder_reaches_every_module_of_it(tmp_path):
+    for name in ("register", "other"):
+        (tmp_path / "package" / name).mkdir(parents=True)
+        (tmp_path / "package" / name / "one.py").write_text("import json")
+        (tmp_path / "package" / name / "__init__.py").touch()
+    (tmp_path / "package/register/__init__.py").write_text("import pkgutil\nALL = list(pkgutil.iter_modules(__path__))")
+    (tmp_path / "package/run.py").write_text("from package.register import ALL\nfrom package.other import x")
+    sources = Sources(tmp_path, "package", SyntaxMemo(None))
+    expected = {f"package/{name}.py" for name in ("run", "register/__init__", "register/one", "other/__init__")}
+    assert set(sources.closure(["package.run"]).files) == expected
+    (tmp_path / "package/register/_two.py").touch()
+    assert set(sources.closure(["package.run"]).files) == {*expected, "package/register/_two.py"}
+
+
 def test_a_style_sheet_beside_the_code_counts_as_code(done):
     done.path("PACKAGE/picture/style.mplstyle").write_text("lines.linewidth: 2\n")
     assert how(done.run()) == {"picture"}

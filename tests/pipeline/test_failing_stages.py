@@ -10,6 +10,7 @@ import pytest
 
 from pipeline.cache import durable
 from pipeline.errors import StageFailed
+from pipeline.execution.planning import Planner, State
 
 unix = pytest.mark.skipif(os.name != "posix", reason="uses POSIX signals")
 
@@ -64,10 +65,10 @@ def test_code_edited_while_it_runs_is_never_stored(done, monkeypatch):
 
     original = process.Worker.__init__
 
-    def edit_first(self, order, *arguments):
-        if order.stage == "fall":
+    def edit_first(self, job, *arguments):
+        if job.stages[-1].name == "fall":
             done.edit("PACKAGE/body/motion.py", "0.5 * gravity", "0.6 * gravity")
-        original(self, order, *arguments)
+        original(self, job, *arguments)
 
     monkeypatch.setattr(process.Worker, "__init__", edit_first)
     with pytest.raises(StageFailed, match=r"body/motion.py was edited while it ran, so its result was not kept"):
@@ -82,10 +83,10 @@ def test_an_input_edited_while_the_run_goes_on_is_not_used(done, monkeypatch):
 
     original = process.Worker.__init__
 
-    def edit_first(self, order, *arguments):
-        if order.stage == "bounce":
+    def edit_first(self, job, *arguments):
+        if job.stages[-1].name == "bounce":
             (done.root / "results/fall.h5").write_bytes(b"someone else")
-        original(self, order, *arguments)
+        original(self, job, *arguments)
 
     monkeypatch.setattr(process.Worker, "__init__", edit_first)
     with pytest.raises(StageFailed, match=r"its input results/fall.h5 was changed by someone else meanwhile"):
@@ -114,6 +115,27 @@ def test_a_full_disk_in_the_pipeline_is_one_sentence(done, monkeypatch):
             done.run("fall.height=3", names=("fall",))
         assert done.results() == before
     assert done.run("fall.height=3", names=("fall",)) == {"fall": "computed"}
+
+
+def test_files_half_replaced_are_not_called_current(done, monkeypatch):
+    """The disk is full when the last file of four is put in place: a figure lies there that no record knows yet."""
+    before, last, write = done.results(), done.root / "results/picture.h5", durable.write
+
+    def full(path, content):
+        if path == last:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+        write(path, content)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(durable, "write", full)
+        with pytest.raises(StageFailed, match=r"stage picture: its result could not be stored: No space left"):
+            done.run("picture.extra=true")
+    assert done.results().keys() - before.keys() == {"figures/two.svg"} and last.read_bytes() == before["picture.h5"]
+    study = done.study()
+    survey = Planner(study, study.parameters(tuple(study.graph.stages))).survey(study.graph.stages)
+    assert survey[-1].state is State.RESTORABLE
+    assert done.run()["picture"] == "restored"
+    assert done.results() == before
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="limits the size of files")

@@ -65,6 +65,25 @@ def test_the_tolerance_is_a_fraction_of_a_grey_level():
     assert 0 < TOLERANCE < 1
 
 
+def test_a_figure_is_drawn_alone_from_the_artefacts_that_it_names(toy_with_commands):
+    toy = toy_with_commands
+    assert toy.command("run-all")[0] == 0
+    before = toy.results()
+    (toy.root / "results/bounce.h5").unlink()
+    extra = ("--set", "picture.extra=true")
+    assert toy.command("figures", "tw", *extra) == (0, "results/drawn/two.svg\nthis is two\n", "")
+    assert (toy.root / "results/drawn/two.svg").read_bytes() == b"fall" + before["side.bin"]
+    assert toy.command("figures", "two", "--into", "mine", *extra)[1].startswith("mine/two.svg\n")
+    code, _, errors = toy.command("figures", "one")
+    assert code == 2 and errors == "error: results/bounce.h5 is not there yet; make it with: bipedstudy run-all\n"
+    code, _, errors = toy.command("figures", "twoo")
+    assert code == 2 and errors == 'error: there is no figure "twoo" (figures: one, two); did you mean "two"?\n'
+    after = {name: content for name, content in toy.results().items() if not name.startswith("drawn/")}
+    assert after == {name: content for name, content in before.items() if name != "bounce.h5"}
+    (toy.root / "stages/picture/drawn.py").unlink()
+    assert "draws its figures only together" in toy.command("figures", "one")[2]
+
+
 def test_the_command_draws_from_the_artefacts_that_lie_there(toy_with_commands):
     toy = toy_with_commands
     assert toy.command("figures")[0] == 2

@@ -38,6 +38,15 @@ def test_order_and_dependencies(toy):
         ("[results/bounce.h5]", "[results/bounce.h5, results/fall.h5]", "results/fall.h5 is made by both"),
         ("[PACKAGE/fall, PACKAGE/body]", "[results/bounce.h5]", "these stages wait for each other: bounce, fall"),
         ("- params/side.yaml:", "- seeds.yaml:", "params must be lines like"),
+        ("params:\n      - params/side.yaml:", "params: 3", "stage side: params must be a list"),
+        ("results/side.bin]\n", "results/.cache/lock]\n", "results/.cache/lock is this program's own place"),
+        ("results/side.bin]\n", "results/report.html]\n", "results/report.html is this program's own place"),
+        ("results/side.bin]\n", "results/log/side]\n", "results/log/side is this program's own place"),
+        ("results/side.bin]\n", "results/figures/side]\n", "results/figures/side of stage side lie in"),
+        ("results/side.bin]\n", "results/side.h5]\n", "results/side.h5 is made by side twice"),
+        ("results/side.bin]\n", "results/../x]\n", "lies outside the study"),
+        ("results/side.bin]\n", "'results/..\\x']\n", "lies outside the study"),
+        ("results/side.bin]\n", "'results/c:x']\n", "lies outside the study"),
     ],
 )  # fmt: skip
 def test_what_is_not_understood_is_refused(toy, old, new, sentence):

@@ -81,9 +81,8 @@ def test_a_folder_that_cannot_be_written_is_bad(tmp_path):
 def test_a_full_disk_and_a_cold_cache_are_told(monkeypatch, tmp_path):
     monkeypatch.setattr(doctor.shutil, "disk_usage", lambda path: SimpleNamespace(free=5_000_000))
     assert doctor.free_space(tmp_path) == doctor.Finding("free disk", "bad", "5 MB")
-    monkeypatch.setattr(doctor.importlib, "import_module",
-                        lambda name: SimpleNamespace(cache_folder=lambda: tmp_path / "none"))  # fmt: skip
-    states = [finding.state for finding in doctor.compiled(SimpleNamespace(package="stages"))]
+    stage = SimpleNamespace(__name__="stages.fall.compiled", cache_folder=lambda: tmp_path / "none")
+    states = [finding.state for finding in doctor.compiled(SimpleNamespace(offered=lambda name: (stage,)))]
     assert states == ["good", "warning"]
 
 

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
+import os
+
 import pytest
 
+from pipeline.cache import regular
 from pipeline.errors import StudyError
 
 
@@ -23,5 +27,42 @@ def test_the_content_of_a_named_file_decides(toy):
 def test_a_missing_named_file_is_named(toy):
     with pytest.raises(StudyError, match=r'side.yaml: table = "lab.txt": there is no such file'):
         toy.run("side.table=lab.txt", names=("side",))
-    with pytest.raises(StudyError, match="there is no such file"):
+    with pytest.raises(StudyError, match="is a folder, not a file"):
         toy.run("side.table=.", names=("side",))
+    with pytest.raises(StudyError, match="no file can have this name"):
+        toy.run('side.table="a\\0b"', names=("side",))
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
+def test_a_pipe_or_a_device_is_refused_at_once(toy):
+    os.mkfifo(toy.root / "pipe")
+    for name in ("pipe", "/dev/zero"):
+        with pytest.raises(StudyError, match="is a pipe, device or socket, not a file"):
+            toy.study(f"side.table={name}").named_files(toy.study(f"side.table={name}").parameters(["side"])["side"])
+
+
+def test_the_digest_of_a_large_file_is_remembered_until_it_changes(tmp_path, monkeypatch):
+    monkeypatch.setattr(regular, "_WORTH_REMEMBERING", 0)
+    file, memo = tmp_path / "large", tmp_path / "memo.json"
+    file.write_bytes(b"one")
+    long_ago = file.stat().st_mtime - 100
+    os.utime(file, (long_ago, long_ago))
+    digests = regular.Digests(memo)
+    found = digests.digest(file, "large")
+    assert found == hashlib.sha256(b"one").hexdigest()
+    monkeypatch.setattr(regular, "digest", lambda path: "taken anew")
+    assert digests.digest(file, "large") == found
+    os.utime(file, (long_ago + 1, long_ago + 1))
+    assert digests.digest(file, "large") == "taken anew"
+    memo.write_text(memo.read_text().replace("taken anew", "forged one"))
+    monkeypatch.setattr(regular, "digest", lambda path: "again")
+    assert digests.digest(file, "large") == "again", "a damaged memo is never believed"
+
+
+def test_a_file_changed_just_now_is_not_remembered(tmp_path, monkeypatch):
+    monkeypatch.setattr(regular, "_WORTH_REMEMBERING", 0)
+    file = tmp_path / "large"
+    file.write_bytes(b"one")
+    digests = regular.Digests(tmp_path / "memo.json")
+    digests.digest(file, "large")
+    assert not (tmp_path / "memo.json").exists()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 
 import pytest
 from hypothesis import given
@@ -43,6 +44,9 @@ def test_values_arrive_with_their_types(toy):
 
 CHOICES = "well, raise, answer, crash, exit, sleep, extra, hidden, disk"
 WRONG_SETTINGS = {
+    "fall.parts.²2.mass=1": "--set fall.parts.²2.mass=1: there is no row ²2; rows are 0 to 1",
+    "fall.height=!!float 3": "--set fall.height=!!float 3: the tag tag:yaml.org,2002:float is not allowed; write the "
+    "value as it is",
     "fall.height=-1": "--set fall.height=-1: height = -1 m is not allowed; allowed: >= 0 m",
     "fall.height=.nan": "--set fall.height=.nan: height = nan m is not allowed; allowed: >= 0 m",
     "fall.height=.inf": "--set fall.height=.inf: height = inf m is not allowed; allowed: >= 0 m",
@@ -176,3 +180,30 @@ def test_compact_numbers():
     assert [compact(value) for value in (1e5, 2.0, 0.1, 1e-7, 123456, 1 / 3, True, [1.0, 2e6])] == [
         "1e5", "2", "0.1", "1e-7", "123456", "0.3333333333333333", "true", "[1, 2e6]"
     ]  # fmt: skip
+
+
+BOMB = "a: &a [x, x, x, x, x, x, x, x, x, x]\n" + "".join(
+    f"{new}: &{new} [{', '.join([f'*{old}'] * 10)}]\n" for old, new in zip("abcdefghi", "bcdefghij"))  # fmt: skip
+
+
+def test_an_alias_bomb_is_refused_before_it_grows(toy):
+    write(toy, "side.yaml", BOMB)
+    assert "side.yaml: more than 200000 values, counted through its aliases" in sentence(toy, names=("side",))
+
+
+@pytest.mark.parametrize("tag", ["!!python/object/apply:os.system", "!mine", "!!str"])
+def test_a_tag_is_refused_with_its_line(toy, tag):
+    write(toy, "side.yaml", f"wait: 0\nseed: {tag} 1\n")
+    assert any("side.yaml:2: the tag " in text and "is not allowed" in text for text in sentences(toy, names=("side",)))
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
+def test_a_parameter_file_that_is_a_pipe_or_too_large_is_refused_at_once(toy):
+    path = toy.root / "params/side.yaml"
+    path.unlink()
+    os.mkfifo(path)
+    assert sentence(toy, names=("side",)).endswith("side.yaml: is a pipe, device or socket, not a file")
+    path.unlink()
+    with open(path, "wb") as file:
+        file.truncate(10**11)
+    assert "has 100000000000 bytes; at most 16000000 are read" in sentence(toy, names=("side",))

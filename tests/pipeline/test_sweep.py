@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import random
 import signal
 import time
 from pathlib import Path
@@ -13,11 +14,14 @@ import numpy as np
 import pytest
 
 from pipeline.errors import StudyError
-from pipeline.execution.display import Display
-from pipeline.sweep import pool, progress
+from pipeline.execution.display import Display, Lines
+from pipeline.parameters.value import declared
+from pipeline.sweep import pool
 from pipeline.sweep import spec as specs
+from pipeline.sweep.axes import Normal, Range
 from pipeline.sweep.bench import Bench
 from pipeline.sweep.points import Points
+from pipeline.sweep.progress import Meter, duration
 from pipeline.sweep.row import Row
 from pipeline.sweep.sweep import Sweep
 
@@ -36,10 +40,10 @@ def spec_of(folder: Path, text: str, name: str = "sweep") -> specs.Spec:
     return specs.read(path)
 
 
-def run(toy, text, *, workers=2, shows=progress.Silence):
-    sweep = Sweep(toy.study(), spec_of(toy.root, text), Display())
+def run(toy, text, *, workers=2, shows=Display):
+    sweep = Sweep(toy.study(), spec_of(toy.root, text), shows())
     out = toy.root / "table.h5"
-    summary = sweep.run(out, workers, None, shows)
+    summary = sweep.run(out, workers)
     return summary, table(out)
 
 
@@ -95,13 +99,23 @@ def test_code_edited_during_a_sweep_is_refused(toy):
     toy.edit("PACKAGE/body/motion.py", "0.5 * gravity", "0.25 * gravity")
     sweep._job = lambda: job
     with pytest.raises(StudyError, match=r"motion\.py differs from what the sweep was started with"):
-        sweep.run(toy.root / "table.h5", 1, None, progress.Silence)
+        sweep.run(toy.root / "table.h5", 1)
 
 
 def test_stages_that_no_point_touches_are_computed_once_and_shared(toy):
     _, columns = run(toy, "stage: bounce\nkind: grid\nvary: {ground.contact_stiffness: [1, 2e5]}\n")
     assert (toy.root / "results/fall.h5").exists()
     assert columns["force"] == pytest.approx([4.905, 4.905 * 2e5], rel=1e-12)
+
+
+@pytest.mark.parametrize("varied", ["side.seed: [3, 4, 3, 5]", "picture.title: [a, b, c, d]"])
+def test_files_of_stages_above_reach_every_point(toy, varied):
+    """Made with the point or before all of them, `side.bin` is there as a file, and it is the right one."""
+    toy.edit("PACKAGE/picture/run.py", "    title =", "    raise ValueError(inputs.side.read_bytes()[0])\n    title =")
+    _, columns = run(toy, f"stage: picture\nkind: grid\nvary: {{{varied}}}\n", workers=1)
+    seeds = columns.get("side.seed", [3] * 4)
+    expected = [f"ValueError: {random.Random(int(seed)).randrange(1000) % 256} (run.py:" for seed in seeds]
+    assert [reason.rpartition(":")[0] + ":" for reason in columns["reason"]] == expected
 
 
 def test_failures_are_rows_with_reasons(toy):
@@ -147,14 +161,32 @@ def test_values_that_break_a_rule_are_rows_and_illegal_limits_are_refused(toy):
     [
         ("kind: grid", "sweep.yaml: stage is missing"),
         ("stage: fal\nkind: grid\nvary: {fall.steps: [1]}", 'there is no stage "fal"'),
-        ("stage: fall\nkind: cube\nvary: {fall.steps: [1]}", "sweep.yaml:2: kind = cube is not allowed; allowed: grid"),
+        ("stage: fall\nkind: cube\nvary: {fall.steps: [1]}",
+         'sweep.yaml:2: kind = "cube" is not allowed; allowed: grid'),
         ("stage: fall\nkind: grid\nvary: {fall.step: [1]}", 'there is no parameter "step" in fall; did you mean'),
         ("stage: fall\nkind: grid\nvary: {side.seed: [1]}", "side.seed: stage fall does not depend on this parameter"),
-        ("stage: fall\nkind: grid\nvary: {fall.height: {low: 1, high: 2}}", "sweep.yaml:3: fall.height: steps"),
+        ("stage: fall\nkind: grid\nvary: {fall.height: {low: 1, high: 2}}", "sweep.yaml:3: vary: fall.height: steps"),
         ("stage: fall\nkind: monte_carlo\nvary: {fall.steps: [1]}\nseed: 1", "sweep.yaml: count is missing"),
-        ("stage: fall\nkind: grid\nvary: {fall.height: {low: 2, high: 1, steps: 2}}", "low < high"),
+        ("stage: fall\nkind: grid\nvary: {fall.height: {low: 2, high: 1, steps: 2}}",
+         "sweep.yaml:3: vary: fall.height: high = 1 is not allowed; allowed: > low = 2"),
+        ("stage: fall\nkind: grid\nvary: {fall.height: {low: 1, hihg: 2, steps: 2}}",
+         'sweep.yaml:3: vary: fall.height has an unknown column "hihg"; did you mean "high"?'),
+        ("stage: fall\nkind: grid\nvary: {fall.height: {mean: 1, deviation: 2}}", "a distribution has no grid"),
+        ("stage: fall\nkind: monte_carlo\nvary: {fall.height: {mean: 1, deviation: 0}}\nseed: 1\ncount: 2",
+         "sweep.yaml:3: vary: fall.height: deviation = 0 is not allowed; allowed: > 0"),
+        ("stage: fall\nkind: monte_carlo\nvary: {fall.height: {low: 0, high: 1, scale: log}}\nseed: 1\ncount: 2",
+         "sweep.yaml:3: vary: fall.height: low = 0 is not allowed; allowed: > 0 where the scale is log"),
+        ("stage: fall\nkind: grid\nvary: {fall.steps: []}", "sweep.yaml:3: vary: fall.steps = [] is not allowed"),
+        ("stage: fall\nkind: grid\nvary: 3", "sweep.yaml:3: vary = 3 is not a table; allowed: names like"),
+        ("stage: fall\nkind: grid\nvary: {fall.steps: [1]}\nseed: 1", "a sweep of kind grid has none"),
+        ("stage: fall\nkind: grid\nvary: {fall.steps: [1]}\noutputs: [3]",
+         "sweep.yaml:4: outputs[0] = 3 is not a word; allowed: names or patterns such as"),
+        ("stage: fall\nkind: list\npoints: [{}]", "sweep.yaml:3: points: a row without values"),
+        ("stage: fall\nkind: grid\nvary:\n  fall.height: {low: 1, high: 2, steps: 4000}\n"
+         "  ground.gravity: {low: 1, high: 2, steps: 4000}", "16000000 points; at most 10000000 are allowed"),
         ("stage: fall\nkind: grid\nvary: {fall.steps: [1]}\ntime: 3", 'sweep.yaml:4: there is no key "time"'),
-        ("stage: fall\nkind: grid\nvary: {fall.steps: [1]}\ntime_limit_s: 0", "sweep.yaml:4: time_limit_s = 0 is not"),
+        ("stage: fall\nkind: grid\nvary: {fall.steps: [1]}\ntime_limit_s: 0",
+         "sweep.yaml:4: time_limit_s = 0 s is not allowed; allowed: >= 0.01"),
         ("stage: fall\nkind: list", "points is missing"),
     ],
 )  # fmt: skip
@@ -179,9 +211,9 @@ vary:
 @pytest.mark.parametrize("kind", ["latin_hypercube", "monte_carlo"])
 def test_drawn_points_repeat_with_their_seed_and_keep_to_their_limits(tmp_path, kind):
     spec = spec_of(tmp_path, DRAWN.format(kind=kind))
-    points = Points(spec)[:]
-    assert points == Points(spec)[:]
-    assert points != Points(spec_of(tmp_path, DRAWN.format(kind=kind).replace("seed: 5", "seed: 6")))[:]
+    points = list(Points(spec))
+    assert points == list(Points(spec))
+    assert points != list(Points(spec_of(tmp_path, DRAWN.format(kind=kind).replace("seed: 5", "seed: 6"))))
     heights = np.array([point["fall.height"] for point in points])
     assert heights.min() >= 1 and heights.max() <= 100
     assert {point["fall.steps"] for point in points} == {1, 2, 3, 4}
@@ -193,7 +225,7 @@ def test_drawn_points_repeat_with_their_seed_and_keep_to_their_limits(tmp_path, 
 
 def test_normal_values_have_their_mean_and_deviation(tmp_path):
     text = "stage: fall\nkind: latin_hypercube\ncount: 4000\nseed: 1\nvary: {fall.height: {mean: 5, deviation: 0.5}}\n"
-    drawn = np.array([point["fall.height"] for point in Points(spec_of(tmp_path, text))[:]])
+    drawn = np.array([point["fall.height"] for point in Points(spec_of(tmp_path, text))])
     assert drawn.mean() == pytest.approx(5, abs=2e-3) and drawn.std() == pytest.approx(0.5, rel=5e-3)
 
 
@@ -206,7 +238,7 @@ def workers():
     for task in Path(f"/proc/{os.getpid()}/task").iterdir():
         for pid in (task / "children").read_text().split():
             with_arguments = Path(f"/proc/{pid}/cmdline").read_bytes()
-            if b"pipeline.sweep.worker" in with_arguments:
+            if b"pipeline.execution.worker" in with_arguments:
                 found.append(int(pid))
     return found
 
@@ -215,12 +247,11 @@ def workers():
 def test_killed_workers_lose_nothing(toy):
     first, killed = [], []
 
-    class Killing(progress.Silence):
-        def one_more(self, failed):  # each of the first two once: a point whose worker dies twice is a row saying so
-            super().one_more(failed)
-            if self.done == 3:
+    class Killing(Display):
+        def points(self, done, total, sentence):  # the first two workers, one after the other
+            if done == 3:
                 first.extend(workers())
-            if self.done in (3, 9) and first:
+            if done in (3, 9) and first:
                 killed.append(first.pop())
                 os.kill(killed[-1], signal.SIGKILL)
 
@@ -277,6 +308,28 @@ def test_a_damaged_journal_costs_only_its_damaged_lines(toy):
     assert again.computed_now == 2
     assert columns["force"].tolist() == right["force"].tolist()
     assert run(toy, GRID)[0].computed_now == 0
+
+
+def test_how_far_a_sweep_is_said_now_and_then(capsys, monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr("time.monotonic", lambda: now[0])
+    meter = Meter(9, Lines())
+    for failed in (False, True, False):
+        now[0] += 4
+        meter.one_more(failed)
+    assert capsys.readouterr().err == "3 of 9 points, 1 without result, 0.25 points/s, 24 s left\n"
+
+
+@pytest.mark.parametrize(("seconds", "said"), [(42.6, "43 s"), (103, "1 min 43 s"), (11400, "3 h 10 min"),
+                                               (190_000, "2 d 4 h")])  # fmt: skip
+def test_times_are_said_as_people_say_them(seconds, said):
+    assert duration(seconds) == said
+
+
+def test_every_key_of_a_sweeps_file_stands_in_its_documentation(repository):
+    text = (repository / "docs/sweeps.md").read_text()
+    keys = [name for cls in (specs.Spec, Range, Normal) for name, (field, _) in declared(cls).items() if field.metadata]
+    assert "time_limit_s" in keys and [key for key in keys if f"{key}:" not in text] == []
 
 
 def test_the_command(toy_with_commands):

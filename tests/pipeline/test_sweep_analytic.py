@@ -9,7 +9,6 @@ import pytest
 
 from pipeline.execution.display import Display
 from pipeline.study import Study
-from pipeline.sweep import progress
 from pipeline.sweep import spec as specs
 from pipeline.sweep.sweep import Sweep
 
@@ -30,7 +29,7 @@ def test_a_sweep_of_slopes(repository, tmp_path):
     path = tmp_path / "slopes.yaml"
     path.write_text(TEXT)
     study = Study(repository, repository / "params", tmp_path / "results")
-    summary = Sweep(study, specs.read(path), Display()).run(tmp_path / "slopes.h5", 2, None, progress.Silence)
+    summary = Sweep(study, specs.read(path), Display()).run(tmp_path / "slopes.h5", 2)
     assert summary.outcomes == {"computed": 2, "no answer": 1}
     from stages.analytic.gait.gait_report import report_gait
     from stages.analytic.gait.gait_search import find_gait

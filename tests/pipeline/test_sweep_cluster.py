@@ -9,7 +9,6 @@ import pytest
 
 from pipeline.errors import StudyError
 from pipeline.execution.display import Display
-from pipeline.sweep import progress
 from pipeline.sweep import spec as specs
 from pipeline.sweep.sweep import Sweep
 
@@ -35,14 +34,14 @@ def client(monkeypatch, repository):
         yield client
 
 
-def run(toy, text, client, shows=progress.Silence):
+def run(toy, text, client, shows=Display):
     path = toy.root / "sweep.yaml"
     path.write_text(text)
     out = toy.root / f"table-{'cluster' if client else 'here'}.h5"
     study = toy.study()
     if client is None:  # a results folder of its own, so that nothing is known
         study = type(study)(toy.root, toy.root / "params", toy.root / "elsewhere", (), toy.package)
-    return Sweep(study, specs.read(path), Display()).run(out, 2, client, shows), out.read_bytes()
+    return Sweep(study, specs.read(path), shows()).run(out, 2, client), out.read_bytes()
 
 
 @pytest.mark.slow
@@ -50,10 +49,9 @@ def test_a_cluster_makes_the_same_table_with_a_worker_killed_half_way(toy, clien
     killed = []
     pids = list(client.run(os.getpid).values())
 
-    class Killing(progress.Silence):
-        def one_more(self, failed):
-            super().one_more(failed)
-            if self.done == 15:
+    class Killing(Display):
+        def points(self, done, total, sentence):
+            if done == 15:
                 killed.append(pids[0])
                 os.kill(pids[0], signal.SIGKILL)
 

@@ -6,7 +6,6 @@ fall -> bounce -> picture, and side by itself. `fall.behaviour` chooses what goe
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -85,18 +84,19 @@ class Toy:
 
 
 def written(root: Path, package: str) -> Toy:
-    for source in TEMPLATE.rglob("*"):
+    """A toy study in `root` whose stages are the package of this name; the words they declare with are their own."""
+    sources = {source.relative_to(TEMPLATE).as_posix(): source for source in TEMPLATE.rglob("*.*")}
+    own = f"{TEMPLATE_PACKAGE}/body"
+    words = {f"{own}/{name}.py": HOME / f"stages/biped/{name}.py" for name in ("quantity", "question")}
+    for name, source in {**sources, **words}.items():
         if source.is_file() and "__pycache__" not in source.parts:
-            path = root / source.relative_to(TEMPLATE).as_posix().replace(TEMPLATE_PACKAGE, package)
+            path = root / name.replace(TEMPLATE_PACKAGE, package)
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(source.read_text().replace(TEMPLATE_PACKAGE, package))
+            text = source.read_text().replace("stages.biped.", f"{TEMPLATE_PACKAGE}.body.")
+            path.write_text(text.replace(TEMPLATE_PACKAGE, package))
     return Toy(root, package)
 
 
 def with_commands(root: Path) -> Toy:
     """A fresh toy study whose package is called `stages`, as the command line expects."""
-    study = written(root, "stages")
-    (root / "stages/biped").mkdir()
-    (root / "stages/biped/__init__.py").touch()
-    shutil.copyfile(HOME / "stages/biped/quantity.py", root / "stages/biped/quantity.py")
-    return study
+    return written(root, "stages")

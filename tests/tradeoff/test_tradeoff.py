@@ -19,7 +19,7 @@ FACTOR = 5.0
 
 @pytest.fixture(scope="session")
 def kept(repository):
-    return json.loads((repository / "pipeline/accuracy_table.json").read_text())
+    return json.loads((repository / "stages/tradeoff/accuracy/table.json").read_text())
 
 
 @pytest.fixture(scope="session")
@@ -68,7 +68,7 @@ def test_a_rerun_does_not_contradict_the_kept_table(kept, parameters, analytic, 
 
 
 def penalty_and_twin_rows(parameters, analytic):
-    force = float(analytic.walk.ground_reaction[0, 0, 1])
+    force = analytic.walk.standing_force
     start = parameters.biped, parameters.slope
     at = penalty_ways.scene(penalty_ways.PENALTY, *start, parameters.contact, parameters.planar, analytic.mid_stance,
                             force, 4)  # fmt: skip

@@ -5,31 +5,31 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.ground.friction import friction_coefficient
-from stages.ground.normal_force import normal_force as normal_force_text
+from stages.ground.laws import FRICTIONS, NORMAL_FORCES
+from stages.ground.operations import SCALARS
+from stages.multibody.assembly.contact import disc_force
 from stages.twin.machine.connectors import ConnectorTree
-from stages.twin.machine.contact import SLIDE, along, clearances, feet_forces, friction_slope, law_numbers, normal_force
+from stages.twin.machine.contact import COUNT, PITCH, SLIDE, X, Y, along, clearances, feet_forces, point_law
 from stages.twin.machine.kinematics import pair_axes, point_motion
 
-LAWS = [("impact", "stribeck"), ("restitution", "coulomb"), ("impact", "none")]
 
-
-@pytest.mark.parametrize(("normal", "friction"), LAWS)
-def test_compiled_laws_are_those_of_the_ground_stage(parameters, normal, friction):
+@pytest.mark.parametrize("normal", NORMAL_FORCES)
+@pytest.mark.parametrize("friction", FRICTIONS)
+def test_a_pair_of_feet_that_stands_straight_feels_the_planar_models_force(parameters, machine, normal, friction):
     law = dataclasses.replace(parameters.contact, normal_force=normal, friction=friction)
-    point, numbers = law.shared_by(4), law_numbers(law)
-    for depth in (-1e-5, 0.0, 1e-6, 3e-5, 1e-4, 5e-4):
-        for rate in (-1.0, -0.01, 0.0, 0.3):
-            expected = float(normal_force_text(point, np.array(depth), np.array(rate)))
-            assert normal_force(numbers, depth, rate) == pytest.approx(expected, rel=1e-12, abs=1e-12)
-    for speed in (1e-9, 0.01, 0.0999, 0.1, 0.3, 1.0, 2.0):
-        expected = float(friction_coefficient(point, np.array(speed)))
-        assert friction_slope(numbers, speed) * speed == pytest.approx(expected, rel=1e-12, abs=1e-12)
+    numbers, radius = point_law(law), float(machine.radius[0])
+    reach = machine.length[0] - radius
+    for depth, upward, forward, turn in ((2e-5, -0.2, 0.003, 0.1), (1e-4, 0.05, 0.7, -0.4), (3e-4, -0.3, -2.0, 0.5)):
+        q, v = np.zeros(COUNT), np.zeros(COUNT)
+        q[Y], v[X], v[Y], v[PITCH] = machine.length[0] - depth, forward, upward, turn
+        force = feet_forces(q, v, np.array([1.0, 0.0]), machine.feet, numbers)[1].sum(axis=0)
+        planar = disc_force(law, radius, radius - depth, forward + reach * turn, upward, turn, SCALARS)
+        assert force[:2] == pytest.approx(planar, rel=1e-9, abs=1e-12) and force[2] == 0.0
 
 
 def test_power_of_the_forces_is_that_of_the_generalized_forces(parameters, machine, random_states):
     q, v, _ = random_states
-    numbers, touching = law_numbers(parameters.contact), 0
+    numbers, touching = point_law(parameters.contact), 0
     for place, motion in zip(q, v, strict=True):
         place[1] -= min(clearances(place, machine.feet)[0]) + 2e-5
         generalized, force, power = feet_forces(place, motion, np.ones(2), machine.feet, numbers)
@@ -59,7 +59,7 @@ def test_lowest_point_is_found_on_the_cylinders_rim(machine, random_states):
 def test_no_force_on_a_pair_out_of_play(parameters, machine, random_states):
     q, v, _ = (values.copy() for values in random_states)
     q[:, 1] -= 0.05
-    force, _ = along(q, v, np.tile([0.0, 1.0], (len(q), 1)), machine.feet, law_numbers(parameters.contact))
+    force, _ = along(q, v, np.tile([0.0, 1.0], (len(q), 1)), machine.feet, point_law(parameters.contact))
     assert not force[:, :2].any() and force[:, 2:, 1].max() > 0.0
 
 
@@ -85,7 +85,7 @@ def standing(machine, lanes, half_width):
 @pytest.mark.parametrize(("lanes", "half_width"), [((0.04, -0.04, 0.085, -0.085), 0.0), (np.zeros(4), 0.01)])
 def test_where_the_feet_stand_resists_roll_and_yaw(parameters, machine, lanes, half_width):
     """Two feet apart, or one with two edges: a roll is pushed back, a spin braked; without either nothing resists."""
-    law, play = law_numbers(parameters.contact), np.array([1.0, 0.0])
+    law, play = point_law(parameters.contact), np.array([1.0, 0.0])
     feet, q = standing(machine, lanes, half_width)
     line, _ = standing(machine, np.zeros(4), 0.0)
     spin = np.zeros(11)

@@ -7,19 +7,18 @@ import numpy as np
 import pytest
 
 from stages.twin.parameters import SIGNALS
-from stages.twin.run import run
+from stages.twin.run import Inputs, run
 
 
 @pytest.fixture(scope="module")
 def analytic(rough):
-    force = np.array([[[0.0, 9.4], [0.0, 0.0]]])
-    return {"analytic": SimpleNamespace(mid_stance=rough, walk=SimpleNamespace(ground_reaction=force))}
+    return SimpleNamespace(mid_stance=rough, walk=SimpleNamespace(standing_force=9.4))
 
 
 @pytest.fixture(scope="module")
 def result(parameters, analytic):
     settings = dataclasses.replace(parameters.settings, steps=6, signals=SIGNALS)
-    return run(dataclasses.replace(parameters, settings=settings), analytic)
+    return run(dataclasses.replace(parameters, settings=settings), Inputs(analytic))
 
 
 def test_it_walks_and_says_so(result):
@@ -54,7 +53,7 @@ def test_a_signal_left_out_is_not_in_the_result_and_the_others_are(result, param
     """The walk is the same to the bit; the artefact is smaller."""
     named = tuple(other for other in SIGNALS if other != name)
     settings = dataclasses.replace(parameters.settings, steps=6, signals=named)
-    less = run(dataclasses.replace(parameters, settings=settings), analytic)
+    less = run(dataclasses.replace(parameters, settings=settings), Inputs(analytic))
     rows = {other: len(getattr(less.signals, field)) for other, field in WHERE.items()}
     rows |= {"ground_reaction": len(less.walk.ground_reaction), "imu": len(less.walk.foot_specific_force)}
     assert rows == {other: 0 if other == name else len(less.walk.time) for other in SIGNALS}
@@ -69,7 +68,7 @@ def test_a_signal_left_out_is_not_in_the_result_and_the_others_are(result, param
 def test_the_spike_of_a_heel_strike_does_not_depend_on_the_rate(result, parameters, analytic):
     """It is some 20 us wide; samples 50 us apart show between a half and all of it."""
     settings = dataclasses.replace(parameters.settings, steps=6, signals=("imu",), sampling_rate_hz=1e5)
-    dense = run(dataclasses.replace(parameters, settings=settings), analytic)
+    dense = run(dataclasses.replace(parameters, settings=settings), Inputs(analytic))
     for name in ("hip_specific_force", "foot_specific_force"):
         peaks = [np.abs(getattr(walk, name)).max() for walk in (result.walk, dense.walk)]
         assert peaks[0] == pytest.approx(peaks[1], rel=0.02)
@@ -91,8 +90,8 @@ def test_tables_name_every_part_and_every_sum(result, parameters):
 
 def test_a_fall_is_a_result(parameters, rough, analytic):
     slow = dataclasses.replace(rough, stance_rate=-0.4, swing_rate=0.0)
-    stand_in = SimpleNamespace(mid_stance=slow, walk=analytic["analytic"].walk)
-    result = run(parameters, {"analytic": stand_in})
+    stand_in = SimpleNamespace(mid_stance=slow, walk=analytic.walk)
+    result = run(parameters, Inputs(stand_in))
     assert result.outcome != "completed" and result.reason and result.reason in result.summary()
     assert np.isnan(result.settling.period_s) and len(result.walk.time) > 10
 
@@ -100,6 +99,6 @@ def test_a_fall_is_a_result(parameters, rough, analytic):
 @pytest.mark.slow
 def test_it_walks_a_hundred_steps(parameters, analytic):
     settings = dataclasses.replace(parameters.settings, steps=100)
-    result = run(dataclasses.replace(parameters, settings=settings), analytic)
+    result = run(dataclasses.replace(parameters, settings=settings), Inputs(analytic))
     assert result.outcome == "completed" and result.steps == 100
     assert 0 <= result.settling.steps_to_settle < 20

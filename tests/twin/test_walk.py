@@ -10,6 +10,7 @@ from stages.multibody.assembly.state import rolling_state
 from stages.multibody.walking.scuffing import FELL, STALLED
 from stages.twin.machine.contact import ROLL, YAW, Z
 from stages.twin.machine.machine import Build, build
+from stages.twin.parameters import SIGNALS
 from stages.twin.walking.energy import energy_balance
 from stages.twin.walking.events import find_events
 from stages.twin.walking.signals import sample
@@ -20,12 +21,9 @@ SWAPPED = [0, 1, 2, 3, 4, 5, 7, 6, 8, 10, 9]
 
 
 @pytest.fixture(scope="module")
-def signals(three_steps, machine, parameters):
-    p = parameters
+def signals(three_steps, parameters):
     times = uniform_times(three_steps.time[-1], 1000.0)
-    return sample(
-        three_steps, machine, p.biped, p.slope, p.contact, times, p.settings.hip_socket, p.settings.foot_socket
-    )
+    return sample(three_steps, times, dataclasses.replace(parameters.settings, signals=SIGNALS))
 
 
 def test_symmetric_start_stays_in_the_plane(three_steps):
@@ -44,8 +42,8 @@ def test_mirrored_start_gives_mirrored_motion(machine, settings, walk_from):
 
 
 def test_energy_balances(three_steps, machine, parameters):
-    strikes = find_events(three_steps, machine.feet).heel_strike_time
-    balance = energy_balance(three_steps, machine, parameters.slope, parameters.contact, *strikes[-2:])
+    strikes = find_events(three_steps).heel_strike_time
+    balance = energy_balance(three_steps, *strikes[-2:])
     assert balance.gravity_work > 0.03 and balance.leg_damper_loss > 0.0 and balance.ground_loss > 0.0
     assert balance.relative_residual < 1e-4
 
@@ -54,13 +52,13 @@ def test_friction_in_bearings_and_sliders_is_accounted_for(parameters, walk_from
     settings = dataclasses.replace(parameters.settings, bearing_friction=1e-4, slider_friction=5.0)
     rubbing = build(parameters.biped, settings)
     record = walk_from(rubbing, settings, 2)
-    strikes = find_events(record, rubbing.feet).heel_strike_time
-    balance = energy_balance(record, rubbing, parameters.slope, parameters.contact, *strikes[-2:])
+    strikes = find_events(record).heel_strike_time
+    balance = energy_balance(record, *strikes[-2:])
     assert balance.bearing_loss > 1e-5 and balance.relative_residual < 1e-4
 
 
 def test_events_come_in_turn(three_steps, machine):
-    events = find_events(three_steps, machine.feet)
+    events = find_events(three_steps)
     assert events.heel_strike_leg.tolist() == [1, 0, 1]
     assert events.toe_off_leg.tolist() == [0, 1, 0]
     assert (events.toe_off_time > events.heel_strike_time).all()

@@ -12,17 +12,16 @@ from stages.twin.walking.events import find_events
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 from stages.twin_ladder.cycle import Search
 from stages.twin_ladder.result import COMPLETED, Result, RungGait
-from stages.twin_ladder.run import run, without_gait
+from stages.twin_ladder.run import Inputs, run, without_gait
 from stages.twin_ladder.section import PLANE_SCALES, SectionState, Step
 
 ROUGH = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)
 
 
 def inputs(stance=ROUGH):
-    force = np.array([[[0.0, 9.4], [0.0, 0.0]]])
     gait = SimpleNamespace(period_s=0.48, step_length_m=0.16)
-    analytic = SimpleNamespace(mid_stance=stance, walk=SimpleNamespace(ground_reaction=force), gait=gait)
-    return {"analytic": analytic, "twin": SimpleNamespace(settling=SimpleNamespace(period_s=0.5, step_length_m=0.15))}
+    analytic = SimpleNamespace(mid_stance=stance, walk=SimpleNamespace(standing_force=9.4), gait=gait)
+    return Inputs(analytic, SimpleNamespace(settling=SimpleNamespace(period_s=0.5, step_length_m=0.15)))
 
 
 def made_up_rung(name, period, length, is_twin=False):
@@ -100,7 +99,7 @@ def test_the_twins_walk_settles_to_the_last_rung_at_the_rates_of_its_multipliers
     solver = dataclasses.replace(parameters.twin, tolerance=1e-8)
     start = rolling_start(machine, parameters.contact, ROUGH, 9.4)
     record = simulate_twin(machine, parameters.slope, parameters.contact, start, solver, steps=41)
-    periods = np.diff(find_events(record, machine.feet).heel_strike_time)
+    periods = np.diff(find_events(record).heel_strike_time)
     assert 0.5 * (periods[-1] + periods[-2]) == pytest.approx(twin.period_s, abs=2e-5)
     change = (periods[2:] - periods[:-2])[6:24]  # of the same pair from stride to stride
     weight = 0.7 ** -np.arange(16.0)

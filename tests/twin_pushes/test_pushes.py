@@ -10,7 +10,7 @@ from pipeline.errors import StudyError
 from pipeline.parameters.loading import load
 from stages.biped.gait import StanceState
 from stages.twin_pushes.parameters import Parameters
-from stages.twin_pushes.run import run
+from stages.twin_pushes.run import Inputs, run
 
 
 @pytest.fixture(scope="module")
@@ -21,14 +21,13 @@ def parameters(repository):
 @pytest.fixture(scope="module")
 def result(parameters):
     """Five steps after one soft and one deadly push to the side and a soft one of each other kind."""
-    force = np.array([[[0.0, 9.4], [0.0, 0.0]]])
     stance = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)
-    analytic = SimpleNamespace(mid_stance=stance, walk=SimpleNamespace(ground_reaction=force))
+    analytic = SimpleNamespace(mid_stance=stance, walk=SimpleNamespace(standing_force=9.4))
     settings = dataclasses.replace(
         parameters.settings, steps=5, tolerance=1e-5, sideways_speeds=(0.05, 1.0), roll_rates=(0.2,), yaw_rates=(0.5,),
         yaw_angles=(0.05,),
     )  # fmt: skip
-    return run(dataclasses.replace(parameters, settings=settings), {"analytic": analytic})
+    return run(dataclasses.replace(parameters, settings=settings), Inputs(analytic))
 
 
 def test_a_soft_push_is_walked_off_and_a_hard_one_is_not(result):

@@ -6,7 +6,6 @@ method at fixed distance along the tangent. Special points between two points of
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +14,7 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.poincare import fixed_point, iterate, multipliers_of
 from stages.analytic.model.walker import Vector
+from stages.biped.progress import Progress, ignore
 
 TURNING_POINT, PERIOD_DOUBLING, TORUS = "turning point", "period doubling", "torus"
 LARGEST_CORRECTIONS = 12
@@ -203,7 +203,7 @@ def continue_gait(
     upward: bool = True,
     largest_step: float = 0.02,
     most_points: int = 400,
-    progress: Callable[[float], None] = lambda value: None,
+    progress: Progress = ignore,
 ) -> Branch:
     """Follow the gait at `z` of `design` in the parameter `name` until it leaves `limits` or ends.
 
@@ -220,6 +220,7 @@ def continue_gait(
     u = np.append(start.z, design.value(name) / span)
     _, derivative, period = curve.residual(u)
     points = [curve.point(u, derivative, period, along)]
+    way = abs(limits[upward] - points[0].value) or span
     special: list[SpecialPoint] = []
     ended = ""
     opening = curve.half_cycle_gap(u)
@@ -246,6 +247,6 @@ def continue_gait(
             return Branch(name, cycle, tuple(points), tuple(special), "the limit of the parameter")
         points.append(point)
         opening = closing
-        progress(point.value)
+        progress(abs(point.value - points[0].value) / way, f"cycle of {cycle}, {name} = {point.value:.4g}")
         step = min(1.5 * step, largest_step)
     return Branch(name, cycle, tuple(points), tuple(special), f"{most_points} points")

@@ -10,6 +10,7 @@ from stages.analytic.gait.continuation import PERIOD_DOUBLING, Branch, SpecialPo
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.poincare import fixed_point, iterate
 from stages.analytic.model.walker import Vector, Walker
+from stages.biped.progress import Progress, ignore
 
 
 def doubled_start(design: DesignPoint, branch: Branch, special: SpecialPoint, tolerance: float) -> tuple[float, Vector]:
@@ -38,10 +39,13 @@ def doubled_start(design: DesignPoint, branch: Branch, special: SpecialPoint, to
 
 
 def follow_family(
-    design: DesignPoint, name: str, limits: tuple[float, float], z: Vector, tolerance: float, doublings: int
-) -> list[Branch]:
+    design: DesignPoint, name: str, limits: tuple[float, float], z: Vector, tolerance: float, doublings: int,
+    progress: Progress = ignore,
+) -> list[Branch]:  # fmt: skip
     """The gait's family on both sides of the design, and the first `doublings` families of twice the cycle from it."""
-    down, up = (continue_gait(design, name, limits, z, tolerance, upward=upward) for upward in (False, True))
+    down, up = (
+        continue_gait(design, name, limits, z, tolerance, upward=upward, progress=progress) for upward in (False, True)
+    )
     points = (*reversed(down.points), *up.points[1:])
     family = Branch(name, 1, points, (*reversed(down.special), *up.special), f"{down.ended}; {up.ended}")
     branches = [family]
@@ -51,15 +55,16 @@ def follow_family(
             if special.kind == PERIOD_DOUBLING:
                 # a doubling whose new gaits no longer walk has no family to follow
                 with suppress(ValueError):
-                    branches.append(doubled_family(design, branch, special, limits, tolerance))
+                    branches.append(doubled_family(design, branch, special, limits, tolerance, progress))
         if branches[-1].cycle == newest[-1].cycle:
             break
     return branches
 
 
 def doubled_family(
-    design: DesignPoint, branch: Branch, special: SpecialPoint, limits: tuple[float, float], tolerance: float
-) -> Branch:
+    design: DesignPoint, branch: Branch, special: SpecialPoint, limits: tuple[float, float], tolerance: float,
+    progress: Progress = ignore,
+) -> Branch:  # fmt: skip
     """The family of twice the cycle that leaves a period doubling, followed away from it.
 
     Raises ValueError if no gait of twice the cycle is found.
@@ -67,7 +72,10 @@ def doubled_family(
     value, start = doubled_start(design, branch, special, tolerance)
     there, cycle = design.with_value(branch.name, value), 2 * branch.cycle
     both = [
-        continue_gait(there, branch.name, limits, start, tolerance, cycle=cycle, upward=up, largest_step=0.02 / cycle)
+        continue_gait(
+            there, branch.name, limits, start, tolerance,
+            cycle=cycle, upward=up, largest_step=0.02 / cycle, progress=progress,
+        )
         for up in (False, True)
     ]
     return max(both, key=lambda family: abs(family.points[-1].value - special.point.value))

@@ -109,6 +109,14 @@ def record(
         phase, decided = succeed(phase, y, walker.p)
 
 
+def walk_on(walker: Walker, upright: Vector, steps: int, tolerance: float) -> list[Segment]:
+    """Segments of a walk from mid-stance, see `crossing_state`, over `steps` whole steps and the begun one.
+
+    Raises StepFailed if the walker does not get there.
+    """
+    return record(walker, upright, steps + 1, tolerance, RIGID if walker.rigid else SINGLE_STANCE)
+
+
 def is_last(segment: Segment) -> bool:
     """Whether a segment is the last one of its step: single stance, which ends with heel strike."""
     return segment.phase <= SINGLE_STANCE

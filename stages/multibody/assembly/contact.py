@@ -7,23 +7,27 @@ solver evaluates it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
+
+import numpy as np
 
 from stages.ground.blocks import Lane
 from stages.ground.contact_law import ContactLaw
-from stages.ground.friction import friction_coefficient, friction_slope
+from stages.ground.friction import friction_coefficient
 from stages.ground.normal_force import normal_force
-from stages.ground.operations import SCALARS, Operations
-from stages.multibody.assembly.quiet_exudyn import CreateSymbolicUserFunction, symbolic
+from stages.ground.operations import SCALARS, Operations, with_single_terms
+from stages.multibody.assembly.quiet_exudyn import CreateSymbolicUserFunction, items, symbolic
+
+Lanes = tuple[Lane, Lane] | None
 
 CONNECTOR = "ObjectConnectorRigidBodySpringDamper"
 USER_FUNCTION = "springForceTorqueUserFunction"
 
-SYMBOLS = Operations(
-    sin=symbolic.sin,
-    asin=symbolic.asin,
-    sqrt=symbolic.sqrt,
+SYMBOLS = with_single_terms(
+    symbolic.sin,
+    symbolic.asin,
+    symbolic.sqrt,
     sign=symbolic.sign,
     absolute=symbolic.abs,
     round=symbolic.round,
@@ -31,18 +35,6 @@ SYMBOLS = Operations(
     minimum=lambda x, limit: symbolic.min(x, symbolic.Real(limit)),
     maximum=lambda x, limit: symbolic.max(x, symbolic.Real(limit)),
 )
-
-
-def point_force(
-    law: ContactLaw, penetration: Any, rate: Any, slip_x: Any, slip_z: Any, ops: Operations = SYMBOLS
-) -> tuple[Any, Any, Any]:
-    """Force [N] of the ground on a contact point (x, y, z of the slope frame) that slips in two directions.
-
-    penetration [m] positive in contact, its rate [m/s], slip velocity [m/s] of the foot's material at the contact.
-    """
-    normal = normal_force(law, penetration, rate, ops)
-    drag = friction_slope(law, slip_x, slip_z, ops) * normal
-    return -(drag * slip_x), normal, -(drag * slip_z)
 
 
 def disc_force(
@@ -90,8 +82,28 @@ def symbolic_user_function(mbs: Any, function: Callable[..., list[Any]]) -> Any:
     return CreateSymbolicUserFunction(mbs, function, USER_FUNCTION, itemTypeName=CONNECTOR)
 
 
-def planar_ground(mbs: Any, law: ContactLaw, radius: float, lane: Lane | None = None, *, compiled: bool = True) -> Any:
-    """User function of one planar foot; `compiled=False` calls Python instead, to measure what that costs."""
+def add_ground(
+    mbs: Any, law: ContactLaw, radius: float, discs: Sequence[Any], lanes: Lanes = None, *, compiled: bool = True
+) -> tuple[list[Any], list[Any]]:
+    """Let the ground act on planar feet whose disc centres carry these markers: their laws, to be kept, and connectors.
+
+    `compiled=False` calls Python instead, to measure what that costs.
+    """
+    plane = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=mbs.AddObject(items.ObjectGround())))
     if compiled:
-        return symbolic_user_function(mbs, planar_connector_law(law, radius, lane))
-    return planar_connector_law(law, radius, lane, SCALARS)
+        laws = [symbolic_user_function(mbs, planar_connector_law(law, radius, lane)) for lane in lanes or (None, None)]
+    else:
+        laws = [planar_connector_law(law, radius, lane, SCALARS) for lane in lanes or (None, None)]
+    return laws, [add_connector(mbs, plane, disc, own) for disc, own in zip(discs, laws, strict=True)]
+
+
+def add_connector(mbs: Any, plane: Any, place: Any, law: Any) -> Any:
+    """A connector with this law between the plane's marker and a new one at a foot's place: its number."""
+    return mbs.AddObject(
+        items.ObjectConnectorRigidBodySpringDamper(
+            markerNumbers=[plane, mbs.AddMarker(place)],
+            stiffness=np.zeros((6, 6)),
+            damping=np.zeros((6, 6)),
+            springForceTorqueUserFunction=law,
+        )
+    )

@@ -13,10 +13,9 @@ from typing import Any
 import numpy as np
 
 from stages.biped.design import Biped
-from stages.ground.blocks import Lane
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.multibody.assembly.contact import planar_ground
+from stages.multibody.assembly.contact import Lanes, add_ground
 from stages.multibody.assembly.quiet_exudyn import exudyn, items
 from stages.multibody.assembly.signals import GROUND_REACTION, IMU, SIGNALS
 from stages.multibody.assembly.state import PlanarState
@@ -30,8 +29,6 @@ COORDINATES = (
     ("velocity", OUTPUT.Coordinates_t),
     ("acceleration", OUTPUT.Coordinates_tt),
 )
-
-Lanes = tuple[Lane, Lane] | None
 
 
 class Joints:
@@ -110,24 +107,9 @@ class Joints:
             )
 
     def _add_ground(self, contact: ContactLaw, lanes: Lanes, compiled: bool) -> list[Any]:
-        mbs, biped = self.mbs, self.biped
-        plane = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=mbs.AddObject(items.ObjectGround())))
-        radius = biped.foot_radius
-        self.laws = [planar_ground(mbs, contact, radius, lane, compiled=compiled) for lane in lanes or (None, None)]
-        contacts = []
-        for foot, law in zip(self.bodies[1:], self.laws):
-            centre = [0.0, biped.foot_radius - biped.foot_com, 0.0]
-            disc = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=foot, localPosition=centre))
-            contacts.append(
-                mbs.AddObject(
-                    items.ObjectConnectorRigidBodySpringDamper(
-                        markerNumbers=[plane, disc],
-                        stiffness=np.zeros((6, 6)),
-                        damping=np.zeros((6, 6)),
-                        springForceTorqueUserFunction=law,
-                    )
-                )
-            )
+        centre = [0.0, self.biped.foot_radius - self.biped.foot_com, 0.0]
+        discs = [items.MarkerBodyRigid(bodyNumber=foot, localPosition=centre) for foot in self.bodies[1:]]
+        self.laws, contacts = add_ground(self.mbs, contact, self.biped.foot_radius, discs, lanes, compiled=compiled)
         return contacts
 
     def _add_sensors(self, signals: Collection[str]) -> dict[str, Any]:

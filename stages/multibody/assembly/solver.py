@@ -85,7 +85,7 @@ def integrate(
             assembly.mbs.SolveDynamic(wanted, solverType=kind, updateInitialValues=not explicit)
         except SOLVER_ERRORS as error:
             if watch.outcome == RUNNING:
-                watch.outcome, watch.message = SOLVER_FAILED, _first_sentence(error)
+                watch.outcome, watch.message = SOLVER_FAILED, first_sentence(error)
         segments.append(assembly.recording())
         drift = max(drift, assembly.joint_drift())
         reached = float(segments[-1]["time"][-1])
@@ -108,36 +108,41 @@ def _impact_is_near(watch: Watch, now: float, settings: Settings) -> bool:
 
 
 def _simulation_settings(settings: Settings, start: float, end: float, fine: bool) -> tuple[Any, Any]:
+    if settings.assembly == "tree":
+        return explicit_settings(settings.tolerance, settings.largest_step, end, start), SOLVER.DOPRI5
+    wanted = _silent_settings(settings.impact_step if fine else settings.rolling_step, end, start)
+    wanted.timeIntegration.adaptiveStep = False
+    wanted.timeIntegration.newton.useModifiedNewton = True
+    trapezoidal = settings.implicit_solver == "trapezoidal"
+    return wanted, SOLVER.TrapezoidalIndex2 if trapezoidal else SOLVER.GeneralizedAlpha
+
+
+def explicit_settings(tolerance: float, largest_step: float, end: float, start: float = 0.0) -> Any:
+    """Exudyn's settings for an explicit solver with error control from start to end [s]."""
+    wanted = _silent_settings(largest_step, end, start)
+    integration = wanted.timeIntegration
+    integration.absoluteTolerance = tolerance
+    integration.relativeTolerance = 0.0  # Exudyn's error scale takes signed values: a relative part could vanish
+    integration.initialStepSize = FIRST_STEP
+    integration.minimumStepSize = SMALLEST_STEP
+    return wanted
+
+
+def _silent_settings(step: float, end: float, start: float) -> Any:
     wanted = exudyn.SimulationSettings()
     wanted.solution.file.write = False
     wanted.solution.sensors.writePeriod = EVERY_STEP
     integration = wanted.timeIntegration
     integration.verboseMode = 0
-    integration.startTime = start
-    if settings.assembly == "tree":
-        step = settings.largest_step
-        integration.absoluteTolerance = settings.tolerance
-        integration.relativeTolerance = 0.0  # Exudyn's error scale takes signed values: a relative part could vanish
-        integration.initialStepSize = FIRST_STEP
-        integration.minimumStepSize = SMALLEST_STEP
-        kind = SOLVER.DOPRI5
-    else:
-        step = settings.impact_step if fine else settings.rolling_step
-        integration.adaptiveStep = False
-        integration.newton.useModifiedNewton = True
-        trapezoidal = settings.implicit_solver == "trapezoidal"
-        kind = SOLVER.TrapezoidalIndex2 if trapezoidal else SOLVER.GeneralizedAlpha
+    integration.startTime, integration.endTime = start, end
     integration.numberOfSteps = math.ceil((end - start) / step)
-    integration.endTime = end
-    return wanted, kind
+    return wanted
 
 
 def _trajectory(segments: list[dict[str, np.ndarray]], watch: Watch, state: PlanarState, exact: bool) -> Trajectory:
     """Join the segments, each from where the last ended; stop before the first value that is not finite."""
     joined = {name: np.concatenate([segment[name] for segment in segments]) for name in segments[0]}
-    later = np.concatenate([[True], np.diff(np.maximum.accumulate(joined["time"])) > 0.0])
-    finite = np.isfinite(joined["position"]).all(axis=1) & np.isfinite(joined["velocity"]).all(axis=1)
-    keep = later & np.logical_and.accumulate(finite)
+    keep = valid_rows(joined["time"], joined["position"], joined["velocity"])
     kept = {name: values[keep] for name, values in joined.items()}
     if exact and len(kept["time"]) > 1:
         for name in ("acceleration", "foot_acceleration"):
@@ -145,6 +150,14 @@ def _trajectory(segments: list[dict[str, np.ndarray]], watch: Watch, state: Plan
     return Trajectory(**kept, in_play_at_start=state.in_play, switches=tuple(watch.switches), exact_acceleration=exact)
 
 
-def _first_sentence(error: Exception) -> str:
+def valid_rows(time: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    """Which rows (n,) of a record go on in time, before the first value that is not finite."""
+    later = np.concatenate([[True], np.diff(np.maximum.accumulate(time)) > 0.0])
+    finite = np.isfinite(position).all(axis=1) & np.isfinite(velocity).all(axis=1)
+    return np.asarray(later & np.logical_and.accumulate(finite))
+
+
+def first_sentence(error: Exception) -> str:
+    """What a solver's error says, without where in Python it was raised."""
     text = " ".join(str(error).split())
     return text.split("[Python file")[0].strip()[:300]

@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 
 from stages.biped.design import Biped
-from stages.ground.blocks import Lane
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.multibody.assembly.contact import planar_ground
+from stages.multibody.assembly.contact import Lanes, add_ground
 from stages.multibody.assembly.quiet_exudyn import exudyn, items
 from stages.multibody.assembly.signals import GROUND_REACTION, IMU, SIGNALS
 from stages.multibody.assembly.state import PlanarState
@@ -24,8 +23,6 @@ from stages.multibody.walking.trajectory import reactions
 
 JOINT = exudyn.JointType
 OUTPUT = exudyn.OutputVariableType
-
-Lanes = tuple[Lane, Lane] | None
 
 
 class Tree:
@@ -98,26 +95,11 @@ class Tree:
         return self.mbs.AddObject(tree), feet
 
     def _add_ground(self, biped: Biped, contact: ContactLaw, lanes: Lanes, compiled: bool) -> list[Any]:
-        plane = self.mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=self.mbs.AddObject(items.ObjectGround())))
-        radius = biped.foot_radius
-        self.laws = [
-            planar_ground(self.mbs, contact, radius, lane, compiled=compiled) for lane in lanes or (None, None)
+        discs = [
+            items.MarkerKinematicTreeRigid(objectNumber=self.tree, linkNumber=foot, localPosition=self.disc_centre)
+            for foot in self.feet
         ]
-        contacts = []
-        for foot, law in zip(self.feet, self.laws):
-            disc = items.MarkerKinematicTreeRigid(
-                objectNumber=self.tree, linkNumber=foot, localPosition=self.disc_centre
-            )
-            contacts.append(
-                self.mbs.AddObject(
-                    items.ObjectConnectorRigidBodySpringDamper(
-                        markerNumbers=[plane, self.mbs.AddMarker(disc)],
-                        stiffness=np.zeros((6, 6)),
-                        damping=np.zeros((6, 6)),
-                        springForceTorqueUserFunction=law,
-                    )
-                )
-            )
+        self.laws, contacts = add_ground(self.mbs, contact, biped.foot_radius, discs, lanes, compiled=compiled)
         return contacts
 
     def _add_sensors(self, signals: Collection[str]) -> dict[str, Any]:

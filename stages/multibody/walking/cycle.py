@@ -33,18 +33,8 @@ def settled_cycle(walked: Run, walk: Walk, radius: float) -> Cycle:
         step_frequency_hz=1.0 / period,
         step_length_m=length,
         speed_m_s=length / period,
-        double_stance_s=_double_stance(walk, last),
+        double_stance_s=walk.double_stance(last),
         peak_normal_force=float(force.max()) if force.size else float("nan"),
         largest_penetration=float(np.where(held, depth, 0.0)[inside].max()),
         period_change=float(np.ptp(periods)),
     )
-
-
-def _double_stance(walk: Walk, strikes: np.ndarray) -> float:
-    spans = []
-    for strike in strikes:
-        leg = walk.heel_strike_leg[np.searchsorted(walk.heel_strike_time, strike)]
-        after = walk.toe_off_time[(walk.toe_off_time > strike) & (walk.toe_off_leg != leg)]
-        if len(after):
-            spans.append(after[0] - strike)
-    return float(np.mean(spans)) if spans else float("nan")

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.biped.between_steps import quadrature
 from stages.biped.design import Biped
 from stages.biped.quantity import quantity
 from stages.ground.contact_law import ContactLaw
@@ -13,10 +14,6 @@ from stages.ground.friction import friction_coefficient
 from stages.ground.normal_force import normal_force
 from stages.ground.slope import Slope
 from stages.multibody.walking.trajectory import Trajectory, foot_kinematics
-
-# Nodes and weights of Gauss quadrature on [0, 1], exact to degree 9: the integrands are smooth between solver steps.
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
-NODES, WEIGHTS = 0.5 * (NODES + 1.0), 0.5 * WEIGHTS
 
 
 @dataclass(frozen=True)
@@ -40,11 +37,7 @@ def energy_balance(
     trajectory: Trajectory, biped: Biped, slope: Slope, contact: ContactLaw, start: float, end: float
 ) -> EnergyBalance:
     """Energy balance between two times [s], the powers integrated by quadrature over the solver's own steps."""
-    inner = trajectory.time[(trajectory.time > start) & (trajectory.time < end)]
-    bounds = np.concatenate([[start], inner, [end]])
-    span = np.diff(bounds)
-    time = (bounds[:-1, None] + span[:, None] * NODES).ravel()
-    weight = (span[:, None] * WEIGHTS).ravel()
+    time, weight = quadrature(trajectory.time, start, end)
     position, velocity = trajectory.at(time)
     held = trajectory.in_play(time)
     damper = biped.damping * np.sum(velocity[:, 4:] ** 2, axis=1) if biped.legs == "compliant" else 0.0 * time

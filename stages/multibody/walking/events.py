@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from scipy.optimize import brentq
@@ -20,49 +22,68 @@ class Events:
     toe_off_leg: np.ndarray
 
 
-def find_events(trajectory: Trajectory, radius: float) -> Events:
-    """First touch-down and last lift-off of each foot between two moments at which it went out of play.
+class Recorded(Protocol):
+    """What events need of a run at the solver's own steps; `switches` as in `Trajectory`."""
 
-    A foot that bounces at heel strike therefore counts once. A leg that is still on the ground at the end has no
-    toe-off yet.
+    @property
+    def time(self) -> np.ndarray:
+        """Times of the steps (n,) [s]."""
+
+    @property
+    def in_play_at_start(self) -> tuple[bool, bool]:
+        """On which legs the ground acts at first."""
+
+    @property
+    def switches(self) -> tuple[tuple[float, int, bool], ...]:
+        """Changes of that: time [s], leg, whether the ground acts from then on."""
+
+
+def find_events(trajectory: Trajectory, radius: float) -> Events:
+    """Heel strikes and toe-offs of both feet."""
+    rows = trajectory.position, trajectory.velocity
+    depth = np.column_stack([foot_kinematics(*rows, leg, radius)[0] for leg in (0, 1)])
+    return located(trajectory, depth, lambda leg, row: _crossing(trajectory, leg, radius, row))
+
+
+def located(run: Recorded, depth: np.ndarray, crossing: Callable[[int, int], float]) -> Events:
+    """First touch-down and last lift-off of each leg between two moments at which it went out of play.
+
+    `depth` (n, 2) [m] of its lowest point under the ground; `crossing` (leg, row) finds when [s] from the row to
+    the next this point is at the surface. A foot that bounces at heel strike counts once. A leg still on the ground
+    at the end has no toe-off yet.
     """
     touch_downs: list[tuple[float, int]] = []
     lift_offs: list[tuple[float, int]] = []
     for leg in (0, 1):
-        depth = foot_kinematics(trajectory.position, trajectory.velocity, leg, radius)[0]
-        for start, end, ended in _episodes(trajectory, leg):
-            inside = np.flatnonzero((trajectory.time >= start) & (trajectory.time <= end))
-            touching = depth[inside] > 0.0
+        for start, end, ended in _episodes(run, leg):
+            inside = np.flatnonzero((run.time >= start) & (run.time <= end))
+            touching = depth[inside, leg] > 0.0
             if not touching.any():
                 continue
             first, last = inside[np.argmax(touching)], inside[len(inside) - 1 - np.argmax(touching[::-1])]
             if first > inside[0]:
-                touch_downs.append((_crossing(trajectory, leg, radius, first - 1), leg))
+                touch_downs.append((crossing(leg, first - 1), leg))
             if ended and last < inside[-1]:
-                lift_offs.append((_crossing(trajectory, leg, radius, last), leg))
-    touch_downs.sort()
-    lift_offs.sort()
-    return Events(
-        np.array([time for time, _ in touch_downs]),
-        np.array([leg for _, leg in touch_downs], dtype=np.int64),
-        np.array([time for time, _ in lift_offs]),
-        np.array([leg for _, leg in lift_offs], dtype=np.int64),
-    )
+                lift_offs.append((crossing(leg, last), leg))
+    columns = []
+    for events in (sorted(touch_downs), sorted(lift_offs)):
+        columns += [np.array([time for time, _ in events]), np.array([leg for _, leg in events], dtype=np.int64)]
+    return Events(*columns)
 
 
-def _episodes(trajectory: Trajectory, leg: int) -> list[tuple[float, float, bool]]:
-    """Spans in which the ground acts on a foot: start, end, and whether the span ended before the record did."""
-    changes = [(time, acts) for time, who, acts in trajectory.switches if who == leg]
-    spans, begin = [], 0.0 if trajectory.in_play_at_start[leg] else None
-    for time, acts in changes:
+def _episodes(run: Recorded, leg: int) -> list[tuple[float, float, bool]]:
+    """Spans in which the ground acts on a leg: start, end, and whether the span ended before the record did."""
+    spans: list[tuple[float, float, bool]] = []
+    begin = 0.0 if run.in_play_at_start[leg] else None
+    for time, who, acts in run.switches:
+        if who != leg:
+            continue
         if acts:
             begin = time
         elif begin is not None:
             spans.append((begin, time, True))
             begin = None
-    if begin is not None:
-        spans.append((begin, float(trajectory.time[-1]), False))
-    return spans
+    return spans if begin is None else [*spans, (begin, float(run.time[-1]), False)]
 
 
 def _crossing(trajectory: Trajectory, leg: int, radius: float, row: int) -> float:

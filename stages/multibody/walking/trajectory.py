@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.biped.between_steps import acting, hermite
 from stages.multibody.assembly.state import PlanarState
 
 
@@ -33,10 +34,7 @@ class Trajectory:
 
     def in_play(self, time: np.ndarray) -> np.ndarray:
         """Whether the ground acts on each foot at the given times, shape (n, 2)."""
-        held = np.tile(np.array(self.in_play_at_start), (len(time), 1))
-        for moment, leg, acts in self.switches:
-            held[time >= moment, leg] = acts
-        return held
+        return acting(self.in_play_at_start, self.switches, time)
 
     def state_at(self, time: float) -> PlanarState:
         """State at a time [s] within the record."""
@@ -57,24 +55,8 @@ class Trajectory:
 
         Quintic when the accelerations are exact, cubic when they ring, as those of an implicit solver do.
         """
-        i = np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, len(self.time) - 2)
-        step = (self.time[i + 1] - self.time[i])[:, None]
-        s = (time - self.time[i])[:, None] / step
-        start, end = self.position[i], self.position[i + 1]
-        a1, b1 = self.velocity[i] * step, self.velocity[i + 1] * step
-        rise = end - start
-        if self.exact_acceleration:
-            a2, b2 = 0.5 * self.acceleration[i] * step**2, 0.5 * self.acceleration[i + 1] * step**2
-            c3 = 10 * rise - 6 * a1 - 4 * b1 - 3 * a2 + b2
-            c4 = -15 * rise + 8 * a1 + 7 * b1 + 3 * a2 - 2 * b2
-            c5 = 6 * rise - 3 * a1 - 3 * b1 - a2 + b2
-        else:
-            a2 = 3 * rise - 2 * a1 - b1
-            c3 = -2 * rise + a1 + b1
-            c4 = c5 = 0.0 * rise
-        position = start + s * (a1 + s * (a2 + s * (c3 + s * (c4 + s * c5))))
-        velocity = (a1 + s * (2 * a2 + s * (3 * c3 + s * (4 * c4 + s * 5 * c5)))) / step
-        return position, velocity
+        acceleration = self.acceleration if self.exact_acceleration else None
+        return hermite(self.time, self.position, self.velocity, acceleration, time)
 
 
 def foot_kinematics(

@@ -9,13 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import friction_slope
 from stages.ground.normal_force import normal_force
 from stages.ground.slope import Slope
-from stages.multibody.assembly.contact import SYMBOLS, symbolic_user_function
+from stages.multibody.assembly.contact import SYMBOLS, add_connector, symbolic_user_function
 from stages.multibody.assembly.quiet_exudyn import items, symbolic
 from stages.twin.machine.contact import SLIDE
 from stages.twin.machine.machine import Machine
@@ -40,7 +38,7 @@ def edge_law(point: ContactLaw, radius: float) -> Callable[..., Any]:
         d0, d1, d2 = radius * a1 * a0 / level, -radius * level, radius * a1 * a2 / level  # to the lowest point
         s0, s1, s2 = v[0] + w[1] * d2 - w[2] * d1, v[1] + w[2] * d0 - w[0] * d2, v[2] + w[0] * d1 - w[1] * d0
         normal = normal_force(point, -(displacement[1] + d1), -s1, SYMBOLS)
-        slope = friction_slope(point, s0, s2, SYMBOLS)
+        slope = friction_slope(point.numbers, s0, s2, SYMBOLS)
         upward = symbolic.Vector([zero, one, zero, -d2, zero, d0])
         slip = symbolic.Vector([s0, zero, s2, d1 * s2, d2 * s0 - d0 * s2, -(d1 * s0)])
         return normal * (slope * slip - upward)  # what the ground's marker feels
@@ -66,13 +64,7 @@ class ConnectorTree(SpatialTree):
                 circle = items.MarkerKinematicTreeRigid(
                     objectNumber=self.tree, linkNumber=SLIDE[leg], localPosition=[0.0, float(radius - length), float(z)]
                 )
-                connector = items.ObjectConnectorRigidBodySpringDamper(
-                    markerNumbers=[plane, self.mbs.AddMarker(circle)],
-                    stiffness=np.zeros((6, 6)),
-                    damping=np.zeros((6, 6)),
-                    springForceTorqueUserFunction=self.laws[-1],
-                )
-                self.edges[leg // 2].append(self.mbs.AddObject(connector))
+                self.edges[leg // 2].append(add_connector(self.mbs, plane, circle, self.laws[-1]))
 
     def set_in_play(self, pair: int, acts: bool) -> None:
         """Let the ground act on a pair's feet, or not."""

@@ -4,22 +4,24 @@ Each foot is a cylinder whose axis is parallel to the hip axis. It touches the g
 lowest point of each is a contact point with a quarter of a leg pair's law, so that roll and yaw are resisted by where
 the feet stand. A cylinder's lowest line lies along -b, where b is the frame's upright axis before pitch.
 
-The laws are those of `stages.ground`, rewritten for the compiler with each term evaluated once; a test holds the two
-texts against each other. One call from Exudyn costs about 6 us where eight connectors cost about 60 us.
+The laws are the texts of `stages.ground`. One call from Exudyn costs about 6 us where eight connectors cost 60 us.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, cast
 
+import numba
 import numpy as np
-from numba import njit
 
+from stages.ground.compiled import COMPILED, compiled_slope, kept_with_ground
 from stages.ground.contact_law import ContactLaw
-from stages.ground.restitution import damping_factor
+from stages.ground.laws import PointLaw
 
-NORMAL_FORCES = ("impact", "restitution")
-FRICTIONS = ("stribeck", "coulomb", "none")
+compiled = kept_with_ground(Path(__file__).parent)
 
 # Rows of the coordinate vector
 X, Y, Z, YAW, ROLL, PITCH, HINGE = 0, 1, 2, 3, 4, 5, 8
@@ -27,48 +29,14 @@ SLIDE = (6, 7, 9, 10)
 COUNT = 11
 
 
-def law_numbers(law: ContactLaw) -> np.ndarray:
-    """The law of one contact point as the compiled functions take it; `law` is that of a leg pair, 4 points."""
-    point = law.shared_by(4)
-    hunt = damping_factor(law.restitution, law.impact_speed) if law.normal_force == "restitution" else 0.0
-    return np.array(
-        [
-            NORMAL_FORCES.index(point.normal_force), point.stiffness_si, point.contact_exponent, point.contact_damping,
-            point.damping_depth, hunt, FRICTIONS.index(point.friction), point.static_friction, point.dynamic_friction,
-            point.stiction_velocity, point.friction_velocity,
-        ]
-    )  # fmt: skip
+def point_law(contact: ContactLaw) -> PointLaw:
+    """The law of one contact point as the compiled functions take it; `contact` is that of a leg pair, 4 points."""
+    return contact.shared_by(4).numbers
 
 
-@njit(cache=True)
-def normal_force(law: np.ndarray, depth: float, rate: float) -> float:
-    """Normal force [N] at a penetration [m] and its rate [m/s]."""
-    if depth <= 0.0:
-        return 0.0
-    spring: float = law[1] * depth ** law[2]
-    if law[0] == 1.0:
-        return max(0.0, 1.0 + float(law[5]) * rate) * spring
-    s = min(depth / float(law[4]), 1.0)
-    return max(0.0, spring + float(law[3]) * s * s * (3.0 - 2.0 * s) * rate)
-
-
-@njit(cache=True)
-def friction_slope(law: np.ndarray, speed: float) -> float:
-    """Friction coefficient over slip speed [s/m], finite at rest."""
-    if law[6] == 2.0:
-        return 0.0
-    u = speed / law[9]
-    if u < 1.0:
-        return float(law[7] * 0.5 * (3.0 - u * u) / law[9])
-    if law[6] == 1.0:
-        return float(law[7] / speed)
-    s = min((speed - law[9]) / (law[10] - law[9]), 1.0)
-    return float((law[7] - (law[7] - law[8]) * s * s * (3.0 - 2.0 * s)) / speed)
-
-
-@njit(cache=True)
+@compiled
 def feet_forces(
-    q: np.ndarray, v: np.ndarray, in_play: np.ndarray, feet: np.ndarray, law: np.ndarray
+    q: np.ndarray, v: np.ndarray, in_play: np.ndarray, feet: np.ndarray, law: PointLaw
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Generalized forces (11,), force on each foot (4, 3) [N], and the power of all of them [W].
 
@@ -107,8 +75,8 @@ def feet_forces(
             s0 = v[0] + w1 * d2 - w2 * d1 + v[slide] * u0
             s1 = v[1] + w2 * d0 - w0 * d2 + v[slide] * u1
             s2 = v[2] + w0 * d1 - w1 * d0 + v[slide] * u2
-            f1 = normal_force(law, depth, -s1)
-            drag = f1 * friction_slope(law, math.sqrt(s0 * s0 + s2 * s2))
+            f1 = law.normal.force(depth, -s1, COMPILED)
+            drag = f1 * compiled_slope(law, s0, s2, COMPILED)
             f0, f2 = -drag * s0, -drag * s2
             m0, m1, m2 = d1 * f2 - d2 * f1, d2 * f0 - d0 * f2, d0 * f1 - d1 * f0
             about_hip_axis = a0 * m0 + a1 * m1 + a2 * m2
@@ -128,15 +96,26 @@ def feet_forces(
     return total, force, power
 
 
-@njit(cache=True)
+@compiled
 def generalized_force(
-    q: np.ndarray, v: np.ndarray, in_play: np.ndarray, feet: np.ndarray, law: np.ndarray
+    q: np.ndarray, v: np.ndarray, in_play: np.ndarray, feet: np.ndarray, law: PointLaw
 ) -> np.ndarray:
     """Only the generalized forces of `feet_forces`, for the solver."""
     return feet_forces(q, v, in_play, feet, law)[0]
 
 
-@njit(cache=True)
+def solver_force(
+    in_play: np.ndarray, feet: np.ndarray, law: PointLaw
+) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+    """`generalized_force` of coordinates and rates, found once: numba's search by type would take twice the call."""
+    state = np.zeros(COUNT)
+    generalized_force(state, state, np.zeros(2), feet, law)
+    typeof, dispatcher = cast(Any, numba.typeof), cast(Any, generalized_force)
+    found = dispatcher.get_overload(tuple(typeof(argument) for argument in (state, state, in_play, feet, law)))
+    return lambda q, v: found(q, v, in_play, feet, law)
+
+
+@compiled
 def feet_places(q: np.ndarray, feet: np.ndarray) -> np.ndarray:
     """Of each foot x of its middle, height of its lowest point above the ground and z of its middle, (4, 3) [m]."""
     places = np.zeros((4, 3))
@@ -151,7 +130,7 @@ def feet_places(q: np.ndarray, feet: np.ndarray) -> np.ndarray:
     return places
 
 
-@njit(cache=True)
+@compiled
 def clearances(q: np.ndarray, feet: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Lowest point of each pair above the ground (2,) [m], and the mean x of its feet's centres (2,) [m]."""
     lowest = np.full(2, np.inf)
@@ -163,9 +142,9 @@ def clearances(q: np.ndarray, feet: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     return lowest, place
 
 
-@njit(cache=True)
+@compiled
 def along(
-    q: np.ndarray, v: np.ndarray, in_play: np.ndarray, feet: np.ndarray, law: np.ndarray
+    q: np.ndarray, v: np.ndarray, in_play: np.ndarray, feet: np.ndarray, law: PointLaw
 ) -> tuple[np.ndarray, np.ndarray]:
     """`feet_forces` for rows of states: force (n, 4, 3) [N] and power (n,) [W]."""
     n = len(q)
@@ -179,7 +158,7 @@ def along(
     return force, power
 
 
-@njit(cache=True)
+@compiled
 def clearances_along(q: np.ndarray, feet: np.ndarray) -> np.ndarray:
     """Lowest point of each pair above the ground for rows of states, (n, 2) [m]."""
     lowest = np.zeros((len(q), 2))

@@ -37,7 +37,7 @@ class Machine:
 
     Per leg: `lane` z of the foot's middle [m], `radius` [m], `length` hip to foot bottom unloaded [m], `stiffness`
     [N/m], `damping` [N s/m]. `half_width` [m] of a foot's cylinder, `bearing_friction` [N m s].
-    `drawn_length` is the leg length of the design, without outsole [m].
+    Of the design, without outsole [m]: `drawn_length` of a leg, `drawn_foot_com` from the hip axis up to a foot's mass.
     """
 
     bodies: tuple[Body, ...]
@@ -49,6 +49,7 @@ class Machine:
     half_width: float
     bearing_friction: float
     drawn_length: float
+    drawn_foot_com: float
 
     @property
     def mass(self) -> float:
@@ -87,6 +88,7 @@ def build(biped: Biped, settings: Settings, departure: Build = AS_DRAWN) -> Mach
         half_width=0.5 * settings.foot_width,
         bearing_friction=settings.bearing_friction,
         drawn_length=biped.leg_length,
+        drawn_foot_com=biped.foot_com - biped.leg_length,
     )
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.assembly.quiet_exudyn import exudyn, items
-from stages.twin.machine.contact import COUNT, HINGE, PITCH, SLIDE, generalized_force, law_numbers
+from stages.twin.machine.contact import COUNT, HINGE, PITCH, SLIDE, point_law, solver_force
 from stages.twin.machine.machine import Machine
 
 JOINT = exudyn.JointType
@@ -34,7 +34,7 @@ class SpatialTree:
     def __init__(self, machine: Machine, slope: Slope, contact: ContactLaw) -> None:
         self.machine = machine
         self.feet = machine.feet
-        self.law = law_numbers(contact)
+        self.contact = contact
         self.in_play = np.ones(2)
         self.container = exudyn.SystemContainer()
         self.mbs = self.container.AddSystem()
@@ -82,11 +82,10 @@ class SpatialTree:
 
     def add_ground(self) -> None:
         """Let the ground act through the compiled generalized forces."""
-        in_play, feet, law, array = self.in_play, self.feet, self.law, np.array
+        array, force = np.array, solver_force(self.in_play, self.feet, point_law(self.contact))
 
         def ground(mbs: Any, time: float, item: int, q: list[float], v: list[float]) -> np.ndarray:
-            force: np.ndarray = generalized_force(array(q), array(v), in_play, feet, law)
-            return force
+            return force(array(q), array(v))
 
         self.ground = ground
         self.mbs.SetObjectParameter(self.tree, "forceUserFunction", ground)

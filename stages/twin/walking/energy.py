@@ -6,17 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.biped.between_steps import NODES, quadrature
 from stages.biped.quantity import quantity
-from stages.ground.contact_law import ContactLaw
-from stages.ground.slope import Slope
-from stages.twin.machine.contact import HINGE, SLIDE, along, law_numbers
+from stages.twin.machine.contact import HINGE, SLIDE, along, point_law
 from stages.twin.machine.kinematics import pair_axes, point_motion
 from stages.twin.machine.machine import FOOT_BODY, Machine
 from stages.twin.walking.record import Record
-
-# Nodes and weights of Gauss quadrature on [0, 1]: the integrands are smooth between solver steps.
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
-NODES, WEIGHTS = 0.5 * (NODES + 1.0), 0.5 * WEIGHTS
 
 
 @dataclass(frozen=True)
@@ -36,24 +31,19 @@ class EnergyBalance:
         return abs(self.residual / self.gravity_work)
 
 
-def energy_balance(
-    record: Record, machine: Machine, slope: Slope, contact: ContactLaw, start: float, end: float
-) -> EnergyBalance:
+def energy_balance(record: Record, start: float, end: float) -> EnergyBalance:
     """Energy balance between two times [s], the powers integrated by quadrature over the solver's own steps."""
-    inner = record.time[(record.time > start) & (record.time < end)]
-    bounds = np.concatenate([[start], inner, [end]])
-    span = np.diff(bounds)
-    time = (bounds[:-1, None] + span[:, None] * NODES).ravel()
-    weight = (span[:, None] * WEIGHTS).ravel()
+    machine = record.machine
+    time, weight = quadrature(record.time, start, end)
     q, v = record.at(time)
     # a switch happens at a solver step, so the middle of each span tells for the whole of it
-    in_play = np.repeat(record.in_play(bounds[:-1] + 0.5 * span), len(NODES), axis=0)
-    ground = -along(q, v, in_play, machine.feet, law_numbers(contact))[1]
+    in_play = np.repeat(record.in_play(time[len(NODES) // 2 :: len(NODES)]), len(NODES), axis=0)
+    ground = -along(q, v, in_play, machine.feet, point_law(record.contact))[1]
     legs = (machine.damping * v[:, list(SLIDE)] ** 2).sum(axis=1)
     bearing = machine.bearing_friction * v[:, HINGE] ** 2
     lost = float(weight @ legs), float(weight @ bearing), float(weight @ ground)
     (before, after), moment = mechanical_energy(machine, *record.at(np.array([start, end])))
-    gravity = float((moment[1] - moment[0]) @ np.array([*slope.gravity_vector, 0.0]))
+    gravity = float((moment[1] - moment[0]) @ np.array([*record.slope.gravity_vector, 0.0]))
     stored = float(after - before)
     return EnergyBalance(gravity, *lost, stored, gravity - sum(lost) - stored)
 

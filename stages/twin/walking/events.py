@@ -5,49 +5,19 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import brentq
 
-from stages.multibody.walking.events import Events
+from stages.multibody.walking.events import Events, located
 from stages.twin.machine.contact import clearances, clearances_along
 from stages.twin.walking.record import Record
 
 
-def find_events(record: Record, feet: np.ndarray) -> Events:
+def find_events(record: Record) -> Events:
     """First touch-down and last lift-off of each pair's lowest point while the ground acts on the pair.
 
     A pair that bounces at heel strike counts once. A pair still on the ground at the end has no toe-off yet.
     """
-    lowest = clearances_along(record.position, feet)
-    strikes: list[tuple[float, int]] = []
-    lift_offs: list[tuple[float, int]] = []
-    for pair in (0, 1):
-        for start, end, ended in _episodes(record, pair):
-            inside = np.flatnonzero((record.time >= start) & (record.time <= end))
-            touching = lowest[inside, pair] < 0.0
-            if not touching.any():
-                continue
-            first, last = inside[np.argmax(touching)], inside[len(inside) - 1 - np.argmax(touching[::-1])]
-            if first > inside[0]:
-                strikes.append((_crossing(record, feet, pair, first - 1), pair))
-            if ended and last < inside[-1]:
-                lift_offs.append((_crossing(record, feet, pair, last), pair))
-    columns = []
-    for events in (sorted(strikes), sorted(lift_offs)):
-        columns += [np.array([time for time, _ in events]), np.array([pair for _, pair in events], dtype=np.int64)]
-    return Events(*columns)
-
-
-def _episodes(record: Record, pair: int) -> list[tuple[float, float, bool]]:
-    """Spans in which the ground acts on a pair: start, end, and whether the span ended before the record did."""
-    spans: list[tuple[float, float, bool]] = []
-    begin: float | None = 0.0 if record.in_play_at_start[pair] else None
-    for time, which, acts in record.switches:
-        if which != pair:
-            continue
-        if acts:
-            begin = time
-        elif begin is not None:
-            spans.append((begin, time, True))
-            begin = None
-    return spans if begin is None else [*spans, (begin, float(record.time[-1]), False)]
+    feet = record.machine.feet
+    depth = -clearances_along(record.position, feet)
+    return located(record, depth, lambda pair, row: _crossing(record, feet, pair, row))
 
 
 def _crossing(record: Record, feet: np.ndarray, pair: int, row: int) -> float:

@@ -63,7 +63,7 @@ def settling(record: Record, walk: Walk) -> Settling:
         step_frequency_hz=1.0 / period,
         step_length_m=length,
         speed_m_s=length / period,
-        double_stance_s=_double_stance(walk, strikes[-1 - SETTLED_STEPS : -1]),
+        double_stance_s=walk.double_stance(strikes[-1 - SETTLED_STEPS : -1]),
         inner_outer_difference=_limp(periods[-SETTLED_STEPS:], walk.heel_strike_leg[-1 - SETTLED_STEPS : -1]) / period,
         largest_roll=float(abs(record.position[late, 4]).max()),
         yaw_change=yaw,
@@ -76,13 +76,3 @@ def _limp(periods: np.ndarray, landing: np.ndarray) -> float:
     if len(set(landing.tolist())) < 2:
         return float("nan")
     return float(periods[landing == 0].mean() - periods[landing == 1].mean())
-
-
-def _double_stance(walk: Walk, strikes: np.ndarray) -> float:
-    spans = []
-    for strike in strikes:
-        pair = walk.heel_strike_leg[np.searchsorted(walk.heel_strike_time, strike)]
-        after = walk.toe_off_time[(walk.toe_off_time > strike) & (walk.toe_off_leg != pair)]
-        if len(after):
-            spans.append(after[0] - strike)
-    return float(np.mean(spans)) if spans else float("nan")

@@ -6,22 +6,18 @@ machine stands straight). A sensor measures acceleration minus gravity, and the 
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from stages.biped.design import Biped
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
-from stages.ground.contact_law import ContactLaw
-from stages.ground.slope import Slope
 from stages.multibody.assembly.signals import GROUND_REACTION, IMU
-from stages.twin.machine.contact import HINGE, PITCH, ROLL, SLIDE, YAW, Z, along, law_numbers
-from stages.twin.machine.kinematics import pair_axes, point_motion
-from stages.twin.machine.machine import Machine
-from stages.twin.parameters import ATTITUDE, COORDINATES, FOOT_FORCE, IMU_IN_SPACE, SIGNALS
+from stages.twin.machine.contact import HINGE, PITCH, ROLL, SLIDE, YAW, Z, along, point_law
+from stages.twin.machine.kinematics import Axes, pair_axes, point_motion
+from stages.twin.parameters import ATTITUDE, COORDINATES, FOOT_FORCE, IMU_IN_SPACE, Settings
 from stages.twin.walking.events import find_events
 from stages.twin.walking.record import Record
 
@@ -56,83 +52,102 @@ class Signals:
     foot_force: np.ndarray = quantity("N", "force of the ground on each foot, x, y, z, shape (n, 4, 3)")
 
 
-def sample(
-    record: Record,
-    machine: Machine,
-    biped: Biped,
-    slope: Slope,
-    contact: ContactLaw,
-    time: np.ndarray,
-    hip_socket: tuple[float, ...],
-    foot_socket: tuple[float, ...],
-    signals: Collection[str] = SIGNALS,
-) -> Signals:
-    """Sample the motion and `signals` of a record at `time` (n,) [s].
+@dataclass(frozen=True)
+class Sampling:
+    """A record between its solver's steps, at times of one's own (n,) [s].
 
-    Sockets and names of signals as in `stages.twin.parameters`; what is not named is not computed either.
-
-    Motion by Hermite interpolation between the solver's steps. Accelerations and forces, which have kinks, are computed
-    at the solver's steps and interpolated by monotone cubics, so that no force becomes negative in between.
+    Motion by Hermite interpolation. Accelerations and forces, which have kinks, are computed at the solver's steps and
+    interpolated by monotone cubics, so that no force becomes negative in between.
     """
-    q, v = record.at(time)
-    steps = record.position, record.velocity, record.acceleration
-    felt, in_space = IMU in signals, IMU_IN_SPACE in signals
-    inner = pair_axes(*steps, 0) if felt or in_space else None
-    gravity = np.array([*slope.gravity_vector, 0.0])
-    nothing = np.zeros((0, 3))
 
-    def between(values: np.ndarray) -> np.ndarray:
-        return np.asarray(PchipInterpolator(record.time, values)(time))
+    record: Record
+    time: np.ndarray
 
-    def specific_force(place: np.ndarray, slide: int | None, wanted: bool) -> np.ndarray:
-        if inner is None or not wanted:
-            return nothing
-        return between(inner.components(point_motion(*steps, inner, place, slide).acceleration - gravity))
+    @cached_property
+    def motion(self) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates and rates, each (n, 11)."""
+        return self.record.at(self.time)
 
-    feet = np.zeros((0, 4, 3))
-    if GROUND_REACTION in signals or FOOT_FORCE in signals:
-        law = law_numbers(contact)
-        feet = between(along(record.position, record.velocity, record.in_play(record.time), machine.feet, law)[0])
-    socket_slide = SLIDE[0] if foot_socket[2] > 0.0 else SLIDE[1]
-    centre = np.array([0.0, biped.foot_com - biped.leg_length, 0.0])  # the legs' mid-plane, as in the simple models
-    mass_centre = np.mean([specific_force(centre, slide, felt) for slide in SLIDE[:2]], axis=0)
-    spin = nothing
-    if felt or in_space:
+    @cached_property
+    def inner_axes(self) -> Axes:
+        """Axes of the inner pair at the solver's steps."""
+        return pair_axes(*self.record.steps, 0)
+
+    def between(self, values: np.ndarray) -> np.ndarray:
+        """Values at the solver's steps, brought to the times."""
+        return np.asarray(PchipInterpolator(self.record.time, values)(self.time))
+
+    def specific_force(self, place: np.ndarray, slide: int | None = None) -> np.ndarray:
+        """Acceleration minus gravity [m/s^2] of a point of the inner frame, or of the foot with this slide, (n, 3)."""
+        gravity = np.array([*self.record.slope.gravity_vector, 0.0])
+        acceleration = point_motion(*self.record.steps, self.inner_axes, place, slide).acceleration
+        return self.between(self.inner_axes.components(acceleration - gravity))
+
+    def spin(self) -> np.ndarray:
+        """Angular velocity [rad/s] of the inner pair on its own axes, (n, 3)."""
+        q, v = self.motion
         axes = pair_axes(q, v, np.zeros_like(q), 0)
-        spin = axes.components(axes.spin)
-    turning = spin[:, 2] if felt else np.zeros(0)
-    events = find_events(record, machine.feet)
-    length = np.column_stack([machine.length[pair].mean() - q[:, COLUMNS[pair]].mean(axis=1) for pair in PAIRS])
-    length_rate = np.column_stack([-v[:, COLUMNS[pair]].mean(axis=1) for pair in PAIRS])
-    reaction = np.stack([feet[:, pair, :2].sum(axis=1) for pair in PAIRS], axis=1)
-    walk = Walk(
-        time=time,
+        return axes.components(axes.spin)
+
+    def foot_force(self) -> np.ndarray:
+        """Force of the ground on each foot [N], (n, 4, 3)."""
+        record, law = self.record, point_law(self.record.contact)
+        in_play = record.in_play(record.time)
+        return self.between(along(record.position, record.velocity, in_play, record.machine.feet, law)[0])
+
+
+def sample(record: Record, time: np.ndarray, settings: Settings) -> Signals:
+    """Sample the motion and the settings' signals of a record at `time` (n,) [s].
+
+    What the settings do not name has no rows, and is not computed either.
+    """
+    at, wanted = Sampling(record, time), set(settings.signals)
+    q, _ = at.motion
+    feet = at.foot_force() if wanted & {GROUND_REACTION, FOOT_FORCE} else np.zeros((0, 4, 3))
+    hip = foot = spin = np.zeros((0, 3))
+    if IMU_IN_SPACE in wanted:
+        hip, spin = at.specific_force(np.array(settings.hip_socket)), at.spin()
+        left = settings.foot_socket[2] > 0.0
+        foot = at.specific_force(np.array(settings.foot_socket), SLIDE[0] if left else SLIDE[1])
+    attitude = q if ATTITUDE in wanted else q[:0]
+    return Signals(
+        walk=planar_walk(at, feet if GROUND_REACTION in wanted else feet[:0], IMU in wanted),
+        hip_imu_specific_force=hip,
+        hip_imu_angular_velocity=spin,
+        foot_imu_specific_force=foot,
+        foot_imu_angular_velocity=spin,
+        roll=attitude[:, ROLL].copy(),
+        yaw=attitude[:, YAW].copy(),
+        lateral=attitude[:, Z].copy(),
+        coordinates=q if COORDINATES in wanted else q[:0],
+        foot_force=feet if FOOT_FORCE in wanted else feet[:0],
+    )
+
+
+def planar_walk(at: Sampling, foot_force: np.ndarray, felt: bool) -> Walk:
+    """The planar projection: each pair of feet as one, what is felt (if it is) at the hip and at the feet's middle."""
+    (q, v), machine = at.motion, at.record.machine
+    events = find_events(at.record)
+    hip, foot, turning = np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0)
+    if felt:
+        centre = np.array([0.0, machine.drawn_foot_com, 0.0])  # the legs' mid-plane, as in the simple models
+        hip, turning = at.specific_force(np.zeros(3)), at.spin()[:, 2]
+        foot = np.mean([at.specific_force(centre, slide) for slide in SLIDE[:2]], axis=0)
+    return Walk(
+        time=at.time,
         hip_position=q[:, :2].copy(),
         hip_velocity=v[:, :2].copy(),
         leg_angle=np.column_stack([q[:, PITCH], q[:, PITCH] + q[:, HINGE]]),
         leg_rate=np.column_stack([v[:, PITCH], v[:, PITCH] + v[:, HINGE]]),
-        leg_length=length,
-        leg_length_rate=length_rate,
-        ground_reaction=reaction if GROUND_REACTION in signals else reaction[:0],
-        hip_specific_force=specific_force(np.zeros(3), None, felt)[:, :2],
+        leg_length=np.column_stack([machine.length[pair].mean() - q[:, COLUMNS[pair]].mean(axis=1) for pair in PAIRS]),
+        leg_length_rate=np.column_stack([-v[:, COLUMNS[pair]].mean(axis=1) for pair in PAIRS]),
+        ground_reaction=np.stack([foot_force[:, pair, :2].sum(axis=1) for pair in PAIRS], axis=1),
+        hip_specific_force=hip[:, :2],
         hip_angular_velocity=turning.copy(),
-        foot_specific_force=mass_centre[:, :2],
+        foot_specific_force=foot[:, :2],
         foot_angular_velocity=turning.copy(),
         heel_strike_time=events.heel_strike_time,
         heel_strike_leg=events.heel_strike_leg,
         toe_off_time=events.toe_off_time,
         toe_off_leg=events.toe_off_leg,
-    )
-    attitude = len(time) if ATTITUDE in signals else 0
-    return Signals(
-        walk=walk,
-        hip_imu_specific_force=specific_force(np.array(hip_socket), None, in_space),
-        hip_imu_angular_velocity=spin if in_space else nothing,
-        foot_imu_specific_force=specific_force(np.array(foot_socket), socket_slide, in_space),
-        foot_imu_angular_velocity=spin.copy() if in_space else nothing,
-        roll=q[:attitude, ROLL].copy(),
-        yaw=q[:attitude, YAW].copy(),
-        lateral=q[:attitude, Z].copy(),
-        coordinates=q if COORDINATES in signals else q[:0],
-        foot_force=feet if FOOT_FORCE in signals else feet[:0],
     )

@@ -12,7 +12,8 @@ from stages.biped.gait import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.normal_force import static_penetration
 from stages.ground.slope import Slope
-from stages.multibody.assembly.quiet_exudyn import SOLVER_ERRORS, exudyn
+from stages.multibody.assembly.quiet_exudyn import SOLVER_ERRORS
+from stages.multibody.assembly.solver import SOLVER, explicit_settings, first_sentence, valid_rows
 from stages.multibody.walking.scuffing import DIVERGED, RUNNING, SOLVER_FAILED, STALLED
 from stages.twin.machine.contact import COUNT, HINGE, PITCH, ROLL, SLIDE, YAW, X, Y, Z
 from stages.twin.machine.machine import Machine
@@ -22,10 +23,6 @@ from stages.twin.ramp import Ramp
 from stages.twin.walking.ramp_watch import RampWatch
 from stages.twin.walking.record import Record
 from stages.twin.walking.watch import Watch
-
-FIRST_STEP = 1e-9  # an explicit solver reports no acceleration at its start; the one after this step stands in for it
-SMALLEST_STEP = 1e-13
-EVERY_STEP = 1e-12
 
 
 @dataclass(frozen=True)
@@ -105,50 +102,27 @@ def simulate_twin(
     limit = settings.longest_step * (wanted_steps + 2)
     began = clock.perf_counter()
     try:
-        machine_tree.mbs.SolveDynamic(_solver(settings, limit), solverType=exudyn.DynamicSolverType.DOPRI5)
+        wanted = explicit_settings(settings.tolerance, settings.largest_step, limit)
+        machine_tree.mbs.SolveDynamic(wanted, solverType=SOLVER.DOPRI5)
     except SOLVER_ERRORS as error:
         if watch.outcome == RUNNING:
             watch.outcome = SOLVER_FAILED
-            watch.reason = " ".join(str(error).split()).split("[Python file")[0].strip()[:300]
+            watch.reason = first_sentence(error)
     if watch.outcome == RUNNING:
         watch.outcome, watch.reason = STALLED, f"{wanted_steps} steps not done in {limit:g} s"
-    return _record(machine_tree, watch, start, clock.perf_counter() - began)
+    return Record(
+        machine, slope, contact, *_recording(machine_tree, watch), start.in_play, tuple(watch.switches), watch.outcome,
+        watch.reason, watch.heel_strikes, clock.perf_counter() - began,
+    )  # fmt: skip
 
 
-def _solver(settings: Settings, limit: float) -> exudyn.SimulationSettings:
-    wanted = exudyn.SimulationSettings()
-    wanted.solution.file.write = False
-    wanted.solution.sensors.writePeriod = EVERY_STEP
-    integration = wanted.timeIntegration
-    integration.verboseMode = 0
-    integration.endTime = limit
-    integration.numberOfSteps = math.ceil(limit / settings.largest_step)
-    integration.absoluteTolerance = settings.tolerance
-    integration.relativeTolerance = 0.0  # Exudyn's error scale takes signed values: a relative part could vanish
-    integration.initialStepSize = FIRST_STEP
-    integration.minimumStepSize = SMALLEST_STEP
-    return wanted
-
-
-def _record(tree: SpatialTree, watch: Watch, start: Start, wall_time: float) -> Record:
+def _recording(tree: SpatialTree, watch: Watch) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """What the tree recorded, up to the first value that is not finite; then the watch is told."""
     time, position, velocity, acceleration = tree.recording()
-    later = np.concatenate([[True], np.diff(np.maximum.accumulate(time)) > 0.0])
-    finite = np.isfinite(position).all(axis=1) & np.isfinite(velocity).all(axis=1)
-    keep = later & np.logical_and.accumulate(finite)
-    if not finite.all():
+    keep = valid_rows(time, position, velocity)
+    if not (np.isfinite(position).all() and np.isfinite(velocity).all()):
         watch.outcome, watch.reason = DIVERGED, "the state is not finite"
     time, position, velocity, acceleration = time[keep], position[keep], velocity[keep], acceleration[keep]
     if len(time) > 1:
         acceleration[0] = acceleration[1]
-    return Record(
-        time=time,
-        position=position,
-        velocity=velocity,
-        acceleration=acceleration,
-        in_play_at_start=start.in_play,
-        switches=tuple(watch.switches),
-        outcome=watch.outcome,
-        reason=watch.reason,
-        heel_strikes=watch.heel_strikes,
-        wall_time=wall_time,
-    )
+    return time, position, velocity, acceleration

@@ -9,7 +9,6 @@ import numpy as np
 from stages.biped.quantity import quantity
 from stages.twin.machine.contact import SLIDE
 from stages.twin.machine.kinematics import pair_axes, point_motion
-from stages.twin.machine.machine import Machine
 from stages.twin.walking.record import Record
 
 
@@ -27,8 +26,9 @@ class Snapshots:
     foot_width: float = quantity("m", "width of each foot")
 
 
-def snapshots(record: Record, machine: Machine, times: np.ndarray) -> Snapshots:
+def snapshots(record: Record, times: np.ndarray) -> Snapshots:
     """Poses at given times [s]."""
+    machine = record.machine
     q, v = record.at(times)
     none = np.zeros_like(q)
     axes = [pair_axes(q, v, none, pair) for pair in (0, 1)]

@@ -3,7 +3,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stages.biped.quantity import Bound, Broken, parameter
+from toystages.body.quantity import Bound, Broken, parameter
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 from dataclasses import dataclass
 
-from stages.biped.quantity import quantity
+from toystages.body.quantity import quantity
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.biped.quantity import quantity
+from toystages.body.quantity import quantity
 
 
 @dataclass(frozen=True)

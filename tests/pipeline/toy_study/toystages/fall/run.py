@@ -11,7 +11,8 @@ from toystages.fall.errors import NoFall
 from toystages.fall.result import Result, Sample
 
 
-def run(parameters, inputs, progress=lambda fraction, what: None):
+def run(parameters, inputs=None, progress=lambda fraction, what: None):
+    assert inputs is None
     settings = parameters.settings
     print("stages print nothing, but libraries do")
     behaviour = settings.behaviour

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stages.biped.quantity import quantity
+from toystages.body.quantity import quantity
 
 
 @dataclass(frozen=True)

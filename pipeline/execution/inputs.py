@@ -1,0 +1,91 @@
+"""What a stage reads: the class `Inputs` beside its `run`, filled field by field.
+
+A field is named like a result (`results/fall.h5` is `fall`) or like a parameter that names a file. Its type says how it
+is given: as the maker's `Result`, decoded, or as `Path`, the file itself. What has no field is not read.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import typing
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from pipeline.cache import artefact, durable, regular
+from pipeline.errors import StudyError, nearest
+from pipeline.execution.job import File, beneath
+from pipeline.graph import Stage
+from pipeline.parameters.value import declared
+from pipeline.stage_modules import result_class, stage_module
+
+
+def disagreements(package: str, stage: Stage, inputs: type | None, parameters: type) -> Iterator[str]:
+    """Where a stage's `Inputs` and dvc.yaml do not say the same, a clause each, to follow on the stage's name."""
+    fields = declared(inputs) if inputs else {}
+    results = {Path(path).stem: path for path in stage.inputs}
+    named = {key for _, section in declared(parameters).values() for key, (about, _) in declared(section).items()
+             if about.metadata.get("file")}  # fmt: skip
+    for name, path in results.items():
+        if name not in fields:
+            yield f'dvc.yaml lists {path} among its deps, but its Inputs have no "{name}"{nearest(name, fields)}'
+    for name, (_, kind) in fields.items():
+        if name not in {*results, *named}:
+            hint = nearest(name, {*results, *named})
+            yield f'its Inputs have "{name}", but dvc.yaml lists no such result and no parameter such a file{hint}'
+        elif Path not in _kinds(kind):
+            allowed = [result_class(package, name)] if results.get(name, "").endswith(".h5") else []
+            if kind not in allowed:
+                yield f'its Inputs have "{name}" as {_named(_kinds(kind))}; allowed: {_named([*allowed, Path])}'
+
+
+def given(
+    package: str, stage: Stage, parameters: Any, named: Mapping[str, File], results: Mapping[str, File]
+) -> tuple[Any, dict[str, File]]:
+    """The stage's inputs (None without a class for them), and those of its files that it is given as they lie there.
+
+    `named` are the files that `parameters` name, by key, `results` those of stages, by path. Raises `StudyError` for a
+    disagreement and for a file that is not as it was.
+    """
+    inputs = getattr(stage_module(package, stage.name, "run"), "Inputs", None)
+    for sentence in disagreements(package, stage, inputs, type(parameters)):
+        raise StudyError(sentence)
+    values: dict[str, Any] = {}
+    open_files: dict[str, File] = {}
+    for name, (_, kind) in (declared(inputs) if inputs else {}).items():
+        path = next((path for path in stage.inputs if Path(path).stem == name), name)
+        files = {name: named[name]} if name in named else {each: results[each] for each in beneath(path, results)}
+        if not files:
+            continue  # a parameter that names no file; the field has a default
+        if Path in _kinds(kind):
+            open_files |= files
+            check_unchanged(files, "was changed by someone else meanwhile; run again")
+            first, (place, _) = next(iter(files.items()))
+            inside = len(Path(first).parts) - len(Path(path).parts)
+            values[name] = [Path(place), *Path(place).parents][inside]
+        else:
+            content = durable.read(Path(files[path][0])) or b""
+            if durable.digest(content) != files[path][1]:
+                raise StudyError(f"its input {path} was changed by someone else meanwhile; run again")
+            values[name] = artefact.decode(content, kind, path)
+    return inputs and inputs(**values), open_files
+
+
+def check_unchanged(
+    files: Mapping[str, File], said: str = "was changed while it ran, so its result was not kept; run again"
+) -> None:
+    """Raises `StudyError` if one of `files` is not what it was when its digest was taken."""
+    for name, (file, sha256) in files.items():
+        found = ""
+        with contextlib.suppress(OSError):  # it is gone
+            found = regular.digest(Path(file))
+        if found != sha256:
+            raise StudyError(f"its input {name} {said}")
+
+
+def _kinds(kind: Any) -> tuple[Any, ...]:
+    return typing.get_args(kind) or (kind,)
+
+
+def _named(classes: Iterable[Any]) -> str:
+    return " or ".join(f"{cls.__module__}.{cls.__name__}" for cls in classes)

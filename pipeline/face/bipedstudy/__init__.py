@@ -1,0 +1,66 @@
+"""The study in a notebook: load a result, compute a gait of another design, walk it, plot it.
+
+    import bipedstudy as bs
+
+    bs.gait("biped.hip_mass=0.4").gait.period_s           # another design's gait [s]
+    walk = bs.walk("ground.slope_deg=3", steps=6)         # a walk of the constraint model
+    bs.array(walk, "hip_position")                        # its values with name, unit, symbol, dimensions
+    bs.plot(walk, "hip_position", "leg_angle")            # a Matplotlib figure, axes labelled
+    bs.dataset(walk)                                      # the same for xarray, where it is installed
+    bs.load("twin").settling.step_frequency_hz            # a stage's stored result [Hz]
+
+The study is the one around the working folder, else the one this package brings.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Sequence
+from importlib.abc import MetaPathFinder
+from importlib.machinery import ModuleSpec, PathFinder
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+_HERE = Path(__file__).resolve().parent
+_HOME = _HERE.parents[2] if _HERE.parent.name == "face" else _HERE.parent
+_OWN = ("pipeline", "stages")
+_PLACES = {
+    "array": "named", "arrays": "named", "dataset": "named", "Array": "named", "plot": "plotting",
+    "gait": "walking", "walk": "walking", "load": "results", "parameters": "results", "stages": "results",
+    "StudyError": "results",
+}  # fmt: skip
+__all__ = ["Array", "StudyError", "array", "arrays", "dataset", "gait", "load", "parameters", "plot", "stages", "walk"]
+
+
+class _Own(MetaPathFinder):
+    """Finds this distribution's own packages where they lie, whatever is called the same in the working folder."""
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        return PathFinder.find_spec(fullname, [str(_HOME)]) if fullname in _OWN else None
+
+
+def _own_packages_first() -> None:
+    for name in _OWN:
+        place = getattr(sys.modules.get(name), "__file__", None)
+        if place is not None and Path(place).resolve().parent.parent != _HOME:
+            raise ImportError(f"bipedstudy needs its own package {name}, but {place} was imported before; "
+                              "import bipedstudy first")  # fmt: skip
+    if not any(isinstance(finder, _Own) for finder in sys.meta_path):
+        sys.meta_path.insert(0, _Own())
+
+
+_own_packages_first()
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PLACES:
+        raise AttributeError(f"module 'bipedstudy' has no attribute {name!r}; it has {', '.join(__all__)}")
+    return getattr(importlib.import_module(f"bipedstudy.{_PLACES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,82 @@
+"""Arrays of a result with their names, units and dimensions; a view for xarray where that is installed."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from pipeline.errors import StudyError, nearest
+
+
+@dataclasses.dataclass(frozen=True)
+class Array:
+    """Values with what they mean. `dimensions` names each axis; the first of a sampled signal is its time."""
+
+    values: np.ndarray
+    name: str
+    unit: str
+    symbol: str
+    description: str
+    dimensions: tuple[str, ...]
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        return np.asarray(self.values, dtype=dtype)
+
+    def __repr__(self) -> str:
+        shape = " x ".join(f"{name} {size}" for name, size in zip(self.dimensions, self.values.shape)) or "one number"
+        return f"{self.name} [{self.unit}] ({shape}): {self.description}"
+
+
+def arrays(result: Any) -> dict[str, Array]:
+    """Every array and number of a result's own fields, by name.
+
+        >>> import bipedstudy as bs
+        >>> bs.arrays(bs.gait().gait)["period_s"].unit
+        's'
+    """
+    found = {}
+    samples = len(result.time) if hasattr(result, "time") else -1
+    for field in dataclasses.fields(result):
+        value = getattr(result, field.name)
+        if isinstance(value, (np.ndarray, float, int)) and not isinstance(value, bool):
+            values = np.asarray(value)
+            names = tuple(
+                "time" if axis == 0 and size == samples else f"{field.name}_{axis}"
+                for axis, size in enumerate(values.shape)
+            )
+            about = field.metadata
+            found[field.name] = Array(values, field.name, about["unit"], about["symbol"], about["description"], names)
+    return found
+
+
+def array(result: Any, name: str) -> Array:
+    """One array of a result by its name. Raises `StudyError` with the nearest name for an unknown one.
+
+        >>> import bipedstudy as bs
+        >>> bs.array(bs.walk(steps=1), "hip_position").unit
+        'm'
+    """
+    known = arrays(result)
+    if name not in known:
+        raise StudyError(f'there is no array "{name}" in this result{nearest(name, known)}')
+    return known[name]
+
+
+def dataset(result: Any) -> Any:
+    """The arrays of a result as an `xarray.Dataset`, with units as attributes and time as a coordinate.
+
+    Raises `StudyError` where xarray is not installed.
+    """
+    try:
+        import xarray
+    except ImportError:
+        raise StudyError("a dataset needs xarray: pip install xarray; bs.arrays(result) does without") from None
+    variables = {
+        name: (item.dimensions, item.values,
+               {"units": item.unit, "symbol": item.symbol, "long_name": item.description})
+        for name, item in arrays(result).items() if item.values.size
+    }  # fmt: skip
+    made = xarray.Dataset(variables)
+    return made.set_coords("time") if "time" in made else made

@@ -1,0 +1,36 @@
+"""The study this program comes with: the checkout it runs from, or what was installed with it."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+from pipeline.errors import StudyError
+
+DISTRIBUTION = "bipedstudy"
+_ENGINE = Path(__file__).resolve().parent
+_MARK = "dvc.yaml"
+
+
+@cache
+def home() -> Path:
+    """Folder that holds dvc.yaml, params/ and requirements/. Raises `StudyError` if the installation is incomplete."""
+    if (_ENGINE.parent / _MARK).is_file():
+        return _ENGINE.parent
+    import importlib.metadata
+
+    for file in importlib.metadata.files(DISTRIBUTION) or ():
+        if file.name == _MARK:
+            return Path(str(file.locate())).resolve().parent
+    raise StudyError(f"{_ENGINE.parent}: holds no {_MARK}, nor does the installation; install {DISTRIBUTION} anew")
+
+
+def face() -> Path:
+    """Folder of the package that people import, with the texts that `init` writes."""
+    inside = _ENGINE / "face" / DISTRIBUTION
+    return inside if inside.is_dir() else _ENGINE.parent / DISTRIBUTION
+
+
+def engine() -> Path:
+    """Folder to put on the path of a process that runs the engine."""
+    return _ENGINE.parent

@@ -1,0 +1,195 @@
+"""Turns what stages can be asked into commands: each file of a stage's folder `questions` is one, its `QUESTION`.
+
+A question declares name, help, options and the function that answers; it is known here by these attributes only.
+"""
+
+from __future__ import annotations
+
+import sys
+import types
+import typing
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack
+from dataclasses import MISSING, Field
+from functools import cache
+from inspect import cleandoc
+from pathlib import Path
+from typing import Any
+
+import click
+
+from pipeline.commands import options
+from pipeline.commands.options import Command
+from pipeline.commands.show import print_table
+from pipeline.errors import ANSWER, StudyError, is_answer
+from pipeline.parameters import yaml_text
+from pipeline.parameters.value import Refused, allowed, checked, declared
+from pipeline.parameters.yaml_text import Node
+from pipeline.stage_modules import importable, stage_module
+from pipeline.study import Study, shown
+
+Question = Any
+_PATH, _FILE = click.Path(path_type=Path), click.Path(dir_okay=False, path_type=Path)
+_REPEATED = tuple[str, ...]
+_METAVARS = {int: "INTEGER", float: "NUMBER", str: "WORD", _REPEATED: "WORD"}
+
+
+@cache
+def offered(study: Study, taken: frozenset[str]) -> tuple[dict[str, tuple[str, Question]], list[str]]:
+    """Name -> stage and question; and a sentence for each file of questions that cannot be used.
+
+    `taken` are names of other commands.
+    """
+    found: dict[str, tuple[str, Question]] = {}
+    broken = []
+    importable(study.package, study.code_root)
+    for stage in study.graph.stages:
+        for path in sorted((study.code_root / study.package / stage / "questions").glob("[!_]*.py")):
+            try:
+                question = stage_module(study.package, stage, f"questions.{path.stem}").QUESTION
+                declared(question.options)
+                if question.name in {*taken, *found}:
+                    raise ValueError(f'there is a command "{question.name}" already')
+                found[question.name] = stage, question
+            except Exception as error:  # whatever a file of somebody's own does, the other commands go on
+                broken.append(f"stage {stage}: {path.relative_to(study.code_root)} cannot be used: {error}")
+    return found, broken
+
+
+def command(stage: str, question: Question) -> click.Command:
+    """The command that asks this question of its stage; it ends the process with 3 if the answer is no."""
+    given = [_Option(name, *pair) for name, pair in declared(question.options).items()]
+
+    def asked(study: Study, as_json: bool, figure: Path | None = None, jobs: int | None = None,
+              into: Path | None = None, **texts: Any) -> None:  # fmt: skip
+        from pipeline.questions.asking import Asked
+
+        if figure is not None:
+            _check_ending(figure)
+        with ExitStack() as until_answered:
+            try:
+                values = {option.name: option.value(texts[option.name]) for option in given}
+                parameters = study.parameters([stage])
+                for sentence in study.warnings(parameters):
+                    click.echo(f"warning: {sentence}", err=True)
+                asking = until_answered.enter_context(Asked(study, stage, question, parameters[stage], jobs))
+                folder = until_answered.enter_context(asking.new_file(into)) if into is not None else None
+                asking.say_if_cold()
+                answer = question.ask(parameters[stage], question.options(**values), asking)
+            except question.wrong as wrong:
+                raise StudyError(str(wrong)) from None
+            except Exception as reason:
+                if not is_answer(reason, study.package):
+                    raise
+                if as_json:
+                    options.print_json({question.key or question.name: None, "reason": str(reason)})
+                else:
+                    click.echo(str(reason), err=True)
+                sys.exit(ANSWER)
+            asking.close()
+            _print(answer, as_json)
+            if figure is not None:
+                answer.draw(lambda drawn: drawn.savefig(figure, dpi=150))
+                click.echo(f"drawn: {shown(figure)}", err=True)
+            if folder is not None:
+                asking.leave(answer, folder)
+        if answer.remark:
+            click.echo(answer.remark, err=True)
+        if answer.no:
+            sys.exit(ANSWER)
+
+    function: Command = asked
+    for declare in reversed([*(option.declared() for option in given), *_options(question)]):
+        function = declare(function)
+    return click.command(question.name, help=cleandoc(question.help))(function)
+
+
+def _options(question: Question) -> Iterator[Callable[[Command], Command]]:
+    """What the engine adds to a question's own options."""
+    if question.pool:
+        yield click.option("--jobs", "-j", metavar="N", type=click.IntRange(min=1),
+                           help="How much is computed side by side (default: cores).")  # fmt: skip
+    yield options.study
+    yield options.as_json
+    if question.draws:
+        yield click.option("--figure", type=_FILE, help="Draw into FILE (its ending names the format).")
+    if question.leaves:
+        yield click.option("--into", metavar="DIR", type=_PATH,
+                           help=f"Leave {question.leaves} in the new folder DIR.")  # fmt: skip
+
+
+class _Option:
+    """A field of a question's options: how it is given, and its checked value."""
+
+    def __init__(self, name: str, field: Field[Any], kind: Any) -> None:
+        optional = typing.get_origin(kind) in (typing.Union, types.UnionType)
+        self.name, self.field = name, field
+        self.kind = next(each for each in typing.get_args(kind) if each is not type(None)) if optional else kind
+        about = field.metadata
+        self.flag = name.upper() if about["positional"] else "--" + (about["name"] or name.replace("_", "-"))
+
+    def declared(self) -> Callable[[Command], Command]:
+        """The decorator that gives a command this option."""
+        about, default, kind = self.field.metadata, self.field.default, self.kind
+        if about["positional"]:
+            return click.argument(self.name)
+        said = about["description"] + ("" if about["unit"] in ("1", "-") else f" [{about['unit']}]") + "."
+        if kind is bool:
+            return click.option(self.flag, self.name, is_flag=True, help=said)
+        if kind in (int, float) or about["choices"]:
+            said += f" Allowed: {allowed(self.field)}."
+        return click.option(
+            self.flag,
+            self.name,
+            type=_PATH if kind is Path else str,
+            required=default is MISSING,
+            multiple=kind == _REPEATED,
+            default=None if default in (MISSING, None, ()) else _text(default),
+            show_default=default not in (MISSING, None, ()),
+            metavar=about["metavar"] or _METAVARS.get(kind, "FILE"),
+            help=said,
+        )
+
+    def value(self, text: Any) -> Any:
+        """The value of what was typed. Raises `StudyError`, or what the option's own reader raises."""
+        if text is None or self.kind in (bool, Path):
+            return text
+        if self.field.metadata["read"]:
+            return self.field.metadata["read"](text, self.flag)
+        if typing.get_origin(self.kind) is Mapping:
+            described = yaml_text.read(Path(text), shown(Path(text))).plain()
+            if not isinstance(described, dict):
+                raise StudyError(f"{shown(Path(text))}: expected lines of the form key: value")
+            return described
+        node = Node([Node(word, 0) for word in text] if self.kind == _REPEATED else text, 0)
+        try:
+            number = self.kind in (int, float)
+            return checked(Node(yaml_text.scalar(text), 0) if number else node, self.field, self.kind)
+        except Refused as refused:
+            raise StudyError(f"{self.flag} {refused.reason}") from None
+
+
+def _text(default: Any) -> str:
+    """A default as it would be typed."""
+    if isinstance(default, tuple):
+        return ":".join(f"{value:g}" for value in default)
+    return f"{default:g}" if isinstance(default, float) else str(default)
+
+
+def _print(answer: Any, as_json: bool) -> None:
+    if as_json:
+        options.print_json(answer.plain)
+        return
+    for line in answer.lines:
+        click.echo(line)
+    for title, columns, rows in answer.tables:
+        print_table(title, columns, rows)
+
+
+def _check_ending(path: Path) -> None:
+    """Raise `StudyError` for an ending that is no picture format, before anything is computed."""
+    from matplotlib.backend_bases import FigureCanvasBase
+
+    known = sorted(FigureCanvasBase.get_supported_filetypes())
+    if path.suffix.lstrip(".").lower() not in known:
+        raise StudyError(f"{shown(path)}: the ending names the format, one of {', '.join(known)}")

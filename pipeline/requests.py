@@ -1,0 +1,112 @@
+"""Options that decide settings of several stages, as one stage declares them: `--accuracy`, where a study has it.
+
+A stage's module `request` declares one: NAME of the option and of the key it stands for, METAVAR, HELP, FORM and
+`words()` for messages, FILES it decides settings of, `parsed(text)`, `decide(file, section)`, which gives a decision
+with the `settings` to take (None: nothing is asked), and `decided(file, values)`, the names of those settings. With
+VERIFY_HELP, `verified(decision, result, rerun)` and `line(found)` a second run can tell what was reached.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+from pipeline.cache import durable
+from pipeline.errors import StudyError, nearest
+from pipeline.parameters import yaml_text
+
+if TYPE_CHECKING:
+    from pipeline.study import Study
+
+Request = ModuleType
+#: Of one stage: the request, what it decided, and the stage's parameters.
+Decision = tuple[Request, str, Any, Any]
+
+
+def node_of(request: Request, text: str) -> yaml_text.Node:
+    """The text after the option as it would stand in a file. Raises `StudyError`."""
+    said = f"--{request.NAME} {text}"
+    try:
+        asked = request.parsed(text)
+    except KeyError as unknown:
+        raise StudyError(f"{said}: the form is {request.FORM}{nearest(unknown.args[0], request.words())}") from None
+    if isinstance(asked, str):
+        return yaml_text.Node(asked, 0)
+    values = {key: yaml_text.scalar(value) for key, value in asked.items()}
+    for key, value in values.items():
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise StudyError(f"{said}: {key} = {asked[key]!r} is not a number; allowed: > 0")
+    return yaml_text.Node({key: yaml_text.Node(float(value), 0) for key, value in values.items()}, 0)
+
+
+def decisions(study: Study, values: Mapping[str, Any]) -> Iterator[Decision]:
+    """What requests decided of stages; `values` is stage -> parameters."""
+    for stage, own in values.items():
+        for request in study.requests:
+            section = next((section for section in vars(own).values() if stage == section.FILE), None)
+            if section is not None and stage in request.FILES:
+                decision = request.decide(stage, section)
+                if decision is not None:
+                    yield request, stage, decision, own
+
+
+def to_verify(study: Study, stages: Iterable[str]) -> list[Decision]:
+    """What is asked of these stages. Raises `StudyError` if nothing is."""
+    names = [study.graph.stage(name).name for name in stages]
+    found = list(decisions(study, study.parameters(names)))
+    if not found:
+        options = " or ".join(f"--{request.NAME}" for request in study.requests)
+        raise StudyError(f"--verify estimates an error that was asked for, and none is asked of {', '.join(names)}; "
+                         f"give {options}, or its key in the stage's parameter file")  # fmt: skip
+    return found
+
+
+def verify(study: Study, chosen: list[Decision], *, told: bool) -> None:
+    """Run each stage once more at other settings; keep what that shows beside the artefact and, if `told`, print it.
+
+    An artefact's bytes follow from its key alone and do not depend on whether it was verified. Holds the lock.
+    """
+    import click
+    import yaml
+
+    from pipeline.cache import lock
+    from pipeline.execution.direct import Direct
+    from pipeline.study import shown
+
+    with lock.held(study.results, shown(study.results), "bipedstudy --verify", True, click.echo):
+        for request, stage, decision, values in chosen:
+            direct = Direct(study, stage)
+            name = next(name for name, section in vars(values).items() if stage == section.FILE)
+
+            def rerun(settings: Mapping[str, float], direct: Any = direct, name: str = name, own: Any = values) -> Any:
+                section = dataclasses.replace(getattr(own, name), **settings)
+                return direct.run(dataclasses.replace(own, **{name: section}))
+
+            found = {"stage": stage, "artefact_key": direct.key, **request.verified(decision, direct.result, rerun)}
+            place = record_of(study, request, stage)
+            durable.write(place, yaml.safe_dump(found, sort_keys=False).encode())
+            if told:
+                click.echo(f"{request.line(found)}; {shown(place)}")
+
+
+def record_of(study: Study, request: Request, stage: str) -> Path:
+    """Where the verification of a stage's artefact is kept: results/<request>/<stage>.yaml."""
+    return study.results / str(request.NAME) / f"{stage}.yaml"
+
+
+def kept(study: Study, about: Mapping[str, str]) -> Iterator[str]:
+    """Of each request that an artefact's provenance tells of: its verification, or else what was asked."""
+    import yaml
+
+    for request in study.requests:
+        if request.NAME not in about:
+            continue
+        try:
+            found = yaml.safe_load(durable.read(record_of(study, request, about.get("stage", ""))) or b"")
+        except yaml.YAMLError:
+            found = None
+        is_its = isinstance(found, dict) and found.get("artefact_key") == about.get("key")
+        yield request.line(found) if is_its else f"{request.NAME} {about[request.NAME]}"

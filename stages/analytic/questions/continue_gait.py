@@ -1,0 +1,102 @@
+"""`continue`: follow the gait through a design parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from stages.analytic.parameters import Parameters
+from stages.biped.quantity import Bound
+from stages.biped.question import Answer, Asking, Question, WrongOption, interval, option
+
+if TYPE_CHECKING:
+    from stages.analytic.gait.continuation import Branch, BranchPoint
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of `continue`."""
+
+    parameter: str = option("-", "Design parameter to follow the gait in", positional=True)
+    limits: tuple[float, float] = option("-", "Range of that parameter", positional=True, read=interval)
+    doublings: int = option(
+        "1", "Period doublings to follow as well", default=0, bound=Bound(minimum=0, maximum=4))
+
+
+def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
+    """Follow the gait within the limits. Raises NoGait, WrongOption."""
+    from stages.analytic.gait.design_point import DesignPoint
+    from stages.analytic.gait.family import follow_family
+    from stages.analytic.gait.gait_search import find_gait
+
+    name, (low, high) = options.parameter, options.limits
+    friction, tolerance = parameters.limited_friction, parameters.settings.tolerance
+    design = DesignPoint(parameters.biped, parameters.slope, friction)
+    try:
+        here, bound = design.value(name), design.bound(name)
+    except KeyError as error:
+        raise WrongOption(error.args[0]) from None
+    if not low <= here <= high:
+        where = f"the design's {name} = {here:g}, where the family starts"
+        raise WrongOption(f"LIMITS {low:g}:{high:g} do not hold {where}")
+    for limit in (low, high):
+        if not bound.holds(limit):
+            raise WrongOption(f"LIMITS: {name} = {limit:g} is not allowed; allowed is {bound}")
+    _, point = find_gait(parameters.biped, parameters.slope, tolerance, friction)
+    branches = follow_family(design, name, (low, high), point.z, tolerance, options.doublings, asking.progress)
+
+    def draw(save: Any) -> None:
+        from stages.analytic.pictures import bifurcation
+        from stages.drawing import style
+
+        with style.drawing():
+            save(bifurcation.draw(branches, name, design.unit(name)))
+
+    lines = [line for branch in branches for line in branch_lines(branch)]
+    return Answer(lines, {"parameter": name, "branches": [branch_as_plain(branch) for branch in branches]}, draw=draw)
+
+
+def branch_lines(branch: Branch) -> Iterator[str]:
+    """A family in words."""
+    found = [point.value for point in branch.points]
+    yield (
+        f"cycle of {branch.cycle}: {branch.name} {min(found):.9g} to {max(found):.9g}, {len(found)} gaits, "
+        f"{sum(point.stable for point in branch.points)} stable; ends: {branch.ended}"
+    )
+    for special in branch.special:
+        yield f"  {special.kind} at {special.point.value:.12g}"
+
+
+def branch_as_plain(branch: Branch) -> dict[str, Any]:
+    """A family as JSON: its points, special points and why it ends."""
+    return {
+        "cycle": branch.cycle,
+        "ended": branch.ended,
+        "points": [point_as_plain(point) for point in branch.points],
+        "special": [{"kind": special.kind, **point_as_plain(special.point)} for special in branch.special],
+    }
+
+
+def point_as_plain(point: BranchPoint) -> dict[str, Any]:
+    """A gait of a family as JSON."""
+    return {
+        "value": point.value,
+        "period_s": point.period,
+        "stable": point.stable,
+        "floquet_multipliers": [[float(value.real), float(value.imag)] for value in point.floquet_multipliers],
+        "section": point.z.tolist(),
+    }
+
+
+QUESTION = Question(
+    "continue",
+    """Follow the design's gait in PARAMETER (as ground.slope_deg) within LIMITS (LOW:HIGH).
+
+    Prints the family's ends, turning points and period doublings; --json prints every point.
+    """,
+    Options,
+    ask,
+    key="branches",
+    draws=True,
+)

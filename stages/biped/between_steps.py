@@ -1,0 +1,53 @@
+"""What a solver left step by step, brought to any time between its steps."""
+
+from __future__ import annotations
+
+import numpy as np
+
+# Nodes and weights of Gauss quadrature on [0, 1], exact to degree 9: the integrands are smooth between solver steps.
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
+NODES, WEIGHTS = 0.5 * (NODES + 1.0), 0.5 * WEIGHTS
+
+
+def hermite(
+    steps: np.ndarray, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray | None, time: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Position and velocity at times (m,) [s], each (m, k), from those at the solver's `steps` (n,) [s], each (n, k).
+
+    By Hermite interpolation: quintic with the accelerations, cubic without.
+    """
+    i = np.clip(np.searchsorted(steps, time, side="right") - 1, 0, len(steps) - 2)
+    step = (steps[i + 1] - steps[i])[:, None]
+    s = (time - steps[i])[:, None] / step
+    start, rise = position[i], position[i + 1] - position[i]
+    a1, b1 = velocity[i] * step, velocity[i + 1] * step
+    if acceleration is not None:
+        a2, b2 = 0.5 * acceleration[i] * step**2, 0.5 * acceleration[i + 1] * step**2
+        c3 = 10 * rise - 6 * a1 - 4 * b1 - 3 * a2 + b2
+        c4 = -15 * rise + 8 * a1 + 7 * b1 + 3 * a2 - 2 * b2
+        c5 = 6 * rise - 3 * a1 - 3 * b1 - a2 + b2
+    else:
+        a2 = 3 * rise - 2 * a1 - b1
+        c3 = -2 * rise + a1 + b1
+        c4 = c5 = 0.0 * rise
+    place = start + s * (a1 + s * (a2 + s * (c3 + s * (c4 + s * c5))))
+    rate = (a1 + s * (2 * a2 + s * (3 * c3 + s * (4 * c4 + s * 5 * c5)))) / step
+    return place, rate
+
+
+def quadrature(steps: np.ndarray, start: float, end: float) -> tuple[np.ndarray, np.ndarray]:
+    """Times and weights [s] that integrate from start to end: five of them, in order, in every span of the steps."""
+    inner = steps[(steps > start) & (steps < end)]
+    bounds = np.concatenate([[start], inner, [end]])
+    span = np.diff(bounds)
+    return (bounds[:-1, None] + span[:, None] * NODES).ravel(), (span[:, None] * WEIGHTS).ravel()
+
+
+def acting(
+    at_start: tuple[bool, bool], switches: tuple[tuple[float, int, bool], ...], time: np.ndarray
+) -> np.ndarray:
+    """Which of two legs (or pairs of legs) the ground acts on at the times [s], (n, 2), from when that changed."""
+    held = np.tile(np.array(at_start), (len(time), 1))
+    for moment, leg, acts in switches:
+        held[time >= moment, leg] = acts
+    return held

@@ -1,0 +1,133 @@
+"""What a stage can be asked at the command line, declared without the command line.
+
+Each file in a stage's folder `questions` is one question, its `QUESTION`. The engine makes a command of it, which reads
+and checks the options, prints the answer as text or JSON, draws it, keeps its files, and shows progress. Such a file
+must be quick to import: what computes the answer is imported when it is asked for.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar, Protocol, TypeVar
+
+from stages.biped.quantity import parameter
+
+Argument = TypeVar("Argument")
+
+
+class WrongOption(ValueError):
+    """An option's value is not allowed; the message is one sentence that names the option."""
+
+
+def option(
+    unit: str,
+    description: str,
+    *,
+    default: Any = dataclasses.MISSING,
+    name: str = "",
+    metavar: str = "",
+    positional: bool = False,
+    read: Callable[[str, str], Any] | None = None,
+    **allowed: Any,
+) -> Any:
+    """A field of an options dataclass: as `parameter`, and how it is given.
+
+    `allowed` is its bound or choices; `name` is the option's name where the field's will not do; a `positional` one has
+    none. A bool is a flag; a tuple of words may be given again and again; the option of a mapping names a YAML file.
+    `read` makes the value of the text and of the option's name, for messages; it raises `WrongOption`.
+    """
+    given = {"name": name, "metavar": metavar, "positional": positional, "read": read}
+    described = parameter(unit, description, **allowed).metadata
+    return dataclasses.field(metadata={**described, **given}, default=default)
+
+
+def interval(text: str, what: str) -> tuple[float, float]:
+    """Two numbers "LOW:HIGH" with low < high; `what` names the option. Raises `WrongOption`."""
+    low, _, high = text.partition(":")
+    try:
+        limits = float(low), float(high)
+    except ValueError:
+        limits = 1.0, 0.0
+    if not limits[0] < limits[1] or not all(abs(value) < float("inf") for value in limits):
+        raise WrongOption(f"{what}: {text!r} is not two numbers LOW:HIGH with LOW < HIGH")
+    return limits
+
+
+class Asking(Protocol):
+    """What the engine hands to a question."""
+
+    jobs: int
+
+    def progress(self, fraction: float, what: str) -> None:
+        """Show the fraction done (0 to 1) and a few words, where somebody looks on."""
+
+    def note(self, text: str) -> None:
+        """Say a line beside the answer."""
+
+    def each(
+        self, function: Callable[[Argument], Any], arguments: Sequence[Argument]
+    ) -> Iterator[tuple[int, Any]]:
+        """Number of an argument and the function's answer, as they get ready, from a pool of processes.
+
+        Answers are plain (what JSON knows) and are kept, so a question that is stopped goes on where it was. The
+        function stands in a module, and what it computes follows from its argument and the code alone.
+        """
+
+    def new_file(self, path: Path) -> AbstractContextManager[Path]:
+        """A path to write to; what stands there at the end of the context appears as `path`, whole or not at all."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """An answer as text (`lines`, then `tables` of title, columns, rows), as JSON (`plain`) and as a picture.
+
+    `draw` is given what saves a figure. `files` (by name) and every parameter file, with `parameters` ("file.key")
+    changed, go into the folder of --into. `remark` is said beside the answer; `no` tells an answer that is no.
+    """
+
+    lines: Sequence[str] = ()
+    plain: Any = None
+    tables: Sequence[tuple[str, Sequence[str], Sequence[Sequence[Any]]]] = ()
+    draw: Callable[[Callable[[Any], None]], None] | None = None
+    files: Mapping[str, bytes] = dataclasses.field(default_factory=dict)
+    parameters: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    remark: str = ""
+    no: bool = False
+
+
+@dataclass(frozen=True)
+class Question:
+    """A question: `ask(parameters of the stage, options, asking)` gives an `Answer`.
+
+    `key` stands for the answer in JSON where there is none; `draws` and `pool` say whether it draws and takes --jobs;
+    `leaves` says what it leaves in the folder of --into, if anything.
+    """
+
+    name: str
+    help: str
+    options: type
+    ask: Callable[[Any, Any, Asking], Answer]
+    key: str = ""
+    draws: bool = False
+    pool: bool = False
+    leaves: str = ""
+    wrong: ClassVar[type[Exception]] = WrongOption
+
+
+def as_plain(record: Any) -> dict[str, Any]:
+    """The fields of a result as JSON; a nested one as named values with units."""
+    plain: dict[str, Any] = {}
+    for field in dataclasses.fields(record):
+        value = getattr(record, field.name)
+        if dataclasses.is_dataclass(value):
+            plain[field.name] = {
+                part.name: {"value": float(getattr(value, part.name)), "unit": part.metadata["unit"]}
+                for part in dataclasses.fields(value)
+            }
+        else:
+            plain[field.name] = value.tolist() if hasattr(value, "tolist") else value
+    return plain

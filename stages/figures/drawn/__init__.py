@@ -1,0 +1,43 @@
+"""The register of figures: every module of this folder is one, called by the name of its file.
+
+A figure is a TITLE, its PLACE in the report (the paper's have their number, the others follow), INPUTS (the results it
+shows: it is given no others), `draw` and `caption`. `draw` gives a Matplotlib figure, or a fragment of a page as text.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from pkgutil import iter_modules
+from types import ModuleType, SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+from stages.drawing import style
+
+if TYPE_CHECKING:
+    from stages.figures.parameters import Parameters
+
+NAMES = tuple(module.name for module in iter_modules(__path__))
+
+
+def figure(name: str) -> ModuleType:
+    """The module of a figure."""
+    return import_module(f"{__name__}.{name}")
+
+
+def given_to(name: str, parameters: Parameters, results: Mapping[str, Any]) -> SimpleNamespace:
+    """What a figure is given: the parameters, and of the `results` by stage those that it names."""
+    return SimpleNamespace(parameters=parameters, **{key: results[key] for key in figure(name).INPUTS})
+
+
+def draw(name: str, parameters: Parameters, results: Mapping[str, Any]) -> tuple[dict[str, bytes], str]:
+    """A figure's files, by path in the results folder, and its caption."""
+    given = given_to(name, parameters, results)
+    with style.drawing():
+        shown = figure(name).draw(given)
+        files = (
+            {f"figures/{name}.html": shown.encode()}
+            if isinstance(shown, str)
+            else style.pictures(name, shown, parameters.settings.resolution_dpi)
+        )
+    return files, figure(name).caption(given)

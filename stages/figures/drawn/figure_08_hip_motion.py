@@ -1,0 +1,61 @@
+"""Figure 8: hip motion of both models from the same mid-stance state, with their difference on its own axis."""
+
+from __future__ import annotations
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.figure import Figure
+
+from stages.comparison.hip_motion import overlay
+from stages.drawing import style
+from stages.figures.inputs import Given
+
+TITLE = "Figure 8: hip motion of both models"
+PLACE = 8
+INPUTS = ("analytic", "multibody", "comparison")
+PANELS = (
+    ("hip_position", 0, "$x_{hip}$ [m]", 1e3, "[mm]"),
+    ("hip_position", 1, "$y_{hip}$ [m]", 1e3, "[mm]"),
+    ("hip_velocity", 0, r"$\dot x_{hip}$ [m/s]", 1e3, "[mm/s]"),
+    ("hip_velocity", 1, r"$\dot y_{hip}$ [m/s]", 1e3, "[mm/s]"),
+)
+
+
+def draw(given: Given) -> Figure:
+    """Both models over two steps; grey bands are the paper's largest differences."""
+    analytic, multibody, settings = given.analytic.walk, given.multibody.walk, given.parameters.settings
+    laid = overlay(analytic, multibody, 2 * given.analytic.gait.period_s)
+    count = len(laid.time)
+    figure, axes = plt.subplots(4, 2, figsize=(style.TWO_COLUMNS, 5.6), sharex=True, height_ratios=(2, 1, 2, 1))
+    for index, (name, column, label, scale, unit) in enumerate(PANELS):
+        row, side = 2 * (index // 2), index % 2
+        curve, difference = axes[row, side], axes[row + 1, side]
+        curve.plot(laid.time, getattr(analytic, name)[:count, column], color=style.ANALYTIC, label="constraint model")
+        shown = multibody.time <= laid.time[-1]
+        theirs = getattr(multibody, name)[shown, column]
+        curve.plot(multibody.time[shown], theirs, "--", color=style.MULTIBODY, label="penalty contact (Exudyn)")
+        values = laid.position if name == "hip_position" else laid.velocity
+        limit = settings.position_limit if name == "hip_position" else settings.velocity_limit
+        difference.axhspan(-scale * limit, scale * limit, color="#EEEEEE", zorder=0)
+        difference.plot(laid.time, scale * values[:, column], color=style.TWIN, linewidth=0.9)
+        # impact instants differ by a fraction of a millisecond: those spikes would hide the rest
+        extent = np.percentile(np.abs(scale * values[:, column]), 98)
+        difference.set_ylim(*(np.array([-1.3, 1.3]) * max(extent, 1.2 * scale * limit)))
+        curve.set_ylabel(label)
+        difference.set_ylabel(f"difference\n{unit}")
+        style.panel_label(curve, "abcd"[index])
+    for side in (0, 1):
+        axes[3, side].set_xlabel("time from the common mid-stance state [s]")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
+    axes[1, 0].text(0.02, 0.06, "grey: the paper's largest difference", transform=axes[1, 0].transAxes, fontsize=6)
+    return figure
+
+
+def caption(given: Given) -> str:
+    same, settings = given.comparison.models.same_start, given.parameters.settings
+    return (
+        "The same mid-stance state walks on in both models. Over one step the hips differ by at most "
+        f"{1e3 * same.position[0]:.2f} mm in x and {1e3 * same.position[1]:.2f} mm in y, "
+        f"{1e3 * same.velocity[0]:.1f} mm/s and {1e3 * same.velocity[1]:.1f} mm/s outside the impacts; the paper "
+        f"states {1e3 * settings.position_limit:g} mm and {1e3 * settings.velocity_limit:g} mm/s."
+    )

@@ -1,0 +1,110 @@
+"""The gait as an animation for the report: every model's walk over the others', with the forces of the ground.
+
+A fragment of a page without any outside reference; the report puts it in. Numbers are rounded to what a screen shows.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from stages.biped.walk import Walk
+from stages.drawing import style
+from stages.figures.inputs import Given
+
+TITLE = "The gait in three models"
+PLACE = 0
+INPUTS = ("analytic", "multibody", "twin")
+FRAME_RATE = 100  # Hz
+#: Resolutions of what is stored: positions and lengths [m], angles [rad], forces [N].
+POSITION, ANGLE, FORCE = 1e-5, 1e-4, 1e-2
+
+
+@dataclass(frozen=True)
+class Source:
+    """A walk with its name and how its lines look: colours on light and dark ground, dashes on canvas and in CSS."""
+
+    name: str
+    walk: Walk
+    light: str
+    dark: str
+    dash: tuple[int, ...]
+    swatch: str
+
+
+def sources(analytic: Walk, multibody: Walk, twin: Walk) -> tuple[Source, ...]:
+    """The three walks; all start in the same mid-stance state."""
+    return (
+        Source("constraint model", analytic, style.ANALYTIC, "#56B4E9", (), "solid"),
+        Source("penalty contact (Exudyn)", multibody, style.MULTIBODY, "#E69F00", (7, 5), "dashed"),
+        Source("digital twin", twin, style.TWIN, "#F0F0F0", (2, 4), "dotted"),
+    )
+
+
+def frames(walk: Walk, time: np.ndarray) -> dict[str, list[int]]:
+    """Poses and ground forces at given times [s], row by row: hip x, y; angles, lengths of the legs; force (leg, x y).
+
+    Whole numbers of the resolutions above.
+    """
+
+    def whole(signal: np.ndarray, unit: float) -> list[int]:
+        columns = signal.reshape(len(walk.time), -1).T
+        values = np.column_stack([np.interp(time, walk.time, column) for column in columns])
+        rounded: list[int] = np.round(values / unit).astype(int).ravel().tolist()
+        return rounded
+
+    return {
+        "hip": whole(walk.hip_position, POSITION),
+        "angle": whole(walk.leg_angle, ANGLE),
+        "length": whole(walk.leg_length, POSITION),
+        "force": whole(walk.ground_reaction, FORCE),
+    }
+
+
+def content(shown: Sequence[Source], radius: float, slope: float) -> dict[str, Any]:
+    """What the animation shows: all walks over the time they have in common, `radius` [m], `slope` [rad]."""
+    end = min(float(source.walk.time[-1]) for source in shown)
+    time = np.arange(int(end * FRAME_RATE) + 1) / FRAME_RATE
+    moving = [frames(source.walk, time) for source in shown]
+    loads = FORCE * np.concatenate([np.reshape(walk["force"], (-1, 2, 2))[:, :, 1].ravel() for walk in moving])
+    return {
+        "rate": FRAME_RATE,
+        "count": len(time),
+        "radius": radius,
+        "slope": round(slope, 9),
+        # Impacts reach hundreds of newtons for a millisecond: on that scale nothing else could be seen. Even times,
+        # because the walks have most of their samples around impacts.
+        "limit": float(5 * np.ceil(1.25 * np.percentile(loads[loads > 0], 98) / 5)),
+        "sources": [
+            {"name": source.name, "light": source.light, "dark": source.dark, "dash": list(source.dash)}
+            | {"swatch": source.swatch}
+            | walk
+            for source, walk in zip(shown, moving)
+        ],
+    }
+
+
+def draw(given: Given) -> str:
+    """The animation as a fragment of a page."""
+    page = files("stages.figures.drawn").joinpath("gait_animation.html").read_text(encoding="utf-8")
+    shown = sources(given.analytic.walk, given.multibody.walk, given.twin.walk)
+    moving = content(shown, given.parameters.biped.foot_radius, given.parameters.slope.angle)
+    data = json.dumps(moving, separators=(",", ":")).replace("<", "\\u003c")
+    before, _, after = page.partition(">DATA<")
+    return f"{before}>{data}<{after}"
+
+
+def caption(given: Given) -> str:
+    gait, cycle, settling = given.analytic.gait, given.multibody.cycle, given.twin.settling
+    return (
+        "All three start in the constraint model's mid-stance state and settle into gaits of their own: "
+        f"{gait.step_frequency_hz:.4f} Hz and steps of {1e3 * gait.step_length_m:.1f} mm with constraints, "
+        f"{cycle.step_frequency_hz:.4f} Hz and {1e3 * cycle.step_length_m:.1f} mm with penalty contact, "
+        f"{settling.step_frequency_hz:.4f} Hz and {1e3 * settling.step_length_m:.1f} mm for the twin; so they drift "
+        "apart."
+    )

@@ -1,0 +1,84 @@
+"""From the simple model to the twin: what each detail adds to a step's period and length, and to its multipliers."""
+
+from __future__ import annotations
+
+import textwrap
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from stages.drawing import style
+from stages.figures.inputs import Given
+from stages.twin_ladder.result import RungGait
+
+TITLE = "From the simple model to the twin"
+PLACE = 20
+INPUTS = ("twin_ladder",)
+SIMPLE = "constraint model"
+SLOWER, QUICKER = style.MULTIBODY, style.ANALYTIC
+#: Bars shorter than this part of the axis get a black line, or they could not be seen.
+THIN = 0.004
+
+
+def draw(given: Given) -> Figure:
+    """Waterfalls of period and step length, and the largest multipliers of each rung."""
+    ladder = given.twin_ladder
+    rungs = [rung for rung in ladder.rungs if rung.found]
+    figure, panels = plt.subplots(1, 3, figsize=(style.TWO_COLUMNS, 3.4), sharey=True, width_ratios=(1.1, 1.1, 1.0))
+    changes = ladder.changes()
+    waterfall(panels[0], 1e3 * ladder.simple_period_s, [1e3 * change for _, change, _ in changes])
+    waterfall(panels[1], 1e3 * ladder.simple_step_length_m, [1e3 * change for *_, change in changes])
+    multipliers(panels[2], rungs)
+    names = [SIMPLE, *(rung.name + (" = the twin" if rung.is_twin else "") for rung in rungs)]
+    panels[0].set_yticks(range(len(names)), [textwrap.fill(name, 22) for name in names])
+    panels[0].set_ylim(len(names) - 0.4, -0.6)
+    for axes, label, letter in zip(
+        panels, ("period of a step [ms]", "length of a step [mm]", "multipliers of a step [1]"), "abc", strict=True
+    ):
+        axes.set_xlabel(label)
+        style.panel_label(axes, letter)
+    return figure
+
+
+def waterfall(axes: Axes, first: float, changes: list[float]) -> None:
+    """The first value as a dot, then a bar from level to level for each change, written beside it."""
+    levels = first + np.cumsum([0.0, *changes])
+    low, high = levels.min(), levels.max()
+    span = max(high - low, 1e-9)
+    axes.set_xlim(low - 0.45 * span, high + 0.45 * span)
+    axes.plot(first, 0, "o", color=style.TWIN, markersize=4)
+    axes.text(first + 0.04 * span, 0, f"{first:.1f}", va="center", ha="left", fontsize=6.5)
+    for row, change in enumerate(changes, 1):
+        begin, end = levels[row - 1], levels[row]
+        colour = SLOWER if change > 0 else QUICKER
+        axes.plot([begin, begin], [row - 1, row], color=style.MEASURED, linewidth=0.6)
+        axes.barh(row, change, left=begin, height=0.55, color=colour)
+        if abs(change) < THIN * span:
+            axes.plot([end, end], [row - 0.275, row + 0.275], color=style.TWIN, linewidth=1.0)
+        ahead = change >= 0
+        place = max(begin, end) + 0.04 * span if ahead else min(begin, end) - 0.04 * span
+        words = f"{change:+.2f}" if abs(change) >= 5e-3 else "0.00"
+        axes.text(place, row, words, va="center", ha="left" if ahead else "right", fontsize=6.5)
+
+
+def multipliers(axes: Axes, rungs: list[RungGait]) -> None:
+    """Real parts of the two largest in the plane and of the largest out of it; the limits of stability dashed."""
+    rows = np.arange(1, len(rungs) + 1)
+    for limit in (-1.0, 1.0):
+        axes.axvline(limit, color=style.TWIN, linewidth=0.7, linestyle="--")
+    for number in (0, 1):
+        values = [rung.plane_multipliers[number, 0] for rung in rungs]
+        name = "two largest in the plane" if number == 0 else None
+        axes.plot(values, rows, "o", color=style.MULTIBODY, markersize=4, label=name)
+    sideways = [(rung.side_multipliers[0, 0], row) for rung, row in zip(rungs, rows, strict=True)
+                if len(rung.side_multipliers)]  # fmt: skip
+    if sideways:
+        axes.plot(*zip(*sideways, strict=True), "D", color=style.SECOND, markersize=3.5, label="largest out of it: yaw")
+    axes.set_xlim(-1.2, 1.2)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.0), fontsize=6)
+
+
+def caption(given: Given) -> str:
+    return f"What each detail does to a step: {given.twin_ladder.summary()}."

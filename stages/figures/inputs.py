@@ -1,0 +1,42 @@
+"""What the figures are drawn from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stages.analytic.result import Result as Analytic
+from stages.comparison.result import Result as Comparison
+from stages.contact_study.result import Result as ContactStudy
+from stages.error_budget.result import Result as ErrorBudget
+from stages.extremes.result import Result as Extremes
+from stages.figures.parameters import Parameters
+from stages.imu.result import Result as Ingested
+from stages.multibody.result import Result as Multibody
+from stages.tradeoff.result import Result as Tradeoff
+from stages.twin.result import Result as Twin
+from stages.twin_ladder.result import Result as TwinLadder
+from stages.twin_pushes.result import Result as TwinPushes
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """The results of all stages."""
+
+    analytic: Analytic
+    multibody: Multibody
+    contact_study: ContactStudy
+    error_budget: ErrorBudget
+    twin: Twin
+    twin_ladder: TwinLadder
+    twin_pushes: TwinPushes
+    tradeoff: Tradeoff
+    extremes: Extremes
+    imu: Ingested
+    comparison: Comparison
+
+
+@dataclass(frozen=True)
+class Given(Inputs):
+    """What one figure is given: of the results those that its INPUTS name, and the parameters."""
+
+    parameters: Parameters

@@ -1,0 +1,28 @@
+"""What the figures show beside results, and how pictures are made."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stages.biped.design import Biped
+from stages.biped.quantity import Bound, parameter
+from stages.comparison.parameters import Limits
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+
+
+@dataclass(frozen=True)
+class Settings(Limits):
+    """The paper's limits, and the pictures' resolution."""
+
+    resolution_dpi: int = parameter("1/inch", "resolution of the PNG figures", bound=Bound(minimum=50, maximum=1200))
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Parameters of the figures."""
+
+    biped: Biped
+    slope: Slope
+    contact: ContactLaw
+    settings: Settings

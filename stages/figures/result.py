@@ -1,0 +1,29 @@
+"""What the drawing hands on: captions, pictures, and the animation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stages.biped.quantity import quantity
+
+
+@dataclass(frozen=True)
+class Caption:
+    """What a figure shows."""
+
+    name: str = quantity("-", "name of the figure and of its files")
+    title: str = quantity("-", "title")
+    text: str = quantity("-", "what it shows, with the study's own numbers")
+
+
+@dataclass(frozen=True)
+class Result:
+    """The captions in the order of a report, and the files."""
+
+    captions: tuple[Caption, ...] = quantity("-", "what the figures show")
+    synthetic: str = quantity("-", "what of the study is made up")
+    files: dict[str, bytes] = quantity("-", "figures and captions, by path in the results folder")
+
+    def summary(self) -> str:
+        """Figures counted."""
+        return f"{len(self.captions)} figures"

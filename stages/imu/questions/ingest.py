@@ -1,0 +1,101 @@
+"""`ingest`: what a lab's measurements are worth, before they are used."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stages.biped.question import Answer, Asking, Question, WrongOption, as_plain, option
+from stages.imu.errors import SourceRefused
+from stages.imu.parameters import Parameters
+
+if TYPE_CHECKING:
+    from stages.imu.sources.database import DatabaseWriter
+    from stages.imu.trial.report import SensorReport
+    from stages.imu.trial.run_report import RunReport
+
+VARIABLE = "env:"
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of `ingest`."""
+
+    source: str = option("-", "Where the measurements are", positional=True)
+    column_map: Mapping[str, Any] | None = option(
+        "-", "SOURCE is a folder of CSV or TSV files, described in this YAML file", name="map", default=None)
+    store: Path | None = option("-", "Keep the raw rows in this SQLite file", default=None)
+
+
+def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
+    """Read every run of the source and report on it. Raises WrongOption, also for what the ingest refuses."""
+    from stages.imu.run import trials
+    from stages.imu.sources.database import DatabaseWriter
+    from stages.imu.trial.run_report import origin_of, tables
+
+    sensors: list[SensorReport] = []
+    runs: list[RunReport] = []
+    try:
+        with ExitStack() as open_until_read:
+            read = open_until_read.enter_context(opened(options)).runs()
+            if options.store is not None:
+                file = open_until_read.enter_context(asking.new_file(options.store))
+                read = stored(read, open_until_read.enter_context(DatabaseWriter(file)))
+            for trial in trials(read, parameters.settings, asking.progress):
+                sensors.extend(trial.reports)
+                runs.append(trial.report())
+    except SourceRefused as refused:
+        raise WrongOption(str(refused)) from None
+    accepted = sum(one.accepted for one in runs)
+    return Answer(
+        plain={"runs": [as_plain(one) for one in runs], "sensors": [as_plain(one) for one in sensors]},
+        tables=tables(sensors, runs, origin_of(runs)),
+        remark=f"{accepted} of {len(runs)} runs can be used",
+        no=not accepted,
+    )
+
+
+def opened(options: Options) -> Any:
+    """The source as a context manager with runs(). Raises SourceRefused, WrongOption."""
+    from stages.imu.sources.source_csv import CsvSource
+    from stages.imu.sources.source_sql import SqlSource
+    from stages.imu.sources.source_sqlite import SqliteSource
+
+    source = options.source
+    if options.column_map is not None:
+        return CsvSource(options.column_map, Path(source))
+    if "://" in source:
+        raise WrongOption(f"SOURCE: a connection string would stay in the shell's history; give {VARIABLE}NAME, "
+                          "the environment variable that holds it")  # fmt: skip
+    if source.startswith(VARIABLE):
+        name = source.removeprefix(VARIABLE)
+        if not os.environ.get(name):
+            raise WrongOption(f"SOURCE: the environment variable {name} is not set")
+        return SqlSource(os.environ[name])
+    if Path(source).is_dir():
+        raise WrongOption(f"{Path(source)}: is a folder; --map FILE must say what its files hold")
+    return SqliteSource(Path(source))
+
+
+def stored(runs: Iterator[Any], writer: DatabaseWriter) -> Iterator[Any]:
+    """Pass runs on, and keep them."""
+    for experiment, recordings in runs:
+        writer.recordings(experiment, recordings)
+        yield experiment, recordings
+
+
+QUESTION = Question(
+    "ingest",
+    """Read the measurements in SOURCE, print the report of each run and sensor, and change nothing in SOURCE.
+
+    SOURCE is an SQLite file, a folder (with --map), or env:NAME, an environment variable that holds a connection
+    string such as postgresql://user:password@host/database. docs/measurements.md has the schema. Ends with 3 if no run
+    can be used. A file made by --store can be the study's own: set imu.database.
+    """,
+    Options,
+    ask,
+)

@@ -1,0 +1,126 @@
+"""The stage's questions: each answers what the model says, in words and as plain values, or refuses in a sentence."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.parameters import Parameters, Settings
+from stages.analytic.questions import basin, continue_gait, design, gait
+from stages.biped.quantity import faults
+from stages.biped.question import WrongOption, interval
+from tests.analytic.designs import FRICTION, SLOPE, TABLE_1
+
+PARAMETERS = Parameters(TABLE_1, SLOPE, FRICTION, Settings(tolerance=1e-10, steps=2, sampling_rate_hz=100.0))
+
+
+class Listener:
+    """What a question is handed: remembers what it says."""
+
+    def __init__(self):
+        self.jobs, self.said, self.fractions = 2, [], []
+
+    def note(self, text):
+        self.said.append(text)
+
+    def progress(self, fraction, what):
+        self.fractions.append(fraction)
+
+
+def answered(question, **options):
+    """The answer, which must be plain, and what was said on the way."""
+    listener = Listener()
+    given = question.Options(**options)
+    assert not list(faults(given))
+    answer = question.ask(PARAMETERS, given, listener)
+    json.dumps(answer.plain)
+    return answer, listener
+
+
+@pytest.fixture(scope="module")
+def found():
+    return find_gait(TABLE_1, SLOPE, 1e-10)
+
+
+def test_gait_tells_the_gait_of_the_search(found):
+    walker, point = found
+    answer, _ = answered(gait)
+    assert answer.plain["period_s"] == pytest.approx(point.steps[0].period * walker.time, rel=1e-12)
+    assert answer.plain["stable"] and {"energy", "validity"} <= set(answer.plain)
+    assert any(line.startswith("duration of one step") and line.endswith(" s") for line in answer.lines)
+
+
+def test_all_gaits_hold_the_most_stable_one_and_an_unstable_one():
+    answer, _ = answered(gait, every=True)
+    stable, *others = answer.plain["gaits"]
+    assert stable == answered(gait)[0].plain
+    assert others and not others[-1]["stable"] and answer.plain["cycle"] is None
+    assert answer.lines[0] == f"gait 1 of {1 + len(others)}, stable"
+
+
+def test_continue_follows_the_gait_to_both_limits_and_says_how_far_it_is(found):
+    answer, listener = answered(continue_gait, parameter="ground.slope_deg", limits=(1.9, 2.1))
+    values = [point["value"] for point in answer.plain["branches"][0]["points"]]
+    assert (values[0], values[-1]) == pytest.approx((1.9, 2.1)) and values == sorted(values)
+    here = next(point for point in answer.plain["branches"][0]["points"] if point["value"] == 2.0)
+    assert here["section"] == pytest.approx(found[1].z.tolist(), abs=1e-8)
+    assert listener.fractions and all(0 < fraction <= 1 for fraction in listener.fractions)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "limits", "words"),
+    [
+        ("ground.slope", (1.0, 3.0), "ground.slope: not a number of the design; known are biped.hip_mass"),
+        ("ground.slope_deg", (3.0, 4.0), "LIMITS 3:4 do not hold the design's ground.slope_deg = 2"),
+        ("biped.hip_mass", (-1.0, 1.0), "LIMITS: biped.hip_mass = -1 is not allowed; allowed is >= 0"),
+    ],
+)
+def test_continue_refuses_what_cannot_be_followed(parameter, limits, words):
+    with pytest.raises(WrongOption, match=words):
+        answered(continue_gait, parameter=parameter, limits=limits)
+
+
+def test_basin_counts_the_starts_that_reach_the_gait(found):
+    walker, point = found
+    angle, rate = -point.z[0], point.z[3] / walker.time
+    answer, listener = answered(basin, angle=(angle, 1.2 * angle), rate=(0.1, rate), points=2)
+    reached = np.array(answer.plain["gait_reached"])
+    assert reached[0, 1] == 0, "the gait itself"
+    assert answer.plain["share_reached"] == (reached == 0).mean()
+    assert f"2 x 2 starts: {100 * (reached == 0).mean():.2f} % reach the gait" in answer.lines[0]
+    assert listener.fractions[-1] == 1.0
+
+
+def test_design_leaves_the_parameters_of_the_best_gait_it_found():
+    answer, listener = answered(design, vary=("biped.foot_com", "biped.damping=50:60"), iterations=2)
+    told, best = answer.plain["largest_multiplier"], answer.plain["parameters"]
+    assert told["best"] < told["start"] and len(listener.said) == answer.plain["iterations"] > 0
+    assert best["biped.foot_com"]["bounds"] == pytest.approx([0.08, 0.12])
+    assert best["biped.damping"]["bounds"] == [50, 60]
+    assert answer.parameters == {name: entry["best"] for name, entry in best.items()}
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"vary": ("biped.legs",)}, "biped.legs: not a number of the design"),
+        ({"vary": ("biped.hip_mass=-1:1",)}, "--vary biped.hip_mass: -1 is not allowed; allowed is >= 0"),
+        ({"vary": ("biped.hip_mass=1",)}, "--vary biped.hip_mass: '1' is not two numbers LOW:HIGH"),
+        ({"vary": ("biped.leg_inertia",)}, "its value is 0, so its range needs bounds, as biped.leg_inertia=0:0.001"),
+        ({"target": ("speed_m_s=-1",)}, "--target 'speed_m_s=-1' is not MEASURE=VALUE with a positive value"),
+        ({"target": ("speed=1",)}, "measures are speed_m_s, step_length_m, step_frequency_hz"),
+    ],
+)
+def test_design_refuses_what_cannot_be_searched(options, words):
+    with pytest.raises(WrongOption, match=words):
+        answered(design, **options)
+
+
+@pytest.mark.parametrize("text", ["1", "1:", "2:1", "1:1", "nan:2", "1:inf", "a:b", "1:2:3"])
+def test_an_interval_is_two_finite_numbers_in_order(text):
+    with pytest.raises(WrongOption, match="is not two numbers LOW:HIGH with LOW < HIGH"):
+        interval(text, "--range")
+    assert interval("-1e-3:2", "--range") == (-0.001, 2.0)

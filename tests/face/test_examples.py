@@ -1,0 +1,40 @@
+"""The examples page and the docstrings of the package that people import run as they stand."""
+
+from __future__ import annotations
+
+import doctest
+import importlib
+import re
+
+import pytest
+
+import bipedstudy
+
+BLOCK = re.compile(r"```python\n(.*?)```", re.S)
+
+
+def test_the_examples_page_runs_from_top_to_bottom(repository, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    known: dict[str, object] = {}
+    blocks = BLOCK.findall((repository / "docs/examples.md").read_text(encoding="utf-8"))
+    assert len(blocks) >= 6
+    for block in blocks:
+        exec(compile(block, "docs/examples.md", "exec"), known)
+    said = capsys.readouterr().out
+    assert known["gait"].stable and "foot_radius = -1 m is not allowed" in said
+    assert (tmp_path / "walk.png").stat().st_size > 10_000
+    slower = known["frequencies"]
+    assert len(set(slower)) == len(slower), "another mass is another gait"
+
+
+@pytest.mark.parametrize("name", ["named", "plotting", "results", "walking"])
+def test_the_docstrings_show_what_is_so(name):
+    module = importlib.import_module(f"bipedstudy.{name}")
+    assert doctest.testmod(module).failed == 0
+
+
+def test_every_name_that_is_offered_is_there():
+    assert all(callable(getattr(bipedstudy, name)) for name in bipedstudy.__all__)
+    assert dir(bipedstudy) == bipedstudy.__all__
+    with pytest.raises(AttributeError, match="it has Array, StudyError"):
+        bipedstudy.gaits  # noqa: B018

@@ -1,0 +1,56 @@
+"""The wheel works in any folder, whatever lies beside it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import zipfile
+
+import pytest
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def installed(repository, tmp_path_factory):
+    """A folder to which a wheel of this checkout was installed; its dependencies are those of this environment."""
+    folder = tmp_path_factory.mktemp("wheel")
+    ignored = shutil.ignore_patterns(".*", "results", "build", "*.egg-info", "__pycache__", "tests")
+    shutil.copytree(repository, folder / "source", ignore=ignored)
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet"]
+    subprocess.run([*pip, "wheel", "--no-deps", "--no-build-isolation", "-w", folder, folder / "source"], check=True)
+    (wheel,) = folder.glob("*.whl")
+    packages = {name.split("/")[0] for name in zipfile.ZipFile(wheel).namelist() if "dist-info" not in name}
+    assert packages == {"bipedstudy", "pipeline", "stages", f"{wheel.name.rsplit('-', 3)[0]}.data"}
+    subprocess.run([*pip, "install", "--no-deps", "--target", folder / "site", wheel], check=True)
+    shutil.rmtree(folder / "source")
+    return folder / "site"
+
+
+def python(installed, folder, *arguments):
+    environment = {**os.environ, "PYTHONPATH": str(installed)}
+    done = subprocess.run([sys.executable, *arguments], cwd=folder, env=environment, text=True, capture_output=True)
+    return done.returncode, done.stdout, done.stderr
+
+
+def test_a_study_beside_modules_of_the_same_names(installed, tmp_path):
+    for name in ("pipeline.py", "stages/__init__.py"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("raise SystemExit('not this one')")
+    code, out, errors = python(installed, tmp_path, "-m", "bipedstudy", "gait", "--json")
+    assert code == 0 and '"period_s": 0.48268202' in out and "comes with" in errors
+    code, _, errors = python(installed, tmp_path, "-m", "bipedstudy", "run-all")
+    assert code == 2 and "there is no dvc.yaml" in errors
+    assert python(installed, tmp_path, "-m", "bipedstudy", "doctor")[0] == 0
+    assert python(installed, tmp_path, "-m", "bipedstudy", "init", "mine")[0] == 0
+    for name in ("pipeline.py", "stages/__init__.py"):
+        (tmp_path / "mine" / name).parent.mkdir(exist_ok=True)
+        (tmp_path / "mine" / name).write_text("raise SystemExit('not this one')")
+    code, out, errors = python(installed, tmp_path / "mine", "-m", "bipedstudy", "run", "multibody")
+    assert code == 0, errors
+    assert "analytic     computed" in out and "multibody    computed" in out
+    told = "import bipedstudy as bs; print(bs.load('analytic').summary())"
+    code, out, errors = python(installed, tmp_path / "mine", "-c", told)
+    assert code == 0 and "stable gait" in out, errors

@@ -1,0 +1,148 @@
+"""A made-up result of every stage that figures show: nothing in it changes when the models do."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from stages.comparison.hip_motion import HipDifference
+from stages.comparison.stride import last_stride
+from stages.extremes.result import Result as Extremes
+from stages.figures.drawn import figure, given_to
+from stages.figures.parameters import Settings
+from stages.tradeoff.result import Errors, Reference, Row
+from stages.tradeoff.result import Result as Tradeoff
+from stages.twin.walking.snapshots import Snapshots
+from stages.twin_ladder.result import COMPLETED, RungGait
+from stages.twin_ladder.result import Result as Ladder
+from stages.twin_pushes.result import PushedWalk
+from stages.twin_pushes.result import Result as Pushes
+from tests.comparison.made_up import DEFAULTS, make_agreement, make_budget, make_study, make_walk, scaled
+
+
+def analytic(frequency=2.0718):
+    """A walk, and a gait that is not that of the walk."""
+    gait = SimpleNamespace(period_s=0.5, step_frequency_hz=frequency, step_length_m=0.16, double_stance_s=4e-3)
+    return SimpleNamespace(walk=make_walk(), gait=gait)
+
+
+def multibody():
+    """A walk a little slower, and a cycle that is not that of the walk."""
+    cycle = SimpleNamespace(
+        step_frequency_hz=2.0, step_length_m=0.161, peak_normal_force=768.0, largest_penetration=3.1e-5,
+        double_stance_s=5e-3, speed_m_s=0.33, period_s=0.5,
+    )  # fmt: skip
+    return SimpleNamespace(walk=make_walk(period=0.51), cycle=cycle)
+
+
+def twin():
+    """The walk of the multibody model, with three poses."""
+    settling = SimpleNamespace(step_frequency_hz=2.04, step_length_m=0.159, steps_to_settle=1)
+    walk = make_walk(period=0.51)
+    return SimpleNamespace(walk=walk, snapshots=poses(walk), settling=settling)
+
+
+def poses(walk):
+    """Three upright poses with feet side by side."""
+    count = 3
+    lanes = np.array([-0.04, 0.04, -0.09, 0.09])
+    top = np.zeros((count, 4, 3))
+    top[:, :, 0], top[:, :, 1], top[:, :, 2] = np.arange(count)[:, None] * 0.08, 0.333, lanes
+    up = np.broadcast_to([0.0, 1.0, 0.0], (count, 4, 3))
+    axis = np.broadcast_to([0.0, 0.0, 1.0], (count, 3))
+    return Snapshots(walk.time[:count], top[:, 0], axis, top, up, top - 0.25 * up, np.full(4, 0.083), 0.02)
+
+
+def ladder():
+    """Three made-up rungs, the second without a gait, the first without motion out of the plane."""
+    multipliers, none, unknown = np.array([[-0.7, 0.0], [0.5, 0.1]]), np.zeros((0, 2)), float("nan")
+    return Ladder(
+        0.48,
+        0.16,
+        (
+            RungGait("first", "more", COMPLETED, False, 0.49, 0.161, 0.0, multipliers, none, 1e-6, 800.0, 20),
+            RungGait("second", "more", "fell", False, unknown, unknown, unknown, none, none, unknown, unknown, 0),
+            RungGait("third", "more", COMPLETED, True, 0.47, 0.165, 0.0, multipliers, multipliers, 1e-6, 800.0, 20),
+        ),
+        0.47,
+        0.165,
+    )
+
+
+def pushes():
+    """A push that is walked off, one that is not, and one of another kind."""
+    time = np.linspace(0.0, 2.0, 50)
+
+    def walk(kind, size, outcome):
+        reason = "" if outcome == "completed" else "fell in step 2"
+        return PushedWalk(kind, "m/s", size, outcome, reason, 4, time, np.sin(time), size * time, time, 0.1, 0.2)
+
+    return Pushes((walk("side", 0.1, "completed"), walk("side", 0.2, "fell"), walk("spin", 1.0, "fell")))
+
+
+def ways():
+    """Two made-up ways of one model: errors fall with cost; one has no multiplier and one does not walk."""
+    nan = float("nan")
+
+    def row(way, mark, error, cost, outcome="completed"):
+        errors = Errors(error, error, nan if way == "coarse" else error, 1e3 * error)
+        return Row("model", way, f"cost {cost}", mark, outcome, errors, cost, nan, nan)
+
+    small = Errors(1e-12, 1e-12, 1e-12, 1e-12)
+    reference = Reference("model", "fine", 0.48, 0.64, 500.0, "second", small, "other", small)
+    fine = [row("fine", "", error, cost) for error, cost in ((3e-4, 120.0), (1e-5, 160.0), (1e-6, 200.0),
+                                                             (1e-7, 300.0), (1e-8, 350.0))]  # fmt: skip
+    coarse = [row("coarse", "", error, cost) for error, cost in ((1e-3, 100.0), (1e-4, 300.0), (4e-5, 600.0))]
+    rows = (row("fine", "default", 1e-9, 400.0), *fine, row("coarse", "paper", 1e-5, 900.0), *coarse,
+            row("coarse", "", nan, nan, "fell"))  # fmt: skip
+    return Tradeoff(4, (reference,), rows)
+
+
+def extreme_points():
+    """Every status once, on two made-up axes, one of them with a zero, and two draws."""
+    status = ("right", "inaccurate", "refused", "failed", "unconfirmed", "wrong", "crashed", "hung", "right", "failed")
+    count, none = len(status), ("",) * len(status)
+    axis = ("ground.gravity",) * 4 + ("biped.damping",) * 4 + ("all together",) * 2
+    value, number = np.array([1.0, 2.0, 3.0, 4.0, 0.0, 1.0, 10.0, 1e5, 0.0, 1.0]), np.full(count, 1e-6)
+    return Extremes("full", ("tree",) * count, axis, value, none, status, number, number, none, none)
+
+
+def imu():
+    """One run of seven strides, each a little larger than the last."""
+    signals = last_stride(make_walk(), 101).signals
+    return SimpleNamespace(runs=(SimpleNamespace(strides=np.stack([signals * (1 + 0.01 * i) for i in range(-3, 4)])),))
+
+
+def comparison(origin="synthetic"):
+    """Agreement of runs of that origin, and differences of the hips within the paper's."""
+    same_start = HipDifference(np.array([1.9e-4, 4e-5]), np.array([3.8e-3, 3.9e-3]))
+    return SimpleNamespace(models=SimpleNamespace(same_start=same_start), measurement=make_agreement(origin))
+
+
+def parameters():
+    """A design on a slope of 2 degrees, and pictures of few pixels."""
+    return SimpleNamespace(
+        biped=SimpleNamespace(foot_radius=0.083), slope=SimpleNamespace(angle=np.radians(2)), contact=DEFAULTS,
+        settings=Settings(3e-4, 5e-3, 101, 80),
+    )  # fmt: skip
+
+
+def results(**other):
+    """All of them by the stages' names, `other` ones in their place."""
+    made_up = {
+        "analytic": analytic, "multibody": multibody, "contact_study": make_study, "error_budget": make_budget,
+        "twin": twin, "twin_ladder": ladder, "twin_pushes": pushes, "tradeoff": ways, "extremes": extreme_points,
+        "imu": imu, "comparison": comparison,
+    }  # fmt: skip
+    return {name: make() for name, make in made_up.items()} | other
+
+
+def given(name, factor=1.0, **other):
+    """What the figure `name` is given of the made-up results, all numbers times a factor."""
+    return scaled(given_to(name, parameters(), results(**other)), factor)
+
+
+def drawn(name, factor=1.0, **other):
+    """The figure `name` of the made-up results."""
+    return figure(name).draw(given(name, factor, **other))

@@ -1,0 +1,65 @@
+"""Captions: every figure has one, its numbers are the results', and what is synthetic is called so."""
+
+from __future__ import annotations
+
+import dataclasses
+from types import SimpleNamespace
+
+import pytest
+import yaml
+
+from stages.biped import processes
+from stages.figures import run
+from stages.figures.drawn import NAMES, figure
+from stages.figures.inputs import Inputs
+from stages.figures.result import Caption
+from stages.figures.run import as_yaml, synthetic
+from tests.comparison.made_up import make_agreement
+from tests.figures.made_up_results import analytic, comparison, given, parameters, results
+
+
+def text(name, **other):
+    return figure(name).caption(given(name, **other))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_figure_has_a_title_and_a_caption_from_the_results_that_it_names(name):
+    assert figure(name).TITLE and figure(name).PLACE >= 0 and text(name).endswith(".")
+    assert set(figure(name).INPUTS) <= {field.name for field in dataclasses.fields(Inputs)}
+
+
+def test_captions_state_the_numbers_of_the_results():
+    assert "2.0718 Hz" in text("gait_animation")
+    assert "1.9999 Hz" in text("gait_animation", analytic=analytic(frequency=1.9999))
+    assert "768 N with 31 µm" in text("figure_02_ground_reaction")
+    assert "0.19 mm in x and 0.04 mm in y" in text("figure_08_hip_motion")
+    contact = text("figure_05_contact_parameters")
+    assert "2.00 mm" in contact and "0.20 mm" in contact
+
+
+@pytest.mark.parametrize(("origin", "said"), [("synthetic", True), ("mixed", True), ("measured", False)])
+def test_what_is_synthetic_is_called_so(origin, said):
+    assert ("cannot confirm" in synthetic(make_agreement(origin))) == said
+    assert ("cannot confirm" in text("figure_16_measurement", comparison=comparison(origin))) == said
+
+
+def test_captions_survive_yaml():
+    read = yaml.safe_load(as_yaml([Caption("a", 'quotes " and: colons', "µ ≤ 3 # no comment")], "line\nbreak"))
+    assert read == {
+        "synthetic": "line\nbreak",
+        "figures": [{"name": "a", "title": 'quotes " and: colons', "text": "µ ≤ 3 # no comment"}],
+    }
+
+
+def test_the_stage_draws_all_in_their_places_with_captions_beside(monkeypatch):
+    monkeypatch.setattr(run, "NAMES", ("error_budget", "figure_04_normal_force", "gait_animation"))
+    monkeypatch.setattr(processes.os, "cpu_count", lambda: 1)
+    said = []
+    made = run.run(parameters(), SimpleNamespace(**results()), lambda share, what: said.append(share))
+    assert [caption.name for caption in made.captions] == ["gait_animation", "figure_04_normal_force", "error_budget"]
+    assert yaml.safe_load(made.files["captions.yaml"])["figures"] == [vars(caption) for caption in made.captions]
+    assert set(made.files) == {
+        "captions.yaml", "figures/gait_animation.html",
+        *(f"figures/{name}.{kind}" for name in ("figure_04_normal_force", "error_budget") for kind in ("png", "pdf")),
+    }  # fmt: skip
+    assert said[-1] == 1.0

@@ -1,0 +1,128 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stages.drawing import style
+from stages.figures.drawn import figure_02_ground_reaction as figure_02
+from stages.figures.drawn import figure_04_normal_force as figure_04
+from stages.figures.drawn import figure_05_contact_parameters as figure_05
+from tests.comparison.made_up import DEFAULTS, make_study, make_walk
+from tests.figures.made_up_results import comparison, drawn, multibody
+from tests.figures.test_golden import PICTURES
+
+
+def labels(figure):
+    return [
+        text for axes in figure.get_axes() if axes.axison for text in (axes.get_xlabel(), axes.get_ylabel()) if text
+    ]
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_every_axis_label_carries_a_unit(name):
+    with style.drawing():
+        figure = drawn(name)
+    assert all("[" in label and "]" in label for label in labels(figure)), labels(figure)
+
+
+def test_figure_08_shows_the_walks_and_their_difference_in_millimetres():
+    faster = multibody()
+    faster.walk = make_walk(speed=0.31)
+    with style.drawing():
+        figure = drawn("figure_08_hip_motion", multibody=faster)
+    position, difference = figure.get_axes()[0], figure.get_axes()[2]
+    time, shown = position.lines[0].get_data()
+    assert shown == pytest.approx(make_walk().hip_position[: len(time), 0])
+    time, shown = difference.lines[0].get_data()
+    assert shown == pytest.approx(1e3 * 0.01 * time, abs=1e-6)
+
+
+def test_figure_16_says_what_is_synthetic():
+    with style.drawing():
+        synthetic, measured = (
+            drawn("figure_16_measurement", comparison=comparison(origin)) for origin in ("synthetic", "measured")
+        )
+
+    def words(figure):
+        return " ".join(text.get_text() for axes in figure.get_axes() for text in axes.texts)
+
+    assert "SYNTHETIC" in words(synthetic)
+    for measure in ("RMSE", "multiple correlation", "ICC(A,1)", "bias", "limit of agreement", "inside the envelope"):
+        assert measure in words(synthetic)
+    assert "mHz" in synthetic.get_supxlabel()
+    assert "SYNTHETIC" not in words(measured)
+
+
+def test_figure_02_takes_one_whole_contact():
+    walk = make_walk()
+    contact = figure_02.contact(walk, 1, 0)
+    landed = walk.heel_strike_time[walk.heel_strike_leg == 1][0]
+    lifted = walk.toe_off_time[(walk.toe_off_leg == 1) & (walk.toe_off_time > landed)][0]
+    assert contact.time[0] == pytest.approx(-0.01, abs=1e-3)
+    assert contact.time[-1] == pytest.approx(lifted - landed + 0.02, abs=1e-3)
+
+
+def test_figure_04_shows_the_laws_of_the_ground():
+    millimetre = np.array([1e-3])
+    for exponent in figure_04.EXPONENTS:  # k_c is in N/mm^e: at 1 mm every exponent gives the same force
+        assert figure_04.spring_force(DEFAULTS, exponent, millimetre) == pytest.approx([1e5])
+    depths = np.array([-1e-5, 0.0, 0.5e-4, 1e-4, 1e-3])
+    assert figure_04.damping(DEFAULTS, depths) == pytest.approx([0.0, 0.0, 5e3, 1e4, 1e4])
+    with style.drawing():
+        spring, ramp, whole = drawn("figure_04_normal_force").get_axes()
+    depth, damping = ramp.lines[0].get_data()
+    assert 1e3 * damping == pytest.approx(figure_04.damping(DEFAULTS, 1e-3 * depth))
+    depth, force = spring.lines[2].get_data()
+    assert 1e3 * force == pytest.approx(figure_04.spring_force(DEFAULTS, 2.2, 1e-3 * depth))
+    pressed, rest, let_out = (line.get_ydata() for line in whole.lines[:3])
+    assert np.all(pressed >= rest) and np.all(rest >= let_out) and let_out.max() > 0.0
+
+
+def test_figure_05_lays_each_variation_over_the_constraint_model():
+    study, walk = make_study(), make_walk()
+    with style.drawing():
+        figure = drawn("figure_05_contact_parameters")
+    for column, (key, *_, factor) in enumerate(figure_05.COLUMNS):
+        impact, difference = figure.get_axes()[column], figure.get_axes()[8 + column]
+        exact, default, *varied = [line for line in impact.lines if len(line.get_xdata()) > 10]
+        leg = walk.ground_reaction[:, 1, 1]
+        assert np.delete(exact.get_ydata(), np.flatnonzero(np.isnan(exact.get_ydata()))) == pytest.approx(leg)
+        assert default.get_ydata() == pytest.approx(study.default_force[:, 1])
+        rows = study.variations.rows(key)
+        assert len(varied) == len(rows) == 2
+        for line, row in zip(varied, rows):
+            assert line.get_xdata() == pytest.approx(1e3 * study.time)
+            assert line.get_ydata() == pytest.approx(study.variations.force[row, :, 1])
+        values, found = difference.lines[0].get_data()
+        assert values == pytest.approx(factor * getattr(DEFAULTS, key) * np.array([0.5, 1.0, 2.0]))
+        assert found == pytest.approx([1.0, 2.0, 4.0]), "mm"
+
+
+def test_figure_06_shows_the_friction_law_its_force_and_what_the_velocities_do():
+    study = make_study()
+    with style.drawing():
+        law, force, hip, creep = drawn("figure_06_friction").get_axes()
+    slip, coefficient = law.lines[0].get_data()
+    assert np.interp([-0.1, 0.0, 0.1, 1.0], slip, coefficient) == pytest.approx([-1.1, 0.0, 1.1, 1.0], abs=1e-6)
+    assert force.lines[1].get_ydata() == pytest.approx(study.default_force[:, 0])
+    values, found = hip.lines[0].get_data()
+    assert values == pytest.approx([0.05, 0.1, 0.2]) and found == pytest.approx([1.0, 2.0, 4.0])
+    values, speed = creep.lines[1].get_data()
+    assert values == pytest.approx([0.5, 1.0, 2.0]) and speed == pytest.approx([2.0, 4.0, 8.0])
+
+
+def test_the_ladder_leads_from_the_simple_model_to_the_last_rung():
+    with style.drawing():
+        figure = drawn("twin_ladder")
+    bars = figure.get_axes()[0].patches
+    assert [bar.get_x() + bar.get_width() for bar in bars] == pytest.approx([490.0, 470.0])
+    assert bars[0].get_x() == pytest.approx(480.0) and bars[1].get_x() == pytest.approx(490.0)
+
+
+def test_a_fall_is_crossed_where_it_happened():
+    with style.drawing():
+        figure = drawn("twin_pushes")
+    roll, yaw, _ = figure.get_axes()
+    crosses = [line for line in yaw.lines if line.get_marker() == "x"]
+    assert len(crosses) == 1 and len(roll.lines) == 3
+    assert crosses[0].get_xydata()[0] == pytest.approx([2.0, np.degrees(0.4)])

@@ -1,0 +1,125 @@
+"""The report in a real browser: it says nothing on its console, moves, heeds keys, fits a phone, has a dark side."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from pipeline.report.content import Content, Figure
+from pipeline.report.page import html
+from tests.comparison.made_up import make_walk
+from tests.figures import browser
+from tests.figures.made_up_results import drawn, twin
+
+pytestmark = [
+    pytest.mark.skipif(browser.installed() is None, reason="no Chromium or Chrome is installed"),
+    pytest.mark.skipif(os.name != "posix", reason="drives the browser through inherited pipes"),
+]
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("report")
+    faster = twin()
+    faster.walk = make_walk(speed=0.31)
+    fragment = drawn("gait_animation", twin=faster)
+    claim = {"id": "a_claim", "stated": "1 < 2 & <b>more</b>", "found": "x" * 200, "holds": None, "why": "made up"}
+    row = {"name": "analytic", "summary": "walks", "key": "0" * 32, "seconds": "1.0", "size": "1.00", "inputs": ""}
+    content = Content(
+        [claim], [Figure("gait_animation", "Gait", "made up", "", fragment)], "All of it.", [row],
+        {"biped": [{"key": "hip_mass", "value": "0.3", "unit": "kg", "source": "made up"}]}, {"python": "3"},
+    )  # fmt: skip
+    (folder / "report.html").write_bytes(html(content, "seal", "1", {}))
+    opened = browser.Page((folder / "report.html").as_uri(), folder / "profile")
+    yield opened
+    opened.close()
+
+
+def frame(page):
+    return int(page.value("document.getElementById('gait').dataset.frame"))
+
+
+
+
+def test_it_loads_without_a_word_and_without_the_network(page):
+    assert page.said == []
+    assert [address for address in page.requests if not address.startswith(("data:", "file:"))] == []
+    assert page.value("document.querySelectorAll('b').length") == 0, "text from results is text, not markup"
+    assert "1 < 2 & <b>more</b>" in page.value("document.body.innerText")
+
+
+def test_the_animation_plays_by_key_and_by_button_and_stops(page):
+    page.value("document.getElementById('gait').focus()")
+    page.press("Home")
+    start = page.value("document.querySelector('#gait .scene').toDataURL()")
+    page.press(" ")
+    page.until("Number(document.getElementById('gait').dataset.frame) > 3")
+    page.press(" ")
+    stopped = frame(page)
+    assert page.value("document.querySelector('#gait .scene').toDataURL()") != start
+    page.value("document.querySelector('#gait .play').focus()")
+    page.press("Enter")
+    page.until(f"Number(document.getElementById('gait').dataset.frame) > {stopped}")
+    page.press("Enter")
+    assert page.value("document.querySelector('#gait .play').textContent") == "Play"
+    assert page.said == []
+
+
+def test_arrow_keys_step_and_the_slider_scrubs(page):
+    page.value("document.getElementById('gait').focus()")
+    page.press("Home")
+    page.press("ArrowRight")
+    page.press("ArrowRight")
+    page.press("ArrowLeft")
+    assert frame(page) == 1
+    page.press("End")
+    assert frame(page) == int(page.value("document.querySelector('#gait .scrub').max"))
+    page.value("(s => { s.value = 100; s.dispatchEvent(new Event('input')); })(document.querySelector('#gait .scrub'))")
+    assert frame(page) == 100
+    # the second walk is as fast as the first, the third 10 mm/s quicker: after one second 10 mm ahead
+    assert page.value("document.querySelector('#gait output').textContent").endswith("digital twin 10.0 mm")
+
+
+def test_a_source_can_be_hidden(page):
+    shown = page.value("document.querySelector('#gait .scene').toDataURL()")
+    page.value("document.querySelector('#gait .sources input').click()")
+    assert page.value("document.querySelector('#gait .scene').toDataURL()") != shown
+    page.value("document.querySelector('#gait .sources input').click()")
+    assert page.value("document.querySelector('#gait .scene').toDataURL()") == shown
+
+
+@pytest.mark.parametrize(("scheme", "is_dark"), [("dark", True), ("light", False)])
+def test_dark_and_light(page, scheme, is_dark):
+    page.prefer(scheme)
+    brightness = page.value(
+        "getComputedStyle(document.body).backgroundColor.match(/[0-9]+/g).map(Number).reduce((a, b) => a + b)"
+    )
+    assert (brightness < 200) == is_dark
+    page.until("document.querySelector('#gait .scene').clientWidth > 0")
+    ink = page.value("getComputedStyle(document.getElementById('gait')).getPropertyValue('--line').trim()")
+    assert ink == ("#eee" if is_dark else "#222")
+
+
+def test_it_fits_a_phone(page):
+    page.resize(390, 844, mobile=True)
+    try:
+        assert page.value("document.documentElement.scrollWidth") <= 390
+        wide = page.value(
+            "[...document.querySelectorAll('main *')].filter(part => part.getBoundingClientRect().right > 391).length"
+        )
+        assert wide == 0
+        sizes = page.value(
+            "[...document.querySelectorAll('td, p, figcaption, output')]"
+            ".map(part => parseFloat(getComputedStyle(part).fontSize))"
+        )
+        assert min(sizes) >= 13
+        assert page.value("getComputedStyle(document.querySelector('.cards td')).display") == "block"
+    finally:
+        page.resize(1200, 900)
+
+
+def test_it_prints(page):
+    printed = page.printed()
+    assert printed.startswith(b"%PDF-") and len(printed) > 10_000
+    assert page.said == []

@@ -1,0 +1,14 @@
+from types import SimpleNamespace
+
+FIGURES = {"one": SimpleNamespace(INPUTS=("bounce",)), "two": SimpleNamespace(INPUTS=("side",))}
+NAMES = tuple(FIGURES)
+figure = FIGURES.get
+
+
+def draw(name, parameters, results):
+    content = parameters.settings.title.encode()
+    if name == "two":
+        if not parameters.settings.extra:
+            return {}, "not drawn"
+        content += results["side"].read_bytes()
+    return {f"figures/{name}.svg": content}, f"this is {name}"
