@@ -18,7 +18,7 @@ import numba
 from numba import types
 from numba.core.imputils import lower_constant
 from numba.core.registry import CPUDispatcher
-from numba.extending import models, register_model, typeof_impl
+from numba.extending import models, register_model
 
 #: What compiled functions take and give besides arrays: a few numbers; one number for each coordinate; the parts of a
 #: constrained solution; three Jacobians, each stored by rows.
@@ -28,7 +28,6 @@ Constrained = tuple[Four, Four, float, float, float]
 Jacobians = tuple[Numbers, Numbers, Numbers]
 
 F = TypeVar("F", bound=Callable[..., Any])
-T = TypeVar("T")
 FOLDER = Path(__file__).parent
 #: What is worth saying while `is_cold` holds.
 COMPILING = "compiling the equations of motion: some 20 s, once after an install or an edit"
@@ -56,10 +55,10 @@ vars(numba.config)["CACHE_DIR"] = str(cache_folder())
 OPTIONS: dict[str, Any] = {"nopython": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
 
 
-class Compiled(CPUDispatcher):  # type: ignore[misc] # numba has no types
+class Compiled(CPUDispatcher):
     """A function as machine code, to which a constant is a number like others: numba would compile it apart."""
 
-    def get_call_template(self, arguments: tuple[Any, ...], keywords: Any) -> Any:
+    def get_call_template(self, arguments: Any, keywords: Any) -> Any:
         """How compiled code calls it."""
         return super().get_call_template(tuple(map(types.unliteral, arguments)), keywords)
 
@@ -80,7 +79,7 @@ def inlined(function: F) -> F:
     return compiled(function, inline="always")
 
 
-def by_kind(choices: Mapping[Any, Callable[..., T]]) -> Callable[..., T]:
+def by_kind(choices: Mapping[Any, Any]) -> Any:
     """The compiled function for the kind of walker that the argument `p` is: the first of `choices` that it is one of.
 
     Called by a compiled function, the choice is made when that one is compiled: the others are not compiled with it.
@@ -94,6 +93,7 @@ class ByKind:
     def __init__(self, choices: Mapping[Any, Callable[..., Any]]) -> None:
         self.choices = choices
         self.place = list(inspect.signature(next(iter(choices.values()))).parameters).index("p")
+        self._numba_type_ = ByKindType(self)
 
     def of(self, kind: type) -> Any:
         """The function for a kind of walker."""
@@ -103,7 +103,7 @@ class ByKind:
         return self.of(type(arguments[self.place]))(*arguments)
 
 
-class ByKindType(types.Callable, types.Opaque):  # type: ignore[misc] # numba has no types
+class ByKindType(types.Callable, types.Opaque):
     """How compiled code sees a `ByKind`: as the dispatcher of the function that the type of `p` asks for."""
 
     def __init__(self, function: ByKind) -> None:
@@ -111,7 +111,7 @@ class ByKindType(types.Callable, types.Opaque):  # type: ignore[misc] # numba ha
         super().__init__(f"ByKind({id(function)})")
 
     def _dispatcher(self, arguments: tuple[Any, ...]) -> Any:
-        return numba.typeof(self.function.of(arguments[self.function.place].instance_class))
+        return self.function.of(arguments[self.function.place].instance_class)._numba_type_
 
     def get_call_type(self, context: Any, arguments: tuple[Any, ...], keywords: Any) -> Any:
         """The signature of the chosen function."""
@@ -126,6 +126,5 @@ class ByKindType(types.Callable, types.Opaque):  # type: ignore[misc] # numba ha
         return self._dispatcher(signature.args).get_impl_key(signature)
 
 
-typeof_impl.register(ByKind)(lambda function, _: ByKindType(function))
 register_model(ByKindType)(models.OpaqueModel)
-lower_constant(ByKindType)(lambda context, *_: context.get_dummy_value())
+lower_constant(ByKindType)(lambda context, *_: context.get_dummy_value())  # type: ignore[no-untyped-call]

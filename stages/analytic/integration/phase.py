@@ -6,6 +6,7 @@ carries the error of the integrator's step and no interpolant comes in.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import cos
 
 import numpy as np
@@ -56,7 +57,7 @@ def limited_failure(phase: int, y: Vector, p: Limited) -> int:
 
 
 #: The status that ends a phase before its event, or EVENT if nothing does: failure(phase, y, p).
-failure = by_kind({Rigid: rigid_failure, Rolling: rolling_failure, Limited: limited_failure})
+failure: Callable[..., int] = by_kind({Rigid: rigid_failure, Rolling: rolling_failure, Limited: limited_failure})
 
 
 @inlined

@@ -55,7 +55,7 @@ def terms(legs: str) -> Terms:
     bias = d.time_derivative(jacobian, q, qd).T * qd
     force = equations.applied_force - equations.coriolis * qd
     names = (Rigid if legs == "rigid" else Rolling)._fields  # no term holds friction
-    arguments = [[*q, *qd], [symbol for symbol in d.PARAMETERS if symbol.name in names]]
+    arguments = [[*q, *qd], [d.PARAMETERS[name] for name in names]]
 
     def function(matrix: sp.Matrix) -> Callable[..., np.ndarray]:
         compute: Callable[..., np.ndarray] = sp.lambdify(arguments, matrix, "numpy", cse=True)

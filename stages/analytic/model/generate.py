@@ -83,7 +83,7 @@ def function_source(name: str, arguments: Sequence[sp.Symbol], outputs: Sequence
     kind = "Rigid" if name.startswith("rigid") else "Compliant"
     lines = ["@compiled", f"def {name}({', '.join(f'{name}: float' for name in arguments)}, p: {kind}) -> Numbers:",
              f'    """{doc}"""']
-    symbols = [str(symbol) for symbol in d.PARAMETERS if symbol in used]
+    symbols = [name for name, symbol in d.PARAMETERS.items() if symbol in used]
     if symbols:
         lines += [f"    {', '.join(symbols)} = {', '.join(f'p.{symbol}' for symbol in symbols)}"]
     lines += [f"    {symbol} = {literal(value)}" for symbol, value in shared]

@@ -97,9 +97,8 @@ def land(y: Vector, p: Limited) -> None:
     q = (-y[2], y[3], -y[0], y[1])
     t = eq.compliant_terms(q[0], q[1], q[2], q[3], 0.0, 0.0, 0.0, 0.0, p)
     factors = factor(t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[9])
-    before = (y[4], y[5], y[6], y[7])
-    after = solve(factors, dot(handover[0:4], before), dot(handover[4:8], before),
-                  dot(handover[8:12], before), dot(handover[12:16], before))
+    after = solve(factors, row4_times(handover[0:4], y, 4), row4_times(handover[4:8], y, 4),
+                  row4_times(handover[8:12], y, 4), row4_times(handover[12:16], y, 4))
     if y.size > 8:
         by_mass = eq.compliant_residual_jacobian(
             q[0], q[1], q[2], q[3], 0.0, 0.0, 0.0, 0.0, after[0], after[1], after[2], after[3], without_forces(p))

@@ -9,6 +9,8 @@ of its height alone, or hover: in the air behind the other foot, and to come dow
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from stages.analytic.compiled import Constrained, Four, Jacobians, Numbers, by_kind, compiled, inlined
 from stages.analytic.model import equations as eq
 from stages.analytic.model.elimination import dot, factor, factor_constrained, solve, solve_constrained
@@ -217,11 +219,11 @@ def rolling_rates(phase: int, y: Vector, p: Compliant, rates: Vector) -> None:
 @compiled
 def limited_rates(phase: int, y: Vector, p: Limited, rates: Vector) -> None:
     """Rates of state and variations, the trailing foot's friction limited."""
-    if phase == SLIDING_FORWARD or phase == SLIDING_BACK:
+    if phase in (SLIDING_FORWARD, SLIDING_BACK):
         sliding_rates(phase, y, p, rates)
     else:
         rolling_rates(phase, y, p, rates)
 
 
 #: Write dy/dt of the phase into `rates`: flow(phase, y, p, rates).
-flow = by_kind({Rigid: rigid_rates, Rolling: rolling_rates, Limited: limited_rates})
+flow: Callable[..., None] = by_kind({Rigid: rigid_rates, Rolling: rolling_rates, Limited: limited_rates})

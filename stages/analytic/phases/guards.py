@@ -7,6 +7,8 @@ ends where the trailing foot's normal force, or with limited friction the fricti
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from stages.analytic.compiled import by_kind, compiled
 from stages.analytic.model.kinds import Compliant, Kind, Limited, Rigid, Rolling
 from stages.analytic.model.walker import Vector
@@ -49,4 +51,4 @@ def limited_guard(phase: int, y: Vector, p: Limited, dy: Vector, start: int) -> 
 
 #: Guard of the phase, its change for the variation of the state stored in `dy` from `start`, and whether its fall
 #: through zero is the event: guard(phase, y, p, dy, start). Along the flow, `dy` is dy/dt and `start` zero.
-guard = by_kind({Rigid: swing_guard, Rolling: rolling_guard, Limited: limited_guard})
+guard: Callable[..., Guard] = by_kind({Rigid: swing_guard, Rolling: rolling_guard, Limited: limited_guard})

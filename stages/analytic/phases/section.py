@@ -9,6 +9,7 @@ derivative are then zero: the derivative holds for the states that heel strikes 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import acos, cos
 
 import numpy as np
@@ -51,7 +52,7 @@ def compliant_state(z: Vector, p: Compliant) -> Vector:
 
 
 #: State y just after heel strike from its section coordinates: section_state(z, p).
-section_state = by_kind({Rigid: rigid_state, Compliant: compliant_state})
+section_state: Callable[..., Vector] = by_kind({Rigid: rigid_state, Compliant: compliant_state})
 
 
 @compiled
@@ -75,7 +76,8 @@ def limited_coordinates(y: Vector, p: Limited) -> Vector:
 
 
 #: Section coordinates of a state just after heel strike: section_coordinates(y, p).
-section_coordinates = by_kind({Rigid: rigid_coordinates, Rolling: rolling_coordinates, Limited: limited_coordinates})
+section_coordinates: Callable[..., Vector] = by_kind({
+    Rigid: rigid_coordinates, Rolling: rolling_coordinates, Limited: limited_coordinates})
 
 
 @compiled
@@ -111,7 +113,7 @@ def compliant_tangent(z: Vector, y: Vector, p: Compliant) -> Vector:
 
 
 #: Derivative of `section_state` at its value y, columns one after another, (j * size,): section_tangent(z, y, p).
-section_tangent = by_kind({Rigid: rigid_tangent, Compliant: compliant_tangent})
+section_tangent: Callable[..., Vector] = by_kind({Rigid: rigid_tangent, Compliant: compliant_tangent})
 
 
 @compiled

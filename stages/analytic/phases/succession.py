@@ -8,13 +8,14 @@ it rolls, lambda_2 = -mu_d sign(slip) lambda_1 while it slides, no pull. Where m
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from stages.analytic.compiled import by_kind, compiled, inlined
 from stages.analytic.model.elimination import dot
 from stages.analytic.model.kinds import Kind, Limited, Rigid, Rolling
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.coulomb_guard import slip_speed, wedges
 from stages.analytic.phases.coulomb_impact import strike
-from stages.analytic.phases.section import AT_REST
 from stages.analytic.phases.flow import (
     DOUBLE_STANCE,
     HOVERING,
@@ -27,7 +28,11 @@ from stages.analytic.phases.flow import (
     single_acceleration,
     sliding_acceleration,
 )
+from stages.analytic.phases.section import AT_REST
 from stages.analytic.phases.transitions import foot_clearance, heel_strike_reset
+
+#: The phase that follows, and whether the laws of contact decide it.
+Next = tuple[int, bool]
 
 
 @compiled
@@ -43,7 +48,7 @@ def airborne(y: Vector) -> int:
 
 
 @compiled
-def sliding(sign: float, y: Vector, p: Limited) -> tuple[int, bool]:
+def sliding(sign: float, y: Vector, p: Limited) -> Next:
     """The phase of a trailing foot that slips with `sign`, and whether its contact is no wedge."""
     phase, ratio = (SLIDING_FORWARD, -p.mu_d) if sign > 0.0 else (SLIDING_BACK, p.mu_d)
     if wedges(y, p, ratio):
@@ -53,7 +58,7 @@ def sliding(sign: float, y: Vector, p: Limited) -> tuple[int, bool]:
 
 
 @compiled
-def from_rest(y: Vector, p: Limited) -> tuple[int, bool]:
+def from_rest(y: Vector, p: Limited) -> Next:
     """What a trailing foot at rest on the ground does next: roll, start to slip, or rise; and whether that is sure."""
     _, force, _, _, _, _ = double_acceleration(y, p)
     free, _ = single_acceleration(y, p)
@@ -73,7 +78,7 @@ def from_rest(y: Vector, p: Limited) -> tuple[int, bool]:
 
 
 @compiled
-def contact_phase(y: Vector, p: Limited) -> tuple[int, bool]:
+def contact_phase(y: Vector, p: Limited) -> Next:
     """The phase after an impact with limited friction, and whether the laws of contact decide it."""
     height_rate, slip = slip_speed(y, p)
     if height_rate > AT_REST:
@@ -84,23 +89,23 @@ def contact_phase(y: Vector, p: Limited) -> tuple[int, bool]:
 
 
 @compiled
-def rigid_phase(y: Vector, p: Rigid) -> tuple[int, bool]:
+def rigid_phase(y: Vector, p: Rigid) -> Next:
     """`first_phase` of rigid legs."""
     return RIGID, True
 
 
 @compiled
-def rolling_phase(y: Vector, p: Rolling) -> tuple[int, bool]:
+def rolling_phase(y: Vector, p: Rolling) -> Next:
     """`first_phase` of rolling feet."""
     return DOUBLE_STANCE, True
 
 
 #: The phase just after heel strike, and whether it is decided: first_phase(y, p).
-first_phase = by_kind({Rigid: rigid_phase, Rolling: rolling_phase, Limited: contact_phase})
+first_phase: Callable[..., Next] = by_kind({Rigid: rigid_phase, Rolling: rolling_phase, Limited: contact_phase})
 
 
 @inlined
-def next_step(y: Vector, p: Kind) -> tuple[int, bool]:
+def next_step(y: Vector, p: Kind) -> Next:
     """Cross heel strike, with the state and its variations in place: the first phase of the step that follows."""
     if not heel_strike_reset(y, p):
         return SINGLE_STANCE, False
@@ -108,19 +113,19 @@ def next_step(y: Vector, p: Kind) -> tuple[int, bool]:
 
 
 @compiled
-def rigid_succession(phase: int, y: Vector, p: Rigid) -> tuple[int, bool]:
+def rigid_succession(phase: int, y: Vector, p: Rigid) -> Next:
     """`succeed` of rigid legs."""
     return next_step(y, p)
 
 
 @compiled
-def rolling_succession(phase: int, y: Vector, p: Rolling) -> tuple[int, bool]:
+def rolling_succession(phase: int, y: Vector, p: Rolling) -> Next:
     """`succeed` of rolling feet."""
     return (SINGLE_STANCE, True) if phase == DOUBLE_STANCE else next_step(y, p)
 
 
 @compiled
-def limited_succession(phase: int, y: Vector, p: Limited) -> tuple[int, bool]:
+def limited_succession(phase: int, y: Vector, p: Limited) -> Next:
     """`succeed` with limited friction."""
     if phase == SINGLE_STANCE:
         return next_step(y, p)
@@ -145,4 +150,5 @@ def limited_succession(phase: int, y: Vector, p: Limited) -> tuple[int, bool]:
 
 #: Cross the event that ended `phase`, with the state and its variations in place; the phase that follows, and whether
 #: the laws of contact decide it: succeed(phase, y, p).
-succeed = by_kind({Rigid: rigid_succession, Rolling: rolling_succession, Limited: limited_succession})
+succeed: Callable[..., Next] = by_kind({
+    Rigid: rigid_succession, Rolling: rolling_succession, Limited: limited_succession})

@@ -5,6 +5,7 @@ Coordinates as in `flow`. At heel strike the legs change names: theta+ = -psi, p
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import cos, sin
 
 import numpy as np
@@ -24,9 +25,11 @@ from stages.analytic.phases.flow import (
 )
 from stages.analytic.phases.impulse_terms import free_jump, impulse_jacobians
 
+Clearance = tuple[float, float, float]
+
 
 @compiled
-def rigid_clearance(y: Vector, p: Rigid, dy: Vector, start: int) -> tuple[float, float, float]:
+def rigid_clearance(y: Vector, p: Rigid, dy: Vector, start: int) -> Clearance:
     """`foot_clearance` of rigid legs."""
     leg, theta, psi = p.L_nat - p.r, y[0], y[1]
     ahead, behind = leg * sin(psi), leg * sin(theta)
@@ -38,7 +41,7 @@ def rigid_clearance(y: Vector, p: Rigid, dy: Vector, start: int) -> tuple[float,
 
 
 @compiled
-def compliant_clearance(y: Vector, p: Compliant, dy: Vector, start: int) -> tuple[float, float, float]:
+def compliant_clearance(y: Vector, p: Compliant, dy: Vector, start: int) -> Clearance:
     """`foot_clearance` of compliant legs."""
     theta, stance, psi, swing = y[0], y[1] - p.r, y[2], y[3] - p.r
     height = stance * cos(theta) - swing * cos(psi)
@@ -49,7 +52,7 @@ def compliant_clearance(y: Vector, p: Compliant, dy: Vector, start: int) -> tupl
 
 #: Height of the swing foot above the ground, its change for the change of the coordinates stored in `dy` from `start`,
 #: and its advance on the stance foot, eq. (3): foot_clearance(y, p, dy, start).
-foot_clearance = by_kind({Rigid: rigid_clearance, Compliant: compliant_clearance})
+foot_clearance: Callable[..., Clearance] = by_kind({Rigid: rigid_clearance, Compliant: compliant_clearance})
 
 
 @inlined
@@ -135,7 +138,7 @@ def rigid_reset(y: Vector, p: Rigid) -> bool:
 
 #: State and variations just after heel strike, in the new names, in place; False if the impact is undecided:
 #: heel_strike_reset(y, p).
-heel_strike_reset = by_kind({Rigid: rigid_reset, Rolling: rolling_reset, Limited: limited_reset})
+heel_strike_reset: Callable[..., bool] = by_kind({Rigid: rigid_reset, Rolling: rolling_reset, Limited: limited_reset})
 
 
 @inlined

@@ -9,7 +9,7 @@ import numpy as np
 
 from stages.analytic.compiled import Numbers
 from stages.analytic.model import equations as eq
-from stages.analytic.model.kinds import Rigid
+from stages.analytic.model.kinds import Limited, Rigid
 from stages.analytic.model.walker import Walker
 from stages.analytic.phases.coulomb_guard import slip_speed
 from stages.analytic.phases.flow import DOUBLE_STANCE
@@ -59,12 +59,13 @@ def damper_loss(walker: Walker, segment: Segment) -> float:
 
 def friction_loss(walker: Walker, segment: Segment) -> float:
     """Integral of -lambda_2 times the slip velocity over a segment in which the trailing foot slides, dimensionless."""
-    if not in_contact(segment.phase) or segment.phase == DOUBLE_STANCE:
+    p = walker.p
+    if not isinstance(p, Limited) or segment.phase == DOUBLE_STANCE or not in_contact(segment.phase):
         return 0.0
 
     def power(states: np.ndarray) -> np.ndarray:
-        friction = accelerations_and_forces(segment.phase, states, walker.p)[:, 6]
-        slip = np.array([slip_speed(y, walker.p)[1] for y in states])
+        friction = accelerations_and_forces(segment.phase, states, p)[:, 6]
+        slip = np.array([slip_speed(y, p)[1] for y in states])
         return np.asarray(-friction * slip)
 
     return quadrature(walker, segment, power)

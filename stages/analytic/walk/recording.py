@@ -16,10 +16,10 @@ from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A
 from stages.analytic.integration.integrator import STAGES, take_step
 from stages.analytic.integration.phase import CHATTER, EVENT, WEDGED, integrate
 from stages.analytic.integration.step import MOST_PHASES
-from stages.analytic.model.kinds import Kind
+from stages.analytic.model.kinds import Kind, Rigid
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
-from stages.analytic.phases.flow import DOUBLE_STANCE, SINGLE_STANCE, contact_directions, flow
+from stages.analytic.phases.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE, contact_directions, flow
 from stages.analytic.phases.section import section_state
 from stages.analytic.phases.succession import first_phase, in_contact, succeed
 from stages.analytic.phases.transitions import foot_clearance
@@ -170,7 +170,7 @@ def constraint_drift(walker: Walker, segments: list[Segment]) -> np.ndarray:
     no constraint holds. Zero for rigid legs, which have no double stance.
     """
     both = [segment for segment in segments if in_contact(segment.phase)]
-    if not both:
+    if isinstance(walker.p, Rigid) or not both:
         return np.zeros(3)
     y, phase = both[-1].end, both[-1].phase
     _, roll, _, _ = contact_directions(y, walker.p)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from stages.analytic.compiled import Four, by_kind, compiled, inlined
@@ -71,7 +73,7 @@ def limited_row(phase: int, y: Vector, p: Limited, row: Vector) -> None:
         rolling_row(phase, y, p, row)
 
 
-row_of = by_kind({Rigid: rigid_row, Rolling: rolling_row, Limited: limited_row})
+row_of: Callable[..., None] = by_kind({Rigid: rigid_row, Rolling: rolling_row, Limited: limited_row})
 
 
 @compiled

@@ -86,54 +86,37 @@ def dense_states(walker: Walker, segment: Segment) -> np.ndarray:
     return np.vstack([states_at(segment.phase, segment.times, segment.states, times, walker.p), segment.end])
 
 
+def momentum(y: np.ndarray, p: Kind) -> np.ndarray:
+    """Momentum (tangential, normal) of the whole walker, or its jump if the rates in `y` jump by what they are.
+
+    It is what the ground's reaction to inertia alone, springs, dampers and gravity off, takes to bring the rates about.
+    """
+    inertia = p._replace(**dict.fromkeys({"k", "b", "g_x", "g_y"}.intersection(p._fields), 0.0))
+    terms: Callable[..., Numbers] = eq.rigid_reaction if isinstance(p, Rigid) else eq.compliant_reaction
+    half = y.size // 2
+    return np.array(terms(*y[:half], *np.zeros(half), *y[half:], inertia))
+
+
 def impulses(walker: Walker, before: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Impulses (tangential, normal) on the landing and on the trailing foot at heel strike, dimensionless."""
-    p, inertia = walker.p, without_forces(walker.p)
-    after = before.copy()
+    """Impulses (tangential, normal) on the landing and on the trailing foot at heel strike, dimensionless.
+
+    Momentum before and after is each in the names of its own step. What the trailing foot does not bear of its change,
+    the landing foot does.
+    """
+    p, after = walker.p, before.copy()
     if isinstance(p, Rigid):
         heel_strike_reset(after, p)
-
-        # Momentum of the whole walker before and after, each in the names of its own step; only one foot is hit.
-        def momentum(y: np.ndarray) -> np.ndarray:
-            return np.array(eq.rigid_reaction(y[0], y[1], 0.0, 0.0, y[2], y[3], inertia))
-
-        return momentum(after) - momentum(before), np.zeros(2)
+        return momentum(after, p) - momentum(before, p), np.zeros(2)
     if isinstance(p, Limited):
-        return limited_impulses(p, before)
-    velocities, landing, *_ = landing_impulse(before, p)
-    jump = np.asarray(velocities) - before[4:]
-    total = reaction_to(before[:4], jump, inertia)
-    landing_force = np.array([landing[1], landing[0]])
-    return landing_force, total - landing_force
-
-
-def without_forces(p: Kind) -> Kind:
-    """Parameters with stiffness, damping and gravity off: what is left of the equations is inertia."""
-    return p._replace(**dict.fromkeys({"k", "b", "g_x", "g_y"}.intersection(p._fields), 0.0))
-
-
-def reaction_to(q: np.ndarray, jump: np.ndarray, inertia: Kind) -> np.ndarray:
-    """Impulse (tangential, normal) that a jump of the rates of compliant legs at coordinates `q` asks of the ground."""
-    terms: Callable[..., Numbers] = eq.compliant_reaction
-    return np.array(terms(*q, 0.0, 0.0, 0.0, 0.0, *jump, inertia))
-
-
-def limited_impulses(p: Limited, before: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The same where friction is limited; what the trailing foot does not bear of the momentum, the landing foot does.
-
-    Momentum of the whole walker is read from the ground reaction of inertia alone, in the names of each step.
-    """
-    inertia = without_forces(p)
-
-    def momentum(y: np.ndarray) -> np.ndarray:
-        return reaction_to(y[:4], y[4:8], inertia)
-
-    after = before.copy()
-    land(after, p)
-    _, _, impulse, *_ = trailing_impulse(after, p)
-    strike(after, p)
-    trailing = np.array([impulse[1], impulse[0]])
-    return momentum(after) - momentum(before) - trailing, trailing
+        land(after, p)
+        _, _, impulse, *_ = trailing_impulse(after, p)
+        strike(after, p)
+        trailing = np.array([impulse[1], impulse[0]])
+        return momentum(after, p) - momentum(before, p) - trailing, trailing
+    velocities, impulse, *_ = landing_impulse(before, p)
+    after[4:] = np.asarray(velocities) - before[4:]
+    landing = np.array([impulse[1], impulse[0]])
+    return landing, momentum(after, p) - landing
 
 
 def assess(walker: Walker, segments: list[Segment]) -> Validity:
