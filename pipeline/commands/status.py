@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import click
 
@@ -50,7 +50,7 @@ def print_survey(
         click.echo(f"{row['stage']:<12} {row['state']:<9} {in_short(row['reasons'])}".rstrip())
 
 
-def in_short(reasons: list[str]) -> str:
+def in_short(reasons: Sequence[str]) -> str:
     """The first reasons, and how many more there are."""
     more = f"; and {len(reasons) - _SHOWN} more" if len(reasons) > _SHOWN else ""
     return "; ".join(reasons[:_SHOWN]) + more
