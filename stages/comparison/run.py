@@ -12,8 +12,10 @@ from stages.comparison.agreement import compare_models, compare_twin
 from stages.comparison.claims.as_yaml import as_yaml
 from stages.comparison.claims.headlines import headlines
 from stages.comparison.claims.judge import judge
-from stages.comparison.claims.measure import Evidence, measure, summarise
 from stages.comparison.determinants import Determinants, of_walk
+from stages.comparison.evidence.evidence import Evidence
+from stages.comparison.evidence.measure import measure
+from stages.comparison.evidence.summarise import summarise
 from stages.comparison.ingest_score import score_ingest
 from stages.comparison.inputs import Inputs
 from stages.comparison.measurement import compare_measurement

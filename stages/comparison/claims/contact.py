@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from stages.comparison.claims.measured import Measured
 from stages.comparison.claims.verdict import (
     FAILS,
     HOLDS,
@@ -12,7 +13,6 @@ from stages.comparison.claims.verdict import (
     OPEN,
     Cause,
     Judgement,
-    Measured,
     mm,
     percent,
     yes_or_no,
@@ -126,6 +126,10 @@ class ContactSet(Measured):
             verdict,
             (
                 Cause(verdict in (HOLDS, HOLDS_IF), f"k_c alone lowers it to {100 * self.best / self.default:.0f} %"),
+                Cause(
+                    verdict == HOLDS_IF,
+                    f"no smaller change that was tried does so, and a moderate one is up to {limits.moderate_change:g}",
+                ),
                 Cause(
                     known and self.beyond > self.default,
                     f"a foot on stiffer ground bounces: at {self.beyond_factor:g} times k_c it is {self.beyond:.2f} N",

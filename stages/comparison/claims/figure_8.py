@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from stages.comparison.claims.measured import Measured
 from stages.comparison.claims.verdict import (
     FAILS,
     HOLDS,
@@ -16,7 +17,6 @@ from stages.comparison.claims.verdict import (
     OPEN,
     Cause,
     Judgement,
-    Measured,
     listed,
     mm,
     yes_or_no,

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from stages.comparison.claims.measured import Measured
 from stages.comparison.claims.paper import FREQUENCY_HZ, LAST_DIGIT_HZ
-from stages.comparison.claims.verdict import FAILS, HOLDS, OPEN, Cause, Judgement, Measured, percent, yes_or_no
+from stages.comparison.claims.verdict import FAILS, HOLDS, OPEN, Cause, Judgement, percent, yes_or_no
 from stages.comparison.parameters import Settings
 
 SOLVER = ("analytic.tolerance", "analytic.transition")

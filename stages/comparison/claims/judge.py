@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from stages.comparison.claims.applies import OF_THE_METHOD, another_biped, rests_on
+from stages.comparison.claims.measured import Measured
 from stages.comparison.claims.paper import BIPED, SAYS
-from stages.comparison.claims.verdict import DOES_NOT_APPLY, Measured
+from stages.comparison.claims.verdict import DOES_NOT_APPLY
 from stages.comparison.parameters import Parameters
 from stages.comparison.result import Claim
 

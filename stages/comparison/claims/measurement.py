@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from stages.comparison.claims.measured import Measured
 from stages.comparison.claims.paper import ACCELEROMETER_G, GYROSCOPE_DEG_S
 from stages.comparison.claims.verdict import (
     FAILS,
@@ -13,7 +14,6 @@ from stages.comparison.claims.verdict import (
     OPEN,
     Cause,
     Judgement,
-    Measured,
     percent,
     yes_or_no,
 )

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from stages.comparison.claims.verdict import FAILS, HOLDS, HOLDS_IF, OPEN, Cause, Judgement, Measured, yes_or_no
+from stages.comparison.claims.measured import Measured
+from stages.comparison.claims.verdict import FAILS, HOLDS, HOLDS_IF, OPEN, Cause, Judgement, yes_or_no
 from stages.comparison.parameters import Settings
 
 RESTS_ON = ("tradeoff.resolution", "tradeoff.walked_steps", "ground.contact_stiffness")

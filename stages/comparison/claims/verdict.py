@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
-
-if TYPE_CHECKING:
-    from stages.comparison.parameters import Settings
 
 HOLDS, HOLDS_IF, FAILS, OPEN, DOES_NOT_APPLY = "holds", "holds if", "does not hold", "open", "does not apply"
 #: All verdicts, in the order in which they are counted.
@@ -34,24 +30,6 @@ class Judgement:
     def reasons(self) -> tuple[str, ...]:
         """The causes that are true."""
         return tuple(cause.words for cause in self.causes if cause.true)
-
-
-@dataclass(frozen=True)
-class Measured:
-    """What is measured for one claim. A subclass holds its numbers and judges them.
-
-    `ID` is the claim's name in `stages.comparison.claims.paper`; `RESTS_ON` are the parameters, file.key, other than
-    the biped's that the numbers follow from. A claim on the `METHOD` alone is judged for every biped with compliant
-    legs, all others for the paper's biped only.
-    """
-
-    ID: ClassVar[str]
-    RESTS_ON: ClassVar[tuple[str, ...]] = ()
-    METHOD: ClassVar[bool] = False
-
-    def judge(self, limits: Settings) -> Judgement:
-        """The verdict within the limits of the comparison."""
-        raise NotImplementedError
 
 
 def yes_or_no(holds: bool) -> str:

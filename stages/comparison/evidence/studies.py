@@ -111,3 +111,7 @@ def pushes_and_frequency(truths: Iterable[RunTruth], frequencies: dict[str, floa
     left = found - terms @ np.linalg.lstsq(terms, found, rcond=None)[0]
     explained = 1 - float((left**2).sum() / ((found - found.mean()) ** 2).sum())
     return float(np.corrcoef(pushes[:, 0], found)[0, 1]), float(t / math.sqrt(count - 2 + t**2)), explained
+
+
+def of_model(rows: tuple[Row, ...], model: str) -> list[Row]:
+    return [row for row in rows if row.model == model]
