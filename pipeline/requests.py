@@ -8,13 +8,14 @@ VERIFY_HELP, `verified(decision, result, rerun)` and `line(found)` a second run 
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from pipeline.cache import durable
+from pipeline.cache import durable, regular
 from pipeline.errors import StudyError, nearest
 from pipeline.parameters import yaml_text
 
@@ -87,6 +88,7 @@ def verify(study: Study, chosen: list[Decision], *, told: bool) -> None:
 
             found = {"stage": stage, "artefact_key": direct.key, **request.verified(decision, direct.result, rerun)}
             place = record_of(study, request, stage)
+            regular.inside(study.results, place, shown(place))
             durable.write(place, yaml.safe_dump(found, sort_keys=False).encode())
             if told:
                 click.echo(f"{request.line(found)}; {shown(place)}")
@@ -104,9 +106,9 @@ def kept(study: Study, about: Mapping[str, str]) -> Iterator[str]:
     for request in study.requests:
         if request.NAME not in about:
             continue
-        try:
-            found = yaml.safe_load(durable.read(record_of(study, request, about.get("stage", ""))) or b"")
-        except yaml.YAMLError:
-            found = None
-        is_its = isinstance(found, dict) and found.get("artefact_key") == about.get("key")
-        yield request.line(found) if is_its else f"{request.NAME} {about[request.NAME]}"
+        line = f"{request.NAME} {about[request.NAME]}"
+        with contextlib.suppress(yaml.YAMLError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+            found = yaml.safe_load(durable.read(record_of(study, request, about.get("stage", "")), regular.TEXT) or b"")
+            if found["artefact_key"] == about.get("key"):
+                line = request.line(found)
+        yield line

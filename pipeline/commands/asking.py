@@ -19,6 +19,7 @@ from typing import Any
 
 from pipeline.cache import durable
 from pipeline.cache.distributions import versions
+from pipeline.cache.store import QUESTIONS
 from pipeline.errors import StageFailed, Stopped, StudyError
 from pipeline.parameters import loading
 from pipeline.parameters.rewriting import rewritten
@@ -83,7 +84,7 @@ class Asked:
         if self._study.borrowed:
             raise StudyError("the parts of this answer are kept in a study's results: ask inside a study, or say with "
                              "--results where they go")  # fmt: skip
-        path = self._study.store.folder / "questions" / f"{self._key(function)}.jsonl"
+        path = self._study.store.folder / QUESTIONS / f"{self._key(function)}.jsonl"
         keys = [durable.digest(pickle.dumps(argument)) for argument in arguments]
         try:
             journal = Journal(path)
