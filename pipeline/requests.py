@@ -22,6 +22,7 @@ from pipeline.parameters import yaml_text
 if TYPE_CHECKING:
     from pipeline.study import Study
 
+_SEAL = "seal: "
 Request = ModuleType
 #: Of one stage: the request, what it decided, and the stage's parameters.
 Decision = tuple[Request, str, Any, Any]
@@ -89,7 +90,8 @@ def verify(study: Study, chosen: list[Decision], *, told: bool) -> None:
             found = {"stage": stage, "artefact_key": direct.key, **request.verified(decision, direct.result, rerun)}
             place = record_of(study, request, stage)
             regular.inside(study.results, place, shown(place))
-            durable.write(place, yaml.safe_dump(found, sort_keys=False).encode())
+            text = yaml.safe_dump(found, sort_keys=False)
+            durable.write(place, f"{text}{_SEAL}{durable.digest(text.encode())}\n".encode())
             if told:
                 click.echo(f"{request.line(found)}; {shown(place)}")
 
@@ -108,7 +110,9 @@ def kept(study: Study, about: Mapping[str, str]) -> Iterator[str]:
             continue
         line = f"{request.NAME} {about[request.NAME]}"
         with contextlib.suppress(yaml.YAMLError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
-            found = yaml.safe_load(durable.read(record_of(study, request, about.get("stage", "")), regular.TEXT) or b"")
-            if found["artefact_key"] == about.get("key"):
+            record = record_of(study, request, about.get("stage", ""))
+            text, _, seal = (durable.read(record, regular.TEXT) or b"").decode().rpartition(_SEAL)
+            found = yaml.safe_load(text)
+            if seal.strip() == durable.digest(text.encode()) and found["artefact_key"] == about.get("key"):
                 line = request.line(found)
         yield line
