@@ -19,6 +19,8 @@ from pipeline.errors import StudyError
 
 #: Largest size of a text that people write [bytes].
 TEXT = 16_000_000
+#: Largest size of an artefact, which is read whole [bytes].
+ARTEFACT = 1_000_000_000
 _BLOCK = 1 << 20
 #: Smaller files are hashed faster than their digest is looked up.
 _WORTH_REMEMBERING = 32_000_000
@@ -42,6 +44,15 @@ def check(path: Path, where: str, largest: int | None = None) -> os.stat_result:
     if largest is not None and found.st_size > largest:
         raise StudyError(f"{where}: has {found.st_size} bytes; at most {largest} are read")
     return found
+
+
+def content(path: Path, where: str) -> bytes:
+    """The bytes of an artefact. Raises `StudyError` unless it is a regular file of sensible size that can be read."""
+    check(path, where, ARTEFACT)
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise StudyError(f"{where}: cannot be read: {error.strerror}") from None
 
 
 def blocks(path: Path) -> Iterator[bytes]:

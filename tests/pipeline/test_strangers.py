@@ -234,3 +234,19 @@ def test_a_pipe_in_place_of_a_file_stops_nothing(done, name):
     list(Planner(study, study.parameters(tuple(study.graph.stages))).survey(study.graph.stages))
     done.run()
     assert done.results() == before
+
+
+@unix
+def test_artefacts_that_are_pipes_or_huge_are_one_sentence(toy_with_commands):
+    toy = toy_with_commands
+    os.mkfifo(toy.root / "pipe.h5")
+    with open(toy.root / "huge.h5", "wb") as file:
+        file.truncate(5_000_000_000)
+    for name, said in (("pipe.h5", "is a pipe, device or socket, not a file"), ("huge.h5", "has 5000000000 bytes")):
+        code, _, errors = toy.command("show", name)
+        assert code == 2 and said in errors and "unexpected" not in errors
+    (toy.root / "results").mkdir()
+    (toy.root / "huge.h5").rename(toy.root / "results/side.h5")
+    (toy.root / "pipe.h5").rename(toy.root / "results/fall.h5")
+    code, _, errors = toy.command("run", "side", "bounce")
+    assert code == 0, errors
