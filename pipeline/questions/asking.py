@@ -76,7 +76,7 @@ class Asked:
     def say_if_cold(self) -> None:
         """Say so if the stage compiles its code at this use, as its module `compiled` knows."""
         compiled = self._study.module(self._stage, "compiled")
-        if compiled is not None and hasattr(compiled, "is_cold") and compiled.is_cold():
+        if compiled is not None and compiled.CODE.is_cold():
             self.note(f"note: stage {self._stage}: {compiled.COMPILING}")
 
     def each(self, function: Callable[[Any], Any], arguments: Sequence[Any]) -> Iterator[tuple[int, Any]]:
