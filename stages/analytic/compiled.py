@@ -1,24 +1,20 @@
-"""The decorator that compiles this package's functions and keeps the machine code on disk.
-
-Numba knows a cached function is old by its own file only, not by the files of the functions it calls. The cache
-folder is therefore named by a digest of all sources of this package: any edit compiles afresh, undoing it does not.
-"""
+"""The decorator that compiles this package's functions and keeps the machine code on disk."""
 
 from __future__ import annotations
 
-import hashlib
 import inspect
-import os
-import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-import numba
 from numba import types
 from numba.core.imputils import lower_constant
 from numba.core.registry import CPUDispatcher
 from numba.extending import models, register_model
+
+from stages.biped import quantity
+from stages.biped.machine_code import MachineCode, folder_of
+from stages.ground import slope
 
 #: What compiled functions take and give besides arrays: a few numbers; one number for each coordinate; the parts of a
 #: constrained solution; three Jacobians, each stored by rows.
@@ -29,25 +25,11 @@ Jacobians = tuple[Numbers, Numbers, Numbers]
 
 F = TypeVar("F", bound=Callable[..., Any])
 FOLDER = Path(__file__).parent
-#: What is worth saying while `is_cold` holds.
+#: What is worth saying while nothing is compiled yet.
 COMPILING = "compiling the equations of motion: some 20 s, once after an install or an edit"
-
-
-def cache_folder() -> Path:
-    """Folder for the machine code of these sources: beside them, or in the temporary folder if that is read-only."""
-    digest = hashlib.sha256(numba.__version__.encode())
-    for source in sorted(FOLDER.rglob("*.py")):
-        digest.update(source.read_bytes())
-    home = FOLDER if os.access(FOLDER, os.W_OK) else Path(tempfile.gettempdir())
-    return home / "__pycache__" / f"numba-{digest.hexdigest()[:16]}"
-
-
-def is_cold() -> bool:
-    """Whether nothing is compiled yet of these sources: the first walk will take its time."""
-    return next(cache_folder().rglob("*.nbi"), None) is None
-
-
-vars(numba.config)["CACHE_DIR"] = str(cache_folder())
+#: Compiled functions take constants and types from these folders.
+SOURCES = FOLDER, folder_of(quantity), folder_of(slope)
+CODE = MachineCode("analytic", *SOURCES)
 
 
 #: No relaxed arithmetic, not even fused multiply-add: where the compiler fuses depends on what it inlines, and that on
@@ -66,8 +48,7 @@ class Compiled(CPUDispatcher):
 def compiled(function: F, **options: Any) -> F:
     """The function as machine code."""
     dispatcher = Compiled(function, targetoptions=OPTIONS | options)
-    dispatcher.enable_caching()
-    return cast(F, dispatcher)
+    return cast(F, CODE.keep(dispatcher))
 
 
 def inlined(function: F) -> F:

@@ -129,7 +129,7 @@ def test_claims_of_another_version_are_refused_with_a_sentence(ran):
         (("run-all", "--params", "nowhere"), "nowhere/fall.yaml: there is no such file"),
         (("show", "fal"), '"fal" is neither a stage (fall, bounce, side, picture) nor a file; did you mean "fall"?'),
         (("show", "dvc.yaml"), "dvc.yaml: is truncated or not an HDF5 file; it cannot be read as an artefact"),
-        (("show", "params"), "params: cannot be read: Is a directory"),
+        (("show", "params"), "params: is a folder, not a file"),
         (("claims", "--results", "elsewhere"), "claims.yaml is not there yet; make it with: bipedstudy run comparison"),
         (("show", "fall", "--results", "elsewhere"), "fall.h5 is not there yet; make it with: bipedstudy run fall"),
         (("run", "fall", "--results", "dvc.yaml"), "dvc.yaml: cannot be written"),

@@ -39,7 +39,7 @@ def rigid_failure(phase: int, y: Vector, p: Rigid) -> int:
     return FALL if not (cos(y[0]) > FALLEN) or abs(y[1]) > 3.0 else EVENT
 
 
-@compiled
+@inlined
 def rolling_failure(phase: int, y: Vector, p: Compliant) -> int:
     """`failure` of compliant legs whose feet roll."""
     if not (cos(y[0]) > FALLEN) or abs(y[2]) > 3.0:

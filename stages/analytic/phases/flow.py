@@ -207,7 +207,7 @@ def sliding_rates(phase: int, y: Vector, p: Limited, rates: Vector) -> None:
             store(rates, y, start, change)
 
 
-@compiled
+@inlined
 def rolling_rates(phase: int, y: Vector, p: Compliant, rates: Vector) -> None:
     """Rates of state and variations, compliant legs with feet that roll or are in the air."""
     if phase == DOUBLE_STANCE:
