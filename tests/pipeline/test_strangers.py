@@ -9,7 +9,7 @@ import pytest
 
 from pipeline.cache import durable
 from pipeline.cache.lock import held
-from pipeline.commands.asking import Asked
+from pipeline.questions.asking import Asked
 from pipeline.errors import StudyError
 from pipeline.execution.planning import Planner
 from pipeline.graph import is_inside
