@@ -78,7 +78,7 @@ class HipDisplacement(Measured):
                 Cause(verdict == OPEN, "the constraint model has no gait with Coulomb friction"),
                 Cause(
                     self.hardest < self.from_limit,
-                    f"penalty contact tends to that limit: {1e3 * self.from_limit:.3f} mm from it with ground.yaml's set, "
+                    f"penalty contact tends to that limit: {1e3 * self.from_limit:.3f} mm away with ground.yaml's set, "
                     f"{1e3 * self.hardest:.3f} mm with {self.share:.3g} of the chosen set's creep and impact",
                 ),
                 Cause(cancels, f"with ground.yaml's set effects cancel at the step's end: {listed(self.parts)}"),
