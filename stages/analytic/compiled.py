@@ -1,15 +1,8 @@
-"""The decorator that compiles this package's functions and keeps the machine code on disk.
-
-Numba knows a cached function is old by its own file only, not by the files of the functions it calls. The cache
-folder is therefore named by a digest of all sources of this package: any edit compiles afresh, undoing it does not.
-"""
+"""How this package's functions are compiled, and chosen by the kind of walker; the machine code is kept on disk."""
 
 from __future__ import annotations
 
-import hashlib
 import inspect
-import os
-import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -19,6 +12,8 @@ from numba import types
 from numba.core.imputils import lower_constant
 from numba.core.registry import CPUDispatcher
 from numba.extending import models, register_model
+
+from stages.biped import machine_code
 
 #: What compiled functions take and give besides arrays: a few numbers; one number for each coordinate; the parts of a
 #: constrained solution; three Jacobians, each stored by rows.
@@ -30,16 +25,12 @@ Jacobians = tuple[Numbers, Numbers, Numbers]
 F = TypeVar("F", bound=Callable[..., Any])
 FOLDER = Path(__file__).parent
 #: What is worth saying while `is_cold` holds.
-COMPILING = "compiling the equations of motion: some 20 s, once after an install or an edit"
+COMPILING = "compiling the equations of motion, some 15 s: once after an install or an edit"
 
 
 def cache_folder() -> Path:
-    """Folder for the machine code of these sources: beside them, or in the temporary folder if that is read-only."""
-    digest = hashlib.sha256(numba.__version__.encode())
-    for source in sorted(FOLDER.rglob("*.py")):
-        digest.update(source.read_bytes())
-    home = FOLDER if os.access(FOLDER, os.W_OK) else Path(tempfile.gettempdir())
-    return home / "__pycache__" / f"numba-{digest.hexdigest()[:16]}"
+    """Folder for the machine code of this package's sources."""
+    return machine_code.cache_folder(FOLDER)
 
 
 def is_cold() -> bool:
@@ -79,16 +70,12 @@ def inlined(function: F) -> F:
     return compiled(function, inline="always")
 
 
-def by_kind(choices: Mapping[Any, Any]) -> Any:
-    """The compiled function for the kind of walker that the argument `p` is: the first of `choices` that it is one of.
+class ByKind:
+    """One compiled function for each kind of walker: the first of `choices` whose kinds the argument `p` is one of.
 
     Called by a compiled function, the choice is made when that one is compiled: the others are not compiled with it.
+    Raises TypeError for a `p` of no such kind.
     """
-    return ByKind(choices)
-
-
-class ByKind:
-    """See `by_kind`."""
 
     def __init__(self, choices: Mapping[Any, Callable[..., Any]]) -> None:
         self.choices = choices
@@ -97,7 +84,10 @@ class ByKind:
 
     def of(self, kind: type) -> Any:
         """The function for a kind of walker."""
-        return next(function for kinds, function in self.choices.items() if issubclass(kind, kinds))
+        for kinds, function in self.choices.items():
+            if issubclass(kind, kinds):
+                return function
+        raise TypeError(f"{kind.__name__} is no kind of walker that is known here")
 
     def __call__(self, *arguments: Any) -> Any:
         return self.of(type(arguments[self.place]))(*arguments)
