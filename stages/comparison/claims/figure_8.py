@@ -17,6 +17,7 @@ from stages.comparison.claims.verdict import (
     OPEN,
     Cause,
     Judgement,
+    Parts,
     listed,
     mm,
     yes_or_no,
@@ -27,7 +28,6 @@ RESTS_ON = (
     "ground.static_friction", "ground.contact_stiffness", "ground.contact_damping", "ground.damping_depth",
     "ground.stiction_velocity", "error_budget.constraint_tolerance", "error_budget.penalty_tolerance",
 )  # fmt: skip
-Parts = tuple[tuple[str, float], ...]
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,8 @@ class HipDisplacement(Measured):
     """Largest differences of hip position [m]: of the limit over a step and over a stride of settled cycles, and of
     ground.yaml's set over one step, over two as figure 8 is drawn here, and over a settled stride.
 
-    `parts` are the contributions [m] of each effect at the end of the step, with that set. `from_limit` [m] is how far
+    `parts` are the contributions [m] of each effect at the end of the step, with that set, and by how much they depend
+    on the order of effects. `from_limit` [m] is how far
     that set is from the limit over a step, `hardest` [m] that of the hardest set of the
     study, with `share` left of creep and impact of the chosen one.
     """
@@ -61,7 +62,7 @@ class HipDisplacement(Measured):
             verdict = FAILS
         else:
             verdict = HOLDS if self.limit_cycle <= allowed else HOLDS_IF
-        cancels = max((abs(part) for _, part in self.parts), default=0.0) > self.step
+        cancels = max((abs(part) for _, part, _ in self.parts), default=0.0) > self.step
         return Judgement(
             f"in the limit {mm(self.limit_step)} over one step from a common state, {mm(self.limit_cycle)} over a "
             f"stride of settled cycles; with ground.yaml's set {mm(self.step)} over one step, {mm(self.two_steps)} "
@@ -144,7 +145,7 @@ class IntegrationTolerance(Measured):
         if not math.isfinite(self.whole):
             return Judgement(self.outcome, OPEN, (Cause(True, f"the difference could not be split: {self.outcome}"),))
         holds = self.integration > self.rest
-        larger = tuple((name, part) for name, part in self.parts if abs(part) > self.integration)
+        larger = tuple(part for part in self.parts if abs(part[1]) > self.integration)
         between = f", {100 * self.explained_cycle:.0f} % between cycles" if math.isfinite(self.explained_cycle) else ""
         return Judgement(
             f"at the paper's tolerances integration moves the hip by {1e3 * self.integration:.0e} mm of "

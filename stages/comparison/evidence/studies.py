@@ -6,13 +6,14 @@ Numbers are NaN where a study has nothing to say.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from stages.analytic.gait.sensitivity import Variation
 from stages.campaign.result import RunTruth
 from stages.comparison.claims.paper import BIPED
+from stages.comparison.claims.verdict import Parts
 from stages.contact_study.result import Result as ContactStudy
 from stages.error_budget.effects import EFFECTS, UNEXPLAINED
 from stages.error_budget.split import Split
@@ -86,11 +87,16 @@ def at(factors: Sequence[float], changes: Sequence[float], factor: float) -> flo
     return next((change for f, change in zip(factors, changes) if math.isclose(f, factor)), NAN)
 
 
-def ends(split: Split, names: Collection[str] = EFFECTS) -> tuple[tuple[str, float], ...]:
-    """Contributions [m] to the hip's place down the slope at the end of the step, without negligible ones."""
-    parts = [(name, float(split.part(name)[-1, 0])) for name in names if name != UNEXPLAINED]
-    largest = max(abs(part) for _, part in parts)
-    return tuple((name, part) for name, part in parts if abs(part) > NEGLIGIBLE * largest)
+def ends(split: Split) -> Parts:
+    """Contributions [m] to the hip's place down the slope at the end of the step, without negligible ones, each with
+    half the interval in which the order of effects lets it lie."""
+    parts = []
+    for name in EFFECTS:
+        least, most = (float(edge[-1, 0]) for edge in split.interval(name))
+        if name != UNEXPLAINED:
+            parts.append((name, (least + most) / 2, (most - least) / 2))
+    largest = max(abs(part) for _, part, _ in parts)
+    return tuple(part for part in parts if abs(part[1]) > NEGLIGIBLE * largest)
 
 
 def pushes_and_frequency(truths: Iterable[RunTruth], frequencies: dict[str, float]) -> tuple[float, float, float]:
