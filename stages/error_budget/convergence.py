@@ -30,17 +30,17 @@ class Shares(NamedTuple):
     @property
     def limit(self) -> np.ndarray:
         """The outcome for a share of zero; what is left in the first two orders cancels."""
-        return (8.0 * self.near - 6.0 * self.middle + self.far) / 3.0
+        return np.asarray((8.0 * self.near - 6.0 * self.middle + self.far) / 3.0)
 
     @property
     def foretold(self) -> np.ndarray:
         """The last share from the other two, by the first order."""
-        return self.middle + (self.middle - self.far) / 2.0**ORDER
+        return np.asarray(self.middle + (self.middle - self.far) / 2.0**ORDER)
 
 
 @dataclass(frozen=True)
 class Convergence:
-    """How limits are approached: rows as `path.LIMITS` (both effects off, impact off, creep off), columns x, y, rates."""
+    """How limits are approached: rows with both effects off, impact off, creep off, columns as in a curve."""
 
     share: float = quantity("1", "the last share", symbol="s")
     order: np.ndarray = quantity("1", "order in the share that three shares show in the rms, shape (3, 4)")

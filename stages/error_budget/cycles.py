@@ -111,8 +111,8 @@ def _distance(one: ContactLaw, other: ContactLaw) -> float:
 def cycle_budget(
     parameters: Parameters,
 ) -> tuple[np.ndarray, Split, np.ndarray, np.ndarray, Convergence, np.ndarray]:
-    """Phases (n,), the budget of the hip, that of the `SCALARS` (6, 2) with their interaction (2,), how the limits of the
-    hip converge, and the constraint model's scalars (2,). Raises NotWalked, NoGait, StepFailed.
+    """Phases (n,), the budget of the hip, that of the `SCALARS` (6, 2) with their interaction (2,), how the limits of
+    the hip converge, and the constraint model's scalars (2,). Raises NotWalked, NoGait, StepFailed.
     """
     cycles, settings, law = Cycles(parameters), parameters.settings, parameters.contact
     limits = Limits(law, settings.cycle_share, cycles.penalty, settings.penalty_tolerance, settings.limit_tolerance)

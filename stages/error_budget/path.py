@@ -1,8 +1,4 @@
-"""The path from the constraint model to the penalty model, one effect at a time, and the limits on it.
-
-Curves as hip x, y and their rates, (n, 4), of which `compared` (n,) are compared; the outcome of a cycle is such a
-curve (flat) and scalars behind it.
-"""
+"""The path from the constraint model to the penalty model, one effect at a time, and the limits on it."""
 
 from __future__ import annotations
 

@@ -71,6 +71,7 @@ class Result:
         """Contributions to the hip's motion and to the cycle's scalars, and what they rest on."""
         tables: list[tuple[str, tuple[str, ...], list[tuple[object, ...]]]] = []
         sizes = ("", "rms mm", "peak mm", "rms mm/s", "peak mm/s")
+        heads: tuple[str, ...]
         for name, budget in self.known():
             if isinstance(budget, StepBudget):
                 heads, ends, both = ("end x mm",), budget.split.parts[:, -1, :1], budget.split.orders[:, :, -1, :1]

@@ -8,8 +8,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stages.drawing import style
-from stages.error_budget.effects import CREEP, IMPACT, INTEGRATION_CONSTRAINT, INTEGRATION_PENALTY, SLIP, UNEXPLAINED
-from stages.error_budget.effects import EFFECTS as NAMES
+from stages.error_budget.effects import (
+    CREEP,
+    EFFECTS,
+    IMPACT,
+    INTEGRATION_CONSTRAINT,
+    INTEGRATION_PENALTY,
+    SLIP,
+    UNEXPLAINED,
+)
 from stages.error_budget.result import Result
 from stages.error_budget.split import POSITION, Split
 from stages.figures.inputs import Given
@@ -64,7 +71,7 @@ def draw(given: Given) -> Figure:
 
 def bars(panel: Axes, ways: np.ndarray) -> None:
     """Means of both orders with their intervals; `ways` (2, 6). The values stand in a column beside the bars."""
-    values = [ways[:, [NAMES.index(name) for name in names]].sum(axis=1) for _, names, _ in ROWS]
+    values = [ways[:, [EFFECTS.index(name) for name in names]].sum(axis=1) for _, names, _ in ROWS]
     values.append(ways.sum(axis=1))
     low, high = min(0.0, *map(np.min, values)), max(0.0, *map(np.max, values))
     span = max(high - low, 1e-12)

@@ -44,7 +44,10 @@ def follow(walk: Callable[[np.ndarray], SectionStep], state: np.ndarray, steps: 
 
 
 def step_derivative(walk: Callable[[np.ndarray], SectionStep], guess: np.ndarray, size: float) -> np.ndarray:
-    """D (10, 10) from half the difference of two walks begun `size` away in the swing leg, free of the second order."""
+    """D (10, 10) from half the difference of two walks, begun `size` away in the swing leg.
+
+    So it is free of the second order, and after the first step of all that is not in the plane.
+    """
     away = np.zeros(guess.size)
     away[SWING] = size
     sides = [follow(walk, guess + sign * away, 3) for sign in (1.0, -1.0)]
