@@ -46,8 +46,8 @@ class Study:
 
     @cached_property
     def store(self) -> Store:
-        """The cache of the results folder."""
-        return Store(self.results)
+        """The cache of the results folder. Raises `StudyError` if a link stands where this program writes."""
+        return Store(self.results, {stage.name: stage.outs for stage in self.graph.stages.values()})
 
     @cached_property
     def code_root(self) -> Path:

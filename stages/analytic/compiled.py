@@ -7,13 +7,14 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-import numba
 from numba import types
 from numba.core.imputils import lower_constant
 from numba.core.registry import CPUDispatcher
 from numba.extending import models, register_model
 
-from stages.biped import machine_code
+from stages.biped import quantity
+from stages.biped.machine_code import MachineCode, folder_of
+from stages.ground import slope
 
 #: What compiled functions take and give besides arrays: a few numbers; one number for each coordinate; the parts of a
 #: constrained solution; three Jacobians, each stored by rows.
@@ -24,21 +25,11 @@ Jacobians = tuple[Numbers, Numbers, Numbers]
 
 F = TypeVar("F", bound=Callable[..., Any])
 FOLDER = Path(__file__).parent
-#: What is worth saying while `is_cold` holds.
+#: What is worth saying while nothing is compiled yet.
 COMPILING = "compiling the equations of motion, some 15 s: once after an install or an edit"
-
-
-def cache_folder() -> Path:
-    """Folder for the machine code of this package's sources."""
-    return machine_code.cache_folder(FOLDER)
-
-
-def is_cold() -> bool:
-    """Whether nothing is compiled yet of these sources: the first walk will take its time."""
-    return next(cache_folder().rglob("*.nbi"), None) is None
-
-
-vars(numba.config)["CACHE_DIR"] = str(cache_folder())
+#: Compiled functions take constants and types from these folders.
+SOURCES = FOLDER, folder_of(quantity), folder_of(slope)
+CODE = MachineCode("analytic", *SOURCES)
 
 
 #: No relaxed arithmetic, not even fused multiply-add: where the compiler fuses depends on what it inlines, and that on
@@ -57,8 +48,7 @@ class Compiled(CPUDispatcher):
 def compiled(function: F, **options: Any) -> F:
     """The function as machine code."""
     dispatcher = Compiled(function, targetoptions=OPTIONS | options)
-    dispatcher.enable_caching()
-    return cast(F, dispatcher)
+    return cast(F, CODE.keep(dispatcher))
 
 
 def inlined(function: F) -> F:

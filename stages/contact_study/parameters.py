@@ -46,10 +46,6 @@ class Settings:
 
     position_limit: float = parameter("m", "hip difference that counts one in the score", bound=Bound(above=0))
     velocity_limit: float = parameter("m/s", "hip velocity difference that counts one", bound=Bound(above=0))
-    force_limit: float = parameter("N", "rms difference of the normal forces that counts one", bound=Bound(above=0))
-    penetration_limit: float = parameter(
-        "1", "deepest penetration a chosen set may have, in that of the starting set", bound=Bound(above=0)
-    )
     cost_limit: float = parameter(
         "1", "solver steps a chosen set may take, in those of the starting set", bound=Bound(above=0)
     )
@@ -59,7 +55,29 @@ class Settings:
     searched_stiction_velocity: tuple[float, ...] = parameter(
         "m/s", "stiction velocities of the search", bound=Bound(above=0)
     )
+    finalists: int = parameter(
+        "1", "best sets over one step that are compared between cycles", bound=Bound(minimum=1, maximum=1000)
+    )
+    family_shares: tuple[float, ...] = parameter(
+        "1", "depth of an impact and creep of the family's members, in those of the chosen set", bound=Bound(above=0)
+    )
 
+    constraint_tolerance: float = parameter(
+        "1", "tolerance of the constraint models", bound=Bound(minimum=1e-14, maximum=1e-3)
+    )
+    sampling_rate_hz: float = parameter(
+        "Hz", "rate at which the rigid limit is compared", bound=Bound(minimum=100, maximum=1e5)
+    )
+    residual: float = parameter(
+        "1",
+        "largest change of a cycle's state in a step, in the section's scales",
+        bound=Bound(minimum=1e-10, maximum=1e-3),
+    )
+    perturbation: float = parameter(
+        "1",
+        "distance from its guess at which the search of a cycle starts, in the section's scales",
+        bound=Bound(minimum=1e-6, maximum=1e-1),
+    )
     impact_window: float = parameter(
         "s", "time after heel strike in which velocities and forces are not compared", bound=Bound(minimum=0, maximum=1)
     )

@@ -107,9 +107,15 @@ def test_a_folder_that_cannot_be_written_is_bad(tmp_path):
 def test_a_full_disk_and_a_cold_cache_are_told(monkeypatch, tmp_path):
     monkeypatch.setattr(doctor.shutil, "disk_usage", lambda path: SimpleNamespace(free=5_000_000))
     assert doctor.free_space(tmp_path) == doctor.Finding("free disk", "bad", "5 MB")
-    stage = SimpleNamespace(__name__="stages.fall.compiled", cache_folder=lambda: tmp_path / "none")
-    states = [finding.state for finding in doctor.compiled(SimpleNamespace(offered=lambda name: (stage,)))]
-    assert states == ["good", "warning"]
+    for refusal, cold, state, text in (
+        ("", True, "warning", "cold: the first use of stage fall compiles it"),
+        ("", False, "good", "warm: stage fall in there"),
+        ("others may write in it", True, "warning", "none: others may write in it, so every process compiles"),
+    ):
+        code = SimpleNamespace(refusal=refusal, folder="there", is_cold=lambda cold=cold: cold)
+        stage = SimpleNamespace(__name__="stages.fall.compiled", CODE=code)
+        (found,) = doctor.compiled(SimpleNamespace(offered=lambda name, stage=stage: (stage,)))
+        assert found.state == state and found.text.startswith(text)
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
