@@ -29,7 +29,7 @@ from stages.multibody.walking.limit_cycle import (
     section_numbers,
     section_state,
 )
-from stages.multibody.walking.plane_cycle import find_cycle
+from stages.multibody.walking.plane_cycle import find_cycle, step_derivative
 from stages.multibody.walking.walk import build, simulate
 
 #: What is left of a part when it is measured.
@@ -134,7 +134,8 @@ class Ruler:
             )
 
         guess = section_numbers(start) / SCALES
-        step = find_cycle(walk, guess, settings.residual, settings.perturbation).step
+        derivative = step_derivative(walk, guess, settings.perturbation)
+        step = find_cycle(walk, guess, settings.residual, derivative).step
         return np.array([step.duration - self.limit.period, step.length - self.limit.length])
 
 

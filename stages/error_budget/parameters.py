@@ -19,9 +19,9 @@ class Settings:
     FILE: ClassVar[str] = "error_budget"
 
     step_share: float = parameter(
-        "1", "part of an effect left where it is off, over one step", bound=Bound(above=0, below=0.5)
+        "1", "part of an effect left where it is off, over one step", bound=Bound(above=0, maximum=0.2)
     )
-    cycle_share: float = parameter("1", "the same between cycles", bound=Bound(above=0, below=0.5))
+    cycle_share: float = parameter("1", "the same between cycles", bound=Bound(above=0, maximum=0.2))
     constraint_tolerance: float = parameter(
         "1", "tolerance of the constraint model, dimensionless", bound=Bound(minimum=1e-13, maximum=1e-3)
     )
