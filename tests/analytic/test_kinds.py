@@ -1,5 +1,6 @@
 """What kind of walker it is stands in the type of its numbers, and decides what is compiled."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -67,10 +68,8 @@ def test_a_step_calls_only_what_its_kind_of_walker_needs():
 def test_compiler_follows_the_kind(tmp_path):
     """Heel strike of a rolling walker, compiled afresh in a process of its own: nothing of Coulomb's is compiled."""
     program = """
-import numba, numpy, sys
+import numpy
 from numba.core import event
-import stages.analytic.compiled
-numba.config.CACHE_DIR = sys.argv[1]
 from stages.analytic.phases.succession import succeed
 from tests.analytic.designs import walker_of
 y = numpy.array([0.28, 1.0, 0.27, 1.0, 0.5, 0.0, 0.4, 0.0])
@@ -79,8 +78,9 @@ with event.install_recorder("numba:compile") as recorder:
 functions = {record.data["dispatcher"].py_func for _, record in recorder.buffer}
 print(*sorted({f"{f.__module__}.{f.__name__}" for f in functions if f.__module__.startswith("stages")}))
 """
-    command = [sys.executable, "-c", program, str(tmp_path)]
-    done = subprocess.run(command, cwd=Path(__file__).parents[2], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=Path(__file__).parents[2], capture_output=True, text=True, check=True,
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)})  # fmt: skip
     names = done.stdout.split()
     assert "stages.analytic.phases.transitions.rolling_reset" in names
     assert not [name for name in names if "coulomb" in name or "rigid" in name or "limited" in name]
