@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from stages.multibody.walking.limit_cycle import SCALES, NoLimitCycle, SectionStep
+from stages.multibody.walking.section import SCALES, NoLimitCycle, SectionStep
 
 #: Times the fixed point is extrapolated until it is given up, and steps of walking before the first time.
 ROUNDS, STEPS = 10, 3
