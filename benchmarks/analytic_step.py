@@ -17,11 +17,11 @@ import numpy as np
 
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import poincare_derivative, poincare_map
-from stages.analytic.integration.phase import integrate
+from stages.analytic.integration.phase import NO_NODES, integrate
 from stages.analytic.integration.readable import take_step
-from stages.analytic.integration.step import NO_NODES, section_state
 from stages.analytic.model.walker import Walker
 from stages.analytic.phases.flow import DOUBLE_STANCE, SINGLE_STANCE
+from stages.analytic.phases.section import section_state
 from stages.biped.design import Biped
 from stages.ground.slope import Slope
 
@@ -50,7 +50,7 @@ def heyoka_single_stance(walker: Walker, y: np.ndarray, duration: float, toleran
     from stages.analytic.model.generate import compact
 
     equations = d.derive("compliant")
-    numbers = dict(zip(d.PARAMETERS, walker.p, strict=True))
+    numbers = {d.PARAMETERS[name]: value for name, value in walker.p._asdict().items()}
     mass = equations.mass.applyfunc(compact)
     force = (equations.applied_force - equations.coriolis * equations.rates).applyfunc(compact)
     m = [[sp.Symbol(f"m{min(i, j)}{max(i, j)}") for j in range(4)] for i in range(4)]
@@ -83,7 +83,7 @@ def scipy_single_stance(walker: Walker, y: np.ndarray, duration: float, toleranc
     from stages.analytic.model import derivation as d
 
     equations = d.derive("compliant")
-    numbers = dict(zip(d.PARAMETERS, walker.p, strict=True))
+    numbers = {d.PARAMETERS[name]: value for name, value in walker.p._asdict().items()}
     force = equations.applied_force - equations.coriolis * equations.rates
     terms = sp.lambdify(
         [*equations.coordinates, *equations.rates], [equations.mass.subs(numbers), force.subs(numbers)], cse=True)
@@ -97,12 +97,12 @@ def scipy_single_stance(walker: Walker, y: np.ndarray, duration: float, toleranc
 
 def single_stance_rows(walker: Walker, z: np.ndarray, row: Callable[[str, float, float, float], None]) -> None:
     """Single stance alone: compiled with its heel strike located, heyoka over the same time without an event."""
-    start = section_state(False, z, walker.p)
-    integrate(DOUBLE_STANCE, start, walker.p, 1e-14, 30.0, 100_000, 0.02, NO_NODES, 0)
+    start = section_state(z, walker.p)
+    integrate(DOUBLE_STANCE, start, walker.p, 1e-14, 30.0, 100_000, 0.02, NO_NODES)
 
     def compiled_stance(tolerance: float) -> tuple[np.ndarray, float]:
         y = start.copy()
-        _, duration, *_ = integrate(SINGLE_STANCE, y, walker.p, tolerance, 30.0, 100_000, 0.02, NO_NODES, 0)
+        _, duration, *_ = integrate(SINGLE_STANCE, y, walker.p, tolerance, 30.0, 100_000, 0.02, NO_NODES)
         return y, duration
 
     exact, duration = compiled_stance(1e-14)

@@ -14,8 +14,8 @@ import numpy as np
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import FixedPoint
 from stages.analytic.integration.readable import terms
-from stages.analytic.integration.step import section_state
 from stages.analytic.model.walker import Walker
+from stages.analytic.phases.section import section_state
 from stages.biped.design import Biped
 from stages.ground.slope import Slope
 
@@ -72,7 +72,7 @@ def step(walker: Walker, start: np.ndarray, durations: tuple[float, float], kind
 
 def precisions(walker: Walker, point: FixedPoint) -> dict[str, float]:
     """Largest difference of a step in single and in double precision from that in extended precision."""
-    start = section_state(False, point.z, walker.p)
+    start = section_state(point.z, walker.p)
     taken = point.steps[0]
     durations = taken.double_stance, taken.period - taken.double_stance
     best = step(walker, start, durations, np.longdouble)

@@ -96,6 +96,15 @@ def about() -> dict[str, Any]:
             "versions": {"python": platform.python_version(), **versions}}
 
 
+def as_text(table: dict[str, Any]) -> str:
+    """The kept table as JSON, a measured row a line."""
+    parts = []
+    for key, value in table.items():
+        rows = ",\n".join(f"  {json.dumps(row, allow_nan=False)}" for row in value) if isinstance(value, list) else ""
+        parts.append(f' "{key}": ' + (f"[\n{rows}\n ]" if rows else json.dumps(value, allow_nan=False)))
+    return "{\n" + ",\n".join(parts) + "\n}\n"
+
+
 def merged(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
     """The old table with the models of the new one in place of theirs, in the order of `KINDS`."""
     kinds = set(new["about"])
@@ -215,7 +224,7 @@ def main() -> None:
     for kind in () if given.page else given.kinds or KINDS:
         new = finite(measured(kind))
         old = json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else {}
-        KEPT.write_text(json.dumps(merged(old, new), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        KEPT.write_text(as_text(merged(old, new)), encoding="utf-8")
     kept = json.loads(KEPT.read_text(encoding="utf-8"))
     PAGE.write_text(page(kept), encoding="utf-8")
     with style.drawing():

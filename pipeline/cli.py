@@ -40,10 +40,10 @@ class _Commands(click.Group):
         if cmd_name in _COMMANDS:
             command: click.Command = importlib.import_module(f"pipeline.commands.{_COMMANDS[cmd_name]}").command
             return command
-        from pipeline.commands import ask
+        from pipeline.questions import command as questions
 
         known, _ = _questions()
-        return ask.command(*known[cmd_name]) if cmd_name in known else None
+        return questions.command(*known[cmd_name]) if cmd_name in known else None
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         """As click does, with the nearest name for a misspelt one."""
@@ -70,11 +70,11 @@ class _Commands(click.Group):
 
 def _questions() -> tuple[dict[str, tuple[str, Any]], Any]:
     """What the stages of the study at hand can be asked, and sentences on what cannot be used."""
-    from pipeline.commands import ask
+    from pipeline.questions import command as questions
     from pipeline.study import locate
 
     try:
-        return ask.offered(locate(), frozenset(_COMMANDS))
+        return questions.offered(locate(), frozenset(_COMMANDS))
     except StudyError as error:  # commands that need the study say so themselves
         return {}, error.sentences
 

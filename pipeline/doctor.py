@@ -100,14 +100,14 @@ def writable(what: str, folder: Path) -> Finding:
 def compiled(study: Study) -> Iterator[Finding]:
     """Whether the machine code of stages that compile (those with a module `compiled`) is on disk already."""
     for module in study.offered("compiled"):
-        folder = module.cache_folder()
-        yield writable("compile cache folder", folder)
-        count = sum(1 for _ in folder.rglob("*.nbi"))
-        if count:
-            yield Finding("compile cache", GOOD, f"warm: {count} compiled functions")
-        else:
-            stage = module.__name__.split(".")[1]
+        code, stage = module.CODE, module.__name__.split(".")[1]
+        if code.refusal:
+            text = f"none: {code.refusal}, so every process compiles stage {stage} anew; NUMBA_CACHE_DIR names another"
+            yield Finding("compile cache", WARNING, text)
+        elif code.is_cold():
             yield Finding("compile cache", WARNING, f"cold: the first use of stage {stage} compiles it")
+        else:
+            yield Finding("compile cache", GOOD, f"warm: stage {stage} in {code.folder}")
 
 
 def free_space(folder: Path) -> Finding:

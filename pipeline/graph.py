@@ -13,8 +13,9 @@ from pipeline.parameters import yaml_text
 FILE_NAME = "dvc.yaml"
 _KEYS = ("cmd", "deps", "params", "outs")
 _RESULTS = "results"
+_FORBIDDEN = '\\:*?"<>|\0'
 #: Files and folders in results/ that no stage makes.
-_OWN = ("differences", "drawn", "log", "log.jsonl", "report.html", "sweeps", "README.md")
+OWN = ("differences", "drawn", "log", "log.jsonl", "report.html", "sweeps", "README.md")
 
 
 @dataclass(frozen=True)
@@ -109,7 +110,7 @@ def _paths(name: str, key: str, entry: dict[str, yaml_text.Node], where: str, pr
         if isinstance(item.value, str):
             path = PurePosixPath(item.value)
             paths.append(path.as_posix())
-            if not _is_inside(item.value) or (key == "outs" and not _is_result(paths[-1])):
+            if not is_inside(paths[-1]) or (key == "outs" and not _is_result(paths[-1])):
                 problems.append(f"{where}:{item.line}: stage {name}: {key}: {item.value} lies outside the study")
             elif key == "outs" and _is_own(path):
                 problems.append(f"{where}:{item.line}: stage {name}: outs: {item.value} is this program's own place")
@@ -145,16 +146,20 @@ def _is_result(path: str) -> bool:
     return path.startswith(_RESULTS + "/")
 
 
-def _is_inside(path: str) -> bool:
-    """Whether a path stays inside the study on every platform: no root, drive, step up, nor a sign that none allows."""
-    pure = PurePosixPath(path)
-    return not (pure.is_absolute() or ".." in pure.parts or any(sign in path for sign in '\\:*?"<>|\0'))
+def is_inside(path: str) -> bool:
+    """Whether a path stays inside the study and means one place on every platform.
+
+    No root, drive or step up, no sign that some platform forbids, no part that ends in a dot or blank, which Windows
+    drops, and no second spelling of the same path.
+    """
+    whole = all(part and part == part.rstrip(". ") for part in path.split("/"))
+    return whole and not any(sign in path for sign in _FORBIDDEN)
 
 
 def _is_own(path: PurePosixPath) -> bool:
     """Whether a path in results/ is kept for what this program itself writes there."""
     first = path.parts[1] if len(path.parts) > 1 else ""
-    return first.startswith(".") or first in _OWN
+    return first.startswith(".") or first in OWN
 
 
 def _check_paths(stages: list[Stage], where: str) -> None:

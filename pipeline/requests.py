@@ -8,19 +8,21 @@ VERIFY_HELP, `verified(decision, result, rerun)` and `line(found)` a second run 
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from pipeline.cache import durable
+from pipeline.cache import durable, regular
 from pipeline.errors import StudyError, nearest
 from pipeline.parameters import yaml_text
 
 if TYPE_CHECKING:
     from pipeline.study import Study
 
+_SEAL = "seal: "
 Request = ModuleType
 #: Of one stage: the request, what it decided, and the stage's parameters.
 Decision = tuple[Request, str, Any, Any]
@@ -87,7 +89,9 @@ def verify(study: Study, chosen: list[Decision], *, told: bool) -> None:
 
             found = {"stage": stage, "artefact_key": direct.key, **request.verified(decision, direct.result, rerun)}
             place = record_of(study, request, stage)
-            durable.write(place, yaml.safe_dump(found, sort_keys=False).encode())
+            regular.inside(study.results, place, shown(place))
+            text = yaml.safe_dump(found, sort_keys=False)
+            durable.write(place, f"{text}{_SEAL}{durable.digest(text.encode())}\n".encode())
             if told:
                 click.echo(f"{request.line(found)}; {shown(place)}")
 
@@ -104,9 +108,11 @@ def kept(study: Study, about: Mapping[str, str]) -> Iterator[str]:
     for request in study.requests:
         if request.NAME not in about:
             continue
-        try:
-            found = yaml.safe_load(durable.read(record_of(study, request, about.get("stage", ""))) or b"")
-        except yaml.YAMLError:
-            found = None
-        is_its = isinstance(found, dict) and found.get("artefact_key") == about.get("key")
-        yield request.line(found) if is_its else f"{request.NAME} {about[request.NAME]}"
+        line = f"{request.NAME} {about[request.NAME]}"
+        with contextlib.suppress(yaml.YAMLError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+            record = record_of(study, request, about.get("stage", ""))
+            text, _, seal = (durable.read(record, regular.TEXT) or b"").decode().rpartition(_SEAL)
+            found = yaml.safe_load(text)
+            if seal.strip() == durable.digest(text.encode()) and found["artefact_key"] == about.get("key"):
+                line = request.line(found)
+        yield line

@@ -5,8 +5,9 @@ A stage is a folder of the package of stages. The engine knows these modules in 
 
 `parameters` (class `Parameters`), `result` (class `Result`), `run` (class `Inputs` if it reads results, function
 `run`), `questions` (a folder: each file is a `QUESTION` for the command line), `request` (an option that decides
-settings of other stages), `warnings` (sentences about parameters before a run), `compiled` (`cache_folder()` of its
-machine code; `is_cold()`: whether it must be compiled first; `COMPILING`: what to say then).
+settings of other stages), `warnings` (sentences about parameters before a run), `compiled` (`CODE`, its
+machine code on disk: `folder`, `refusal` (why none can be kept, or nothing), `is_cold()` (whether it must be compiled
+first), `old(keep)` (folders of old code but the last used); `COMPILING`: what to say where it is cold).
 
 The stage that makes results/figures has `drawn`, so that a figure can be drawn alone: the `NAMES` of all,
 `figure(name).INPUTS` (the results that it shows, by the stems of their files), and `draw(name, parameters, results)`,

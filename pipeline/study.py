@@ -18,7 +18,7 @@ from pipeline.cache.store import Store
 from pipeline.cache.syntax import SyntaxMemo
 from pipeline.errors import StudyError
 from pipeline.graph import Graph, Stage
-from pipeline.home import home
+from pipeline.home import DISTRIBUTION, face, home
 from pipeline.parameters import loading
 from pipeline.parameters.value import declared
 from pipeline.stage_modules import home_of, importable, stage_module
@@ -46,8 +46,8 @@ class Study:
 
     @cached_property
     def store(self) -> Store:
-        """The cache of the results folder."""
-        return Store(self.results)
+        """The cache of the results folder. Raises `StudyError` if a link stands where this program writes."""
+        return Store(self.results, {stage.name: stage.outs for stage in self.graph.stages.values()})
 
     @cached_property
     def code_root(self) -> Path:
@@ -74,7 +74,7 @@ class Study:
             wanted[name] = cls
         problems = [text for name, cls in wanted.items() for text in _undeclared(self.graph.stages[name], cls)]
         if problems:
-            raise StudyError(problems)
+            raise StudyError([*problems, *self._laid_out_earlier()])
         classes = [cls for cls in known.values() if cls is not None]
         return loading.load(self.params, self.settings, wanted, classes, shown(self.params),
                             self.requests, dict(self.asked))  # fmt: skip
@@ -92,6 +92,14 @@ class Study:
     def warnings(self, values: Mapping[str, Any]) -> list[str]:
         """What the stages' modules `warnings` say of parameters (stage -> parameters) before a run."""
         return [sentence for module in self.offered("warnings") for sentence in module.warnings(values)]
+
+    def _laid_out_earlier(self) -> list[str]:
+        """What to do where dvc.yaml is not the user's own work and does not fit the installed stages."""
+        if self.code_root == self.root:
+            return []
+        changed = "; ".join((face() / "changed.txt").read_text(encoding="utf-8").splitlines())
+        return [f"dvc.yaml was laid out by another version of this program: {changed}; write it anew with: "
+                f"{DISTRIBUTION} init {shown(self.root)} --update"]  # fmt: skip
 
     def named_files(self, values: Any) -> dict[str, tuple[str, str]]:
         """Files that a stage's parameters name: key -> (file, its SHA-256). Raises `StudyError` for a missing one."""

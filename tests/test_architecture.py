@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -17,6 +18,7 @@ from pipeline.execution.inputs import disagreements
 from pipeline.parameters import yaml_text
 from pipeline.stage_modules import stage_module
 from pipeline.study import Study
+from tests.pipeline.toy import written
 
 ROOT = Path(__file__).resolve().parent.parent
 STAGES = graph.read(ROOT).stages
@@ -80,3 +82,63 @@ def test_the_locks_agree():
     pins = [set(re.findall(r"^\S+==[^\\\n]+", (ROOT / "requirements" / lock).read_text(), re.M)) for lock in
             ("study.txt", "test.txt")]  # fmt: skip
     assert pins[0] <= pins[1]
+
+
+#: Words of walking in the engine that mean something else there, or name this program.
+EXCUSED = re.compile(r"isinstance|\binstances?\b|\bdistance|ast\.walk\b|bipedstudy")
+OF_WALKING = re.compile(r"gait|hips?\b|heel|stance|foot|penalty|twin|walk|biped", re.IGNORECASE)
+
+
+def test_the_engine_knows_nothing_of_walking():
+    listed = subprocess.run(["git", "ls-files", "pipeline"], cwd=ROOT, text=True, capture_output=True).stdout.split()
+    files = [ROOT / name for name in listed if not name.startswith("pipeline/face/")]
+    files = [path for path in files or (ROOT / "pipeline").rglob("*.py") if path.is_file()]
+    assert len(files) > 50
+    found = [
+        f"{path.relative_to(ROOT)}:{number}: {line.strip()}"
+        for path in files
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+        if OF_WALKING.search(EXCUSED.sub("", line))
+    ]
+    assert found == []
+
+
+def test_no_folder_holds_more_files_than_one_takes_in_at_a_glance():
+    """About a dozen of one rank; `__init__` is no rank, and neither is a folder of generated text."""
+    crowded = {}
+    for folder in [path for top in ("pipeline", "stages") for path in (ROOT / top).rglob("*") if path.is_dir()]:
+        count = sum(path.suffix == ".py" and path.name != "__init__.py" for path in folder.iterdir())
+        if count > 14:
+            crowded[folder.relative_to(ROOT).as_posix()] = count
+    assert crowded == {}
+
+
+def test_the_toy_study_runs_where_stages_cannot_be_imported(tmp_path):
+    """The engine's second user: every process of it, workers too, meets a package `stages` that cannot be imported."""
+    guard = "import sys\n\nclass No:\n    def find_spec(self, name, path=None, target=None):\n" \
+            "        if name.split('.')[0] == 'stages':\n            raise ImportError('stages was imported')\n\n" \
+            "sys.meta_path.insert(0, No())\n"  # fmt: skip
+    (tmp_path / "guard").mkdir()
+    (tmp_path / "guard/sitecustomize.py").write_text(guard)
+    toy = written(tmp_path / "study", "toyalone")
+    code = (
+        "from pathlib import Path; from pipeline.study import Study; from pipeline.execution.display import Display; "
+        "from pipeline.execution.executor import bring_up_to_date; "
+        f"root = Path({str(toy.root)!r}); study = Study(root, root / 'params', root / 'results', (), 'toyalone'); "
+        "done = bring_up_to_date(study, study.parameters(tuple(study.graph.stages)), Display()); "
+        "print([outcome.how for outcome in done])"
+    )
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path / "guard"), str(ROOT)])}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, text=True, capture_output=True)
+    assert done.stdout.strip() == str(["computed"] * 4), done.stderr
+    blocked = subprocess.run([sys.executable, "-c", "import stages"], env=environment, text=True, capture_output=True)
+    assert "stages was imported" in blocked.stderr
+
+
+def test_the_page_on_results_names_every_artefact_and_figure():
+    page = (ROOT / "results/README.md").read_text(encoding="utf-8")
+    outs = [out.removeprefix("results/") for stage in STAGES.values() for out in stage.outs]
+    figures = [path.stem for path in (ROOT / "stages/figures/drawn").glob("[!_]*.py")]
+    assert [name for name in [*outs, *figures] if f"`{name}" not in page] == []
+    named = re.findall(r"^\| `([a-z_0-9.]+)`", page, re.M)
+    assert [name for name in named if name not in {*outs, *figures, "report.html"}] == []

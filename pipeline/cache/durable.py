@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import hashlib
 import itertools
 import json
+import math
 import os
+import stat
+from collections.abc import Iterable
 from pathlib import Path
+from typing import IO
 
+#: Largest size of a file in which the cache notes something [bytes].
+MEMO = 100_000_000
 _serial = itertools.count()
 
 
@@ -17,13 +24,16 @@ def digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def write(path: Path, content: bytes) -> None:
-    """Put `content` at `path` so that a reader, or a crash at any moment, meets the old file or the new one."""
+def write(path: Path, content: bytes | Iterable[bytes]) -> None:
+    """Put `content`, or its parts, at `path`: a reader, or a crash at any moment, meets the old file or the new one.
+
+    A link at `path` is replaced; what it names is not touched.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}-{next(_serial)}.part")
     try:
         with open(temporary, "xb") as file:
-            file.write(content)
+            file.writelines([content] if isinstance(content, bytes) else content)
             file.flush()
             os.fsync(file.fileno())
         temporary.replace(path)
@@ -34,12 +44,24 @@ def write(path: Path, content: bytes) -> None:
     sync_folder(path.parent)
 
 
-def read(path: Path) -> bytes | None:
-    """The file's content, or None if there is no such file (or a folder stands there)."""
+def read(path: Path, largest: float = math.inf) -> bytes | None:
+    """The file's content; None if there is none, or a folder, pipe or device, or one of more than `largest` bytes."""
     try:
-        return path.read_bytes()
-    except (FileNotFoundError, NotADirectoryError, IsADirectoryError):
+        found = path.stat()
+        return path.read_bytes() if stat.S_ISREG(found.st_mode) and found.st_size <= largest else None
+    except (FileNotFoundError, NotADirectoryError):
         return None
+
+
+def opened_at_end(path: Path) -> IO[bytes]:
+    """The file opened to read it and to write at its end; made if it is missing.
+
+    Raises OSError also for a link, whose target may be anybody's, and for a pipe or device.
+    """
+    if path.is_symlink() or (path.exists() and not path.is_file()):
+        raise OSError(errno.EINVAL, "a link or no plain file stands there", str(path))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return open(path, "a+b")
 
 
 def sync_folder(folder: Path) -> None:
@@ -66,8 +88,8 @@ def write_sealed(path: Path, body: object) -> None:
 def read_sealed(path: Path) -> object:
     """What `write_sealed` wrote; None if there is no such file or it was damaged."""
     try:
-        stored = json.loads(read(path) or b"")
+        stored = json.loads(read(path, MEMO) or b"")
         text = json.dumps(stored["body"], sort_keys=True)
         return stored["body"] if stored["seal"] == digest(text.encode()) else None
-    except (ValueError, KeyError, TypeError, OSError):
+    except (ValueError, KeyError, TypeError, OSError, RecursionError):
         return None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -69,6 +70,8 @@ def compact(value: Any) -> str:
     """A value in few letters: 1e5 rather than 100000.0; a table or a long list only by its length."""
     if isinstance(value, bool) or value is None:
         return "none" if value is None else str(value).lower()
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
     if isinstance(value, (int, float)):
         plain = f"{value:.15g}" if isinstance(value, float) else str(value)
         mantissa, _, exponent = f"{value:.14e}".partition("e")

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO
 
+from pipeline.cache import durable
 from pipeline.errors import StudyError
 
 _FAR = 1 << 30  # Windows locks bytes: one far behind the text, so that the holder's name stays readable
@@ -30,8 +31,7 @@ def held(folder: Path, name: str, command: str, wait: bool, waiting: Callable[[s
     """
     path = folder / ".cache" / "lock"
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        file = open(path, "a+b")  # noqa: SIM115
+        file = durable.opened_at_end(path)
     except OSError as error:
         raise NotWritable(
             f"{name}: cannot be written ({error.strerror}); choose another folder with --results"

@@ -11,6 +11,7 @@ import hashlib
 import os
 import stat
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 from pipeline.cache import durable
@@ -18,6 +19,8 @@ from pipeline.errors import StudyError
 
 #: Largest size of a text that people write [bytes].
 TEXT = 16_000_000
+#: Largest size of an artefact, which is read whole [bytes].
+ARTEFACT = 1_000_000_000
 _BLOCK = 1 << 20
 #: Smaller files are hashed faster than their digest is looked up.
 _WORTH_REMEMBERING = 32_000_000
@@ -43,13 +46,35 @@ def check(path: Path, where: str, largest: int | None = None) -> os.stat_result:
     return found
 
 
+def content(path: Path, where: str) -> bytes:
+    """The bytes of an artefact. Raises `StudyError` unless it is a regular file of sensible size that can be read."""
+    check(path, where, ARTEFACT)
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise StudyError(f"{where}: cannot be read: {error.strerror}") from None
+
+
+def blocks(path: Path) -> Iterator[bytes]:
+    """The content of a file, part by part."""
+    with open(path, "rb") as file:
+        while block := file.read(_BLOCK):
+            yield block
+
+
 def digest(path: Path) -> str:
     """SHA-256 of a file, read in blocks."""
-    with open(path, "rb") as file:
-        found = hashlib.sha256()
-        while block := file.read(_BLOCK):
-            found.update(block)
+    found = hashlib.sha256()
+    for block in blocks(path):
+        found.update(block)
     return found.hexdigest()
+
+
+def inside(folder: Path, path: Path, where: str) -> Path:
+    """`path`, to be written or removed. Raises `StudyError` if a link on the way to it leads out of `folder`."""
+    if not path.parent.resolve().is_relative_to(folder.resolve()):
+        raise StudyError(f"{where}: a link leads out of {folder.name} there, so nothing is written or removed")
+    return path
 
 
 class Digests:

@@ -1,26 +1,36 @@
 """What has been computed: results/.cache/<key>/ holds every file a stage made, with a manifest that vouches for them.
 
 Entries are never changed, so undoing an edit finds the old one. The files in the results folder are copies.
+
+A seal tells damage, not forgery: whoever sends a results folder can write any manifest. So only outs of dvc.yaml are
+written and removed, whatever manifests and records say, and never through a link that leads out of the folder.
 """
 
 from __future__ import annotations
 
 import contextlib
+import errno
+import hashlib
 import json
 import os
 import shutil
+import stat
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from pipeline.cache import durable, fingerprint
+from pipeline.cache import durable, fingerprint, regular
 from pipeline.cache.fingerprint import Ingredients
+from pipeline.errors import StudyError
+from pipeline.graph import OWN, is_inside
 
 _MANIFEST = "manifest.json"
 _MAKING = "making-"
 _ASIDE = "-old"
 _RESULTS = "results/"
-SWEEPS = "sweeps"
+_SHAPE = {"code": dict, "parameters": dict, "inputs": dict, "versions": dict, "outs": list}
+CURRENT, QUESTIONS, SWEEPS = "current", "questions", "sweeps"
 
 
 @dataclass(frozen=True)
@@ -53,15 +63,23 @@ class Entry:
 
 
 class Store:
-    """The cache of one results folder."""
+    """The cache of one results folder. `outs` maps each stage to the paths that dvc.yaml lists as its outs.
 
-    def __init__(self, results: Path) -> None:
-        self.results = results
+    Raises `StudyError` if a link stands in place of a folder that this program writes to.
+    """
+
+    def __init__(self, results: Path, outs: Mapping[str, tuple[str, ...]]) -> None:
+        self.results, self.outs = results, outs
         self.folder = results / ".cache"
+        for path in (self.folder, self.folder / CURRENT, self.folder / QUESTIONS, results / SWEEPS / ".cache",
+                     *(results / name for name in OWN)):  # fmt: skip
+            if path.is_symlink():
+                name = path.relative_to(results).as_posix()
+                raise StudyError(f"{results.name}/{name}: is a link, and nothing is written through one; remove it")
 
     def entry(self, key: str) -> Entry | None:
-        """The entry of this key, or None if there is none or its manifest is damaged."""
-        return _entry(durable.read(self.folder / key / _MANIFEST), key)
+        """The entry of this key, or None if there is none, its manifest is damaged, or names what is no out."""
+        return _entry(durable.read(self.folder / key / _MANIFEST, durable.MEMO), key)
 
     def new_folder(self, key: str) -> Path:
         """An empty folder in which a worker makes the files of `key`."""
@@ -75,11 +93,11 @@ class Store:
         durable.write(folder / _MANIFEST, _manifest(entry))
         target = self.folder / entry.key
         earlier = self.entry(entry.key)
-        if target.exists():
+        if target.exists() or target.is_symlink():
             aside = folder.with_name(folder.name + _ASIDE)
             target.rename(aside)
             folder.rename(target)
-            shutil.rmtree(aside, ignore_errors=True)
+            _remove(aside)
         else:
             folder.rename(target)
         durable.sync_folder(self.folder)
@@ -87,7 +105,7 @@ class Store:
 
     def drop(self, key: str) -> None:
         """Forget an entry whose files turned out damaged."""
-        shutil.rmtree(self.folder / key, ignore_errors=True)
+        _remove(self.folder / key)
 
     def sweep(self) -> None:
         """Remove what killed runs left behind. Only under the lock."""
@@ -95,10 +113,11 @@ class Store:
             entry = self.folder / path.name.removeprefix(_MAKING).partition("-")[0]
             if path.name.endswith(_ASIDE) and not entry.exists():
                 path.rename(entry)  # the run ended between the two renames of `keep`
-            shutil.rmtree(path, ignore_errors=True)
-        folders = [self.folder, self.folder / "current", self.results]
+            _remove(path)
+        folders = [self.folder, self.folder / CURRENT, self.results]
         apart = (self.folder.name, SWEEPS)  # a sweep holds a lock of its own and may be writing
-        folders += [path for path in self.results.iterdir() if path.is_dir() and path.name not in apart]
+        folders += [path for path in self.results.iterdir()
+                    if _is_folder(path) and path.name not in apart]  # fmt: skip
         for folder in folders:
             for path in folder.glob(".*.part"):
                 if durable.is_unfinished(path):
@@ -112,32 +131,30 @@ class Store:
 
     def disturbed(self, entry: Entry) -> list[str]:
         """Files in the results folder that are not as `entry` made them: `results/fall.h5 is missing`."""
-        found = []
-        for path, out in entry.outs.items():
-            content = durable.read(self.place(path))
-            if content is None:
-                found.append(f"{path} is missing")
-            elif len(content) != out.size or durable.digest(content) != out.sha256:
-                found.append(f"{path} was edited or damaged")
-        return found
+        states = {path: _is_as_made(self.place(path), out) for path, out in entry.outs.items()}
+        return [f"{path} {'is missing' if state is None else 'was edited or damaged'}"
+                for path, state in states.items() if not state]  # fmt: skip
 
     def put_in_place(self, entry: Entry) -> bool:
-        """Copy the entry's files into the results folder. False if the stored files are damaged (nothing is copied)."""
-        stored = {path: durable.read(self.folder / entry.key / path) for path in entry.outs}
-        fresh: dict[str, bytes] = {}
-        for path, content in stored.items():
-            if content is None or durable.digest(content) != entry.outs[path].sha256:
-                return False
-            if durable.read(self.place(path)) != content:
-                fresh[path] = content
+        """Copy the entry's files into the results folder. False if the stored files are damaged (nothing is copied).
+
+        Files of the stage's earlier results that the entry has not are removed. Raises `StudyError` if a link on the
+        way to one of these files leads out of the folder (nothing is copied).
+        """
+        stored = {path: self.folder / entry.key / path for path in entry.outs}
+        if not all(_is_as_made(stored[path], out) for path, out in entry.outs.items()):
+            return False
+        fresh = [path for path, out in entry.outs.items() if not _is_as_made(self.place(path), out)]
         before = self._last(entry.stage)
-        earlier = sorted({*(before["files"] if before else self._left_behind(entry.stage)), *entry.outs})
-        self._set_record(entry, False, earlier)
-        for path, content in fresh.items():
-            durable.write(self.place(path), content)
-        for path in earlier:
-            if path not in entry.outs:
-                self.place(path).unlink(missing_ok=True)
+        earlier = {*(before["files"] if before else self._left_behind(entry.stage)), *entry.outs}
+        own = sorted(path for path in earlier if _beneath(path, self.outs[entry.stage]))
+        gone = [path for path in own if path not in entry.outs and not _is_folder(self.place(path))]
+        places = {path: regular.inside(self.results, self.place(path), path) for path in (*fresh, *gone)}
+        self._set_record(entry, False, own)
+        for path in fresh:
+            durable.write(places[path], _checked(stored[path], entry.outs[path]))
+        for path in gone:
+            places[path].unlink(missing_ok=True)
         self._set_record(entry, True, sorted(entry.outs))
         return True
 
@@ -146,7 +163,7 @@ class Store:
         return self.results / path.removeprefix(_RESULTS)
 
     def _record(self, stage: str) -> Path:
-        return self.folder / "current" / f"{stage}.json"
+        return self.folder / CURRENT / f"{stage}.json"
 
     def _set_record(self, entry: Entry, complete: bool, files: list[str]) -> None:
         record = {"stage": entry.stage, "key": entry.key, "complete": complete, "files": files}
@@ -155,11 +172,12 @@ class Store:
     def _last(self, stage: str) -> dict[str, Any] | None:
         """What was last put into the results folder for this stage; None if that is not known or was tampered with."""
         try:
-            record = json.loads(durable.read(self._record(stage)) or b"")
+            record = json.loads(durable.read(self._record(stage), durable.MEMO) or b"")
             seal = record.pop("seal")
-        except (ValueError, KeyError, TypeError, AttributeError):
+            whole = seal == _seal(record) and record["stage"] == stage and isinstance(record["key"], str)
+            return record if whole and all(is_inside(path) for path in record["files"]) else None
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
             return None
-        return record if seal == _seal(record) and record["stage"] == stage else None
 
     def _left_behind(self, stage: str) -> set[str]:
         """Files in the results folder that are as some stored entry of this stage made them."""
@@ -169,7 +187,7 @@ class Store:
             for entry in entries
             if entry is not None and entry.stage == stage
             for path, out in entry.outs.items()
-            if durable.digest(durable.read(self.place(path)) or b"") == out.sha256
+            if _is_as_made(self.place(path), out)
         }
 
 
@@ -184,10 +202,48 @@ def _entry(content: bytes | None, key: str) -> Entry | None:
         body = stored["entry"]
         if stored["seal"] != _seal(body):
             return None
-        entry = Entry(**{**body, "outs": {path: Out(**out) for path, out in body["outs"].items()}})
-    except (ValueError, KeyError, TypeError):
+        outs = {path: Out(**out) for path, out in body["outs"].items()}
+        entry = Entry(**{**body, "outs": outs})
+        parts = entry.ingredients
+        fits = all(isinstance(parts[name], kind) for name, kind in _SHAPE.items())
+        return entry if fits and entry.key == key and all(_beneath(path, parts["outs"]) for path in outs) else None
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None
-    return entry if entry.key == key else None
+
+
+def _beneath(path: str, outs: Iterable[str]) -> bool:
+    """Whether a path is one of the outs, or lies in one that is a folder."""
+    return is_inside(path) and any(path == out or path.startswith(f"{out}/") for out in outs)
+
+
+def _is_as_made(path: Path, out: Out) -> bool | None:
+    """Whether the file at `path` holds what was made; None if there is none."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return stat.S_ISREG(found.st_mode) and found.st_size == out.size and regular.digest(path) == out.sha256
+
+
+def _checked(path: Path, out: Out) -> Iterator[bytes]:
+    """The content of a stored file, part by part. Raises OSError at its end if it is not what was made."""
+    found = hashlib.sha256()
+    for block in regular.blocks(path):
+        found.update(block)
+        yield block
+    if found.hexdigest() != out.sha256:
+        raise OSError(errno.EIO, "the stored file changed while it was copied", str(path))
+
+
+def _is_folder(path: Path) -> bool:
+    return path.is_dir() and not path.is_symlink()
+
+
+def _remove(path: Path) -> None:
+    """Remove a folder of the cache; of a link, the link."""
+    if path.is_symlink():
+        path.unlink()
+    shutil.rmtree(path, ignore_errors=True)
 
 
 def _seal(body: dict[str, Any]) -> str:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import ast
 import contextlib
 import hashlib
-import json
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from pipeline.cache import durable
 
@@ -33,10 +33,9 @@ class SyntaxMemo:
         self._path = path
         self._known: dict[str, Meaning] = {}
         self._grown = False
-        content = durable.read(path) if path else None
-        if content:
-            with contextlib.suppress(ValueError, TypeError, KeyError):
-                stored = json.loads(content)
+        stored: Any = durable.read_sealed(path) if path else None
+        if stored:
+            with contextlib.suppress(ValueError, TypeError, KeyError, AttributeError):
                 if stored["for"] == _INTERPRETER:
                     self._known = {key: _from_json(*entry) for key, entry in stored["files"].items()}
 
@@ -53,8 +52,12 @@ class SyntaxMemo:
         if self._path and self._grown:
             files = {key: (meaning.tree, meaning.imports) for key, meaning in self._known.items()}
             with contextlib.suppress(OSError):
-                durable.write(self._path, json.dumps({"for": _INTERPRETER, "files": files}).encode())
+                durable.write_sealed(self._path, {"for": _INTERPRETER, "files": files})
                 self._grown = False
+
+    def forget(self) -> None:
+        """Believe nothing of what was kept, as it contradicts what a worker read."""
+        self._known, self._grown = {}, True
 
 
 _INTERPRETER = f"{sys.version_info.major}.{sys.version_info.minor} {durable.digest(Path(__file__).read_bytes())}"

@@ -13,16 +13,22 @@ from pipeline.cache import durable
 from pipeline.errors import StudyError
 from pipeline.graph import FILE_NAME
 from pipeline.home import face, home
-from pipeline.study import shown
+from pipeline.study import locate, shown
 
 
 @click.command("init")
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
-def command(folder: Path) -> None:
+@click.option("--update", is_flag=True, help="DIR is a study laid out by an earlier version: renew its graph.")
+def command(folder: Path, update: bool) -> None:
     """Lay out a new study in DIR: parameters to edit, the graph of stages, and a README.
 
-    DIR must not exist yet, or be empty. The parameters are those of the study this program comes with.
+    DIR must not exist yet, or be empty. The parameters are those of the study this program comes with. With --update
+    dvc.yaml is written anew (the old one stays beside it), parameter files that are missing are added, and none is
+    changed.
     """
+    if update:
+        _update(folder)
+        return
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise StudyError(f"{shown(folder)}: is there already and not an empty folder; choose another")
     given = home()
@@ -42,6 +48,24 @@ def command(folder: Path) -> None:
         shutil.rmtree(unfinished, ignore_errors=True)
         raise
     click.echo(f"a new study is in {shown(target)}; next: cd {shown(target)}, and see its README.md")
+
+
+def _update(folder: Path) -> None:
+    """Bring a study that runs the installed stages to this version. Raises `StudyError` if it has stages of its own."""
+    study = locate(start=folder)
+    if study.borrowed or study.code_root == study.root:
+        raise StudyError(f"{shown(folder)}: is not a study that `init` laid out")
+    given, path = home(), study.root / FILE_NAME
+    new, old = _graph((given / FILE_NAME).read_text(encoding="utf-8")).encode(), durable.read(path) or b""
+    if new != old:
+        durable.write(path.with_suffix(".yaml.old"), old)
+        durable.write(path, new)
+        click.echo(f"{shown(path)}: written anew; the old one is {path.name}.old")
+    for source in sorted((given / "params").glob("*.yaml")):
+        target = study.params / source.name
+        if not target.exists():
+            durable.write(target, source.read_bytes())
+            click.echo(f"{shown(target)}: added")
 
 
 def _graph(text: str) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pipeline import requests
+from pipeline.cache import regular
 from pipeline.commands import options
 from pipeline.errors import StudyError, nearest
 from pipeline.stage_modules import result_class
@@ -26,10 +27,7 @@ def command(study: Study, artefact: str, as_json: bool) -> None:
     from pipeline.cache import artefact as artefacts
 
     path = _path(study, artefact)
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise StudyError(f"{shown(path)}: cannot be read: {error.strerror}") from None
+    content = regular.content(path, shown(path))
     fields = artefacts.tree(content, shown(path))
     about = artefacts.provenance(content, shown(path))
     if as_json:

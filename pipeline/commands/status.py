@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import click
 
@@ -16,6 +16,10 @@ _WORDS = {
     State.STALE: "stale",
     State.WAITING: "waiting",
 }
+
+
+#: Reasons that are named; after an update of the program there may be hundreds.
+_SHOWN = 5
 
 
 @click.command("status")
@@ -43,4 +47,10 @@ def print_survey(
         options.print_json(rows)
         return
     for row in rows:
-        click.echo(f"{row['stage']:<12} {row['state']:<9} {'; '.join(row['reasons'])}".rstrip())
+        click.echo(f"{row['stage']:<12} {row['state']:<9} {in_short(row['reasons'])}".rstrip())
+
+
+def in_short(reasons: Sequence[str]) -> str:
+    """The first reasons, and how many more there are."""
+    more = f"; and {len(reasons) - _SHOWN} more" if len(reasons) > _SHOWN else ""
+    return "; ".join(reasons[:_SHOWN]) + more

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipeline.cache import artefact, durable
-from pipeline.errors import ArtefactError
+from pipeline.cache import artefact, durable, regular
 from pipeline.execution.inputs import given
 from pipeline.stage_modules import result_class, stage_module
 from pipeline.study import Study, shown
@@ -30,7 +29,4 @@ class Direct:
 
     def _content(self, path: str) -> bytes:
         place = self.study.store.place(path)
-        try:
-            return place.read_bytes()
-        except OSError as error:
-            raise ArtefactError(f"{shown(place)}: cannot be read: {error.strerror}") from None
+        return regular.content(place, shown(place))

@@ -200,6 +200,8 @@ class _Run:
 
     def _explain(self, name: str, folder: Path, failure: Message, seconds: float) -> None:
         kind, text = failure["kind"], failure["text"]
+        if failure.get("file"):
+            self.study.sources.memo.forget()
         if kind == "answer":
             self._fail(name, f"stage {name}: {text}", ANSWER)
         elif kind == "refused":

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import json
-import shutil
 import time
 from pathlib import Path
 from typing import Any
+
+from pipeline.cache import durable, regular
 
 
 class Log:
@@ -19,14 +20,13 @@ class Log:
     def add(self, **what: Any) -> None:
         """Append one line with the time."""
         line = json.dumps({"time": time.strftime("%Y-%m-%dT%H:%M:%S%z"), **what})
-        with contextlib.suppress(OSError), open(self.path, "a", encoding="utf-8") as file:
-            file.write(line + "\n")
+        with contextlib.suppress(OSError), durable.opened_at_end(self.path) as file:
+            file.write(line.encode() + b"\n")
 
     def keep(self, source: Path, target: Path) -> bool:
         """Copy a worker's own log to where the user finds it. Whether that worked."""
         try:
-            target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(source, target)
+            durable.write(target, regular.blocks(source))
         except OSError:
             return False
         return True

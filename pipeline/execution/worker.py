@@ -28,7 +28,7 @@ from pipeline.execution.inputs import check_unchanged, given
 from pipeline.execution.job import File, Job, Point, beneath, unpacked
 from pipeline.execution.observed_import import ObservedSources
 from pipeline.execution.process import end_group
-from pipeline.graph import Stage
+from pipeline.graph import Stage, is_inside
 from pipeline.stage_modules import home_of, importable, stage_module
 
 _REPORT_EVERY_S = 0.1
@@ -204,7 +204,7 @@ def _files(stage: Stage, result: Any, provenance: dict[str, str]) -> dict[str, b
     files = {f"results/{name}": bytes(data) for name, data in getattr(result, "files", {}).items()}
     declared = [out for out in stage.outs if out != stage.artefact]
     for name in files:
-        if ".." in Path(name).parts or not any(beneath(out, [name]) for out in declared):
+        if not is_inside(name) or not any(beneath(out, [name]) for out in declared):
             raise StudyError(f"it returned the file {name}, which dvc.yaml does not list among its outs")
     for out in declared:
         if not beneath(out, files):

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from pipeline.cache import artefact, durable
+from pipeline.cache import artefact, durable, regular
 from pipeline.errors import StudyError, nearest
 from pipeline.graph import Stage
 from pipeline.stage_modules import result_class
@@ -50,4 +50,5 @@ def _result(study: Study, stage: Stage, key: str) -> Any:
     file = study.store.place(path)
     if not file.exists():
         raise StudyError(f"{shown(file)} is not there yet; make it with: bipedstudy run-all")
+    regular.check(file, shown(file), regular.ARTEFACT)
     return artefact.load(file, result_class(study.package, key)) if path.endswith(".h5") else file

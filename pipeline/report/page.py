@@ -6,6 +6,7 @@ results give the same bytes.
 
 from __future__ import annotations
 
+import contextlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -21,7 +22,8 @@ if TYPE_CHECKING:
 NAME = "report.html"
 _TEMPLATE = Path(__file__).with_name("page.html")
 _SEAL = '<meta name="made-from" content="{}">'
-_HEAD = 600  # bytes of the page within which the seal stands
+_WHOLE = '<meta name="whole" content="{}">'
+_WHOLE_LENGTH = len(_WHOLE.format(durable.digest(b"")))
 
 
 def seal(study: Study, made: Mapping[str, Entry], with_times: bool, stale: Mapping[str, str]) -> str:
@@ -33,12 +35,16 @@ def seal(study: Study, made: Mapping[str, Entry], with_times: bool, stale: Mappi
 
 
 def is_current(path: Path, wanted: str) -> bool:
-    """Whether the page at `path` carries the seal `wanted`."""
-    try:
-        with open(path, "rb") as file:
-            return _SEAL.format(wanted).encode() in file.read(_HEAD)
-    except OSError:
-        return False
+    """Whether the page at `path` carries the seal `wanted` and is as it was written."""
+    with contextlib.suppress(OSError):
+        head, mark, rest = (durable.read(path) or b"").partition(_SEAL.format(wanted).encode())
+        return bool(mark) and rest.startswith(_whole(head, rest[_WHOLE_LENGTH:]))
+    return False
+
+
+def _whole(head: bytes, rest: bytes) -> bytes:
+    """What stands behind the seal: a hash of all else on the page, so that damage is told."""
+    return _WHOLE.format(durable.digest(head + rest)).encode()
 
 
 def render(study: Study, made: Mapping[str, Entry], with_times: bool, stale: Mapping[str, str]) -> bytes:
@@ -53,20 +59,17 @@ def html(content: Content, sealed: str, seconds: str, stale: Mapping[str, str]) 
     """The page of a given content; `seconds` is the time of all stages, empty to leave times out."""
     from jinja2 import Environment, StrictUndefined
 
-    from pipeline.commands.claims import VERDICT
-
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     template = environment.from_string(_TEMPLATE.read_text(encoding="utf-8"))
     page = template.render(
         content=content,
         seal=_SEAL.format(sealed),
-        verdict=VERDICT,
-        counts={word: sum(VERDICT[claim["holds"]] == word for claim in content.claims) for word in VERDICT.values()},
         with_times=bool(seconds),
         seconds=seconds,
         stale=stale,
     )
-    return page.encode()
+    head, mark, rest = page.encode().partition(_SEAL.format(sealed).encode())
+    return head + mark + _whole(head, rest) + rest
 
 
 def refresh(study: Study) -> Path | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
+import io
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -55,9 +55,8 @@ def difference(expected: Path, drawn: Path, kept: Path, tolerance: float) -> Dif
     size = rms(expected, drawn)
     if size <= tolerance:
         return Difference(name, f"has other bytes, pixels differ by {size:.2g} of 255 rms", False)
-    kept.mkdir(parents=True, exist_ok=True)
     for path, suffix in ((expected, "expected"), (drawn, "drawn")):
-        shutil.copyfile(path, kept / f"{drawn.stem}-{suffix}.png")
+        durable.write(kept / f"{drawn.stem}-{suffix}.png", path.read_bytes())
     if size == float("inf"):
         return Difference(name, "has another size", True, kept / f"{drawn.stem}-drawn.png")
     target = kept / f"{drawn.stem}-difference.png"
@@ -75,4 +74,6 @@ def _draw_difference(expected: Path, drawn: Path, target: Path) -> None:
     faint = np.repeat((0.75 + 0.25 * one)[..., None], 3, axis=-1)
     orange, blue = np.array([0.84, 0.37, 0.0]), np.array([0.0, 0.45, 0.70])
     paint = np.where(change < 0, orange, blue)
-    imsave(target, np.clip(faint * (1 - abs(change)) + paint * abs(change), 0, 1))
+    drawn_difference = io.BytesIO()
+    imsave(drawn_difference, np.clip(faint * (1 - abs(change)) + paint * abs(change), 0, 1), format="png")
+    durable.write(target, drawn_difference.getvalue())

@@ -25,8 +25,7 @@ class Journal:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._places: dict[str, int] = {}
-        path.parent.mkdir(parents=True, exist_ok=True)
-        self._file = open(path, "a+b")  # noqa: SIM115
+        self._file = durable.opened_at_end(path)
         self._read_all()
         self._synced = time.monotonic()
 

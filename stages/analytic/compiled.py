@@ -1,22 +1,23 @@
-"""The decorator that compiles this package's functions and keeps the machine code on disk.
-
-Numba knows a cached function is old by its own file only, not by the files of the functions it calls. The cache
-folder is therefore named by a digest of all sources of this package: any edit compiles afresh, undoing it does not.
-"""
+"""The decorator that compiles this package's functions and keeps the machine code on disk."""
 
 from __future__ import annotations
 
-import hashlib
-import os
-import tempfile
-from collections.abc import Callable
+import inspect
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-import numba
+from numba import types
+from numba.core.imputils import lower_constant
+from numba.core.registry import CPUDispatcher
+from numba.extending import models, register_model
 
-#: What compiled functions take and give besides arrays: a few numbers, such as the tuple p of parameters; one number
-#: for each coordinate; the parts of a constrained solution; three Jacobians, each stored by rows.
+from stages.biped import quantity
+from stages.biped.machine_code import MachineCode, folder_of
+from stages.ground import slope
+
+#: What compiled functions take and give besides arrays: a few numbers; one number for each coordinate; the parts of a
+#: constrained solution; three Jacobians, each stored by rows.
 Numbers = tuple[float, ...]
 Four = tuple[float, float, float, float]
 Constrained = tuple[Four, Four, float, float, float]
@@ -24,34 +25,87 @@ Jacobians = tuple[Numbers, Numbers, Numbers]
 
 F = TypeVar("F", bound=Callable[..., Any])
 FOLDER = Path(__file__).parent
-
-
-def cache_folder() -> Path:
-    """Folder for the machine code of these sources: beside them, or in the temporary folder if that is read-only."""
-    digest = hashlib.sha256(numba.__version__.encode())
-    for source in sorted(FOLDER.rglob("*.py")):
-        digest.update(source.read_bytes())
-    home = FOLDER if os.access(FOLDER, os.W_OK) else Path(tempfile.gettempdir())
-    return home / "__pycache__" / f"numba-{digest.hexdigest()[:16]}"
-
-
-vars(numba.config)["CACHE_DIR"] = str(cache_folder())
+#: What is worth saying while nothing is compiled yet.
+COMPILING = "compiling the equations of motion: some 20 s, once after an install or an edit"
+#: Compiled functions take constants and types from these folders.
+SOURCES = FOLDER, folder_of(quantity), folder_of(slope)
+CODE = MachineCode("analytic", *SOURCES)
 
 
 #: No relaxed arithmetic, not even fused multiply-add: where the compiler fuses depends on what it inlines, and that on
 #: what the cache already holds, so the last bits would depend on the order of calls. Threads may run side by side.
-OPTIONS: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+OPTIONS: dict[str, Any] = {"nopython": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
 
 
-def compiled(function: F) -> F:
+class Compiled(CPUDispatcher):
+    """A function as machine code, to which a constant is a number like others: numba would compile it apart."""
+
+    def get_call_template(self, arguments: Any, keywords: Any) -> Any:
+        """How compiled code calls it."""
+        return super().get_call_template(tuple(map(types.unliteral, arguments)), keywords)
+
+
+def compiled(function: F, **options: Any) -> F:
     """The function as machine code."""
-    return cast(F, numba.njit(**OPTIONS)(function))
+    dispatcher = Compiled(function, targetoptions=OPTIONS | options)
+    return cast(F, CODE.keep(dispatcher))
 
 
 def inlined(function: F) -> F:
     """The same, as a part of each function that calls it: for large functions that one or two others call.
 
     Numba compiles a function together with all that it calls, so each layer in between is compiled again with every
-    layer above it. Without these a step map takes 1.5 times as long to compile.
+    layer above it.
     """
-    return cast(F, numba.njit(inline="always", **OPTIONS)(function))
+    return compiled(function, inline="always")
+
+
+def by_kind(choices: Mapping[Any, Any]) -> Any:
+    """The compiled function for the kind of walker that the argument `p` is: the first of `choices` that it is one of.
+
+    Called by a compiled function, the choice is made when that one is compiled: the others are not compiled with it.
+    """
+    return ByKind(choices)
+
+
+class ByKind:
+    """See `by_kind`."""
+
+    def __init__(self, choices: Mapping[Any, Callable[..., Any]]) -> None:
+        self.choices = choices
+        self.place = list(inspect.signature(next(iter(choices.values()))).parameters).index("p")
+        self._numba_type_ = ByKindType(self)
+
+    def of(self, kind: type) -> Any:
+        """The function for a kind of walker."""
+        return next(function for kinds, function in self.choices.items() if issubclass(kind, kinds))
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self.of(type(arguments[self.place]))(*arguments)
+
+
+class ByKindType(types.Callable, types.Opaque):
+    """How compiled code sees a `ByKind`: as the dispatcher of the function that the type of `p` asks for."""
+
+    def __init__(self, function: ByKind) -> None:
+        self.function = function
+        super().__init__(f"ByKind({id(function)})")
+
+    def _dispatcher(self, arguments: tuple[Any, ...]) -> Any:
+        return self.function.of(arguments[self.function.place].instance_class)._numba_type_
+
+    def get_call_type(self, context: Any, arguments: tuple[Any, ...], keywords: Any) -> Any:
+        """The signature of the chosen function."""
+        return self._dispatcher(arguments).get_call_type(context, arguments, keywords)
+
+    def get_call_signatures(self) -> Any:
+        """None that is known before a call."""
+        return (), False
+
+    def get_impl_key(self, signature: Any) -> Any:
+        """The machine code of the chosen function."""
+        return self._dispatcher(signature.args).get_impl_key(signature)
+
+
+register_model(ByKindType)(models.OpaqueModel)
+lower_constant(ByKindType)(lambda context, *_: context.get_dummy_value())  # type: ignore[no-untyped-call]

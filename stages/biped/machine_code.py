@@ -1,25 +1,144 @@
-"""Where machine code is kept on disk, so that an edit of any source that it was made from is seen.
+"""Where machine code is kept on disk: in a folder of the user's own, named by all the sources that it was made from.
 
-Numba knows a cached function is old by its own file only, not by the files of the functions it calls. The cache folder
-is therefore named by a digest of whole folders of sources: any edit compiles afresh, undoing it does not.
+Loading machine code runs it, and numba's index of it is a pickle, which runs too. So it is read only where nobody else
+could have put it: a folder of this user's that others cannot write, nor rename or replace from above. If there is none,
+nothing is kept. Numba alone would fall back to the shared temporary folder.
+
+Numba knows code to be old by the path and time of its own file, not by the files of the functions it calls. Here the
+stamp is a digest of whole folders of sources: any edit of them compiles afresh, undoing it does not, and a copy of the
+sources elsewhere finds the code again.
 """
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
+import shutil
+import stat
+import sys
 import tempfile
 from pathlib import Path
+from types import ModuleType
+from typing import TypeVar
 
 import numba
 
+from stages.biped import numba_cache
 
-def cache_folder(*sources: Path) -> Path:
-    """Folder for machine code of the sources in these folders: beside the first, or in the temporary folder if that is
-    read-only."""
-    digest = hashlib.sha256(numba.__version__.encode())
+D = TypeVar("D")
+PROGRAM = "bipedstudy"
+#: Folders that are kept of one name, the newest: as many edits can be undone without compiling.
+KEPT = 4
+_DIGITS = 24
+_OTHERS = stat.S_IWGRP | stat.S_IWOTH
+
+
+def home() -> Path:
+    """The user's folder for machine code: in NUMBA_CACHE_DIR, or where the system keeps caches. It need not exist."""
+    if os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(os.environ["NUMBA_CACHE_DIR"]).absolute() / PROGRAM
+    known = {"win32": "~/AppData/Local", "darwin": "~/Library/Caches"}.get(sys.platform, "~/.cache")
+    wished = Path(os.environ.get("LOCALAPPDATA" if sys.platform == "win32" else "XDG_CACHE_HOME") or known)
+    base = wished if wished.is_absolute() else Path(os.path.expanduser(known))  # noqa: PTH111 - it never raises
+    return base / PROGRAM / "machine_code"
+
+
+def refusal(folder: Path) -> str:
+    """Why machine code in this folder could be somebody else's, or nothing. It is made, for this user only, if missing.
+
+    On Windows a user's folders are the user's by their access lists, which are not looked at.
+    """
+    try:
+        if not folder.is_absolute():  # a home that is not known
+            return f"{folder} is no place"
+        _make(folder)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+        if os.name != "posix":
+            return ""
+        real = folder.resolve()
+        for place in (real, *real.parents):
+            found = place.stat()
+            if found.st_uid not in ((os.geteuid(),) if place == real else (os.geteuid(), 0)):
+                return f"{place} belongs to somebody else"
+            if found.st_mode & _OTHERS and (place == real or not found.st_mode & stat.S_ISVTX) and not _is_alone(found):
+                return f"others may write in {place}"
+    except (OSError, RuntimeError) as error:
+        return f"{folder} cannot be written ({getattr(error, 'strerror', error)})"
+    return ""
+
+
+def _make(folder: Path) -> None:
+    for place in (*reversed(folder.parents), folder):
+        if not place.exists():
+            place.mkdir(mode=0o700, exist_ok=True)
+
+
+def _is_alone(found: os.stat_result) -> bool:
+    """Whether only the group may write, and the owner is alone in it: many systems give each user such a group."""
+    import grp
+    import pwd
+
+    with contextlib.suppress(KeyError):
+        group, owner = grp.getgrgid(found.st_gid), pwd.getpwuid(found.st_uid)
+        return not found.st_mode & stat.S_IWOTH and group.gr_name == owner.pw_name and not group.gr_mem
+    return False
+
+
+class MachineCode:
+    """The machine code of the sources in some folders, kept under `name`.
+
+    `shipped` is a folder that only reads serve: code that came with the package and is vouched for as its sources are.
+    """
+
+    def __init__(self, name: str, *sources: Path, shipped: Path | None = None) -> None:
+        self.name, self.shipped = name, shipped
+        self.stamp = digest(*sources)
+        self.folder = home() / f"{name}-{self.stamp[:_DIGITS]}"
+        self.refusal = refusal(home())
+        if not self.refusal and self.folder.exists():
+            self.refusal = refusal(self.folder)
+            with contextlib.suppress(OSError):
+                os.utime(self.folder)  # the newest are those used last
+
+    def keep(self, dispatcher: D) -> D:
+        """Let a compiled function load its machine code from here, and leave it here."""
+        if self.shipped or not self.refusal:
+            numba_cache.attach(dispatcher, self)
+        return dispatcher
+
+    def is_cold(self) -> bool:
+        """Whether nothing is compiled yet of these sources."""
+        places = [*([self.shipped] if self.shipped else []), *([] if self.refusal else [self.folder])]
+        return not any(next(place.glob("*.nbi"), None) for place in places)
+
+    def begin(self) -> None:
+        """Make the folder, and remove old ones of its name."""
+        if not self.folder.is_dir():
+            self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            for folder in self.old(KEPT, self.name):
+                shutil.rmtree(folder, ignore_errors=True)
+
+    def old(self, keep: int, name: str = "*") -> list[Path]:
+        """Folders of machine code of one name, or of all, but the `keep` of each that were used last."""
+        by_name: dict[str, list[tuple[float, Path]]] = {}
+        for path in home().glob(f"{name}-{'?' * _DIGITS}"):
+            with contextlib.suppress(OSError):
+                by_name.setdefault(path.name[:-_DIGITS], []).append((path.stat().st_mtime, path))
+        return [path for found in by_name.values() for _, path in sorted(found, reverse=True)[keep:]]
+
+
+def folder_of(module: ModuleType) -> Path:
+    """The folder that a module's source lies in."""
+    return Path(str(module.__file__)).parent
+
+
+def digest(*sources: Path) -> str:
+    """SHA-256 over every source file in these folders, with its name, and the compiler's version."""
+    found = hashlib.sha256(numba.__version__.encode())
     for folder in sources:
         for source in sorted(folder.rglob("*.py")):
-            digest.update(source.read_bytes())
-    home = sources[0] if os.access(sources[0], os.W_OK) else Path(tempfile.gettempdir())
-    return home / "__pycache__" / f"numba-{digest.hexdigest()[:16]}"
+            text = source.read_bytes()
+            found.update(f"\0{folder.name}/{source.relative_to(folder).as_posix()}\0{len(text)}\0".encode() + text)
+    return found.hexdigest()

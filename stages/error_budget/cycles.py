@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from stages.error_budget.cycle import find_cycle, plane_multipliers
 from stages.error_budget.effects import CONTACT
 from stages.error_budget.errors import NotWalked
 from stages.error_budget.hip import ConstraintWalk, constraint_gait, penalty_hip
@@ -16,6 +15,7 @@ from stages.ground.normal_force import static_penetration
 from stages.multibody.assembly.state import rolling_state
 from stages.multibody.parameters import Settings
 from stages.multibody.walking.events import find_events
+from stages.multibody.walking.plane_cycle import find_cycle, plane_multipliers
 from stages.multibody.walking.section import SCALES, NoLimitCycle, SectionStep, mid_stance_after, section_numbers
 from stages.multibody.walking.section import section_state as state_of
 from stages.multibody.walking.trajectory import Trajectory

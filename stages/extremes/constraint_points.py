@@ -14,8 +14,9 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import FixedPoint, Step, fixed_point, poincare_derivative, poincare_map
 from stages.analytic.gait.search_starts import lengths_after_heel_strike
 from stages.analytic.integration import readable
+from stages.analytic.model.kinds import Rigid
+from stages.analytic.model.stiffness import attainable_tolerance, axial_rates
 from stages.analytic.model.walker import Vector, Walker, build_walker
-from stages.analytic.phases.stiffness import attainable_tolerance, axial_rates, fastest_rate
 from stages.biped.design import Biped
 from stages.extremes.engines import COULOMB, MARCH, STEP
 from stages.extremes.parameters import Parameters
@@ -66,7 +67,7 @@ def gait(here: Parameters, friction: Friction | None, limit: float) -> Finding:
     except StepFailed as reason:
         return failed(f"the gait is found but not recorded: {reason}")
     try:
-        reference, step = reference_step(walker, point.z, attainable_tolerance(walker, tolerance))
+        reference, step = reference_step(walker, point.z, attainable_tolerance(walker.p, tolerance))
     except StepFailed as reason:
         return judged(np.inf, audit, tolerance, limit, f"the reference finds no step: {reason}")
     return by_reference(judged(distance(point, step), audit, tolerance, limit, reference))
@@ -98,13 +99,12 @@ def reference_step(walker: Walker, z: Vector, used: float) -> tuple[str, Step]:
     and limited friction, which the readable path does not know, are checked by a rerun at another tolerance than that
     `used` for the answer; the energy audit then is what is independent.
     """
-    rate = fastest_rate(walker)
-    decay = 0.0 if walker.rigid else float(axial_rates(walker.p)[1])
+    rate, decay = (0.0, 0.0) if isinstance(walker.p, Rigid) else axial_rates(walker.p)
     if walker.rolls and (rate <= EXPLICIT_RATE or decay * RINGING >= rate):
         method = "DOP853" if rate <= EXPLICIT_RATE else "Radau"
         with suppress(readable.TooSlow):
             return f"readable, {method}", readable.take_step(walker, z, REFERENCE_TOLERANCE, method)
-    tightest = attainable_tolerance(walker, TIGHTEST)
+    tightest = attainable_tolerance(walker.p, TIGHTEST)
     name, tolerance = (TIGHTER, tightest) if tightest * FACTOR <= used else (LOOSER, used * FACTOR)
     try:
         return name, poincare_map(walker, z, tolerance)
@@ -122,7 +122,8 @@ def one_step(usual: Parameters, here: Parameters, limit: float) -> Finding:
     """One step of a design from where the usual design's step starts, its legs loaded as this one's are."""
     walker = build_walker(here.biped, here.slope)
     z = usual_gait(usual.biped, usual.slope)[1].z.copy()
-    z[1:3] = lengths_after_heel_strike(walker)
+    if not isinstance(walker.p, Rigid):
+        z[1:3] = lengths_after_heel_strike(walker.p)
     try:
         step = poincare_map(walker, z, here.analytic.tolerance)
     except StepFailed as reason:

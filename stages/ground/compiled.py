@@ -16,7 +16,8 @@ import numpy as np
 from numba import types
 from numba.extending import overload_method
 
-from stages.biped.machine_code import cache_folder
+from stages.biped import quantity
+from stages.biped.machine_code import MachineCode, folder_of
 from stages.ground.friction import friction_slope
 from stages.ground.operations import Operations
 
@@ -25,19 +26,19 @@ GROUND = Path(__file__).parent
 #: Numba's own annotations are partly wrong.
 njit: Any = numba.njit
 compiled_method: Any = overload_method
-config: Any = numba.config
+
+
+def sources(folder: Path) -> tuple[Path, ...]:
+    """The folders that compiled functions of this one, which call contact laws, are made from."""
+    return folder, GROUND, folder_of(quantity)
 
 
 def kept_with_ground(folder: Path) -> Callable[[F], F]:
     """A decorator for compiled functions of this folder's sources that call contact laws."""
-    home = str(cache_folder(folder, GROUND))
+    code = MachineCode(f"{folder.parent.name}-{folder.name}", *sources(folder))
 
     def compiled(function: F) -> F:
-        before, config.CACHE_DIR = config.CACHE_DIR, home
-        try:
-            return cast(F, njit(cache=True)(function))
-        finally:
-            config.CACHE_DIR = before
+        return cast(F, code.keep(njit(function)))
 
     return compiled
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.poincare import fixed_point, multipliers_of, poincare_derivative, poincare_map
-from stages.analytic.integration.step import section_coordinates, section_state
 from stages.analytic.model.walker import Vector, Walker, build_walker
 from stages.analytic.phases.flow import DOUBLE_STANCE, SINGLE_STANCE
+from stages.analytic.phases.section import section_coordinates, section_state
 from stages.analytic.phases.succession import succeed
 from stages.analytic.walk.recording import Segment, is_last, record, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces, sample_walk
@@ -52,7 +52,7 @@ def scene(biped: Biped, slope: Slope, friction: Friction | None, upright: Stance
     try:
         after = record(walker, y, SETTLING_STEPS, 1e-12, SINGLE_STANCE)[-1].end
         succeed(SINGLE_STANCE, after, walker.p)
-        point = fixed_point(walker, section_coordinates(False, after, walker.p), 1e-14)
+        point = fixed_point(walker, section_coordinates(after, walker.p), 1e-14)
     except StepFailed as reason:
         raise WayFailed(str(reason)) from None
     if point is None:
@@ -95,8 +95,8 @@ def scipy_way(
         return measured(at.walker, segments, evaluations / at.steps)
 
     def step(z: Vector) -> Vector:
-        _, end, _ = walk_from(section_state(False, z, at.walker.p), 1, phase=None)
-        return np.asarray(section_coordinates(False, end, at.walker.p))
+        _, end, _ = walk_from(section_state(z, at.walker.p), 1, phase=None)
+        return np.asarray(section_coordinates(end, at.walker.p))
 
     def multiplier() -> float:
         columns = [(step(at.gait + change) - step(at.gait - change)) / (2 * change.sum())

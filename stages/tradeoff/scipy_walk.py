@@ -15,10 +15,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from stages.analytic.gait.poincare import TIME_LIMIT_OF_A_PHASE
-from stages.analytic.integration.phase import guard
 from stages.analytic.integration.readable import STRIDE_ON, accelerations
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.flow import DOUBLE_STANCE, SINGLE_STANCE, flow
+from stages.analytic.phases.guards import guard
 from stages.analytic.phases.succession import first_phase, succeed
 from stages.analytic.walk.recording import Segment, is_last, next_origin
 from stages.tradeoff.way import WayFailed
@@ -61,7 +61,7 @@ def walk_by_scipy(
     segments: list[Segment] = []
     start, leg, origin, strikes, evaluations, decided = 0.0, 0, 0.0, 0, 0, True
     if phase is None:
-        phase, decided = first_phase(walker.rigid, y, walker.p)
+        phase, decided = first_phase(y, walker.p)
     for _ in range(MOST_PHASES * heel_strikes):
         if not decided:
             raise WayFailed("friction wedges the trailing foot")
@@ -95,7 +95,7 @@ def one_phase(
     def event(now: float, state: Vector) -> float:
         if phase > DOUBLE_STANCE and now < SEEN_AFTER:
             return 1.0
-        return float(guard(phase, state, walker.p, spare)[0])
+        return float(guard(phase, state, walker.p, spare, 0)[0])
 
     event.terminal, event.direction = True, -1  # type: ignore[attr-defined]
     times, states, time = [], [], 0.0
@@ -108,7 +108,7 @@ def one_phase(
         times.append(solution.t[:-1])
         states.append(solution.y[:, :-1].T)
         time, y = float(solution.t_events[0][0]), solution.y_events[0][0]
-        if guard(phase, y, walker.p, spare)[2]:
+        if guard(phase, y, walker.p, spare, 0)[2]:
             y = on_guard(walker, phase, y)
             kept = np.vstack([*states, y])
             return np.concatenate([*times, [time]]), kept, y, evaluations
@@ -124,6 +124,6 @@ def on_guard(walker: Walker, phase: int, y: Vector) -> Vector:
     """
     for _ in range(3):
         rates = compiled_rates(walker, phase, y)
-        value, rate, _ = guard(phase, y, walker.p, rates)
+        value, rate, _ = guard(phase, y, walker.p, rates, 0)
         y = y - rates * (value / rate) if rate != 0.0 else y
     return y

@@ -3,8 +3,8 @@
 import pytest
 
 from stages.analytic.gait.gait_search import find_gait, find_gaits
-from stages.analytic.integration.step import section_state
 from stages.analytic.phases.flow import DOUBLE_STANCE
+from stages.analytic.phases.section import section_state
 from stages.analytic.walk.recording import record
 from tests.analytic.designs import SLOPE, TABLE_1, TABLE_1_RIGID
 
@@ -31,4 +31,4 @@ def table_1_gaits(table_1_gait):
 def table_1_step(table_1_gait):
     """Segments of one step of the gait of Table 1: double stance, single stance."""
     walker, point = table_1_gait
-    return record(walker, section_state(False, point.z, walker.p), 1, 1e-12, DOUBLE_STANCE)
+    return record(walker, section_state(point.z, walker.p), 1, 1e-12, DOUBLE_STANCE)

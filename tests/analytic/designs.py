@@ -6,7 +6,10 @@ import dataclasses
 
 import numpy as np
 
-from stages.analytic.model.walker import Walker, build_walker
+from stages.analytic.model.kinds import Kind
+from stages.analytic.model.walker import Vector, Walker, build_walker
+from stages.analytic.phases.section import section_state
+from stages.analytic.phases.transitions import foot_clearance
 from stages.biped.design import Biped
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
@@ -44,8 +47,11 @@ def random_states(walker: Walker, count: int, seed: int = 0) -> np.ndarray:
 
 def double_stance_states(walker: Walker, count: int, seed: int = 0) -> np.ndarray:
     """States of a compliant walker that keep the trailing foot on the ground and rolling, shape (count, 8)."""
-    from stages.analytic.integration.step import section_state
-
     rng = np.random.default_rng(seed)
     low, high = [-0.45, 0.985, 0.99, 0.1, -0.3], [-0.25, 1.01, 1.01, 0.8, 0.1]
-    return np.array([section_state(False, z, walker.p) for z in rng.uniform(low, high, (count, 5))])
+    return np.array([section_state(z, walker.p) for z in rng.uniform(low, high, (count, 5))])
+
+
+def clearance(y: Vector, p: Kind) -> tuple[float, float, float]:
+    """Height of the swing foot above the ground, its rate, and its advance on the stance foot."""
+    return foot_clearance(y, p, y, y.size // 2)

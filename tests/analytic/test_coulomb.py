@@ -13,20 +13,20 @@ from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poin
 from stages.analytic.integration import step as step_module
 from stages.analytic.integration.phase import EVENT, STEP_LIMIT
 from stages.analytic.integration.readable import terms
-from stages.analytic.integration.step import section_state
 from stages.analytic.model.walker import build_walker
 from stages.analytic.parameters import Parameters, Settings
 from stages.analytic.phases.coulomb_guard import slip_speed
 from stages.analytic.phases.coulomb_impact import LIFTS, SLIPS, STICKS, UNDECIDED, land, limited_reset, trailing_impulse
 from stages.analytic.phases.flow import DOUBLE_STANCE, HOVERING, SINGLE_STANCE, SLIDING_BACK, SLIDING_FORWARD
-from stages.analytic.phases.transitions import foot_clearance, heel_strike_reset
+from stages.analytic.phases.section import section_state
+from stages.analytic.phases.transitions import heel_strike_reset
 from stages.analytic.run import run
 from stages.analytic.walk.energy import audit
 from stages.analytic.walk.recording import record, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces, sample_walk
 from stages.analytic.walk.validity import dense_states
 from stages.ground.friction_coefficients import Friction
-from tests.analytic.designs import FRICTION, HEAVY_LEGS, SLOPE, TABLE_1, TABLE_1_RIGID, walker_of
+from tests.analytic.designs import FRICTION, HEAVY_LEGS, SLOPE, TABLE_1, TABLE_1_RIGID, clearance, walker_of
 from tests.analytic.test_transitions import landing_states
 
 SLIDES = {SLIDING_FORWARD: 1.0, SLIDING_BACK: -1.0}
@@ -45,7 +45,7 @@ def gait():
 @pytest.fixture(scope="module")
 def step(gait):
     walker, point = gait
-    return record(walker, section_state(False, point.z, walker.p), 1, 1e-12)
+    return record(walker, section_state(point.z, walker.p), 1, 1e-12)
 
 
 # --- impact --------------------------------------------------------------------------------------------------------
@@ -95,7 +95,7 @@ def test_both_forms_of_the_rolling_impact_agree(landings):
     rolling = walker_of(HEAVY_LEGS)
     for before in landings[:40]:
         expected, y = before.copy(), before.copy()
-        heel_strike_reset(SINGLE_STANCE, expected, rolling.p)
+        heel_strike_reset(expected, rolling.p)
         land(y, rolling.p)
         mass, pi = matrices(rolling, y)
         stuck = y[4:] - np.linalg.solve(mass, pi @ np.linalg.solve(pi.T @ np.linalg.solve(mass, pi), pi.T @ y[4:]))
@@ -134,7 +134,7 @@ def test_every_phase_keeps_its_law(gait, step):
         states = dense_states(walker, segment)
         tangential, normal = accelerations_and_forces(segment.phase, states, walker.p)[:, 6:].T
         rise, slip = np.array([slip_speed(y, walker.p) for y in states]).T
-        height = np.array([foot_clearance(segment.phase, y, walker.p)[0] for y in states])
+        height = np.array([clearance(y, walker.p)[0] for y in states])
         assert normal.min() >= -1e-12
         if segment.phase == HOVERING:
             assert height.min() >= -1e-13 and not normal.any() and not tangential.any()
@@ -153,7 +153,7 @@ def test_events_lie_where_the_laws_change(gait, step):
     walker, _ = gait
     for segment in step[:-1]:
         if segment.phase == HOVERING:
-            assert min(abs(foot_clearance(HOVERING, segment.end, walker.p)[0]), abs(segment.end[6])) <= 1e-13
+            assert min(abs(clearance(segment.end, walker.p)[0]), abs(segment.end[6])) <= 1e-13
             continue
         tangential, normal = accelerations_and_forces(segment.phase, segment.end[None], walker.p)[0, 6:]
         left = 1.1 * normal - abs(tangential) if segment.phase == DOUBLE_STANCE else normal
@@ -167,7 +167,7 @@ def moreau(walker, y, duration, steps):
     The trailing foot's contact counts where it is at or below ground; its impulse over a step obeys the same law with
     one friction coefficient. First order; M. Jean, The non-smooth contact dynamics method, 1999.
     """
-    t, h, mu = terms("compliant"), duration / steps, walker.p[10]
+    t, h, mu = terms("compliant"), duration / steps, walker.p.mu_s
     q, qd = y[:4].copy(), y[4:].copy()
     for _ in range(steps):
         middle = np.concatenate([q + h / 2 * qd, qd])
@@ -191,14 +191,14 @@ def test_phases_agree_with_time_stepping_that_knows_none():
     """Through hop, slide, roll, slide and lift-off; the difference falls with the first order of time stepping."""
     walker = with_friction(1.1)
     point = fixed_point(walker, np.array([-0.2651, 1.00253, 0.99483, 0.4237, -0.1577, 0.0, 0.0]), 1e-11)
-    segments = record(walker, section_state(False, point.z, walker.p), 1, 1e-12)
+    segments = record(walker, section_state(point.z, walker.p), 1, 1e-12)
     hover = segments[-2]
     duration = 0.04
     assert hover.phase == HOVERING and hover.start < duration < hover.start + hover.duration
     exact = states_at(HOVERING, hover.times, hover.states, np.array([duration - hover.start]), walker.p)[0]
-    start = section_state(False, point.z, walker.p)
+    start = section_state(point.z, walker.p)
     errors = [np.abs(moreau(walker, start, duration, n) - exact).max() for n in (500, 2000)]
-    rolled = record(walker_of(), np.concatenate([start[:6], section_state(False, point.z[:5], walker_of().p)[6:]]), 1,
+    rolled = record(walker_of(), np.concatenate([start[:6], section_state(point.z[:5], walker_of().p)[6:]]), 1,
                     1e-12, DOUBLE_STANCE)[1]
     other = states_at(SINGLE_STANCE, rolled.times, rolled.states, np.array([duration - rolled.start]), walker.p)[0]
     assert errors[1] <= 2e-5 and errors[1] <= errors[0] / 2.5, errors
@@ -210,7 +210,7 @@ def test_hop_after_heel_strike_is_resolved(gait, step):
     walker, point = gait
     hop = step[0]
     assert hop.phase == HOVERING and hop.duration < 1e-3
-    heights = np.array([foot_clearance(HOVERING, y, walker.p)[0] for y in dense_states(walker, hop)])
+    heights = np.array([clearance(y, walker.p)[0] for y in dense_states(walker, hop)])
     assert heights.max() > 0 and abs(heights[-1]) <= 1e-13
     rates = [slip_speed(y, walker.p)[0] for y in (hop.states[0], hop.end)]
     assert rates[0] == pytest.approx(point.z[5], rel=1e-9)
@@ -260,7 +260,7 @@ def test_gait_does_not_depend_on_the_tolerance(gait):
 @pytest.mark.parametrize("friction", [(1.1, 1.0), (0.3, 0.2), (0.0, 0.0)])
 def test_gravity_pays_for_dampers_impacts_and_sliding(friction):
     walker, point = find_gait(TABLE_1, SLOPE, 1e-12, Friction(*friction))
-    segments = record(walker, section_state(False, point.z, walker.p), 1, 1e-12)
+    segments = record(walker, section_state(point.z, walker.p), 1, 1e-12)
     report = audit(walker, segments, step_length(walker, point))
     assert abs(report.residual) <= 1e-9
     assert report.friction_loss > 1e-8 if friction[1] else report.friction_loss == 0
@@ -277,7 +277,7 @@ def test_report_asks_no_more_friction_than_there_is(gait):
 
 def test_recorded_walk_has_one_toe_off_a_step(gait):
     walker, point = gait
-    segments = record(walker, section_state(False, point.z, walker.p), 3, 1e-12)
+    segments = record(walker, section_state(point.z, walker.p), 3, 1e-12)
     walk = sample_walk(walker, segments, 4000.0)
     period, double = point.steps[0].period * walker.time, point.steps[0].double_stance * walker.time
     assert np.abs(walk.heel_strike_time - period * np.arange(1, 4)).max() <= 1e-9
@@ -296,7 +296,7 @@ def test_high_friction_keeps_the_foot_rolling_until_it_carries_nothing(table_1_g
     The rolling model itself is no limit of friction: it lets a foot go that is still pushed along the ground.
     """
     walker, point = table_1_gait
-    start = section_state(False, point.z, walker.p)
+    start = section_state(point.z, walker.p)
     toe_off = record(walker, start, 1, 1e-12)[0]
     gaps = []
     for mu in (1e2, 1e3, 1e4):
@@ -333,7 +333,7 @@ def test_a_slope_too_flat_for_a_gait_is_refused_with_little_work(monkeypatch):
 
     def counted(*arguments):
         answer = honest(*arguments)
-        spent.append(answer[5])
+        spent.append(answer[4])
         return answer
 
     monkeypatch.setattr(poincare, "walk_step", counted)
@@ -354,7 +354,7 @@ def test_phases_that_creep_one_after_another_end_the_step(monkeypatch):
     monkeypatch.setattr(step_module, "first_phase", lambda *_: (HOVERING, True))
     monkeypatch.setattr(step_module, "succeed", lambda phase, *_: (SLIDING_BACK + HOVERING - phase, True))
     status, phase, *_ = step_module.walk_step.py_func(
-        False, np.zeros(8), with_friction(1.1).p, 1e-8, 30.0, limit, step_module.NO_NODES)
+        np.zeros(8), with_friction(1.1).p, 1e-8, 30.0, limit)
     assert status == STEP_LIMIT and len(phases) == 3
     assert "integration steps" in poincare.step_failure(status, phase)
 

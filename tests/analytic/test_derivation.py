@@ -17,7 +17,7 @@ def numeric(legs, expression):
     """A function (state, p) of an expression or matrix."""
     equations = EQUATIONS[legs]
     symbols = list(equations.coordinates) + list(equations.rates)
-    function = sp.lambdify([symbols, d.PARAMETERS], expression, "numpy")
+    function = sp.lambdify([symbols, [d.PARAMETERS[name] for name in WALKERS[legs].p._fields]], expression, "numpy")
     return lambda y: np.asarray(function(y, WALKERS[legs].p), dtype=float)
 
 
@@ -64,7 +64,7 @@ def test_constraint_rate_is_the_velocity_of_the_second_foot(legs):
     """Eqs. (3)-(5): Pi^T qd is (rise of the foot's centre, slip of its contact point) by finite differences."""
     walker, equations = WALKERS[legs], EQUATIONS[legs]
     rate = numeric(legs, equations.constraint_jacobian.T * equations.rates)
-    radius, size = walker.p[3], walker.size // 2
+    radius, size = walker.p.r, walker.size // 2
 
     def foot(y):
         theta, psi = y[0], y[1 if legs == "rigid" else 2]

@@ -2,18 +2,19 @@
 
 import numpy as np
 
+from stages.analytic.integration.dop853_step import error_norm, take_step
 from stages.analytic.integration.dop853_tableau import A, B
-from stages.analytic.integration.integrator import STAGES, error_norm, step_factor, take_step
+from stages.analytic.integration.integrator import STAGES, step_factor
 from stages.analytic.phases.flow import SINGLE_STANCE, flow
 from tests.analytic.designs import walker_of
 
 
-def fixed_steps(walker, y, duration, count, *, implicit=False):
+def fixed_steps(walker, y, duration, count, *, take_step=take_step):
     """State after `count` equal steps of single stance."""
     stages, new, y = np.empty((STAGES, y.size)), np.empty(y.size), y.copy()
     for _ in range(count):
         flow(SINGLE_STANCE, y, walker.p, stages[0])
-        take_step(implicit, SINGLE_STANCE, y, duration / count, walker.p, stages, new)
+        take_step(SINGLE_STANCE, y, duration / count, walker.p, stages, new)
         y[:] = new
     return y
 
@@ -38,7 +39,7 @@ def test_single_stance_converges_with_order_eight():
 def test_not_a_number_is_never_accepted():
     """An error norm of NaN must not pass as small: `err > 1` is false for it."""
     stages = np.full((STAGES, 8), np.nan)
-    error = error_norm(False, SINGLE_STANCE, np.ones(8), np.full(8, np.nan), 0.1, stages, 1e-10)
+    error = error_norm(np.ones(8), np.full(8, np.nan), 0.1, walker_of().p, stages, 1e-10)
     assert not error <= 1.0
 
 

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from stages.analytic.integration.readable import accelerations, terms
-from stages.analytic.model.double_stance_forms import (
+from stages.analytic.walk.recording import states_at
+from tests.analytic.double_stance_forms import (
     acceleration_level,
     free_directions,
     project,
     rates,
     velocity_level,
 )
-from stages.analytic.walk.recording import states_at
 
 
 @pytest.fixture(scope="module")

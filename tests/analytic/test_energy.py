@@ -3,8 +3,8 @@
 import pytest
 
 from stages.analytic.gait.gait_search import find_gait, step_length
-from stages.analytic.integration.step import section_state
 from stages.analytic.phases.flow import DOUBLE_STANCE, RIGID
+from stages.analytic.phases.section import section_state
 from stages.analytic.walk.energy import audit
 from stages.analytic.walk.recording import record
 from tests.analytic.designs import HEAVY_LEGS, SLOPE, TABLE_1, TABLE_1_RIGID, changed
@@ -21,7 +21,7 @@ DESIGNS = {
 def test_gravity_pays_for_dampers_and_impact(name):
     """Closes to 1e-9 of gravity's work; every term is counted where it arises, none as the rest of the others."""
     walker, point = find_gait(DESIGNS[name], SLOPE, 1e-12)
-    start = section_state(walker.rigid, point.z, walker.p)
+    start = section_state(point.z, walker.p)
     segments = record(walker, start, 1, 1e-12, RIGID if walker.rigid else DOUBLE_STANCE)
     report = audit(walker, segments, step_length(walker, point))
     assert abs(report.residual) <= 1e-9
@@ -32,5 +32,5 @@ def test_gravity_pays_for_dampers_and_impact(name):
 def test_audit_notices_a_walk_that_is_not_periodic(table_1_gait):
     """Off the gait the state's energy changes over a step, and the audit does not close."""
     walker, point = table_1_gait
-    segments = record(walker, section_state(False, point.z * [1, 1, 1, 1.02, 1], walker.p), 1, 1e-12, DOUBLE_STANCE)
+    segments = record(walker, section_state(point.z * [1, 1, 1, 1.02, 1], walker.p), 1, 1e-12, DOUBLE_STANCE)
     assert abs(audit(walker, segments, step_length(walker, point)).residual) > 1e-3

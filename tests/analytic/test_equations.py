@@ -32,7 +32,7 @@ def test_file_is_a_fresh_generation():
 @pytest.mark.parametrize("walker", [COMPLIANT, RIGID_LEGS], ids=["compliant", "rigid"])
 def test_compiled_acceleration_equals_the_derivation_solved_by_numpy(walker):
     equations = d.derive("rigid" if walker.rigid else "compliant")
-    symbols = [list(equations.coordinates) + list(equations.rates), d.PARAMETERS]
+    symbols = [list(equations.coordinates) + list(equations.rates), [d.PARAMETERS[name] for name in walker.p._fields]]
     force = equations.applied_force - equations.coriolis * equations.rates
     terms = sp.lambdify(symbols, [equations.mass, force], "numpy")
     for y in random_states(walker, 100):
@@ -48,7 +48,8 @@ def test_compiled_double_stance_equals_the_bordered_system_solved_by_numpy():
     jacobian = equations.constraint_jacobian
     bias = d.time_derivative(jacobian, q, qd).T * qd
     force = equations.applied_force - equations.coriolis * qd
-    terms = sp.lambdify([list(q) + list(qd), d.PARAMETERS], [equations.mass, jacobian, force, bias], "numpy")
+    arguments = [list(q) + list(qd), [d.PARAMETERS[name] for name in COMPLIANT.p._fields]]
+    terms = sp.lambdify(arguments, [equations.mass, jacobian, force, bias], "numpy")
     for y in double_stance_states(COMPLIANT, 50):
         mass, pi, right, rate = terms(y, COMPLIANT.p)
         bordered = np.block([[mass, -pi], [pi.T, np.zeros((2, 2))]])

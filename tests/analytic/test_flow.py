@@ -35,14 +35,14 @@ def test_energy_falls_by_what_the_dampers_take():
     both = double_stance_states(walker, 50)
     for phase, states in ((SINGLE_STANCE, random_states(walker, 50)), (DOUBLE_STANCE, both)):
         for y in states:
-            assert energy_rate(phase, walker, y) == pytest.approx(-walker.p[6] * (y[5] ** 2 + y[7] ** 2), abs=1e-7)
+            assert energy_rate(phase, walker, y) == pytest.approx(-walker.p.b * (y[5] ** 2 + y[7] ** 2), abs=1e-7)
 
 
 def test_rolling_feet_feel_all_the_force_that_moves_the_mass_centre():
     """The reaction of both feet together is what Newton's law needs for the common mass centre."""
     walker = walker_of(HEAVY_LEGS)
-    hip_mass, foot_mass, _, radius, com = walker.p[:5]
-    gravity = np.array(walker.p[8:10])
+    p = walker.p
+    hip_mass, foot_mass, radius, com, gravity = p.M, p.m, p.r, p.l, np.array([p.g_x, p.g_y])
 
     def momentum(y):
         """Of hip and feet, by finite differences of their positions."""

@@ -79,7 +79,7 @@ def test_every_corner_has_an_answer(slope_deg, stiffness, damping):
         assert "no periodic gait" in str(refusal)
         return
     assert slope_deg > 0
-    noise = 1e3 * np.finfo(float).eps * walker.p[5]
+    noise = 1e3 * np.finfo(float).eps * walker.p.k
     assert np.abs(poincare_map(walker, point.z, 1e-11).z - point.z).max() <= max(1e-7, noise)
     assert abs(report_gait(walker, point, 1e-10).energy.residual) <= max(1e-7, noise)
 

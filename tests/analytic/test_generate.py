@@ -28,7 +28,7 @@ def test_short_forms_keep_their_value(legs, form):
     terms = [*equations.mass, *equations.coriolis, *equations.applied_force, *equations.constraint]
     if legs == "rigid":
         terms += list(d.handover_matrix(equations))
-    symbols = [*equations.coordinates, *equations.rates, *d.PARAMETERS]
+    symbols = [*equations.coordinates, *equations.rates, *d.PARAMETERS.values()]
     before, after = (sp.lambdify(symbols, list(values), "numpy") for values in (terms, [form(t) for t in terms]))
     rng = np.random.default_rng(4)
     for values in rng.uniform(0.2, 1.5, (20, len(symbols))):

@@ -5,9 +5,9 @@ import pytest
 
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poincare_map
-from stages.analytic.integration.step import section_coordinates, section_state
 from stages.analytic.model import equations as eq
 from stages.analytic.phases.flow import DOUBLE_STANCE
+from stages.analytic.phases.section import section_coordinates, section_state
 from stages.analytic.walk.recording import record
 from stages.analytic.walk.validity import dense_states
 from stages.ground.slope import Slope
@@ -68,7 +68,7 @@ def test_image_lies_on_the_section(table_1_gait):
     """The state after a step keeps both constraints, in position and in velocity, and has five free numbers."""
     walker, point = table_1_gait
     y = poincare_map(walker, point.z + 1e-3, 1e-12).state
-    assert np.abs(section_state(False, section_coordinates(False, y, walker.p), walker.p) - y).max() <= 1e-12
+    assert np.abs(section_state(section_coordinates(y, walker.p), walker.p) - y).max() <= 1e-12
 
 
 def test_one_multiplier_is_zero(table_1_gait):
@@ -81,7 +81,7 @@ def test_one_multiplier_is_zero(table_1_gait):
 def test_constraints_hold_through_double_stance(table_1_step, table_1_gait):
     """Height of the trailing foot, its rolled distance against its turning, and both rates stay within 1e-10."""
     walker, _ = table_1_gait
-    states, radius = dense_states(walker, table_1_step[0]), walker.p[3]
+    states, radius = dense_states(walker, table_1_step[0]), walker.p.r
     theta, stance, psi, swing = states[:, :4].T
     height = (stance - radius) * np.cos(theta) - (swing - radius) * np.cos(psi)
     travel = radius * (theta + psi) + (stance - radius) * np.sin(theta) + (swing - radius) * np.sin(psi)
@@ -125,6 +125,6 @@ def test_a_stable_gait_draws_neighbours_in_at_the_rate_of_its_multiplier(table_1
 
 def test_walk_repeats_itself_over_ten_steps(table_1_gait):
     walker, point = table_1_gait
-    segments = record(walker, section_state(False, point.z, walker.p), 10, 1e-12, DOUBLE_STANCE)
+    segments = record(walker, section_state(point.z, walker.p), 10, 1e-12, DOUBLE_STANCE)
     periods = [a.duration + b.duration for a, b in zip(segments[::2], segments[1::2], strict=True)]
     assert np.ptp(periods) <= 1e-10

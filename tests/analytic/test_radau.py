@@ -6,12 +6,13 @@ import pytest
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import poincare_derivative, poincare_map
-from stages.analytic.integration.integrator import STAGES, error_norm, take_step
-from stages.analytic.integration.radau import jacobian
+from stages.analytic.integration.integrator import STAGES
+from stages.analytic.integration.radau import error_norm, jacobian, take_step
 from stages.analytic.integration.radau_tableau import A_INVERSE, A, C
 from stages.analytic.integration.readable import take_step as readable_step
+from stages.analytic.model.kinds import Stiff
+from stages.analytic.model.stiffness import axial_rates
 from stages.analytic.phases.flow import SINGLE_STANCE, flow
-from stages.analytic.phases.stiffness import axial_rates, takes_implicit_steps
 from tests.analytic.designs import SLOPE, TABLE_1, changed, random_states, walker_of
 from tests.analytic.test_dop853 import fixed_steps
 
@@ -63,7 +64,7 @@ def test_single_stance_converges_with_order_thirteen():
     """The stages of soft legs: 13 in the limit, at least the stage order plus one on the way there."""
     walker = walker_of(changed(TABLE_1, stiffness=300.0, damping=5.0))
     best = fixed_steps(walker, STATE, 1.2, 320)
-    errors = np.array([np.abs(fixed_steps(walker, STATE, 1.2, n, implicit=True) - best).max() for n in (2, 3, 4)])
+    errors = np.array([np.abs(fixed_steps(walker, STATE, 1.2, n, take_step=take_step) - best).max() for n in (2, 3, 4)])
     orders = np.log(errors[:-1] / errors[1:]) / np.log([3 / 2, 4 / 3])
     assert errors[-1] > 1e-13, "the finest step must still show its error"
     assert 11.0 < orders[-1] < 15.0, (errors, orders)
@@ -74,8 +75,8 @@ def test_estimate_is_not_smaller_than_the_error():
     for step in (2e-4, 1e-3, 5e-3):
         stages, new = np.empty((STAGES, 8)), np.empty(8)
         flow(SINGLE_STANCE, STATE, walker.p, stages[0])
-        take_step(True, SINGLE_STANCE, STATE, step, walker.p, stages, new)
-        estimate = error_norm(True, SINGLE_STANCE, STATE, new, step, stages, 1.0)
+        take_step(SINGLE_STANCE, STATE, step, walker.p, stages, new)
+        estimate = error_norm(STATE, new, step, walker.p, stages, 1.0)
         error = np.abs(new - fixed_steps(walker, STATE, step, 4000)).max() / 2
         assert error <= estimate + 1e-13
 
@@ -83,8 +84,8 @@ def test_estimate_is_not_smaller_than_the_error():
 @pytest.mark.parametrize("design", STIFF, ids=lambda d: f"k {d.stiffness:g}, b {d.damping:g}")
 def test_stiff_legs_take_implicit_steps_and_few_of_them(design):
     walker, point = find_gait(design, SLOPE, 1e-9)
-    assert takes_implicit_steps(False, walker.p)
-    assert point.residual <= max(1e-10, np.finfo(float).eps * walker.p[5])  # the spring force's round-off
+    assert isinstance(walker.p, Stiff)
+    assert point.residual <= max(1e-10, np.finfo(float).eps * walker.p.k)  # the spring force's round-off
     assert abs(report_gait(walker, point, 1e-9).energy.residual) <= 1e-7
     rate, _ = axial_rates(walker.p)
     stability_limit = point.steps[0].period * rate / 6 * STAGES  # what explicit steps would need at least
@@ -95,13 +96,13 @@ def test_step_of_no_length_stays_where_it_is():
     """Event location asks for it where the event is the start of a step."""
     walker, stages, new = walker_of(STIFF[0]), np.empty((STAGES, 8)), np.empty(8)
     flow(SINGLE_STANCE, STATE, walker.p, stages[0])
-    take_step(True, SINGLE_STANCE, STATE, 0.0, walker.p, stages, new)
+    take_step(SINGLE_STANCE, STATE, 0.0, walker.p, stages, new)
     np.testing.assert_array_equal(new, STATE)
 
 
 def test_table_1_takes_explicit_steps():
-    assert not takes_implicit_steps(False, walker_of().p)
-    assert not takes_implicit_steps(True, walker_of(STIFF[1]).p)
+    assert not isinstance(walker_of().p, Stiff)
+    assert not isinstance(walker_of(changed(STIFF[1], legs="rigid")).p, Stiff)
 
 
 def test_variations_through_implicit_steps_are_the_derivative():
@@ -117,7 +118,7 @@ def test_variations_through_implicit_steps_are_the_derivative():
 def test_implicit_path_agrees_with_an_integrator_of_another_make():
     """SciPy's on lambdified equations, with events of its own."""
     walker, point = find_gait(changed(TABLE_1, damping=2e3), SLOPE, 1e-11)
-    assert takes_implicit_steps(False, walker.p)
+    assert isinstance(walker.p, Stiff)
     other = readable_step(walker, point.z, 1e-10)
     np.testing.assert_allclose(other.z, point.z, atol=2e-8)
     assert other.period == pytest.approx(point.steps[0].period, abs=2e-8)

@@ -7,8 +7,8 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.poincare import poincare_map
 from stages.analytic.integration import readable
 from stages.analytic.integration.readable import derivative, heel_strike, refine, take_step
-from stages.analytic.integration.step import section_state
 from stages.analytic.parameters import Parameters, Settings
+from stages.analytic.phases.section import section_state
 from stages.analytic.phases.transitions import heel_strike_reset
 from stages.analytic.run import run
 from tests.analytic.designs import FRICTION, HEAVY_LEGS, SLOPE, TABLE_1, random_states, walker_of
@@ -29,7 +29,7 @@ def test_both_paths_have_the_same_impact():
     walker = walker_of(HEAVY_LEGS)
     for y in random_states(walker, 30):
         expected = y.copy()
-        heel_strike_reset(1, expected, walker.p)
+        heel_strike_reset(expected, walker.p)
         assert np.abs(heel_strike(walker, y) - expected).max() <= 1e-12
 
 
@@ -59,7 +59,7 @@ def test_stage_runs_on_the_readable_path():
 def test_a_foot_that_scuffs_without_end_is_given_up(table_1_gait, monkeypatch):
     """Each strike found is behind the stance foot: the search for the next one ends."""
     walker, point = table_1_gait
-    y = section_state(False, point.z, walker.p)
+    y = section_state(point.z, walker.p)
     monkeypatch.setattr(readable, "integrate", lambda *_: (0.0, y))
     monkeypatch.setattr(readable, "advance", lambda *_: -1.0)
     with pytest.raises(StepFailed, match="scuffs without end"):

@@ -5,8 +5,8 @@ import pytest
 
 from stages.analytic.gait.gait_search import find_gaits, step_length
 from stages.analytic.gait.poincare import poincare_derivative, poincare_map
-from stages.analytic.integration.step import section_state
 from stages.analytic.phases.flow import RIGID
+from stages.analytic.phases.section import section_state
 from stages.analytic.walk.energy import audit
 from stages.analytic.walk.recording import record
 from tests.analytic.designs import TABLE_1_RIGID, changed, walker_of
@@ -26,7 +26,7 @@ def test_gait_closes_and_keeps_its_books(name):
     walker = walker_of(changed(TABLE_1_RIGID, **EDGES[name]))
     point = find_gaits(walker, 1e-12, unstable=True)[0]
     assert point.residual <= 1e-11
-    segments = record(walker, section_state(True, point.z, walker.p), 1, 1e-12, RIGID)
+    segments = record(walker, section_state(point.z, walker.p), 1, 1e-12, RIGID)
     assert abs(audit(walker, segments, step_length(walker, point)).residual) <= 1e-9
     _, exact = poincare_derivative(walker, point.z, 1e-13)
     h = 1e-5

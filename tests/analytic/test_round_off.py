@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.round_off import eliminate, orders_of_summation, precisions, similarity, step, system
 from stages.analytic.integration.readable import accelerations
-from stages.analytic.integration.step import section_state
+from stages.analytic.phases.section import section_state
 from tests.analytic.designs import double_stance_states
 
 EXTENDED = pytest.mark.skipif(np.finfo(np.longdouble).nmant < 60, reason="longdouble is double on this machine")
@@ -30,9 +30,9 @@ def test_fixed_steps_follow_the_gait(table_1_gait):
     """The scheme that measures round-off integrates the gait: its end is the compiled step's, to its truncation."""
     walker, point = table_1_gait
     taken = point.steps[0]
-    start = section_state(False, point.z, walker.p)
+    start = section_state(point.z, walker.p)
     end = step(walker, start, (taken.double_stance, taken.period - taken.double_stance), np.float64)
-    clearance = (end[1] - walker.p[3]) * np.cos(end[0]) - (end[3] - walker.p[3]) * np.cos(end[2])
+    clearance = (end[1] - walker.p.r) * np.cos(end[0]) - (end[3] - walker.p.r) * np.cos(end[2])
     assert abs(clearance) < 1e-6, "the step ends at heel strike"
     assert -end[2] == pytest.approx(taken.state[0], abs=1e-6), "whose new stance leg is the compiled step's"
 

@@ -11,19 +11,19 @@ import numpy as np
 import pytest
 
 from stages.analytic.gait.poincare import fixed_point
-from stages.analytic.integration.phase import EVENT, integrate
-from stages.analytic.integration.step import NO_NODES
+from stages.analytic.integration.phase import EVENT, NO_NODES, integrate
 from stages.analytic.model import equations as eq
-from stages.analytic.phases.flow import RIGID, SINGLE_STANCE
+from stages.analytic.phases.flow import RIGID
 from stages.analytic.phases.transitions import heel_strike_reset
 from tests.analytic.designs import TABLE_1, TABLE_1_RIGID, changed, walker_of
 
 
-def limit_reset(y, p):
+def limit_reset(y):
     """Both feet rolling through the landing, legs free along themselves; then the new stance foot alone rolls and
     the legs become rigid: axial velocities vanish, angular momenta of both legs' motions are kept."""
     full = np.array([y[0], 1.0, y[1], 1.0, y[2], 0.0, y[3], 0.0])
-    heel_strike_reset(SINGLE_STANCE, full, p)
+    p = walker_of(TABLE_1).p  # stiffness and damping do not enter an impact
+    heel_strike_reset(full, p)
     t = eq.compliant_terms(*full[:4], 0.0, 0.0, 0.0, 0.0, p)
     mass = np.zeros((4, 4))
     mass[np.triu_indices(4)] = t[:10]
@@ -35,9 +35,9 @@ def limit_reset(y, p):
 
 def limit_step(walker, z):
     y = np.array([z[0], -abs(z[0]), z[1], z[2]])
-    status, period, *_ = integrate(RIGID, y, walker.p, 1e-12, 30.0, 10_000, 0.02, NO_NODES, 0)
+    status, period, *_ = integrate(RIGID, y, walker.p, 1e-12, 30.0, 10_000, 0.02, NO_NODES)
     assert status == EVENT
-    after = limit_reset(y, walker.p)
+    after = limit_reset(y)
     return after[[0, 2, 3]], period
 
 
@@ -59,7 +59,7 @@ def stiffened(count):
     for stiffness in 1e5 * 10.0 ** np.arange(count):
         damping = 58.35 * np.sqrt(stiffness / 2800.0)
         walker = walker_of(changed(TABLE_1, stiffness=stiffness, damping=damping))
-        z[1:3] = 1 + np.array([walker.p[1], -(walker.p[0] + walker.p[1]) / 2]) / walker.p[5]
+        z[1:3] = 1 + np.array([walker.p.m, -(walker.p.M + walker.p.m) / 2]) / walker.p.k
         point = fixed_point(walker, z, 1e-9)
         assert point is not None
         gaits.append(point)

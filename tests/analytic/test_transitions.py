@@ -3,20 +3,20 @@
 import numpy as np
 import pytest
 
-from stages.analytic.integration.phase import EVENT, guard, integrate
-from stages.analytic.integration.step import NO_NODES
+from stages.analytic.integration.phase import EVENT, NO_NODES, integrate
 from stages.analytic.model import equations as eq
 from stages.analytic.phases.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE, flow
-from stages.analytic.phases.transitions import foot_clearance, heel_strike_reset, landing_impulse
+from stages.analytic.phases.guards import guard
+from stages.analytic.phases.transitions import heel_strike_reset, landing_impulse
 from stages.analytic.walk.recording import record, states_at
 from stages.analytic.walk.validity import dense_states, impulses
-from tests.analytic.designs import HEAVY_LEGS, TABLE_1, TABLE_1_RIGID, changed, random_states, walker_of
+from tests.analytic.designs import HEAVY_LEGS, TABLE_1, TABLE_1_RIGID, changed, clearance, random_states, walker_of
 
 
 def guard_of(phase, y, p):
     rates = np.empty(y.size)
     flow(phase, y, p, rates)
-    return guard(phase, y, p, rates)
+    return guard(phase, y, p, rates, 0)
 
 
 def landing_states(walker, count):
@@ -24,15 +24,14 @@ def landing_states(walker, count):
     states = []
     for y in random_states(walker, 4000, seed=5):
         if not walker.rigid:
-            psi = np.cos(y[0]) * (y[1] - walker.p[3]) / (y[3] - walker.p[3])
+            psi = np.cos(y[0]) * (y[1] - walker.p.r) / (y[3] - walker.p.r)
             if abs(psi) > 1 or y[0] < 0.05:
                 continue
             y[2] = np.arccos(psi)
         else:
             y[0] = abs(y[0])
             y[1] = y[0]
-        phase = RIGID if walker.rigid else SINGLE_STANCE
-        if foot_clearance(phase, y, walker.p)[1] < 0:
+        if clearance(y, walker.p)[1] < 0:
             states.append(y)
     return np.array(states[:count])
 
@@ -64,7 +63,7 @@ def test_guard_changes_sign_at_toe_off(table_1_step, table_1_gait):
 
 def naive_guard(phase, y, p):
     """Trap 1: the foot counts as landed when it is at or below ground once the swing leg has passed upright."""
-    height, _, _ = foot_clearance(phase, y, p)
+    height, _, _ = clearance(y, p)
     return height <= 0 and y[1 if phase == RIGID else 2] > 0
 
 
@@ -82,25 +81,25 @@ def test_scuffing_is_no_heel_strike(legs, table_1_step, table_1_gait, rigid_gait
         segment = record(walker, rigid_gait[1].steps[0].state, 1, 1e-12, RIGID)[-1]
     phase = segment.phase
     inside = [y for y in dense_states(walker, segment)[:-1] if naive_guard(phase, y, walker.p)
-              and foot_clearance(phase, y, walker.p)[0] < 0]
+              and clearance(y, walker.p)[0] < 0]
     assert inside, "the gait must scuff for this test to mean anything"
     for start in inside:
         y = start.copy()
         assert naive_guard(phase, y, walker.p)
-        status, duration, *_ = integrate(phase, y, walker.p, 1e-12, 30.0, 100_000, 0.02, NO_NODES, 0)
+        status, duration, *_ = integrate(phase, y, walker.p, 1e-12, 30.0, 100_000, 0.02, NO_NODES)
         assert status == EVENT and duration > 0.5
         assert np.abs(y - segment.end).max() <= 1e-9
-        assert foot_clearance(phase, y, walker.p)[1] < 0
+        assert clearance(y, walker.p)[1] < 0
 
 
 def test_foot_that_falls_behind_the_stance_foot_is_no_heel_strike(table_1_step, table_1_gait):
     """The swing foot goes down through the ground behind the stance foot, once a step, and the walk goes on."""
     walker, _ = table_1_gait
     states = dense_states(walker, table_1_step[-1])
-    heights = np.array([foot_clearance(SINGLE_STANCE, y, walker.p)[0] for y in states])
+    heights = np.array([clearance(y, walker.p)[0] for y in states])
     crossings = states[:-1][(heights[:-1] > 1e-12) & (heights[1:] <= 1e-12)]
     assert len(crossings) == 2
-    assert [foot_clearance(SINGLE_STANCE, y, walker.p)[2] > 0 for y in crossings] == [False, True]
+    assert [clearance(y, walker.p)[2] > 0 for y in crossings] == [False, True]
 
 
 @pytest.mark.parametrize("largest_step", [0.02, 0.3, 1.0])
@@ -109,7 +108,7 @@ def test_heel_strike_does_not_depend_on_the_first_step_size(largest_step, table_
     single = table_1_step[-1]
     y = single.states[0].copy()
     status, duration, *_ = integrate(
-        SINGLE_STANCE, y, walker.p, 1e-12, 30.0, 100_000, largest_step, NO_NODES, 0)
+        SINGLE_STANCE, y, walker.p, 1e-12, 30.0, 100_000, largest_step, NO_NODES)
     assert status == EVENT
     assert duration == pytest.approx(single.duration, rel=1e-11)
 
@@ -120,7 +119,7 @@ def velocities(walker, q, qd):
     """Velocities of hip, stance mass and swing mass, and both leg rates about z, with their positions."""
     theta, stance, psi, swing = (q[0], 1.0, q[1], 1.0) if walker.rigid else q
     dtheta, dstance, dpsi, dswing = (qd[0], 0.0, qd[1], 0.0) if walker.rigid else qd
-    radius, com = walker.p[3], walker.p[4]
+    radius, com = walker.p.r, walker.p.l
     up, across = np.array([np.sin(theta), np.cos(theta)]), np.array([np.cos(theta), -np.sin(theta)])
     down, along = np.array([np.sin(psi), -np.cos(psi)]), np.array([np.cos(psi), np.sin(psi)])
     centre, rolling = np.array([radius * theta, radius]), np.array([radius * dtheta, 0.0])
@@ -139,11 +138,11 @@ def cross(a, b):
 
 def angular_momentum(walker, places, speeds, rates, point):
     """About z through `point`, of the masses and the legs' own inertia."""
-    masses = (walker.p[0], walker.p[1], walker.p[1])
+    masses = (walker.p.M, walker.p.m, walker.p.m)
     orbital = sum(
         mass * cross(a - point, v)
         for mass, a, v in zip(masses, places, speeds, strict=True))
-    return orbital + walker.p[7] * sum(rates)
+    return orbital + walker.p.I * sum(rates)
 
 
 @pytest.mark.parametrize("design", [
@@ -155,13 +154,13 @@ def test_rigid_impact_keeps_angular_momentum_about_the_landing_contact(design):
     for y in landing_states(walker, 40):
         places, speeds, rates, landing = velocities(walker, y[:2], y[2:])
         before = angular_momentum(walker, places, speeds, rates, landing)
-        trailing = walker.p[1] * cross(places[1] - places[0], speeds[1]) + walker.p[7] * rates[0]
+        trailing = walker.p.m * cross(places[1] - places[0], speeds[1]) + walker.p.I * rates[0]
         after = y.copy()
-        heel_strike_reset(RIGID, after, walker.p)
+        heel_strike_reset(after, walker.p)
         places2, speeds2, rates2, _ = velocities(walker, after[:2], after[2:])
-        contact = np.array([walker.p[3] * after[0], 0.0])
+        contact = np.array([walker.p.r * after[0], 0.0])
         assert angular_momentum(walker, places2, speeds2, rates2, contact) == pytest.approx(before, abs=1e-13)
-        leg = walker.p[1] * cross(places2[2] - places2[0], speeds2[2]) + walker.p[7] * rates2[1]
+        leg = walker.p.m * cross(places2[2] - places2[0], speeds2[2]) + walker.p.I * rates2[1]
         assert leg == pytest.approx(trailing, abs=1e-13)
 
 
@@ -184,11 +183,10 @@ def test_compliant_impact_keeps_momentum_in_every_direction_the_constraints_leav
 @pytest.mark.parametrize("design", [HEAVY_LEGS, changed(TABLE_1_RIGID, leg_inertia=2e-3)], ids=["compliant", "rigid"])
 def test_impulses_of_the_feet_are_the_change_of_momentum(design):
     walker = walker_of(design)
-    half, masses = walker.size // 2, np.array([walker.p[0], walker.p[1], walker.p[1]])
-    phase = RIGID if walker.rigid else SINGLE_STANCE
+    half, masses = walker.size // 2, np.array([walker.p.M, walker.p.m, walker.p.m])
     for y in landing_states(walker, 20):
         after = y.copy()
-        heel_strike_reset(phase, after, walker.p)
+        heel_strike_reset(after, walker.p)
         before = masses @ np.array(velocities(walker, y[:half], y[half:])[1])
         later = masses[[0, 2, 1]] @ np.array(velocities(walker, after[:half], after[half:])[1])[[0, 2, 1]]
         landing, trailing = impulses(walker, y)
@@ -198,10 +196,10 @@ def test_impulses_of_the_feet_are_the_change_of_momentum(design):
 @pytest.mark.parametrize("design", [HEAVY_LEGS, TABLE_1_RIGID], ids=["compliant", "rigid"])
 def test_impact_never_gains_energy(design):
     walker = walker_of(design)
-    phase, kinetic = (RIGID, eq.rigid_energy) if walker.rigid else (SINGLE_STANCE, eq.compliant_energy)
+    kinetic = eq.rigid_energy if walker.rigid else eq.compliant_energy
     for y in landing_states(walker, 100):
         after = y.copy()
-        heel_strike_reset(phase, after, walker.p)
+        heel_strike_reset(after, walker.p)
         assert kinetic(*after, walker.p)[0] < kinetic(*y, walker.p)[0]
 
 
@@ -210,7 +208,7 @@ def test_names_change_at_heel_strike():
     walker = walker_of(TABLE_1)
     y = landing_states(walker, 1)[0]
     after = y.copy()
-    heel_strike_reset(SINGLE_STANCE, after, walker.p)
+    heel_strike_reset(after, walker.p)
     assert after[:4].tolist() == [-y[2], y[3], -y[0], y[1]]
 
 
@@ -218,10 +216,10 @@ def test_names_change_at_heel_strike():
 def test_derivative_of_the_reset(design):
     """Variations through the impact equal central differences of it."""
     walker = walker_of(design)
-    phase, size, h = (RIGID, 4, 1e-6) if walker.rigid else (SINGLE_STANCE, 8, 1e-6)
+    size, h = walker.size, 1e-6
     directions = np.random.default_rng(2).normal(size=(20, size))
     for y, direction in zip(landing_states(walker, 20), directions, strict=True):
         both, plus, minus = np.concatenate([y, direction]), y + h * direction, y - h * direction
         for state in (both, plus, minus):
-            heel_strike_reset(phase, state, walker.p)
+            heel_strike_reset(state, walker.p)
         assert np.abs(both[size:] - (plus - minus) / (2 * h)).max() <= 1e-8

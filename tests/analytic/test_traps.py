@@ -6,8 +6,8 @@ Scuffing has its test beside the guards, in test_transitions; slip of the traili
 import numpy as np
 
 from stages.analytic.gait.poincare import fixed_point, poincare_map
-from stages.analytic.integration.step import section_coordinates
 from stages.analytic.phases.flow import SINGLE_STANCE
+from stages.analytic.phases.section import section_coordinates
 from stages.analytic.phases.transitions import heel_strike_reset
 from stages.analytic.walk.recording import states_at
 
@@ -33,7 +33,7 @@ def test_an_event_known_to_a_microsecond_caps_everything(table_1_gait, table_1_s
     assert single.phase == SINGLE_STANCE
     early = np.array([single.duration - MICROSECOND / walker.time])
     naive = states_at(SINGLE_STANCE, single.times[-1:], single.states[-1:], early - single.times[-1], walker.p)[0]
-    heel_strike_reset(SINGLE_STANCE, naive, walker.p)
+    heel_strike_reset(naive, walker.p)
     exact = poincare_map(walker, point.z, 1e-13).z
-    assert np.abs(section_coordinates(False, naive, walker.p) - exact).max() > 1e-8
+    assert np.abs(section_coordinates(naive, walker.p) - exact).max() > 1e-8
     assert np.abs(poincare_map(walker, point.z, 1e-11).z - exact).max() <= 1e-11

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from stages.analytic.integration.step import section_state
 from stages.analytic.phases.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE
+from stages.analytic.phases.section import section_state
 from stages.analytic.walk.recording import record
 from stages.analytic.walk.sampling import accelerations_and_forces
 from stages.analytic.walk.validity import assess, friction_used
@@ -49,7 +49,7 @@ def test_pulling_ground_is_reported(table_1_gait):
     """A walker that vaults too fast would leave the ground; the constraint holds it down and the report says so."""
     walker, _ = table_1_gait
     fast = np.array([-0.25, 1.0, 0.99, 1.25, -0.3])
-    segments = record(walker, section_state(False, fast, walker.p), 1, 1e-10, DOUBLE_STANCE)
+    segments = record(walker, section_state(fast, walker.p), 1, 1e-10, DOUBLE_STANCE)
     report = assess(walker, segments)
     assert report.least_normal_force_stance < 0 and not report.feet_push_only
     assert any("pull the stance foot" in text for text in report.broken_assumptions(1.1))
@@ -70,7 +70,7 @@ def test_forces_of_both_feet_carry_the_weight_on_average(table_1_gait, table_1_s
         states = states_at(segment.phase, segment.times, segment.states, times, walker.p)
         forces = accelerations_and_forces(segment.phase, states, walker.p)[:, 4:].reshape(-1, 2, 2).sum(axis=1)
         total = total + (forces * (half[:, None] * weights).ravel()[:, None]).sum(axis=0)
-    weight = -np.array(walker.p[8:10])
+    weight = -np.array([walker.p.g_x, walker.p.g_y])
     assert np.abs(total - weight * point.steps[0].period).max() <= 1e-9
 
 
@@ -81,5 +81,5 @@ def test_single_stance_foot_carries_everything(table_1_gait, table_1_step):
 
 def test_rigid_report_has_no_double_stance(rigid_gait):
     walker, point = rigid_gait
-    report = assess(walker, record(walker, section_state(True, point.z, walker.p), 1, 1e-12, RIGID))
+    report = assess(walker, record(walker, section_state(point.z, walker.p), 1, 1e-12, RIGID))
     assert report.friction_double_stance == 0 and report.impulse_friction_trailing == 0

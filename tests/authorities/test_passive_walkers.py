@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from stages.analytic.gait.gait_search import by_stability, find_gait
-from stages.analytic.integration.phase import EVENT, integrate
-from stages.analytic.integration.step import NO_NODES
+from stages.analytic.integration.phase import EVENT, NO_NODES, integrate
 from stages.analytic.model import equations as eq
 from stages.analytic.model.walker import Walker, build_walker
 from stages.analytic.phases.flow import RIGID
@@ -51,9 +50,9 @@ def published_step(walker: Walker, z: np.ndarray) -> np.ndarray:
     spin is I u1 alone. Adding that term here is the whole difference.
     """
     y = np.array([z[0], -abs(z[0]), z[1], z[2]])
-    status, *_ = integrate(RIGID, y, walker.p, 1e-13, 30.0, 10_000, 0.02, NO_NODES, 0)
+    status, *_ = integrate(RIGID, y, walker.p, 1e-13, 30.0, 10_000, 0.02, NO_NODES)
     assert status == EVENT
-    stray = walker.p[7] * (y[2] + y[3])
+    stray = walker.p.I * (y[2] + y[3])
     momentum = np.array(eq.rigid_handover(y[0], y[1], walker.p)).reshape(2, 2) @ y[2:] + stray
     m11, m12, m22, *_ = eq.rigid_terms(-y[1], -y[0], 0.0, 0.0, walker.p)
     return np.array([-y[1], *np.linalg.solve([[m11, m12], [m12, m22]], momentum)])

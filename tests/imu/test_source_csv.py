@@ -1,5 +1,6 @@
 """CSV sources: what the column map may say, and what is said back."""
 
+import os
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
@@ -69,6 +70,21 @@ def test_what_is_wrong_is_named(path: tuple, value: object, words: str, tmp_path
 def test_no_table(content: bytes, tmp_path: Path) -> None:
     (tmp_path / "one.csv").write_bytes(content)
     with pytest.raises(SourceRefused):
+        list(CsvSource(DESCRIPTION, tmp_path).runs())
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
+def test_a_pipe_a_device_and_a_sparse_file_are_refused_at_once(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.csv")
+    (tmp_path / "device.csv").symlink_to("/dev/zero")
+    for name in ("pipe.csv", "device.csv"):
+        (tmp_path / name).rename(tmp_path / "one.csv")
+        with pytest.raises(SourceRefused, match="a pipe, device or socket, not a file"):
+            list(CsvSource(DESCRIPTION, tmp_path).runs())
+        (tmp_path / "one.csv").unlink()
+    with open(tmp_path / "one.csv", "wb") as file:
+        file.truncate(50_000_000_000)
+    with pytest.raises(SourceRefused, match="a line of more than 1,000,000 characters"):
         list(CsvSource(DESCRIPTION, tmp_path).runs())
 
 

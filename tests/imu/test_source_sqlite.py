@@ -1,5 +1,6 @@
 """The SQLite source: read-only in fact, clear when it cannot read."""
 
+import os
 import sqlite3
 from pathlib import Path
 
@@ -95,3 +96,19 @@ def test_a_path_with_uri_characters(content: bytes, tmp_path: Path) -> None:
     path.write_bytes(content)
     assert rows(path)
     assert [child.name for child in tmp_path.iterdir()] == [path.name]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
+def test_a_pipe_a_device_and_a_sparse_file_are_refused_at_once(content: bytes, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.sqlite")
+    for path in (tmp_path / "pipe.sqlite", Path("/dev/zero")):
+        with pytest.raises(SourceRefused, match="a pipe, device or socket, not a file"):
+            rows(path)
+    with open(tmp_path / "sparse.sqlite", "wb") as file:
+        file.truncate(5_000_000_000)
+    with pytest.raises(SourceRefused, match="is not an SQLite database"):
+        rows(tmp_path / "sparse.sqlite")
+    (tmp_path / "log.sqlite").write_bytes(content)
+    os.mkfifo(tmp_path / "log.sqlite-journal")
+    with pytest.raises(SourceRefused, match=r"log\.sqlite-journal' cannot be read: it is a pipe"):
+        rows(tmp_path / "log.sqlite")

@@ -21,7 +21,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from pipeline.cache import durable
-from pipeline.cache.store import Store
 from tests.pipeline.toy import HOME, with_commands
 
 FAULTY = Path(__file__).with_name("faulty")
@@ -62,7 +61,7 @@ class Scene:
 
     def stored(self) -> dict[str, dict[str, str]]:
         """Of each entry in the store that is whole: key -> file -> SHA-256."""
-        store = Store(self.results)
+        store = self.toy.study().store
         entries = [store.entry(path.name) for path in store.folder.iterdir() if path.is_dir()]
         found = {entry.key: {name: out.sha256 for name, out in entry.outs.items()} for entry in entries if entry}
         return {

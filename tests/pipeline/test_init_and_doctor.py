@@ -32,6 +32,32 @@ def test_a_new_study_has_the_same_stages_and_every_parameter(tmp_path, repositor
     assert not list(tmp_path.glob(".mine*"))
 
 
+
+
+def test_a_study_laid_out_by_an_earlier_version_is_told_what_changed_and_renewed(tmp_path, repository):
+    bipedstudy(tmp_path, "init", "mine", PYTHONPATH=str(repository))
+    path, slope = tmp_path / "mine/dvc.yaml", tmp_path / "mine/params/ground.yaml"
+    now = path.read_text()
+    earlier = now.replace("      - params/comparison.yaml:\n", "      - params/biped.yaml:\n", 1)
+    path.write_text(earlier)
+    slope.write_text(slope.read_text().replace("value: 2.0", "value: 2.5"))
+    mine = slope.read_text()
+    (tmp_path / "mine/params/imu.yaml").unlink()
+    code, _, errors = bipedstudy(tmp_path / "mine", "status", PYTHONPATH=str(repository))
+    assert code == 2 and "since 0.2.0 stage figures makes results/figures" in errors
+    assert errors.rstrip().endswith("write it anew with: bipedstudy init . --update")
+    code, out, errors = bipedstudy(tmp_path / "mine", "init", ".", "--update", PYTHONPATH=str(repository))
+    assert code == 0 and "dvc.yaml: written anew" in out and "imu.yaml: added" in out, errors
+    assert path.read_text() == now and path.with_suffix(".yaml.old").read_text() == earlier
+    assert slope.read_text() == mine, "parameters are the user's own"
+    assert bipedstudy(tmp_path / "mine", "status", PYTHONPATH=str(repository))[0] == 0
+
+
+def test_a_checkout_is_not_renewed(tmp_path, repository):
+    code, _, errors = bipedstudy(repository, "init", ".", "--update", PYTHONPATH=str(repository))
+    assert code == 2 and "is not a study that `init` laid out" in errors
+
+
 def test_init_never_writes_into_what_is_there(tmp_path, repository):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine/notes.txt").write_text("mine")
@@ -81,9 +107,15 @@ def test_a_folder_that_cannot_be_written_is_bad(tmp_path):
 def test_a_full_disk_and_a_cold_cache_are_told(monkeypatch, tmp_path):
     monkeypatch.setattr(doctor.shutil, "disk_usage", lambda path: SimpleNamespace(free=5_000_000))
     assert doctor.free_space(tmp_path) == doctor.Finding("free disk", "bad", "5 MB")
-    stage = SimpleNamespace(__name__="stages.fall.compiled", cache_folder=lambda: tmp_path / "none")
-    states = [finding.state for finding in doctor.compiled(SimpleNamespace(offered=lambda name: (stage,)))]
-    assert states == ["good", "warning"]
+    for refusal, cold, state, text in (
+        ("", True, "warning", "cold: the first use of stage fall compiles it"),
+        ("", False, "good", "warm: stage fall in there"),
+        ("others may write in it", True, "warning", "none: others may write in it, so every process compiles"),
+    ):
+        code = SimpleNamespace(refusal=refusal, folder="there", is_cold=lambda cold=cold: cold)
+        stage = SimpleNamespace(__name__="stages.fall.compiled", CODE=code)
+        (found,) = doctor.compiled(SimpleNamespace(offered=lambda name, stage=stage: (stage,)))
+        assert found.state == state and found.text.startswith(text)
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

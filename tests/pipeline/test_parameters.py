@@ -74,10 +74,10 @@ WRONG_SETTINGS = {
     "fall.heigth=1": '--set fall.heigth=1: there is no parameter "heigth" in fall; did you mean "height"?',
     "fall.gravity=1": '--set fall.gravity=1: there is no parameter "gravity" in fall; did you mean "ground.gravity"?',
     "fal.height=1": '--set fal.height=1: there is no parameter file "fal"; did you mean "fall"?',
-    "height=1": "--set height=1: the form is --set file.key=value, for example --set biped.hip_mass=0.4",
-    "fall.height": "--set fall.height: the form is --set file.key=value, for example --set biped.hip_mass=0.4",
-    "fall.height=": "--set fall.height=: the form is --set file.key=value, for example --set biped.hip_mass=0.4",
-    "fall..x=1": "--set fall..x=1: the form is --set file.key=value, for example --set biped.hip_mass=0.4",
+    "height=1": "--set height=1: the form is --set file.key=value, for example --set ground.gravity=9.81",
+    "fall.height": "--set fall.height: the form is --set file.key=value, for example --set ground.gravity=9.81",
+    "fall.height=": "--set fall.height=: the form is --set file.key=value, for example --set ground.gravity=9.81",
+    "fall..x=1": "--set fall..x=1: the form is --set file.key=value, for example --set ground.gravity=9.81",
     "fall.height={a: 1": "--set fall.height={a: 1: not valid YAML: while parsing a flow mapping did not find expected "
     "',' or '}'",
     "ground.dynamic_friction=2": "--set ground.dynamic_friction=2: dynamic_friction = 2 is not allowed; "
@@ -124,7 +124,7 @@ def test_every_error_of_every_file_is_reported_at_once(toy):
     toy.edit("params/ground.yaml", "value: 1e5, unit: N/m", "value: 0, unit: N/m")
     found = sentences(toy, "side.sed=1", "nonsense")
     assert [line.split("params/")[-1] for line in found] == [
-        "--set nonsense: the form is --set file.key=value, for example --set biped.hip_mass=0.4",
+        "--set nonsense: the form is --set file.key=value, for example --set ground.gravity=9.81",
         '--set side.sed=1: there is no parameter "sed" in side; did you mean "seed"?',
         'fall.yaml:1: steps = "many" is not a number; allowed: >= 1'.replace("a number", "a whole number"),
         "fall.yaml:2: height = -2 m is not allowed; allowed: >= 0 m",
@@ -180,6 +180,7 @@ def test_compact_numbers():
     assert [compact(value) for value in (1e5, 2.0, 0.1, 1e-7, 123456, 1 / 3, True, [1.0, 2e6])] == [
         "1e5", "2", "0.1", "1e-7", "123456", "0.3333333333333333", "true", "[1, 2e6]"
     ]  # fmt: skip
+    assert [compact(value) for value in (math.inf, -math.inf, math.nan)] == ["inf", "-inf", "nan"]
 
 
 BOMB = "a: &a [x, x, x, x, x, x, x, x, x, x]\n" + "".join(

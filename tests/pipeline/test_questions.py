@@ -173,7 +173,8 @@ def test_a_question_cannot_have_the_name_of_another_command(toy, name):
 
 def test_a_question_whose_code_is_compiled_first_says_so(toy):
     toy.path("stages/side/compiled.py").write_text(
-        "import os\nCOMPILING = 'compiling, once'\ndef is_cold():\n    return not os.path.exists('warm')\n"
+        "import os\nCOMPILING = 'compiling, once'\n"
+        "class CODE:\n    is_cold = staticmethod(lambda: not os.path.exists('warm'))\n"
     )
     assert toy.command("tally")[2].splitlines() == ["note: stage side: compiling, once", "all drawn"]
     (toy.root / "warm").touch()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from pipeline.cache import artefact
+from pipeline.cache import artefact, regular
 from pipeline.errors import StudyError
 from pipeline.stage_modules import importable, result_class
 from pipeline.study import Study, locate, shown
@@ -32,6 +32,7 @@ def load(stage: str, study: str | Path | None = None) -> Any:
     place = found.store.place(found.graph.stage(stage).artefact)
     if not place.exists():
         raise StudyError(f"{shown(place)} is not there yet; make it with: bipedstudy run {stage}")
+    regular.check(place, shown(place), regular.ARTEFACT)
     importable(found.package, found.code_root)
     return artefact.load(place, result_class(found.package, stage))
 

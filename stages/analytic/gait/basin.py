@@ -8,11 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.analytic.compiled import Numbers, compiled
+from stages.analytic.compiled import compiled
 from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE
 from stages.analytic.integration.phase import EVENT
-from stages.analytic.integration.step import section_coordinates, section_state, walk_step
+from stages.analytic.integration.step import walk_step
+from stages.analytic.model.kinds import Kind
 from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.phases.section import section_coordinates, section_state
 
 NONE = -1
 
@@ -32,22 +34,21 @@ class Basin:
 
 @compiled
 def walk_starts(
-    rigid: bool, starts: np.ndarray, p: Numbers, gaits: np.ndarray, near: float, steps: int, tolerance: float,
+    starts: np.ndarray, p: Kind, gaits: np.ndarray, near: float, steps: int, tolerance: float,
     time_limit: float, step_limit: int, survived: Vector, reached: Vector,
 ) -> None:  # fmt: skip
     """Walk every start (n, j) up to `steps` steps; a walk ends early within `near` of a gait of `gaits` (g, j)."""
-    no_nodes = np.empty((0, 10))
     for i in range(starts.shape[0]):
-        y = section_state(rigid, starts[i], p)
+        y = section_state(starts[i], p)
         survived[i], reached[i] = 0, -1
         for _ in range(steps):
             if not np.isfinite(y).all():
                 break
-            status, _, _, _, _, _ = walk_step(rigid, y, p, tolerance, time_limit, step_limit, no_nodes)
+            status, _, _, _, _ = walk_step(y, p, tolerance, time_limit, step_limit)
             if status != EVENT:
                 break
             survived[i] += 1
-            z = section_coordinates(rigid, y, p)
+            z = section_coordinates(y, p)
             for g in range(gaits.shape[0]):
                 if np.abs(z - gaits[g]).max() < near:
                     reached[i] = g
@@ -84,19 +85,8 @@ def basin_of_attraction(
 
     def work(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         made, where = np.zeros(rows.size, dtype=np.int64), np.full(rows.size, NONE, dtype=np.int64)
-        walk_starts(
-            walker.rigid,
-            grid[rows],
-            walker.p,
-            known,
-            near,
-            steps,
-            tolerance,
-            TIME_LIMIT_OF_A_PHASE,
-            STEP_LIMIT_OF_A_PHASE,
-            made,
-            where,
-        )
+        walk_starts(grid[rows], walker.p, known, near, steps, tolerance,
+                    TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, made, where)
         return rows, made, where
 
     with ThreadPoolExecutor(workers) as pool:  # the compiled function lets go of the interpreter lock

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from stages.analytic.gait.gait_search import describe, step_length
 from stages.analytic.gait.poincare import FixedPoint
-from stages.analytic.integration.step import section_state
 from stages.analytic.model.walker import Walker
+from stages.analytic.phases.section import section_state
 from stages.analytic.walk.energy import EnergyAudit, audit
 from stages.analytic.walk.recording import Segment, record
 from stages.analytic.walk.validity import Validity, assess
@@ -26,7 +26,7 @@ class GaitReport:
 
 def record_step(walker: Walker, point: FixedPoint, tolerance: float) -> list[Segment]:
     """The segments of the gait's step, from heel strike to heel strike."""
-    start = section_state(walker.rigid, point.z, walker.p)
+    start = section_state(point.z, walker.p)
     return record(walker, start, 1, tolerance)
 
 

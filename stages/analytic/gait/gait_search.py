@@ -21,8 +21,9 @@ from stages.analytic.gait.search_starts import (
     lengths_after_heel_strike,
     ranked_starts,
 )
+from stages.analytic.model.kinds import Compliant, Limited, Rigid, Rolling
+from stages.analytic.model.stiffness import attainable_tolerance, compliant, fastest_rate
 from stages.analytic.model.walker import Vector, Walker, build_walker
-from stages.analytic.phases.stiffness import attainable_tolerance, fastest_rate
 from stages.biped.design import Biped
 from stages.biped.gait import Gait
 from stages.ground.friction_coefficients import Friction
@@ -69,35 +70,33 @@ def converge(walker: Walker, starts: Iterable[Vector], tolerance: float, *, unst
     return found
 
 
-def softer(walker: Walker, rate: float) -> Walker:
+def softer(p: Compliant, rate: float) -> Compliant:
     """The walker with springs and dampers weakened, same damping ratio, to a fastest axial rate of `rate`."""
-    factor = rate / fastest_rate(walker)
-    p = list(walker.p)
-    p[5], p[6] = p[5] * factor**2, p[6] * factor
-    return dataclasses.replace(walker, p=tuple(p))
+    factor = rate / fastest_rate(p)
+    return compliant(p._replace(k=p.k * factor**2, b=p.b * factor))
 
 
-def stiffen(walker: Walker, gaits: list[FixedPoint], rate: float) -> list[FixedPoint]:
-    """The gaits of `softer(walker, rate)` followed in stages to the walker itself, as far as Newton's method leads."""
-    while gaits and rate < fastest_rate(walker):
-        before = np.array(lengths_after_heel_strike(softer(walker, rate)))
-        rate = min(rate * STAGE, fastest_rate(walker))
-        stage = softer(walker, rate)
+def stiffen(walker: Walker, p: Compliant, gaits: list[FixedPoint], rate: float) -> list[FixedPoint]:
+    """The gaits of `softer(p, rate)` followed in stages to the walker itself, as far as Newton's method leads."""
+    while gaits and rate < fastest_rate(p):
+        before = np.array(lengths_after_heel_strike(softer(p, rate)))
+        rate = min(rate * STAGE, fastest_rate(p))
+        stage = softer(p, rate)
         starts = [point.z.copy() for point in gaits]
         for z in starts:
             z[1:3] += np.array(lengths_after_heel_strike(stage)) - before
-        gaits = converge(stage, starts, SEARCH_TOLERANCE, unstable=True)
+        gaits = converge(dataclasses.replace(walker, p=stage), starts, SEARCH_TOLERANCE, unstable=True)
     return gaits
 
 
-def stiff_starts(walker: Walker, *, unstable: bool) -> list[Vector]:
+def stiff_starts(walker: Walker, p: Compliant, *, unstable: bool) -> list[Vector]:
     """Starts of a stiff walker: landings of the gaits of the same biped with rigid legs."""
-    rigid = dataclasses.replace(walker, rigid=True)
+    rigid = dataclasses.replace(walker, p=Rigid(p.M, p.m, p.L_nat, p.r, p.l, p.I, p.g_x, p.g_y))
     rigid_starts, _ = ranked_starts(rigid)
     starts: list[Vector] = []
     for point in converge(rigid, rigid_starts, SEARCH_TOLERANCE, unstable=unstable):
         try:
-            starts.append(landed(walker, rigid, point))
+            starts.append(landed(p, rigid, point))
         except StepFailed:
             continue
     return starts
@@ -105,29 +104,30 @@ def stiff_starts(walker: Walker, *, unstable: bool) -> list[Vector]:
 
 def find_gaits(walker: Walker, tolerance: float, *, unstable: bool) -> list[FixedPoint]:
     """Fixed points of the step map, most stable first; with `unstable` the search goes on after a stable one."""
-    if walker.p[8] <= 0.0:
+    p = walker.p
+    if p.g_x <= 0.0:
         return []
-    tolerance = attainable_tolerance(walker, tolerance)
-    if fastest_rate(walker) <= GRID_RATE:
+    tolerance = attainable_tolerance(p, tolerance)
+    if isinstance(p, Rigid) or fastest_rate(p) <= GRID_RATE:
         found = converge(walker, ranked_starts(walker)[0], tolerance, unstable=unstable)
         return sorted(found, key=by_stability)
-    found = converge(walker, stiff_starts(walker, unstable=unstable), tolerance, unstable=True)
+    found = converge(walker, stiff_starts(walker, p, unstable=unstable), tolerance, unstable=True)
     if unstable or not any(by_stability(point) < 1 for point in found):
-        soft = softer(walker, GRID_RATE)
+        soft = dataclasses.replace(walker, p=softer(p, GRID_RATE))
         gaits = converge(soft, ranked_starts(soft)[0], SEARCH_TOLERANCE, unstable=True)
-        starts = [point.z for point in stiffen(walker, gaits, GRID_RATE)]
+        starts = [point.z for point in stiffen(walker, p, gaits, GRID_RATE)]
         found += [point for point in converge(walker, starts, tolerance, unstable=True) if is_new(found, point)]
     return sorted(found, key=by_stability)
 
 
 def why_no_gait(walker: Walker) -> str:
     """Reason why the search found nothing."""
-    if walker.p[8] <= 0.0:
+    if walker.p.g_x <= 0.0:
         return "no periodic gait: on level ground gravity does no work, and every heel strike loses energy"
-    if not walker.rolls and (reason := why_no_step(walker)):
+    if isinstance(walker.p, Limited) and (reason := why_no_step(walker, walker.p)):
         return f"no periodic gait found: from the gait of the same biped with rolling feet, {reason}"
     where = f"stance angle {ANGLES[0]:g} to {ANGLES[-1]:g} rad, stance rate {RATES[0]:g} to {RATES[-1]:g} sqrt(g/L)"
-    if fastest_rate(walker) > GRID_RATE:
+    if fastest_rate(walker.p) > GRID_RATE:
         return (
             f"no periodic gait found: the legs are too stiff for a search on the grid ({where}), and neither the gaits "
             "of the same biped with rigid legs nor those with softer springs lead to one")
@@ -138,9 +138,9 @@ def why_no_gait(walker: Walker) -> str:
         f"{steps} steps, and Newton's method converged from none")
 
 
-def why_no_step(walker: Walker) -> str:
+def why_no_step(walker: Walker, p: Limited) -> str:
     """Why a walker with limited friction makes no step from the gait of the same biped with rolling feet, if so."""
-    rolling = dataclasses.replace(walker, p=(*walker.p[:10], np.inf, np.inf))
+    rolling = dataclasses.replace(walker, p=compliant(p[: len(Rolling._fields)]))
     for point in find_gaits(rolling, SEARCH_TOLERANCE, unstable=False)[:1]:
         try:
             poincare_map(walker, np.append(point.z, [0.0, 0.0]), SEARCH_TOLERANCE)
@@ -175,7 +175,7 @@ def step_length(walker: Walker, point: FixedPoint) -> float:
     """
     theta, psi = point.z[0], point.steps[-1].state[1 if walker.rigid else 2]
     stance, swing = (1.0, 1.0) if walker.rigid else (point.z[1], point.z[2])
-    radius = walker.p[3]
+    radius = walker.p.r
     return float(-(stance - radius) * np.sin(theta) - (swing - radius) * np.sin(psi) - radius * (theta + psi))
 
 

@@ -6,14 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.analytic.compiled import Numbers, compiled
 from stages.analytic.errors import StepFailed
 from stages.analytic.integration.phase import BOTTOMED, CHATTER, EVENT, FALL, STEP_FLOOR, TIME_LIMIT, WEDGED
-from stages.analytic.integration.step import NO_NODES, section_coordinates, section_state, section_variation, walk_step
-from stages.analytic.model import equations as eq
+from stages.analytic.integration.step import walk_step
+from stages.analytic.model.kinds import Rigid
 from stages.analytic.model.walker import Vector, Walker
-from stages.analytic.phases.coulomb_section import landing_tangent, landing_variations
 from stages.analytic.phases.flow import HOVERING, SINGLE_STANCE
+from stages.analytic.phases.section import section_coordinates, section_derivative, section_state, section_tangent
 from stages.analytic.phases.succession import in_contact
 
 #: Longest phase, in pendulum times sqrt(L/g); a step takes about 2.6.
@@ -64,7 +63,7 @@ def require_landing(walker: Walker, y: Vector, status: int, phase: int) -> None:
 
 def start_state(walker: Walker, z: Vector) -> Vector:
     """State just after heel strike at section coordinates `z`. Raises StepFailed if there is none."""
-    y = section_state(walker.rigid, np.asarray(z, dtype=float), walker.p)
+    y = section_state(np.asarray(z, dtype=float), walker.p)
     if not np.isfinite(y).all():
         raise StepFailed("the trailing foot cannot reach the ground")
     return y
@@ -75,8 +74,8 @@ def advance(walker: Walker, y: Vector, tolerance: float) -> tuple[float, float, 
 
     Raises StepFailed as `require_landing` does.
     """
-    status, phase, double, period, _, evaluations = walk_step(
-        walker.rigid, y, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, NO_NODES)
+    status, phase, double, period, evaluations = walk_step(
+        y, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE)
     require_landing(walker, y, status, phase)
     return double, period, evaluations
 
@@ -88,38 +87,7 @@ def poincare_map(walker: Walker, z: Vector, tolerance: float) -> Step:
     """
     y = start_state(walker, z)
     double, period, evaluations = advance(walker, y, tolerance)
-    return Step(section_coordinates(walker.rigid, y, walker.p), y, period, double, evaluations)
-
-
-@compiled
-def section_tangent(rigid: bool, y: Vector, p: Numbers) -> Vector:
-    """Derivative of `section_state` at its value y, columns stored one after another, shape (j * size,).
-
-    Compliant: the clearance fixes dpsi, then both constraint rates, Pi^T qd = 0, fix the variations of two rates.
-    """
-    if rigid:
-        tangent = np.zeros((3, 4))
-        tangent[0, 0], tangent[0, 1] = 1.0, 1.0 if y[0] < 0.0 else -1.0
-        tangent[1, 2] = 1.0
-        tangent[2, 3] = 1.0
-        return tangent.ravel()
-    c = eq.contact_terms(y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], p)
-    by_state = eq.contact_acceleration_jacobian(
-        y[0], y[1], y[2], y[3], 0.0, 0.0, 0.0, 0.0, y[4], y[5], y[6], y[7], p)
-    inverse = 1.0 / (c[2] * c[7] - c[3] * c[6])
-    tangent = np.zeros((5, 8))
-    for column, entry in enumerate((0, 1, 3, 4, 5)):
-        d = tangent[column]
-        d[entry] = 1.0
-        d[2] = -(c[0] * d[0] + c[1] * d[1] + c[3] * d[3]) / c[2]
-        f1 = -(c[0] * d[4] + c[1] * d[5])
-        f2 = -(c[4] * d[4] + c[5] * d[5])
-        for i in range(4):
-            f1 -= by_state[i] * d[i]
-            f2 -= by_state[8 + i] * d[i]
-        d[6] = inverse * (f1 * c[7] - c[3] * f2)
-        d[7] = inverse * (c[2] * f2 - c[6] * f1)
-    return tangent.ravel()
+    return Step(section_coordinates(y, walker.p), y, period, double, evaluations)
 
 
 def poincare_derivative(walker: Walker, z: Vector, tolerance: float) -> tuple[Step, np.ndarray]:
@@ -128,19 +96,11 @@ def poincare_derivative(walker: Walker, z: Vector, tolerance: float) -> tuple[St
     Raises StepFailed like `poincare_map`.
     """
     start = start_state(walker, z)
-    if walker.section_size == 7:
-        tangent = landing_tangent(np.asarray(z, dtype=float), start, walker.p)
-    else:
-        tangent = section_tangent(walker.rigid, start, walker.p)
-    y = np.concatenate([start, tangent])
+    y = np.concatenate([start, section_tangent(np.asarray(z, dtype=float), start, walker.p)])
     double, period, evaluations = advance(walker, y, tolerance)
-    columns = y.reshape(-1, walker.size)
-    if walker.section_size == 7:
-        derivative = landing_variations(y, walker.p)
-    else:
-        derivative = np.column_stack([section_variation(walker.rigid, column) for column in columns[1:]])
-    end = columns[0].copy()
-    return Step(section_coordinates(walker.rigid, end, walker.p), end, period, double, evaluations), derivative
+    end = y[: walker.size].copy()
+    step = Step(section_coordinates(end, walker.p), end, period, double, evaluations)
+    return step, section_derivative(y, walker.p)
 
 
 def iterate(walker: Walker, z: Vector, steps: int, tolerance: float) -> tuple[list[Step], np.ndarray]:
@@ -177,7 +137,7 @@ def multipliers_of(monodromy_matrix: np.ndarray) -> np.ndarray:
 
 def attainable_residual(walker: Walker, tolerance: float) -> float:
     """How well a fixed point can close: the map's accuracy, or the round-off of a length times the stiffness."""
-    round_off = 0.0 if walker.rigid else 8 * np.finfo(float).eps * walker.p[5]
+    round_off = 0.0 if isinstance(walker.p, Rigid) else 8 * np.finfo(float).eps * walker.p.k
     return max(1e-10, 10 * tolerance, round_off)
 
 

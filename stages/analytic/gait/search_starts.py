@@ -13,8 +13,9 @@ import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.poincare import FixedPoint, poincare_map
+from stages.analytic.model.kinds import Compliant, Limited, Rigid
 from stages.analytic.model.walker import Vector, Walker
-from stages.analytic.phases.flow import RIGID, SINGLE_STANCE
+from stages.analytic.phases.flow import RIGID
 from stages.analytic.phases.transitions import heel_strike_reset
 from stages.analytic.walk.recording import record
 
@@ -28,16 +29,15 @@ SAME_START = 0.01
 STEP_TIME = 2.6
 
 
-def lengths_after_heel_strike(walker: Walker) -> tuple[float, float]:
+def lengths_after_heel_strike(p: Compliant) -> tuple[float, float]:
     """Lengths of the new stance leg and of the trailing leg just after heel strike.
 
     Fast springs are at rest under their load: the foot that hung on the leg, the weight that stood on it. Dampers
     that take longer than a step keep both legs at their mean load.
     """
-    hip, foot, stiffness, damping = walker.p[0], walker.p[1], walker.p[5], walker.p[6]
-    mean = 1 - hip / (2 * stiffness)
-    settled = 1.0 if damping == 0 else 1 - float(np.exp(-STEP_TIME * stiffness / damping))
-    landing, trailing = 1 + foot / stiffness, 1 - (hip + foot) / (2 * stiffness)
+    mean = 1 - p.M / (2 * p.k)
+    settled = 1.0 if p.b == 0 else 1 - float(np.exp(-STEP_TIME * p.k / p.b))
+    landing, trailing = 1 + p.m / p.k, 1 - (p.M + p.m) / (2 * p.k)
     return mean + settled * (landing - mean), mean + settled * (trailing - mean)
 
 
@@ -46,12 +46,16 @@ def start_coordinates(walker: Walker, angle: float, rate: float) -> Vector:
 
     The hip's velocity, across the trailing leg before, has the part -rate sin(2 angle) along the new one.
     """
-    if walker.rigid:
+    p = walker.p
+    if isinstance(p, Rigid):
         return np.array([-angle, rate, rate * np.cos(2 * angle) - rate])
-    landing, trailing = lengths_after_heel_strike(walker)
-    hip, foot = walker.p[0], walker.p[1]
-    at_rest = [] if walker.rolls else [0.0, 0.0]
-    return np.array([-angle, landing, trailing, rate, -rate * np.sin(2 * angle) * hip / (hip + foot), *at_rest])
+    across = -rate * np.sin(2 * angle) * p.M / (p.M + p.m)
+    return np.array([-angle, *lengths_after_heel_strike(p), rate, across, *at_rest(p)])
+
+
+def at_rest(p: Compliant) -> list[float]:
+    """The section coordinates that tell how a trailing foot moves which friction may not hold: it does not."""
+    return [0.0, 0.0] if isinstance(p, Limited) else []
 
 
 def grid(walker: Walker) -> Iterator[Vector]:
@@ -94,14 +98,12 @@ def ranked_starts(walker: Walker) -> tuple[list[Vector], int]:
     return chosen, longest
 
 
-def landed(walker: Walker, rigid: Walker, point: FixedPoint) -> Vector:
+def landed(p: Compliant, rigid: Walker, point: FixedPoint) -> Vector:
     """Section coordinates of a compliant walker that lands as the rigid gait does, springs at rest."""
     theta, psi, dtheta, dpsi = end_of_step(rigid, point)
     y = np.array([theta, 1.0, psi, 1.0, dtheta, 0.0, dpsi, 0.0])
-    heel_strike_reset(SINGLE_STANCE, y, walker.p)
-    landing, trailing = lengths_after_heel_strike(walker)
-    at_rest = [] if walker.rolls else [0.0, 0.0]
-    return np.array([y[0], landing, trailing, y[4], y[5], *at_rest])
+    heel_strike_reset(y, p)
+    return np.array([y[0], *lengths_after_heel_strike(p), y[4], y[5], *at_rest(p)])
 
 
 def end_of_step(rigid: Walker, point: FixedPoint) -> tuple[float, float, float, float]:

@@ -8,14 +8,18 @@ from math import sqrt
 
 import numpy as np
 
-from stages.analytic.compiled import Numbers, compiled
+from stages.analytic.compiled import compiled
 from stages.analytic.phases.flow import flow
+from stages.analytic.model.kinds import Kind
 from stages.analytic.model.walker import Vector
 
 
 @compiled
-def take_step(phase: int, y: Vector, h: float, p: Numbers, stages: np.ndarray, new: Vector) -> None:
-    """Advance `y` by `h` into `new`. `stages[0]` must hold dy/dt at `y`; the other rows are overwritten."""
+def take_step(phase: int, y: Vector, h: float, p: Kind, stages: np.ndarray, new: Vector) -> int:
+    """Advance `y` by `h` into `new`; returns how often the rates were evaluated.
+
+    `stages[0]` must hold dy/dt at `y`; the other rows are overwritten.
+    """
     size = y.size
     for n in range(size):
         new[n] = y[n] + h * (0.05260015195876773 * stages[0, n])
@@ -52,10 +56,11 @@ def take_step(phase: int, y: Vector, h: float, p: Numbers, stages: np.ndarray, n
     flow(phase, new, p, stages[11])
     for n in range(size):
         new[n] = y[n] + h * (0.054293734116568765 * stages[0, n] + 4.450312892752409 * stages[5, n] + 1.8915178993145003 * stages[6, n] + -5.801203960010585 * stages[7, n] + 0.3111643669578199 * stages[8, n] + -0.1521609496625161 * stages[9, n] + 0.20136540080403034 * stages[10, n] + 0.04471061572777259 * stages[11, n])
+    return 12
 
 
 @compiled
-def error_norm(y: Vector, new: Vector, h: float, stages: np.ndarray, tolerance: float) -> float:
+def error_norm(y: Vector, new: Vector, h: float, p: Kind, stages: np.ndarray, tolerance: float) -> float:
     """Estimated error of the step in units of the tolerance (absolute and relative alike); NaN if it is not finite."""
     fifth, third = 0.0, 0.0
     for n in range(y.size):

@@ -6,23 +6,19 @@ carries the error of the integrator's step and no interpolant comes in.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import cos
 
 import numpy as np
 
-from stages.analytic.compiled import Numbers, compiled, inlined
+from stages.analytic.compiled import by_kind, compiled, inlined
 from stages.analytic.integration.integrator import STAGES, error_norm, step_factor, take_step
+from stages.analytic.model.kinds import Compliant, Kind, Limited, Rigid, Rolling
 from stages.analytic.model.walker import Vector
-from stages.analytic.phases.coulomb_guard import limited_guard, limited_variation, wedges
-from stages.analytic.phases.flow import DOUBLE_STANCE, HOVERING, RIGID, SLIDING_FORWARD, flow, size_of
-from stages.analytic.phases.stiffness import takes_implicit_steps
-from stages.analytic.phases.transitions import (
-    clearance_variation,
-    foot_clearance,
-    hidden_crossing,
-    toe_off_guard,
-    toe_off_variation,
-)
+from stages.analytic.phases.coulomb_guard import wedges
+from stages.analytic.phases.flow import DOUBLE_STANCE, HOVERING, RIGID, SLIDING_FORWARD, flow
+from stages.analytic.phases.guards import guard
+from stages.analytic.phases.transitions import hidden_crossing
 
 EVENT, FALL, TIME_LIMIT, STEP_FLOOR, STEP_LIMIT, BOTTOMED, WEDGED, CHATTER = 0, 1, 2, 3, 4, 5, 6, 7
 
@@ -33,33 +29,45 @@ GUARD_STEP = 1e-7
 #: A sliding or hovering phase may start where its guard is zero up to round-off, and be short: its first step is at
 #: most this long, so that what the guard does first is seen.
 GUARD_FLOOR, FIRST_STEP = 1e-12, 1e-5
+#: For a phase of which no steps are kept.
+NO_NODES = np.empty((0, 10))
 
 
 @compiled
-def guard(phase: int, y: Vector, p: Numbers, rates: Vector) -> tuple[float, float, bool]:
-    """Guard of the phase, its rate along `rates`, and whether its fall through zero is the event.
+def rigid_failure(phase: int, y: Vector, p: Rigid) -> int:
+    """`failure` of rigid legs."""
+    return FALL if not (cos(y[0]) > FALLEN) or abs(y[1]) > 3.0 else EVENT
 
-    Heel strike: clearance falls through zero with the swing foot ahead of the stance foot. The legs are equally
-    long, so the swing foot also falls below ground behind the stance foot and rises again; that is no heel strike.
-    """
-    if phase == DOUBLE_STANCE:
-        value, rate = toe_off_guard(y, p, rates)
-        return value, rate, True
-    if phase > DOUBLE_STANCE:
-        value, rate = limited_guard(phase, y, p, rates)
-        return value, rate, True
-    value, rate, ahead = foot_clearance(phase, y, p)
-    return value, rate, ahead > 0.0
+
+@inlined
+def rolling_failure(phase: int, y: Vector, p: Compliant) -> int:
+    """`failure` of compliant legs whose feet roll."""
+    if not (cos(y[0]) > FALLEN) or abs(y[2]) > 3.0:
+        return FALL
+    return BOTTOMED if min(y[1], y[3]) <= max(p.r, p.l) else EVENT
 
 
 @compiled
+def limited_failure(phase: int, y: Vector, p: Limited) -> int:
+    """`failure` with limited friction: it may wedge a sliding foot."""
+    status = rolling_failure(phase, y, p)
+    if status == EVENT and DOUBLE_STANCE < phase < HOVERING:
+        return WEDGED if wedges(y, p, -p.mu_d if phase == SLIDING_FORWARD else p.mu_d) else EVENT
+    return status
+
+
+#: The status that ends a phase before its event, or EVENT if nothing does: failure(phase, y, p).
+failure: Callable[..., int] = by_kind({Rigid: rigid_failure, Rolling: rolling_failure, Limited: limited_failure})
+
+
+@inlined
 def copy(source: Vector, target: Vector) -> None:
     """Copy entry by entry: slices bring numba's checks of shapes, and the strings for their errors, into the code."""
     for i in range(source.size):
         target[i] = source[i]
 
 
-@compiled
+@inlined
 def falling_root(g0: float, d0: float, g1: float, d1: float) -> float:
     """Where in [0, 1] the cubic with values g0 > 0 >= g1 and slopes d0, d1 at the ends falls through zero."""
     low, high = 0.0, 1.0
@@ -81,7 +89,7 @@ def falling_root(g0: float, d0: float, g1: float, d1: float) -> float:
 
 @inlined
 def locate(
-    implicit: bool, phase: int, y: Vector, h: float, g0: float, d0: float, g1: float, d1: float, p: Numbers,
+    phase: int, y: Vector, h: float, g0: float, d0: float, g1: float, d1: float, p: Kind,
     stages: np.ndarray, event: Vector, rates: Vector,
 ) -> float:  # fmt: skip
     """Shorten the step from `y` until the guard is zero at its end; returns the length of that step.
@@ -94,9 +102,9 @@ def locate(
     length = h * falling_root(g0, h * d0, g1, h * d1)
     last = h
     for _ in range(60):
-        take_step(implicit, phase, y, length, p, stages, event)
+        take_step(phase, y, length, p, stages, event)
         flow(phase, event, p, rates)
-        value, rate, _ = guard(phase, event, p, rates)
+        value, rate, _ = guard(phase, event, p, rates, 0)
         if value > 0.0:
             low = length
         else:
@@ -112,44 +120,21 @@ def locate(
     return length
 
 
-@inlined
-def shift_to_event(phase: int, y: Vector, p: Numbers) -> None:
-    """Turn variations at fixed time into variations at the event: dy + (dy/dt) dt with dt = -dg/(dg/dt), in place."""
-    base = size_of(phase)
-    if y.size == base:
-        return
-    rates = np.empty(base)
-    flow(phase, y[:base], p, rates)
-    _, rate, _ = guard(phase, y, p, rates)
-    for start in range(base, y.size, base):
-        if phase == DOUBLE_STANCE:
-            change = toe_off_variation(y, p, start)
-        elif phase > DOUBLE_STANCE:
-            change = limited_variation(phase, y, p, start)
-        else:
-            change = clearance_variation(phase, y, p, start)
-        delay = -change / rate
-        for i in range(base):
-            y[start + i] += rates[i] * delay
-
-
 @compiled
 def integrate(
-    phase: int, y: Vector, p: Numbers, tolerance: float, time_limit: float, step_limit: int, h: float,
-    nodes: np.ndarray, count: int,
+    phase: int, y: Vector, p: Kind, tolerance: float, time_limit: float, step_limit: int, h: float, nodes: np.ndarray
 ) -> tuple[int, float, float, int, int]:  # fmt: skip
     """Integrate `y` in place to the event of the phase.
 
     Returns (status, duration, last step size, nodes filled, evaluations). Each accepted step start is recorded as
     (duration, phase, state) in `nodes` while there is room.
     """
-    size, base = y.size, size_of(phase)
+    size, base, count = y.size, 4 if phase == RIGID else 8, 0
     stages, new, rates = np.empty((STAGES, size)), np.empty(size), np.empty(size)
     event, event_rates = np.empty(size), np.empty(size)
-    implicit = takes_implicit_steps(phase == RIGID, p)
     time, evaluations = 0.0, 1
     flow(phase, y, p, stages[0])
-    g0, d0, armed0 = guard(phase, y, p, stages[0])
+    g0, d0, armed0 = guard(phase, y, p, stages[0], 0)
     rejected = False
     if phase == DOUBLE_STANCE and (g0 < 0.0 or (g0 == 0.0 and d0 < 0.0)):
         return EVENT, 0.0, h, count, evaluations
@@ -160,14 +145,14 @@ def integrate(
     for _ in range(step_limit):
         if h < SMALLEST_STEP:
             return STEP_FLOOR, time, h, count, evaluations
-        evaluations += take_step(implicit, phase, y, h, p, stages, new)
-        error = error_norm(implicit, phase, y, new, h, stages, tolerance)
+        evaluations += take_step(phase, y, h, p, stages, new)
+        error = error_norm(y, new, h, p, stages, tolerance)
         if not error <= 1.0:  # written so that NaN is refused
             h *= max(0.2, 0.9 * error ** (-1.0 / 8.0)) if error == error else 0.1
             rejected = True
             continue
         flow(phase, new, p, rates)
-        g1, d1, armed = guard(phase, new, p, rates)
+        g1, d1, armed = guard(phase, new, p, rates, 0)
         if armed and h > GUARD_STEP and hidden_crossing(g0, d0, g1, d1, h):
             h *= 0.5
             continue
@@ -183,21 +168,22 @@ def integrate(
                 nodes[count, 2 + i] = y[i]
             count += 1
         if g0 > 0.0 and g1 <= 0.0 and (armed or armed0):
-            length = locate(implicit, phase, y, h, g0, d0, g1, d1, p, stages, event, event_rates)
-            if guard(phase, event, p, event_rates)[2]:
+            length = locate(phase, y, h, g0, d0, g1, d1, p, stages, event, event_rates)
+            _, rate, over = guard(phase, event, p, event_rates, 0)
+            if over:
                 copy(event, y)
-                shift_to_event(phase, y, p)
+                for start in range(base, size, base):  # variations at fixed time become variations at the event
+                    delay = -guard(phase, event, p, event, start)[1] / rate
+                    for i in range(base):
+                        y[start + i] += event_rates[i] * delay
                 return EVENT, time + length, h, count, evaluations
         time += h
         copy(new, y)
         copy(rates, stages[0])
         g0, d0, armed0 = 0.0 if leaving else g1, d1, armed
-        if not (cos(y[0]) > FALLEN) or abs(y[1 if phase == RIGID else 2]) > 3.0:
-            return FALL, time, h, count, evaluations
-        if phase != RIGID and min(y[1], y[3]) <= max(p[3], p[4]):
-            return BOTTOMED, time, h, count, evaluations
-        if DOUBLE_STANCE < phase < HOVERING and wedges(y, p, -p[11] if phase == SLIDING_FORWARD else p[11]):
-            return WEDGED, time, h, count, evaluations
+        status = failure(phase, y, p)
+        if status != EVENT:
+            return status, time, h, count, evaluations
         if time > time_limit:
             return TIME_LIMIT, time, h, count, evaluations
         h *= min(1.0, step_factor(error)) if rejected else step_factor(error)

@@ -10,11 +10,14 @@ from math import sqrt
 
 import numpy as np
 
-from stages.analytic.compiled import Numbers, compiled, inlined
+from stages.analytic.compiled import compiled, inlined
 from stages.analytic.integration.radau_tableau import A_INVERSE, COLUMNS, ESTIMATE, REAL_VALUE, ROWS, STAGES, VALUES
+from stages.analytic.model.kinds import Compliant
 from stages.analytic.model.walker import Vector
-from stages.analytic.phases.flow import flow, size_of
+from stages.analytic.phases.flow import flow
 
+#: Length of the state of compliant legs, to which a variation or more may be joined.
+SIZE = 8
 ITERATIONS = 50
 #: A correction of the state this small, or this small a share of a spring force's round-off, may be round-off itself.
 SMALL, SHARE_OF_ROUND_OFF = 1e-11, 5e-17
@@ -25,9 +28,9 @@ SMALL_VARIATION = 1e-6
 
 
 @inlined
-def jacobian(phase: int, y: Vector, p: Numbers) -> np.ndarray:
+def jacobian(phase: int, y: Vector, p: Compliant) -> np.ndarray:
     """d(dy/dt)/dy of a phase at the state, shape (n, n), by unit variations."""
-    n = size_of(phase)
+    n = SIZE
     augmented, rates, matrix = np.zeros(n * (n + 1)), np.empty(n * (n + 1)), np.empty((n, n))
     for i in range(n):
         augmented[i] = y[i]
@@ -80,15 +83,15 @@ def apply(matrix: np.ndarray, vector: Vector, result: Vector) -> None:
 
 
 @inlined
-def solve_stages(phase: int, y: Vector, h: float, p: Numbers, inverses: np.ndarray) -> tuple[np.ndarray, int]:
+def solve_stages(phase: int, y: Vector, h: float, p: Compliant, inverses: np.ndarray) -> tuple[np.ndarray, int]:
     """Increments z of the stages, z = h A f(y + z), shape (s, size), and the iterations; z[0, 0] is NaN on failure.
 
     `inverses` are those of value / h - J, one for each value of A^-1.
     """
-    n, size = size_of(phase), y.size
+    n, size = SIZE, y.size
     z, rates, change = np.zeros((STAGES, size)), np.empty((STAGES, size)), np.empty((STAGES, size))
     point, part, solved = np.empty(size), np.empty(size, np.complex128), np.empty(size, np.complex128)
-    last, small = 1e300, max(SMALL, SHARE_OF_ROUND_OFF * p[5])
+    last, small = 1e300, max(SMALL, SHARE_OF_ROUND_OFF * p.k)
     for iteration in range(ITERATIONS):
         for i in range(STAGES):
             for m in range(size):
@@ -133,12 +136,12 @@ def solve_stages(phase: int, y: Vector, h: float, p: Numbers, inverses: np.ndarr
 
 
 @compiled
-def take_step(phase: int, y: Vector, h: float, p: Numbers, stages: np.ndarray, new: Vector) -> int:
+def take_step(phase: int, y: Vector, h: float, p: Compliant, stages: np.ndarray, new: Vector) -> int:
     """Advance `y` by `h` into `new`, and its estimated error into `stages[1]`; returns the evaluations of the rates.
 
     `stages[0]` must hold dy/dt at `y`. A step whose equations cannot be solved ends in NaN.
     """
-    n, size = size_of(phase), y.size
+    n, size = SIZE, y.size
     if h == 0.0:  # an event at the start of a step
         for m in range(size):
             new[m], stages[1, m] = y[m], 0.0
@@ -173,14 +176,13 @@ def take_step(phase: int, y: Vector, h: float, p: Numbers, stages: np.ndarray, n
 
 
 @compiled
-def error_norm(phase: int, y: Vector, new: Vector, stages: np.ndarray, tolerance: float) -> float:
+def error_norm(y: Vector, new: Vector, h: float, p: Compliant, stages: np.ndarray, tolerance: float) -> float:
     """Estimated error of the step in units of the tolerance (absolute and relative alike); NaN if it is not finite.
 
     Only the state counts: its variations are those of the computed steps, whatever their size. In a stiff spring a unit
     of length makes them so large that their round-off would rule the step size.
     """
-    n = size_of(phase)
     total = 0.0
-    for m in range(n):
+    for m in range(SIZE):
         total += (stages[1, m] / (1.0 + max(abs(y[m]), abs(new[m])))) ** 2
-    return sqrt(total / n) / tolerance
+    return sqrt(total / SIZE) / tolerance

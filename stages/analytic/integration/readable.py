@@ -18,9 +18,10 @@ from scipy.integrate import solve_ivp
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.poincare import TIME_LIMIT_OF_A_PHASE, FixedPoint, Step
-from stages.analytic.integration.step import section_coordinates, section_state
 from stages.analytic.model import derivation as d
+from stages.analytic.model.kinds import Rigid, Rolling
 from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.phases.section import section_coordinates, section_state
 
 #: Evaluations of the equations of motion after which a phase is given up, some hundred times those of a usual phase.
 MOST_EVALUATIONS = 100_000
@@ -53,11 +54,12 @@ def terms(legs: str) -> Terms:
     q, qd, jacobian = equations.coordinates, equations.rates, equations.constraint_jacobian
     bias = d.time_derivative(jacobian, q, qd).T * qd
     force = equations.applied_force - equations.coriolis * qd
-    arguments = [[*q, *qd], d.PARAMETERS]
+    names = (Rigid if legs == "rigid" else Rolling)._fields  # no term holds friction
+    arguments = [[*q, *qd], [d.PARAMETERS[name] for name in names]]
 
     def function(matrix: sp.Matrix) -> Callable[..., np.ndarray]:
         compute: Callable[..., np.ndarray] = sp.lambdify(arguments, matrix, "numpy", cse=True)
-        return compute
+        return lambda y, p: compute(y, p[: len(names)])
 
     return Terms(function(equations.mass), function(force), function(equations.constraint), function(jacobian),
                  function(bias), function(d.handover_matrix(equations)))
@@ -84,7 +86,7 @@ def clearance(walker: Walker, y: Vector) -> float:
 def advance(walker: Walker, y: Vector) -> float:
     """Distance of the second foot's centre ahead of the stance foot's."""
     theta, stance, psi, swing = (y[0], 1.0, y[1], 1.0) if walker.rigid else y[:4]
-    radius = walker.p[3]
+    radius = walker.p.r
     return float((stance - radius) * np.sin(theta) + (swing - radius) * np.sin(psi))
 
 
@@ -154,20 +156,20 @@ def take_step(walker: Walker, z: Vector, tolerance: float, method: str = "DOP853
 
     `method` is one of `scipy.integrate.solve_ivp`; stiff legs ask for "Radau".
     """
-    y = section_state(walker.rigid, np.asarray(z, dtype=float), walker.p)
+    y = section_state(np.asarray(z, dtype=float), walker.p)
     double = 0.0
     if not walker.rigid:
         double, y = double_stance(walker, y, tolerance, method)
     single, y = single_stance(walker, y, tolerance, method)
     y = heel_strike(walker, y)
-    return Step(section_coordinates(walker.rigid, y, walker.p), y, double + single, double, 0)
+    return Step(section_coordinates(y, walker.p), y, double + single, double, 0)
 
 
 def derivative(walker: Walker, z: Vector, tolerance: float) -> np.ndarray:
     """Derivative of the step map by central differences; lengths get a step on the scale of the springs' deflection."""
     h = np.full(z.size, 1e-4)
-    if not walker.rigid:
-        h[1:3] = min(1e-4, 1e-3 / walker.p[5])
+    if not isinstance(walker.p, Rigid):
+        h[1:3] = min(1e-4, 1e-3 / walker.p.k)
     columns = [
         (take_step(walker, z + e, tolerance).z - take_step(walker, z - e, tolerance).z) / (2 * e.sum())
         for e in np.diag(h)

@@ -18,11 +18,9 @@ lambda1, lambda2 = sp.symbols("lambda_1 lambda_2", real=True)
 
 M, m, L_nat, r, l, k, b, inertia = sp.symbols("M m L_nat r l k b I", nonnegative=True)  # noqa: E741 - symbols of Table 1
 g_x, g_y = sp.symbols("g_x g_y", real=True)
-mu_s, mu_d = sp.symbols("mu_s mu_d", nonnegative=True)
 
-#: Order of the parameters in every generated function; gravity in the slope frame, g (sin a, -cos a). Friction, static
-#: and dynamic, decides only whether and how the second foot slips: no term of the equations holds it.
-PARAMETERS = (M, m, L_nat, r, l, k, b, inertia, g_x, g_y, mu_s, mu_d)
+#: The parameters by the names they have in `kinds`; gravity in the slope frame, g (sin a, -cos a).
+PARAMETERS = {symbol.name: symbol for symbol in (M, m, L_nat, r, l, k, b, inertia, g_x, g_y)}
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.analytic.model.kinds import Kind, Limited, Rigid
+from stages.analytic.model.stiffness import compliant
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.ground.friction_coefficients import Friction
@@ -21,13 +23,17 @@ Vector = np.ndarray
 
 @dataclass(frozen=True)
 class Walker:
-    """Dimensionless parameters `p` in the order of `derivation.PARAMETERS`, and the scales of the design."""
+    """Dimensionless parameters `p`, whose type is the kind of walker, and the scales of the design."""
 
-    rigid: bool
-    p: tuple[float, ...]
+    p: Kind
     mass: float
     length: float
     time: float
+
+    @property
+    def rigid(self) -> bool:
+        """Whether the legs keep their length."""
+        return isinstance(self.p, Rigid)
 
     @property
     def size(self) -> int:
@@ -37,7 +43,7 @@ class Walker:
     @property
     def rolls(self) -> bool:
         """Whether a foot on the ground rolls, whatever friction that takes; else the trailing foot may slip or rise."""
-        return self.p[10] == math.inf
+        return not isinstance(self.p, Limited)
 
     @property
     def section_size(self) -> int:
@@ -77,21 +83,15 @@ def build_walker(biped: Biped, slope: Slope, friction: Friction | None = None) -
     With `friction` the trailing foot of compliant legs may slip and rise; without, it rolls until toe-off. Rigid legs
     have no double stance: their trailing foot leaves without an impulse, which no friction changes.
     """
-    limited = friction is not None and biped.legs == "compliant"
     mass, length = biped.total_mass, biped.leg_length
     time = math.sqrt(length / slope.gravity)
-    p = (
-        biped.hip_mass / mass,
-        biped.foot_mass / mass,
-        1.0,
-        biped.foot_radius / length,
-        biped.foot_com / length,
-        biped.stiffness * time**2 / mass,
-        biped.damping * time / mass,
-        biped.leg_inertia / (mass * length**2),
-        math.sin(slope.angle),
-        -math.cos(slope.angle),
-        friction.static_friction if friction and limited else math.inf,
-        friction.dynamic_friction if friction and limited else math.inf,
-    )
-    return Walker(biped.legs == "rigid", p, mass, length, time)
+    geometry = (biped.hip_mass / mass, biped.foot_mass / mass, 1.0, biped.foot_radius / length, biped.foot_com / length)
+    inertia, gravity = biped.leg_inertia / (mass * length**2), (math.sin(slope.angle), -math.cos(slope.angle))
+    p: Kind
+    if biped.legs == "rigid":
+        p = Rigid(*geometry, inertia, *gravity)
+    else:
+        springs = biped.stiffness * time**2 / mass, biped.damping * time / mass
+        coefficients = (friction.static_friction, friction.dynamic_friction) if friction else ()
+        p = compliant((*geometry, *springs, inertia, *gravity, *coefficients))
+    return Walker(p, mass, length, time)

@@ -16,6 +16,7 @@ from __future__ import annotations
 from stages.analytic.compiled import Four, Numbers, compiled
 from stages.analytic.model import equations as eq
 from stages.analytic.model.elimination import dot, factor, factor_constrained, solve, solve_constrained
+from stages.analytic.model.kinds import Limited
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import contact_directions, push_of, row4_times
 from stages.analytic.phases.impulse_terms import free_jump, impulse_jacobians, without_forces
@@ -25,7 +26,7 @@ LIFTS, STICKS, SLIPS, UNDECIDED = 0, 1, 2, 3
 
 
 @compiled
-def trailing_impulse(y: Vector, p: Numbers) -> tuple[int, float, tuple[float, float], Numbers, Four, Four]:
+def trailing_impulse(y: Vector, p: Limited) -> tuple[int, float, tuple[float, float], Numbers, Four, Four]:
     """What the trailing foot does in an impact (one of the above), its friction ratio if it slips, and its impulse.
 
     `y` is the state with the landing foot at rest already, in the names after heel strike. With them comes what solves
@@ -39,21 +40,21 @@ def trailing_impulse(y: Vector, p: Numbers) -> tuple[int, float, tuple[float, fl
     normal_speed, slip = dot(normal, before), dot(roll, before)
     _, stuck = solve_constrained(factors, constrained, normal, roll, before, 0.0, 0.0)
     found, ratio, impulse = LIFTS, 0.0, (0.0, 0.0)
-    if stuck[0] > 0.0 and abs(stuck[1]) <= p[10] * stuck[0]:
+    if stuck[0] > 0.0 and abs(stuck[1]) <= p.mu_s * stuck[0]:
         found, impulse = STICKS, stuck
     else:
         for sign in (1.0, -1.0):
-            push, mobility = push_of(factors, normal, roll, -sign * p[11])
+            push, mobility = push_of(factors, normal, roll, -sign * p.mu_d)
             force = -normal_speed / mobility
             if force > 0.0 and sign * (slip + dot(roll, push) * force) > 0.0:
-                found, ratio, impulse = SLIPS, -sign * p[11], (force, -sign * p[11] * force)
+                found, ratio, impulse = SLIPS, -sign * p.mu_d, (force, -sign * p.mu_d * force)
     if (normal_speed >= 0.0) != (found == LIFTS):
         found = UNDECIDED
     return found, ratio, impulse, factors, normal, roll
 
 
 @compiled
-def strike(y: Vector, p: Numbers) -> bool:
+def strike(y: Vector, p: Limited) -> bool:
     """The trailing foot meets the ground, or is let go of, in place; False where the law does not decide."""
     found, ratio, impulse, factors, normal, roll = trailing_impulse(y, p)
     before = (y[4], y[5], y[6], y[7])
@@ -86,7 +87,7 @@ def strike(y: Vector, p: Numbers) -> bool:
 
 
 @compiled
-def land(y: Vector, p: Numbers) -> None:
+def land(y: Vector, p: Limited) -> None:
     """The landing foot alone comes to rest and rolls; state and variations in the new names, in place.
 
     Momenta of all motions that keep it rolling are kept: M(q+) qd+ = H(q-) qd-.
@@ -115,7 +116,7 @@ def land(y: Vector, p: Numbers) -> None:
 
 
 @compiled
-def limited_reset(y: Vector, p: Numbers) -> bool:
+def limited_reset(y: Vector, p: Limited) -> bool:
     """Heel strike with limited friction on the state and its variations, in place; False where it is undecided."""
     land(y, p)
     return strike(y, p)

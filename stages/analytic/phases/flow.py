@@ -9,9 +9,12 @@ of its height alone, or hover: in the air behind the other foot, and to come dow
 
 from __future__ import annotations
 
-from stages.analytic.compiled import Constrained, Four, Jacobians, Numbers, compiled
+from collections.abc import Callable
+
+from stages.analytic.compiled import Constrained, Four, Jacobians, Numbers, by_kind, compiled, inlined
 from stages.analytic.model import equations as eq
 from stages.analytic.model.elimination import dot, factor, factor_constrained, solve, solve_constrained
+from stages.analytic.model.kinds import Compliant, Limited, Rigid, Rolling
 from stages.analytic.model.walker import Vector
 
 RIGID, SINGLE_STANCE, DOUBLE_STANCE = 0, 1, 2
@@ -19,13 +22,7 @@ SLIDING_FORWARD, SLIDING_BACK, HOVERING = 3, 4, 5
 
 
 @compiled
-def size_of(phase: int) -> int:
-    """Length of the state in a phase."""
-    return 4 if phase == RIGID else 8
-
-
-@compiled
-def rigid_acceleration(y: Vector, p: Numbers) -> tuple[tuple[float, float], tuple[float, float, float]]:
+def rigid_acceleration(y: Vector, p: Rigid) -> tuple[tuple[float, float], tuple[float, float, float]]:
     """qdd of rigid single stance and the inverse of its mass matrix (i11, i12, i22)."""
     m11, m12, m22, f1, f2 = eq.rigid_terms(y[0], y[1], y[2], y[3], p)
     inverse = 1.0 / (m11 * m22 - m12 * m12)
@@ -34,7 +31,7 @@ def rigid_acceleration(y: Vector, p: Numbers) -> tuple[tuple[float, float], tupl
 
 
 @compiled
-def single_acceleration(y: Vector, p: Numbers) -> tuple[Four, Numbers]:
+def single_acceleration(y: Vector, p: Compliant) -> tuple[Four, Numbers]:
     """qdd of compliant single stance and the factors of its mass matrix."""
     t = eq.compliant_terms(y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], p)
     factors = factor(t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[9])
@@ -42,14 +39,14 @@ def single_acceleration(y: Vector, p: Numbers) -> tuple[Four, Numbers]:
 
 
 @compiled
-def contact_directions(y: Vector, p: Numbers) -> tuple[Four, Four, float, float]:
+def contact_directions(y: Vector, p: Compliant) -> tuple[Four, Four, float, float]:
     """Pi^T by rows and -dPi^T/dt qd: the acceleration the constraints ask for."""
     c = eq.contact_terms(y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], p)
     return (c[0], c[1], c[2], c[3]), (c[4], c[5], c[6], c[7]), -c[8], -c[9]
 
 
 @compiled
-def double_acceleration(y: Vector, p: Numbers) -> tuple[Four, tuple[float, float], Numbers, Constrained, Four, Four]:
+def double_acceleration(y: Vector, p: Compliant) -> tuple[Four, tuple[float, float], Numbers, Constrained, Four, Four]:
     """qdd and lambda of double stance, with the factors that solve the same system again."""
     free, factors = single_acceleration(y, p)
     normal, roll, target1, target2 = contact_directions(y, p)
@@ -76,7 +73,7 @@ def row8_times(row: Numbers, dy: Vector, start: int) -> float:
 
 
 @compiled
-def double_jacobians(y: Vector, qdd: Four, force: tuple[float, float], p: Numbers) -> Jacobians:
+def double_jacobians(y: Vector, qdd: Four, force: tuple[float, float], p: Compliant) -> Jacobians:
     """What `double_variation` needs at a point, the same for every variation."""
     by_state = eq.compliant_residual_jacobian(
         y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], qdd[0], qdd[1], qdd[2], qdd[3], p)
@@ -86,7 +83,7 @@ def double_jacobians(y: Vector, qdd: Four, force: tuple[float, float], p: Number
     return by_state, by_force, by_contact
 
 
-@compiled
+@inlined
 def free_variation(jacobians: Jacobians, factors: Numbers, dy: Vector, start: int) -> Four:
     """Variation of qdd at unchanged lambda for the variation of the state stored from `start`."""
     by_state, by_force, _ = jacobians
@@ -113,7 +110,7 @@ def double_variation(
 
 
 @compiled
-def rigid_rates(y: Vector, p: Numbers, rates: Vector) -> None:
+def rigid_rates(phase: int, y: Vector, p: Rigid, rates: Vector) -> None:
     """Rates of state and variations, rigid single stance."""
     qdd, inverse = rigid_acceleration(y, p)
     rates[0], rates[1], rates[2], rates[3] = y[2], y[3], qdd[0], qdd[1]
@@ -135,8 +132,8 @@ def store(rates: Vector, y: Vector, start: int, qdd: Four) -> None:
     rates[start + 4], rates[start + 5], rates[start + 6], rates[start + 7] = qdd
 
 
-@compiled
-def single_rates(y: Vector, p: Numbers, rates: Vector) -> None:
+@inlined
+def single_rates(y: Vector, p: Compliant, rates: Vector) -> None:
     """Rates of state and variations, compliant single stance."""
     qdd, factors = single_acceleration(y, p)
     store(rates, y, 0, qdd)
@@ -149,8 +146,8 @@ def single_rates(y: Vector, p: Numbers, rates: Vector) -> None:
                 -row8_times(jacobian[16:24], y, start), -row8_times(jacobian[24:32], y, start)))
 
 
-@compiled
-def double_rates(y: Vector, p: Numbers, rates: Vector) -> None:
+@inlined
+def double_rates(y: Vector, p: Compliant, rates: Vector) -> None:
     """Rates of state and variations, compliant double stance."""
     qdd, force, factors, constrained, normal, roll = double_acceleration(y, p)
     store(rates, y, 0, qdd)
@@ -174,10 +171,10 @@ def push_of(factors: Numbers, normal: Four, roll: Four, ratio: float) -> tuple[F
 
 @compiled
 def sliding_acceleration(
-    phase: int, y: Vector, p: Numbers
+    phase: int, y: Vector, p: Limited
 ) -> tuple[Four, tuple[float, float], Numbers, Four, float, Four]:
     """qdd and lambda while the trailing foot slides, lambda_2 = -mu_d sign(slip) lambda_1, and what solves it again."""
-    ratio = -p[11] if phase == SLIDING_FORWARD else p[11]
+    ratio = -p.mu_d if phase == SLIDING_FORWARD else p.mu_d
     free, factors = single_acceleration(y, p)
     normal, roll, target, _ = contact_directions(y, p)
     push, mobility = push_of(factors, normal, roll, ratio)
@@ -198,8 +195,8 @@ def sliding_variation(
             free[2] + push[2] * force, free[3] + push[3] * force), force
 
 
-@compiled
-def sliding_rates(phase: int, y: Vector, p: Numbers, rates: Vector) -> None:
+@inlined
+def sliding_rates(phase: int, y: Vector, p: Limited, rates: Vector) -> None:
     """Rates of state and variations, trailing foot sliding."""
     qdd, force, factors, push, mobility, normal = sliding_acceleration(phase, y, p)
     store(rates, y, 0, qdd)
@@ -210,14 +207,23 @@ def sliding_rates(phase: int, y: Vector, p: Numbers, rates: Vector) -> None:
             store(rates, y, start, change)
 
 
-@compiled
-def flow(phase: int, y: Vector, p: Numbers, rates: Vector) -> None:
-    """Write dy/dt of the phase into `rates`."""
-    if phase == RIGID:
-        rigid_rates(y, p, rates)
-    elif phase == DOUBLE_STANCE:
+@inlined
+def rolling_rates(phase: int, y: Vector, p: Compliant, rates: Vector) -> None:
+    """Rates of state and variations, compliant legs with feet that roll or are in the air."""
+    if phase == DOUBLE_STANCE:
         double_rates(y, p, rates)
-    elif phase in (SINGLE_STANCE, HOVERING):
-        single_rates(y, p, rates)
     else:
+        single_rates(y, p, rates)
+
+
+@compiled
+def limited_rates(phase: int, y: Vector, p: Limited, rates: Vector) -> None:
+    """Rates of state and variations, the trailing foot's friction limited."""
+    if phase in (SLIDING_FORWARD, SLIDING_BACK):
         sliding_rates(phase, y, p, rates)
+    else:
+        rolling_rates(phase, y, p, rates)
+
+
+#: Write dy/dt of the phase into `rates`: flow(phase, y, p, rates).
+flow: Callable[..., None] = by_kind({Rigid: rigid_rates, Rolling: rolling_rates, Limited: limited_rates})

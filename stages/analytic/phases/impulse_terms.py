@@ -5,21 +5,22 @@ Over an impact M (qd+ - qd-) = Pi Lambda: springs, dampers and gravity give no i
 
 from __future__ import annotations
 
-from stages.analytic.compiled import Four, Jacobians, Numbers, compiled
+from stages.analytic.compiled import Four, Jacobians, Numbers, compiled, inlined
 from stages.analytic.model import equations as eq
 from stages.analytic.model.elimination import solve
+from stages.analytic.model.kinds import Compliant, Rolling
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import row4_times
 
 
 @compiled
-def without_forces(p: Numbers) -> Numbers:
+def without_forces(p: Compliant) -> Rolling:
     """Parameters with stiffness, damping and gravity off: what is left of the equations is inertia."""
-    return p[0], p[1], p[2], p[3], p[4], 0.0, 0.0, p[7], 0.0, 0.0, p[10], p[11]
+    return Rolling(p.M, p.m, p.L_nat, p.r, p.l, 0.0, 0.0, p.I, 0.0, 0.0)
 
 
-@compiled
-def impulse_jacobians(y: Vector, before: Four, after: Four, impulse: tuple[float, float], p: Numbers) -> Jacobians:
+@inlined
+def impulse_jacobians(y: Vector, before: Four, after: Four, impulse: tuple[float, float], p: Compliant) -> Jacobians:
     """Derivatives by position of M (qd+ - qd-), of Pi Lambda and of Pi^T qd+."""
     by_mass = eq.compliant_residual_jacobian(
         y[0], y[1], y[2], y[3], 0.0, 0.0, 0.0, 0.0,
@@ -30,7 +31,7 @@ def impulse_jacobians(y: Vector, before: Four, after: Four, impulse: tuple[float
     return by_mass, by_force, by_contact
 
 
-@compiled
+@inlined
 def free_jump(jacobians: Jacobians, factors: Numbers, y: Vector, start: int) -> Four:
     """Variation of qd+ at unchanged Lambda for the variation of the state before, stored from `start`."""
     by_mass, by_force, _ = jacobians  # of the rows of eight, the first half: derivatives by position

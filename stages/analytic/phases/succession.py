@@ -8,14 +8,14 @@ it rolls, lambda_2 = -mu_d sign(slip) lambda_1 while it slides, no pull. Where m
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Callable
 
-from stages.analytic.compiled import Numbers, compiled
+from stages.analytic.compiled import by_kind, compiled, inlined
 from stages.analytic.model.elimination import dot
+from stages.analytic.model.kinds import Kind, Limited, Rigid, Rolling
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.coulomb_guard import slip_speed, wedges
 from stages.analytic.phases.coulomb_impact import strike
-from stages.analytic.phases.coulomb_section import AT_REST
 from stages.analytic.phases.flow import (
     DOUBLE_STANCE,
     HOVERING,
@@ -28,7 +28,11 @@ from stages.analytic.phases.flow import (
     single_acceleration,
     sliding_acceleration,
 )
+from stages.analytic.phases.section import AT_REST
 from stages.analytic.phases.transitions import foot_clearance, heel_strike_reset
+
+#: The phase that follows, and whether the laws of contact decide it.
+Next = tuple[int, bool]
 
 
 @compiled
@@ -44,9 +48,9 @@ def airborne(y: Vector) -> int:
 
 
 @compiled
-def sliding(sign: float, y: Vector, p: Numbers) -> tuple[int, bool]:
+def sliding(sign: float, y: Vector, p: Limited) -> Next:
     """The phase of a trailing foot that slips with `sign`, and whether its contact is no wedge."""
-    phase, ratio = (SLIDING_FORWARD, -p[11]) if sign > 0.0 else (SLIDING_BACK, p[11])
+    phase, ratio = (SLIDING_FORWARD, -p.mu_d) if sign > 0.0 else (SLIDING_BACK, p.mu_d)
     if wedges(y, p, ratio):
         return phase, False
     _, force, _, _, _, _ = sliding_acceleration(phase, y, p)
@@ -54,16 +58,16 @@ def sliding(sign: float, y: Vector, p: Numbers) -> tuple[int, bool]:
 
 
 @compiled
-def from_rest(y: Vector, p: Numbers) -> tuple[int, bool]:
+def from_rest(y: Vector, p: Limited) -> Next:
     """What a trailing foot at rest on the ground does next: roll, start to slip, or rise; and whether that is sure."""
     _, force, _, _, _, _ = double_acceleration(y, p)
     free, _ = single_acceleration(y, p)
     normal, roll, target1, target2 = contact_directions(y, p)
     rises = dot(normal, free) > target1
-    if force[0] > 0.0 and abs(force[1]) <= p[10] * force[0]:
+    if force[0] > 0.0 and abs(force[1]) <= p.mu_s * force[0]:
         return DOUBLE_STANCE, not rises
     if rises:
-        return airborne(y), not (wedges(y, p, p[11]) or wedges(y, p, -p[11]))
+        return airborne(y), not (wedges(y, p, p.mu_d) or wedges(y, p, -p.mu_d))
     for sign in (1.0, -1.0):
         phase, sure = sliding(sign, y, p)
         if sure and in_contact(phase):
@@ -74,7 +78,7 @@ def from_rest(y: Vector, p: Numbers) -> tuple[int, bool]:
 
 
 @compiled
-def contact_phase(y: Vector, p: Numbers) -> tuple[int, bool]:
+def contact_phase(y: Vector, p: Limited) -> Next:
     """The phase after an impact with limited friction, and whether the laws of contact decide it."""
     height_rate, slip = slip_speed(y, p)
     if height_rate > AT_REST:
@@ -85,30 +89,48 @@ def contact_phase(y: Vector, p: Numbers) -> tuple[int, bool]:
 
 
 @compiled
-def first_phase(rigid: bool, y: Vector, p: Numbers) -> tuple[int, bool]:
-    """The phase just after heel strike, and whether it is decided."""
-    if rigid:
-        return RIGID, True
-    if p[10] == np.inf:
-        return DOUBLE_STANCE, True
-    return contact_phase(y, p)
+def rigid_phase(y: Vector, p: Rigid) -> Next:
+    """`first_phase` of rigid legs."""
+    return RIGID, True
 
 
 @compiled
-def succeed(phase: int, y: Vector, p: Numbers) -> tuple[int, bool]:
-    """Cross the event that ended `phase`, with the state and its variations in place.
+def rolling_phase(y: Vector, p: Rolling) -> Next:
+    """`first_phase` of rolling feet."""
+    return DOUBLE_STANCE, True
 
-    Returns the phase that follows, and whether the laws of contact decide it.
-    """
-    if phase in (RIGID, SINGLE_STANCE):
-        decided = heel_strike_reset(phase, y, p)
-        if not decided:
-            return phase, False
-        return first_phase(phase == RIGID, y, p)
-    if p[10] == np.inf:
-        return SINGLE_STANCE, True
+
+#: The phase just after heel strike, and whether it is decided: first_phase(y, p).
+first_phase: Callable[..., Next] = by_kind({Rigid: rigid_phase, Rolling: rolling_phase, Limited: contact_phase})
+
+
+@inlined
+def next_step(y: Vector, p: Kind) -> Next:
+    """Cross heel strike, with the state and its variations in place: the first phase of the step that follows."""
+    if not heel_strike_reset(y, p):
+        return SINGLE_STANCE, False
+    return first_phase(y, p)
+
+
+@compiled
+def rigid_succession(phase: int, y: Vector, p: Rigid) -> Next:
+    """`succeed` of rigid legs."""
+    return next_step(y, p)
+
+
+@compiled
+def rolling_succession(phase: int, y: Vector, p: Rolling) -> Next:
+    """`succeed` of rolling feet."""
+    return (SINGLE_STANCE, True) if phase == DOUBLE_STANCE else next_step(y, p)
+
+
+@compiled
+def limited_succession(phase: int, y: Vector, p: Limited) -> Next:
+    """`succeed` with limited friction."""
+    if phase == SINGLE_STANCE:
+        return next_step(y, p)
     if phase == HOVERING:
-        if foot_clearance(phase, y, p)[0] > -y[6]:
+        if foot_clearance(y, p, y, 4)[0] > -y[6]:
             return SINGLE_STANCE, True
         if not strike(y, p):
             return phase, False
@@ -121,6 +143,12 @@ def succeed(phase: int, y: Vector, p: Numbers) -> tuple[int, bool]:
     if force[0] <= abs(slip):
         return airborne(y), True
     _, force, _, _, _, _ = double_acceleration(y, p)
-    if force[0] > 0.0 and abs(force[1]) <= p[10] * force[0]:
+    if force[0] > 0.0 and abs(force[1]) <= p.mu_s * force[0]:
         return DOUBLE_STANCE, True
     return sliding(-force[1], y, p)
+
+
+#: Cross the event that ended `phase`, with the state and its variations in place; the phase that follows, and whether
+#: the laws of contact decide it: succeed(phase, y, p).
+succeed: Callable[..., Next] = by_kind({
+    Rigid: rigid_succession, Rolling: rolling_succession, Limited: limited_succession})

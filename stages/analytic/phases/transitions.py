@@ -1,87 +1,71 @@
-"""Heel strike and toe-off: guards with their rates, and the plastic impact with its derivative.
+"""Heel strike and toe-off: what decides them, and the plastic impact with its derivative.
 
 Coordinates as in `flow`. At heel strike the legs change names: theta+ = -psi, psi+ = -theta, L_1 and L_2 swap.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import cos, sin
 
 import numpy as np
 
-from stages.analytic.compiled import Constrained, Four, Numbers, compiled
+from stages.analytic.compiled import Constrained, Four, Numbers, by_kind, compiled, inlined
 from stages.analytic.model import equations as eq
 from stages.analytic.model.elimination import factor, factor_constrained, solve_constrained
+from stages.analytic.model.kinds import Compliant, Limited, Rigid, Rolling
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.coulomb_impact import limited_reset
 from stages.analytic.phases.flow import (
-    RIGID,
     contact_directions,
     double_acceleration,
     double_jacobians,
     double_variation,
     row4_times,
 )
-from stages.analytic.phases.impulse_terms import free_jump, impulse_jacobians, without_forces
+from stages.analytic.phases.impulse_terms import free_jump, impulse_jacobians
+
+Clearance = tuple[float, float, float]
 
 
 @compiled
-def foot_clearance(phase: int, y: Vector, p: Numbers) -> tuple[float, float, float]:
-    """Height of the swing foot above the ground, its rate, and its advance on the stance foot: eq. (3)."""
-    if phase == RIGID:
-        theta, stance, psi, swing = y[0], p[2] - p[3], y[1], p[2] - p[3]
-        dtheta, dstance, dpsi, dswing = y[2], 0.0, y[3], 0.0
+def rigid_clearance(y: Vector, p: Rigid, dy: Vector, start: int) -> Clearance:
+    """`foot_clearance` of rigid legs."""
+    leg, theta, psi = p.L_nat - p.r, y[0], y[1]
+    ahead, behind = leg * sin(psi), leg * sin(theta)
+    if start == 0:  # one product more than below: published digits rest on the round-off of either
+        change = ahead * dy[1] - behind * dy[0]
     else:
-        theta, stance, psi, swing = y[0], y[1] - p[3], y[2], y[3] - p[3]
-        dtheta, dstance, dpsi, dswing = y[4], y[5], y[6], y[7]
+        change = leg * (sin(psi) * dy[start + 1] - sin(theta) * dy[start])
+    return leg * cos(theta) - leg * cos(psi), change, behind + ahead
+
+
+@compiled
+def compliant_clearance(y: Vector, p: Compliant, dy: Vector, start: int) -> Clearance:
+    """`foot_clearance` of compliant legs."""
+    theta, stance, psi, swing = y[0], y[1] - p.r, y[2], y[3] - p.r
     height = stance * cos(theta) - swing * cos(psi)
-    rate = dstance * cos(theta) - stance * sin(theta) * dtheta - dswing * cos(psi) + swing * sin(psi) * dpsi
-    return height, rate, stance * sin(theta) + swing * sin(psi)
+    change = (cos(theta) * dy[start + 1] - stance * sin(theta) * dy[start]
+              - cos(psi) * dy[start + 3] + swing * sin(psi) * dy[start + 2])
+    return height, change, stance * sin(theta) + swing * sin(psi)
 
 
-@compiled
-def clearance_variation(phase: int, y: Vector, p: Numbers, start: int) -> float:
-    """Change of the clearance for the variation stored from `start`."""
-    if phase == RIGID:
-        leg = p[2] - p[3]
-        change: float = leg * (sin(y[1]) * y[start + 1] - sin(y[0]) * y[start])
-    else:
-        change = (
-            cos(y[0]) * y[start + 1]
-            - (y[1] - p[3]) * sin(y[0]) * y[start]
-            - cos(y[2]) * y[start + 3]
-            + (y[3] - p[3]) * sin(y[2]) * y[start + 2]
-        )
-    return change
+#: Height of the swing foot above the ground, its change for the change of the coordinates stored in `dy` from `start`,
+#: and its advance on the stance foot, eq. (3): foot_clearance(y, p, dy, start).
+foot_clearance: Callable[..., Clearance] = by_kind({Rigid: rigid_clearance, Compliant: compliant_clearance})
 
 
-@compiled
-def toe_off_guard(y: Vector, p: Numbers, rates: Vector) -> tuple[float, float]:
-    """What ends the trailing foot's rolling in double stance, and its rate along `rates` = dy/dt.
-
-    Its normal force, or with limited friction the friction it has left.
-    """
+@inlined
+def trailing_force(y: Vector, p: Compliant, dy: Vector, start: int) -> tuple[tuple[float, float], tuple[float, float]]:
+    """lambda of double stance, and its change for the variation of the state stored in `dy` from `start`."""
     qdd, force, factors, constrained, normal, roll = double_acceleration(y, p)
-    jacobians = double_jacobians(y, qdd, force, p)
-    _, change = double_variation(jacobians, (factors, constrained, normal, roll), rates, 0)
-    if p[10] < np.inf:
-        return p[10] * force[0] - abs(force[1]), p[10] * change[0] - np.sign(force[1]) * change[1]
-    return force[0], change[0]
+    _, change = double_variation(
+        double_jacobians(y, qdd, force, p), (factors, constrained, normal, roll), dy, start)
+    return force, change
 
 
 @compiled
-def toe_off_variation(y: Vector, p: Numbers, start: int) -> float:
-    """Change of that guard for the variation stored from `start`."""
-    qdd, force, factors, constrained, normal, roll = double_acceleration(y, p)
-    jacobians = double_jacobians(y, qdd, force, p)
-    _, change = double_variation(jacobians, (factors, constrained, normal, roll), y, start)
-    if p[10] < np.inf:
-        return p[10] * change[0] - float(np.sign(force[1])) * change[1]
-    return change[0]
-
-
-@compiled
-def landing_impulse(y: Vector, p: Numbers) -> tuple[Four, tuple[float, float], Numbers, Constrained, Four, Four]:
+def landing_impulse(y: Vector, p: Compliant) -> tuple[Four, tuple[float, float], Numbers, Constrained, Four, Four]:
     """Velocities after a compliant walker's heel strike, in the names before it, and the impulse on the landing foot.
 
     The landing foot comes to rest on the ground and rolls, the other foot keeps rolling (eq. (6) over the impact):
@@ -96,7 +80,7 @@ def landing_impulse(y: Vector, p: Numbers) -> tuple[Four, tuple[float, float], N
     return after, impulse, factors, constrained, normal, roll
 
 
-@compiled
+@inlined
 def rename_legs(y: Vector, start: int) -> None:
     """Exchange the legs' roles in one 8-vector (q, qd), in place."""
     for i in (0, 4):
@@ -105,8 +89,8 @@ def rename_legs(y: Vector, start: int) -> None:
 
 
 @compiled
-def compliant_reset(y: Vector, p: Numbers) -> None:
-    """Heel strike of compliant legs on the state and its variations, in place."""
+def rolling_reset(y: Vector, p: Compliant) -> bool:
+    """Heel strike of compliant legs with rolling feet on the state and its variations, in place."""
     after, impulse, factors, constrained, normal, roll = landing_impulse(y, p)
     if y.size > 8:
         jacobians = impulse_jacobians(y, (y[4], y[5], y[6], y[7]), after, impulse, p)
@@ -117,14 +101,15 @@ def compliant_reset(y: Vector, p: Numbers) -> None:
                 -row4_times(jacobians[2][0:4], y, start), -row4_times(jacobians[2][8:12], y, start))
             for i in range(4):
                 y[start + 4 + i] = jump[i]
-            rename_legs(y, start)
     for i in range(4):
         y[4 + i] = after[i]
-    rename_legs(y, 0)
+    for start in range(0, y.size, 8):
+        rename_legs(y, start)
+    return True
 
 
 @compiled
-def rigid_reset(y: Vector, p: Numbers) -> None:
+def rigid_reset(y: Vector, p: Rigid) -> bool:
     """Heel strike of rigid legs on the state and its variations, in place; the trailing foot leaves at once."""
     a11, a12, a21, a22 = eq.rigid_handover(y[0], y[1], p)
     momentum1 = a11 * y[2] + a12 * y[3]
@@ -136,7 +121,8 @@ def rigid_reset(y: Vector, p: Numbers) -> None:
     dpsi = inverse * (m11 * momentum2 - m12 * momentum1)
     if y.size > 4:
         before = eq.rigid_handover_jacobian(y[0], y[1], y[2], y[3], p)
-        after = eq.rigid_residual_jacobian(theta, psi, 0.0, 0.0, dtheta, dpsi, without_forces(p))
+        without_forces = Rigid(p.M, p.m, p.L_nat, p.r, p.l, p.I, 0.0, 0.0)
+        after = eq.rigid_residual_jacobian(theta, psi, 0.0, 0.0, dtheta, dpsi, without_forces)
         for s in range(4, y.size, 4):
             new1, new2 = -y[s + 1], -y[s]
             f1 = (a11 * y[s + 2] + a12 * y[s + 3] + before[0] * y[s] + before[1] * y[s + 1]
@@ -147,21 +133,15 @@ def rigid_reset(y: Vector, p: Numbers) -> None:
             y[s + 2] = inverse * (m22 * f1 - m12 * f2)
             y[s + 3] = inverse * (m11 * f2 - m12 * f1)
     y[0], y[1], y[2], y[3] = theta, psi, dtheta, dpsi
-
-
-@compiled
-def heel_strike_reset(phase: int, y: Vector, p: Numbers) -> bool:
-    """State and variations just after heel strike, in the new names, in place; False if the impact is undecided."""
-    if phase == RIGID:
-        rigid_reset(y, p)
-    elif p[10] < np.inf:
-        return limited_reset(y, p)
-    else:
-        compliant_reset(y, p)
     return True
 
 
-@compiled
+#: State and variations just after heel strike, in the new names, in place; False if the impact is undecided:
+#: heel_strike_reset(y, p).
+heel_strike_reset: Callable[..., bool] = by_kind({Rigid: rigid_reset, Rolling: rolling_reset, Limited: limited_reset})
+
+
+@inlined
 def hidden_crossing(g0: float, d0: float, g1: float, d1: float, h: float) -> bool:
     """Whether the cubic through values g and rates d at both ends of a step crosses zero twice inside it."""
     if g0 * g1 <= 0.0:

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stages.analytic.gait.poincare import FixedPoint
-from stages.analytic.integration.step import section_state
 from stages.analytic.model.walker import Walker
+from stages.analytic.phases.section import section_state
 from stages.analytic.walk.recording import record
 from stages.analytic.walk.sampling import sample_walk
 from stages.drawing import style
@@ -24,7 +24,7 @@ def draw(walker: Walker, points: Sequence[FixedPoint], tolerance: float, rate_hz
     for number, (point, colour) in enumerate(zip(points, COLOURS * len(points), strict=False), 1):
         largest = float(np.abs(point.floquet_multipliers).max())
         line = "-" if largest < 1 else (0, (3, 2))
-        start = section_state(walker.rigid, point.z, walker.p)
+        start = section_state(point.z, walker.p)
         walk = sample_walk(walker, record(walker, start, 2, tolerance), rate_hz)
         label = f"gait {number}: |multiplier| {largest:.3g}"
         portrait.plot(np.degrees(walk.leg_angle[:, 0]), walk.leg_rate[:, 0], color=colour, linestyle=line, label=label)

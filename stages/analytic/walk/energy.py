@@ -9,6 +9,7 @@ import numpy as np
 
 from stages.analytic.compiled import Numbers
 from stages.analytic.model import equations as eq
+from stages.analytic.model.kinds import Limited, Rigid
 from stages.analytic.model.walker import Walker
 from stages.analytic.phases.coulomb_guard import slip_speed
 from stages.analytic.phases.flow import DOUBLE_STANCE
@@ -50,19 +51,21 @@ def quadrature(walker: Walker, segment: Segment, power: Callable[[np.ndarray], n
 
 def damper_loss(walker: Walker, segment: Segment) -> float:
     """Integral of b (dL_1^2 + dL_2^2) over a segment, dimensionless."""
-    if walker.rigid:
+    p = walker.p
+    if isinstance(p, Rigid):
         return 0.0
-    return quadrature(walker, segment, lambda states: walker.p[6] * (states[:, 5] ** 2 + states[:, 7] ** 2))
+    return quadrature(walker, segment, lambda states: p.b * (states[:, 5] ** 2 + states[:, 7] ** 2))
 
 
 def friction_loss(walker: Walker, segment: Segment) -> float:
     """Integral of -lambda_2 times the slip velocity over a segment in which the trailing foot slides, dimensionless."""
-    if not in_contact(segment.phase) or segment.phase == DOUBLE_STANCE:
+    p = walker.p
+    if not isinstance(p, Limited) or segment.phase == DOUBLE_STANCE or not in_contact(segment.phase):
         return 0.0
 
     def power(states: np.ndarray) -> np.ndarray:
-        friction = accelerations_and_forces(segment.phase, states, walker.p)[:, 6]
-        slip = np.array([slip_speed(y, walker.p)[1] for y in states])
+        friction = accelerations_and_forces(segment.phase, states, p)[:, 6]
+        slip = np.array([slip_speed(y, p)[1] for y in states])
         return np.asarray(-friction * slip)
 
     return quadrature(walker, segment, power)
@@ -70,7 +73,7 @@ def friction_loss(walker: Walker, segment: Segment) -> float:
 
 def audit(walker: Walker, segments: list[Segment], advance: float) -> EnergyAudit:
     """Audit of the segments of one periodic step that advances by `advance` leg lengths."""
-    work = walker.p[8] * advance  # all mass moves down the slope by one step; heights above it repeat
+    work = walker.p.g_x * advance  # all mass moves down the slope by one step; heights above it repeat
     dampers = sum(damper_loss(walker, segment) for segment in segments)
     sliding = sum(friction_loss(walker, segment) for segment in segments)
     impact = 0.0

@@ -10,15 +10,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.analytic.compiled import Numbers, compiled
+from stages.analytic.compiled import compiled
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, step_failure
 from stages.analytic.integration.integrator import STAGES, take_step
 from stages.analytic.integration.phase import CHATTER, EVENT, WEDGED, integrate
-from stages.analytic.integration.step import MOST_PHASES, section_state
+from stages.analytic.integration.step import MOST_PHASES
+from stages.analytic.model.kinds import Kind, Rigid
+from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE, contact_directions, flow
-from stages.analytic.phases.stiffness import attainable_tolerance, takes_implicit_steps
+from stages.analytic.phases.section import section_state
 from stages.analytic.phases.succession import first_phase, in_contact, succeed
 from stages.analytic.phases.transitions import foot_clearance
 
@@ -55,7 +57,7 @@ def integrate_segment(
     while True:
         nodes, end = np.empty((room, 10)), y.copy()
         status, duration, _, count, _ = integrate(
-            phase, end, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, 0.02, nodes, 0
+            phase, end, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, 0.02, nodes
         )
         if status != EVENT:
             raise StepFailed(step_failure(status, phase))
@@ -72,9 +74,9 @@ def next_origin(walker: Walker, segment: Segment) -> float:
     """x_0 of the step after heel strike: the new stance foot's centre, less its own rolling, eq. (7)."""
     p, y = walker.p, segment.end
     theta, psi = y[0], y[1 if walker.rigid else 2]
-    stance, swing = (p[2], p[2]) if walker.rigid else (y[1], y[3])
-    centre = segment.origin + p[3] * theta + (stance - p[3]) * np.sin(theta) + (swing - p[3]) * np.sin(psi)
-    return float(centre + p[3] * psi)
+    stance, swing = (p.L_nat, p.L_nat) if walker.rigid else (y[1], y[3])
+    centre = segment.origin + p.r * theta + (stance - p.r) * np.sin(theta) + (swing - p.r) * np.sin(psi)
+    return float(centre + p.r * psi)
 
 
 def record(
@@ -85,11 +87,11 @@ def record(
     It starts in `phase`, by default the one that follows a heel strike. Raises StepFailed if the walker does not get
     there.
     """
-    tolerance = attainable_tolerance(walker, tolerance)
+    tolerance = attainable_tolerance(walker.p, tolerance)
     segments: list[Segment] = []
     start, leg, origin, strikes, decided = 0.0, 0, 0.0, 0, True
     if phase is None:
-        phase, decided = first_phase(walker.rigid, y, walker.p)
+        phase, decided = first_phase(y, walker.p)
     while True:
         if not decided:
             raise StepFailed(step_failure(WEDGED, phase))
@@ -121,19 +123,16 @@ def is_last(segment: Segment) -> bool:
 
 
 @compiled
-def states_at(phase: int, node_times: Vector, node_states: np.ndarray, times: Vector, p: Numbers) -> np.ndarray:
+def states_at(phase: int, node_times: Vector, node_states: np.ndarray, times: Vector, p: Kind) -> np.ndarray:
     """States at `times` (n,) inside a segment, by one step from the last node before each, shape (n, size)."""
     size = node_states.shape[1]
-    stages, new = np.empty((STAGES, size)), np.empty(size)
-    states = np.empty((times.size, size))
-    implicit = takes_implicit_steps(phase == RIGID, p)
+    stages, states = np.empty((STAGES, size)), np.empty((times.size, size))
     node = 0
     for i in range(times.size):
         while node + 1 < node_times.size and node_times[node + 1] <= times[i]:
             node += 1
         flow(phase, node_states[node], p, stages[0])
-        take_step(implicit, phase, node_states[node], times[i] - node_times[node], p, stages, new)
-        states[i] = new
+        take_step(phase, node_states[node], times[i] - node_times[node], p, stages, states[i])
     return states
 
 
@@ -142,7 +141,7 @@ def crossing_state(walker: Walker, z: Vector, tolerance: float) -> np.ndarray:
 
     Raises StepFailed if the walker does not vault over its stance leg.
     """
-    start = section_state(walker.rigid, z, walker.p)
+    start = section_state(z, walker.p)
     segment = record(walker, start, 1, tolerance)[-1]
     before = np.flatnonzero(segment.states[:, 0] < 0)
     if not before.size or segment.end[0] <= 0:
@@ -171,9 +170,9 @@ def constraint_drift(walker: Walker, segments: list[Segment]) -> np.ndarray:
     no constraint holds. Zero for rigid legs, which have no double stance.
     """
     both = [segment for segment in segments if in_contact(segment.phase)]
-    if not both:
+    if isinstance(walker.p, Rigid) or not both:
         return np.zeros(3)
     y, phase = both[-1].end, both[-1].phase
     _, roll, _, _ = contact_directions(y, walker.p)
-    clearance, rate, _ = foot_clearance(phase, y, walker.p)
+    clearance, rate, _ = foot_clearance(y, walker.p, y, 4)
     return np.array([clearance, rate, float(np.dot(roll, y[4:8])) if phase == DOUBLE_STANCE else 0.0])

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from stages.analytic.compiled import Numbers, compiled
+from stages.analytic.compiled import Four, by_kind, compiled, inlined
 from stages.analytic.model import equations as eq
-from stages.analytic.model.walker import Walker
+from stages.analytic.model.kinds import Compliant, Kind, Limited, Rigid, Rolling
+from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.flow import (
     DOUBLE_STANCE,
-    RIGID,
     SINGLE_STANCE,
     double_acceleration,
     rigid_acceleration,
@@ -36,28 +38,50 @@ COLUMNS = 8
 
 
 @compiled
-def accelerations_and_forces(phase: int, states: np.ndarray, p: Numbers) -> np.ndarray:
+def rigid_row(phase: int, y: Vector, p: Rigid, row: Vector) -> None:
+    """A row of `accelerations_and_forces`, rigid legs."""
+    qdd, _ = rigid_acceleration(y, p)
+    row[0], row[2] = qdd
+    row[4], row[5] = eq.rigid_reaction(y[0], y[1], y[2], y[3], qdd[0], qdd[1], p)
+
+
+@inlined
+def compliant_row(y: Vector, p: Compliant, row: Vector, qdd: Four, force: tuple[float, float]) -> None:
+    """A row of `accelerations_and_forces`, compliant legs, where the trailing foot bears `force`."""
+    row[0], row[1], row[2], row[3] = qdd
+    tangential, normal = eq.compliant_reaction(
+        y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], qdd[0], qdd[1], qdd[2], qdd[3], p)
+    row[4], row[5], row[6], row[7] = tangential - force[1], normal - force[0], force[1], force[0]
+
+
+@compiled
+def rolling_row(phase: int, y: Vector, p: Compliant, row: Vector) -> None:
+    """A row of `accelerations_and_forces`, feet that roll or are in the air."""
+    qdd, force = single_acceleration(y, p)[0], (0.0, 0.0)
+    if phase == DOUBLE_STANCE:
+        qdd, force, _, _, _, _ = double_acceleration(y, p)
+    compliant_row(y, p, row, qdd, force)
+
+
+@compiled
+def limited_row(phase: int, y: Vector, p: Limited, row: Vector) -> None:
+    """A row of `accelerations_and_forces`, limited friction."""
+    if in_contact(phase) and phase != DOUBLE_STANCE:
+        qdd, force, _, _, _, _ = sliding_acceleration(phase, y, p)
+        compliant_row(y, p, row, qdd, force)
+    else:
+        rolling_row(phase, y, p, row)
+
+
+row_of: Callable[..., None] = by_kind({Rigid: rigid_row, Rolling: rolling_row, Limited: limited_row})
+
+
+@compiled
+def accelerations_and_forces(phase: int, states: np.ndarray, p: Kind) -> np.ndarray:
     """Accelerations and both feet's ground reactions at states of one phase, shape (n, 8)."""
-    rows = np.zeros((states.shape[0], 8))
+    rows = np.zeros((states.shape[0], COLUMNS))
     for i in range(states.shape[0]):
-        y, row = states[i], rows[i]
-        if phase == RIGID:
-            angular, _ = rigid_acceleration(y, p)
-            row[0], row[2] = angular
-            row[4], row[5] = eq.rigid_reaction(y[0], y[1], y[2], y[3], angular[0], angular[1], p)
-            continue
-        if phase == DOUBLE_STANCE:
-            qdd, force, _, _, _, _ = double_acceleration(y, p)
-            row[6], row[7] = force[1], force[0]
-        elif in_contact(phase):
-            qdd, force, _, _, _, _ = sliding_acceleration(phase, y, p)
-            row[6], row[7] = force[1], force[0]
-        else:
-            qdd, _ = single_acceleration(y, p)
-        row[0], row[1], row[2], row[3] = qdd
-        tangential, normal = eq.compliant_reaction(
-            y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], qdd[0], qdd[1], qdd[2], qdd[3], p)
-        row[4], row[5] = tangential - row[6], normal - row[7]
+        row_of(phase, states[i], p, rows[i])
     return rows
 
 
@@ -66,7 +90,7 @@ def coordinates(walker: Walker, states: np.ndarray, rows: np.ndarray) -> tuple[C
     if walker.rigid:
         theta = Coordinate(states[:, 0], states[:, 2], rows[:, 0])
         psi = Coordinate(states[:, 1], states[:, 3], rows[:, 2])
-        length = constant(walker.p[2], theta)
+        length = constant(walker.p.L_nat, theta)
         return theta, length, psi, length
     return tuple(Coordinate(states[:, i], states[:, 4 + i], rows[:, i]) for i in range(4))
 
@@ -76,7 +100,7 @@ def sample_segment(walker: Walker, segment: Segment, times: np.ndarray) -> dict[
     states = states_at(segment.phase, segment.times, segment.states, times, walker.p)
     rows = accelerations_and_forces(segment.phase, states, walker.p)
     theta, stance_length, psi, swing_length = coordinates(walker, states, rows)
-    radius, com = walker.p[3], walker.p[4]
+    radius, com = walker.p.r, walker.p.l
     origin = np.full(times.size, segment.origin)
     hip = hip_motion(theta, stance_length, radius, origin)
     foot: Motion
@@ -86,7 +110,7 @@ def sample_segment(walker: Walker, segment: Segment, times: np.ndarray) -> dict[
     else:
         foot = swing_point_motion(hip, psi, shifted(swing_length, com))
         angle, rate = psi.value, psi.rate
-    gravity = (walker.p[8], walker.p[9])
+    gravity = (walker.p.g_x, walker.p.g_y)
     order = [0, 1] if segment.stance_leg == 0 else [1, 0]
     return {
         "hip_position": hip.position,

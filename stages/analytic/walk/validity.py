@@ -14,10 +14,9 @@ import numpy as np
 
 from stages.analytic.compiled import Numbers
 from stages.analytic.model import equations as eq
+from stages.analytic.model.kinds import Kind, Limited, Rigid
 from stages.analytic.model.walker import Walker
 from stages.analytic.phases.coulomb_impact import land, strike, trailing_impulse
-from stages.analytic.phases.flow import RIGID
-from stages.analytic.phases.impulse_terms import without_forces
 from stages.analytic.phases.succession import in_contact
 from stages.analytic.phases.transitions import heel_strike_reset, landing_impulse
 from stages.analytic.walk.recording import Segment, states_at
@@ -87,49 +86,37 @@ def dense_states(walker: Walker, segment: Segment) -> np.ndarray:
     return np.vstack([states_at(segment.phase, segment.times, segment.states, times, walker.p), segment.end])
 
 
-def impulses(walker: Walker, before: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Impulses (tangential, normal) on the landing and on the trailing foot at heel strike, dimensionless."""
-    inertia = without_forces(walker.p)
-    after = before.copy()
-    if walker.rigid:
-        heel_strike_reset(RIGID, after, walker.p)
+def momentum(y: np.ndarray, p: Kind) -> np.ndarray:
+    """Momentum (tangential, normal) of the whole walker, or its jump if the rates in `y` jump by what they are.
 
-        # Momentum of the whole walker before and after, each in the names of its own step; only one foot is hit.
-        def momentum(y: np.ndarray) -> np.ndarray:
-            return np.array(eq.rigid_reaction(y[0], y[1], 0.0, 0.0, y[2], y[3], inertia))
-
-        return momentum(after) - momentum(before), np.zeros(2)
-    if not walker.rolls:
-        return limited_impulses(walker, before)
-    velocities, landing, *_ = landing_impulse(before, walker.p)
-    jump = np.asarray(velocities) - before[4:]
-    total = reaction_to(before[:4], jump, inertia)
-    landing_force = np.array([landing[1], landing[0]])
-    return landing_force, total - landing_force
-
-
-def reaction_to(q: np.ndarray, jump: np.ndarray, inertia: Numbers) -> np.ndarray:
-    """Impulse (tangential, normal) that a jump of the rates of compliant legs at coordinates `q` asks of the ground."""
-    terms: Callable[..., Numbers] = eq.compliant_reaction
-    return np.array(terms(*q, 0.0, 0.0, 0.0, 0.0, *jump, inertia))
-
-
-def limited_impulses(walker: Walker, before: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The same where friction is limited; what the trailing foot does not bear of the momentum, the landing foot does.
-
-    Momentum of the whole walker is read from the ground reaction of inertia alone, in the names of each step.
+    It is what the ground's reaction to inertia alone, springs, dampers and gravity off, takes to bring the rates about.
     """
-    inertia = without_forces(walker.p)
+    inertia = p._replace(**dict.fromkeys({"k", "b", "g_x", "g_y"}.intersection(p._fields), 0.0))
+    terms: Callable[..., Numbers] = eq.rigid_reaction if isinstance(p, Rigid) else eq.compliant_reaction
+    half = y.size // 2
+    return np.array(terms(*y[:half], *np.zeros(half), *y[half:], inertia))
 
-    def momentum(y: np.ndarray) -> np.ndarray:
-        return reaction_to(y[:4], y[4:8], inertia)
 
-    after = before.copy()
-    land(after, walker.p)
-    _, _, impulse, *_ = trailing_impulse(after, walker.p)
-    strike(after, walker.p)
-    trailing = np.array([impulse[1], impulse[0]])
-    return momentum(after) - momentum(before) - trailing, trailing
+def impulses(walker: Walker, before: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Impulses (tangential, normal) on the landing and on the trailing foot at heel strike, dimensionless.
+
+    Momentum before and after is each in the names of its own step. What the trailing foot does not bear of its change,
+    the landing foot does.
+    """
+    p, after = walker.p, before.copy()
+    if isinstance(p, Rigid):
+        heel_strike_reset(after, p)
+        return momentum(after, p) - momentum(before, p), np.zeros(2)
+    if isinstance(p, Limited):
+        land(after, p)
+        _, _, impulse, *_ = trailing_impulse(after, p)
+        strike(after, p)
+        trailing = np.array([impulse[1], impulse[0]])
+        return momentum(after, p) - momentum(before, p) - trailing, trailing
+    velocities, impulse, *_ = landing_impulse(before, p)
+    after[4:] = np.asarray(velocities) - before[4:]
+    landing = np.array([impulse[1], impulse[0]])
+    return landing, momentum(after, p) - landing
 
 
 def assess(walker: Walker, segments: list[Segment]) -> Validity:
@@ -145,11 +132,9 @@ def assess(walker: Walker, segments: list[Segment]) -> Validity:
     pressed = [rows for rows, segment in zip(together, segments, strict=False) if in_contact(segment.phase)]
     trailing_force = np.concatenate(pressed)[:, 2:] if pressed else np.zeros((0, 2))
     landing, trailing = impulses(walker, single.end)
-    column = (0, 0, 1, 1) if walker.rigid else (0, 1, 2, 3)
-    leg = walker.p[2] - walker.p[3]
-    stance = leg if walker.rigid else states[:, column[1]] - walker.p[3]
-    swing = leg if walker.rigid else states[:, column[3]] - walker.p[3]
-    clearance = stance * np.cos(states[:, 0]) - swing * np.cos(states[:, column[2]])
+    p = walker.p
+    stance, psi, swing = (p.L_nat, states[:, 1], p.L_nat) if walker.rigid else states[:, 1:4].T
+    clearance = (stance - p.r) * np.cos(states[:, 0]) - (swing - p.r) * np.cos(psi)
     lowest = int(np.argmin(clearance))
     unit = walker.force
     # At toe-off the trailing foot's normal force is zero by definition: the last sample says nothing on friction.

@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from stages.imu.errors import SourceRefused, printable
+from stages.imu.sources import plain_file
 from stages.imu.sources.columns import device_from_row, experiment_from_row, numbers
 from stages.imu.sources.schema import SAMPLE_VALUES, TABLES, Device, Experiment, Recording, recording_from_columns
 
@@ -76,9 +77,11 @@ class CsvSource:
 
     def _read(self, experiment: Experiment, one: ColumnMap) -> Recording:
         path = self.folder / one.file
+        plain_file.check(path)
         try:
             with path.open(encoding="utf-8", errors="replace", newline="") as file:
-                rows = csv.reader(islice(file, one.header_rows, None), delimiter=one.delimiter)
+                lines = islice(plain_file.lines(file, one.file), one.header_rows, None)
+                rows = csv.reader(lines, delimiter=one.delimiter)
                 names = [name.strip().lstrip("\ufeff") for name in next(rows, [])]
                 filled = [row for row in rows if any(cell.strip() for cell in row)]
                 return self._recording(experiment, one, names, filled)

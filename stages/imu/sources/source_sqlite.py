@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from stages.imu.errors import SourceRefused, printable
+from stages.imu.sources import plain_file
 from stages.imu.sources.schema import TABLES
 from stages.imu.sources.source_tables import Extent, TableSource
 
@@ -58,6 +59,9 @@ class SqliteSource(TableSource):
 
 
 def _open(path: Path, timeout_s: float) -> sqlite3.Connection:
+    beside = [path.with_name(path.name + ending) for ending in ("-journal", "-wal", "-shm")]
+    for each in (path, *(other for other in beside if other.exists())):
+        plain_file.check(each)
     try:
         with path.open("rb") as file:
             head = file.read(20)

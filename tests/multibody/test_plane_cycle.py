@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stages.error_budget.cycle import find_cycle, plane_map, plane_multipliers
+from stages.multibody.walking.plane_cycle import find_cycle, plane_map, plane_multipliers
 from stages.multibody.walking.section import SCALES, NoLimitCycle, SectionStep
 
 FIXED = np.linspace(0.2, 1.1, 10)

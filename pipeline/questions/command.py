@@ -62,7 +62,7 @@ def command(stage: str, question: Question) -> click.Command:
 
     def asked(study: Study, as_json: bool, figure: Path | None = None, jobs: int | None = None,
               into: Path | None = None, **texts: Any) -> None:  # fmt: skip
-        from pipeline.commands.asking import Asked
+        from pipeline.questions.asking import Asked
 
         if figure is not None:
             _check_ending(figure)

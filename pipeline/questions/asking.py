@@ -19,6 +19,7 @@ from typing import Any
 
 from pipeline.cache import durable
 from pipeline.cache.distributions import versions
+from pipeline.cache.store import QUESTIONS
 from pipeline.errors import StageFailed, Stopped, StudyError
 from pipeline.parameters import loading
 from pipeline.parameters.rewriting import rewritten
@@ -75,7 +76,7 @@ class Asked:
     def say_if_cold(self) -> None:
         """Say so if the stage compiles its code at this use, as its module `compiled` knows."""
         compiled = self._study.module(self._stage, "compiled")
-        if compiled is not None and hasattr(compiled, "is_cold") and compiled.is_cold():
+        if compiled is not None and compiled.CODE.is_cold():
             self.note(f"note: stage {self._stage}: {compiled.COMPILING}")
 
     def each(self, function: Callable[[Any], Any], arguments: Sequence[Any]) -> Iterator[tuple[int, Any]]:
@@ -83,7 +84,7 @@ class Asked:
         if self._study.borrowed:
             raise StudyError("the parts of this answer are kept in a study's results: ask inside a study, or say with "
                              "--results where they go")  # fmt: skip
-        path = self._study.store.folder / "questions" / f"{self._key(function)}.jsonl"
+        path = self._study.store.folder / QUESTIONS / f"{self._key(function)}.jsonl"
         keys = [durable.digest(pickle.dumps(argument)) for argument in arguments]
         try:
             journal = Journal(path)

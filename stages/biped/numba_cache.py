@@ -1,0 +1,114 @@
+"""Numba's cache of a compiled function, in a folder that we name, in files whose seal tells damage.
+
+Uses what numba's own caches are made of (`numba.core.caching`), which is the same from 0.60 on.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+import sys
+from pathlib import Path
+from typing import Any, Protocol
+
+from numba.core import caching
+
+#: Numba's own annotations are partly missing.
+Cache: Any = caching.FunctionCache
+Files: Any = caching.IndexDataCacheFile
+_SEAL = hashlib.sha256().digest_size
+
+
+class Code(Protocol):
+    """What is to be known of the machine code of some sources; see `machine_code.MachineCode`."""
+
+    folder: Path
+    stamp: str
+    refusal: str
+    shipped: Path | None
+
+    def begin(self) -> None:
+        """Make the folder."""
+
+
+def attach(dispatcher: Any, code: Code) -> None:
+    """Let a compiled function load its machine code, from the shipped folder or its own, and leave it in its own."""
+    dispatcher._cache = _FunctionCache(dispatcher.py_func, code)
+
+
+class _Files(Files):  # type: ignore[misc]
+    """The index and the data of one function: a digest and what it was taken of. Damaged ones count as missing."""
+
+    def _load_index(self) -> Any:
+        try:
+            version, stamp, overloads = self._load_data(self._index_name)
+        except OSError:
+            return {}
+        return overloads if (version, stamp) == (self._version, self._source_stamp) else {}
+
+    def _save_index(self, overloads: Any) -> None:
+        self._save_data(self._index_name, (self._version, self._source_stamp, overloads))
+
+    def _load_data(self, name: str) -> Any:
+        content = Path(self._data_path(name)).read_bytes()
+        if hashlib.sha256(content[_SEAL:]).digest() != content[:_SEAL]:
+            raise OSError(f"{name} was damaged")
+        return pickle.loads(content[_SEAL:])
+
+    def _save_data(self, name: str, data: Any) -> None:
+        content: bytes = self._dump(data)
+        with self._open_for_write(self._data_path(name)) as file:
+            file.write(hashlib.sha256(content).digest() + content)
+
+
+class _FunctionCache(Cache):  # type: ignore[misc]
+    def __init__(self, function: Any, code: Code) -> None:
+        self._code = code
+        self._impl_class = lambda py_func: _Kept(py_func, code)
+        super().__init__(function)
+        folders = [*([code.shipped] if code.shipped else []), *([] if code.refusal else [code.folder])]
+        self._read = [_Files(str(folder), self._impl.filename_base, code.stamp) for folder in folders]
+        self._cache_file = _Files(str(code.folder), self._impl.filename_base, code.stamp)
+
+    def _load_overload(self, sig: Any, target_context: Any) -> Any:
+        key = self._index_key(sig, target_context.codegen())
+        found = next((data for files in self._read if (data := files.load(key)) is not None), None)
+        return None if found is None else self._impl.rebuild(target_context, found)
+
+    def _save_overload(self, sig: Any, data: Any) -> None:
+        if not self._code.refusal:
+            super()._save_overload(sig, data)
+
+
+class _Kept(caching.CompileResultCacheImpl):
+    """Names the files of one function by its full name: the path of its source says nothing."""
+
+    def __init__(self, function: Any, code: Code) -> None:
+        self._lineno = function.__code__.co_firstlineno
+        self._locator = _Place(code, self._lineno)
+        name: Any = super().get_filename_base
+        full = f"{function.__module__}.{function.__qualname__}"
+        self._filename_base = name(full, getattr(sys, "abiflags", ""))
+
+
+class _Place(caching._CacheLocator):
+    """Tells numba the folder and the stamp."""
+
+    def __init__(self, code: Code, line: int) -> None:
+        self._code, self._line, self._py_file = code, line, ""
+
+    def ensure_cache_path(self) -> None:
+        """Make the folder."""
+        self._code.begin()
+
+    def get_cache_path(self) -> str:
+        """The folder."""
+        return str(self._code.folder)
+
+    def get_source_stamp(self) -> str:
+        """The digest of the sources."""
+        return self._code.stamp
+
+    def get_disambiguator(self) -> str:
+        """The line, as functions of one file may share a name."""
+        return str(self._line)

@@ -1,0 +1,223 @@
+"""Machine code on disk is the user's own, and of the sources as they are: two users, moves, edits, planted code."""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pipeline.cache.closure import Sources
+from pipeline.cache.syntax import SyntaxMemo
+from stages.biped import machine_code
+
+unix = pytest.mark.skipif(os.name != "posix", reason="looks at owners and modes")
+root = pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="gives files to somebody else")
+SOMEBODY_ELSE = 12345
+HERE = """
+import os
+from pathlib import Path
+import numba
+from stages.biped.machine_code import MachineCode
+SHIPPED = os.environ.get("SHIPPED")
+CODE = MachineCode("toy", Path(__file__).parent, shipped=Path(SHIPPED) if SHIPPED else None)
+compiled = lambda function: CODE.keep(numba.njit(function))
+"""
+USED = """
+import json
+from toy.other import factor
+from toy.here import CODE, compiled
+@compiled
+def times(x):
+    return factor() * x
+answer = times(7.0)
+hits = sum(times.stats.cache_hits.values())
+print(json.dumps({"answer": answer, "hits": hits, "folder": str(CODE.folder), "refusal": CODE.refusal}))
+"""
+OTHER = "from toy.here import compiled\n@compiled\ndef factor():\n    return 2.0\n"
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    """A package of two compiled functions, one of which calls the other."""
+    folder = tmp_path / "installed/toy"
+    folder.mkdir(parents=True)
+    for name, text in {"here": HERE, "used": USED, "other": OTHER, "__init__": ""}.items():
+        (folder / f"{name}.py").write_text(text)
+    return folder
+
+
+def used(package: Path, repository: Path, **environment: object) -> dict[str, object]:
+    """What a new process finds: the answer, how many functions were loaded, from where, or why not."""
+    search = os.pathsep.join([str(package.parent), str(repository)])
+    clean = {name: value for name, value in os.environ.items() if name not in ("XDG_CACHE_HOME", "NUMBA_CACHE_DIR")}
+    done = subprocess.run(
+        [sys.executable, "-B", "-m", "toy.used"], text=True, capture_output=True, cwd=package.parent, check=False,
+        env={**clean, "PYTHONPATH": search, **{name: str(value) for name, value in environment.items()}})  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    found: dict[str, object] = json.loads(done.stdout)
+    return found
+
+
+def edit(package: Path) -> None:
+    (package / "other.py").write_text(OTHER.replace("2.0", "3.0"))
+
+
+@unix
+def test_two_users_of_one_installation(package: Path, repository: Path, tmp_path: Path) -> None:
+    """Each has a folder of his own, both are right after an edit of another file; nothing lies beside the code."""
+    before = sorted(package.parent.rglob("*"))
+    for answer in (14.0, 21.0):
+        folders = []
+        for user in ("one", "two"):
+            cold = used(package, repository, HOME=tmp_path / user)
+            warm = used(package, repository, HOME=tmp_path / user)
+            assert (cold["answer"], cold["hits"], warm["answer"], warm["hits"]) == (answer, 0, answer, 1)
+            assert Path(str(warm["folder"])).is_relative_to(tmp_path / user)
+            folders.append(Path(str(warm["folder"])))
+        assert folders[0].name == folders[1].name and all(folder.stat().st_mode & 0o77 == 0 for folder in folders)
+        assert sorted(package.parent.rglob("*")) == before
+        edit(package)
+
+
+def test_a_copy_of_the_sources_with_other_times_finds_the_code(package: Path, repository: Path, tmp_path: Path) -> None:
+    assert used(package, repository, NUMBA_CACHE_DIR=tmp_path / "cache")["hits"] == 0
+    copy = tmp_path / "elsewhere/toy"
+    shutil.copytree(package, copy)
+    for path in copy.iterdir():
+        os.utime(path, (0, 0))
+    there = used(copy, repository, NUMBA_CACHE_DIR=tmp_path / "cache")
+    assert (there["answer"], there["hits"]) == (14.0, 1)
+    assert Path(str(there["folder"])).parent == tmp_path / "cache/bipedstudy"
+
+
+class Planted:
+    """A pickle of it leaves a mark where it is loaded."""
+
+    def __init__(self, mark: Path) -> None:
+        self.mark = mark
+
+    def __reduce__(self) -> object:
+        return Path.touch, (self.mark,)
+
+
+def plant(folder: Path, mark: Path) -> None:
+    """Put code of our own in place of every index of machine code."""
+    for index in folder.rglob("*.nbi"):
+        index.write_bytes(pickle.dumps(Planted(mark)))
+
+
+@root
+@pytest.mark.parametrize("place", ["cache", "cache/bipedstudy", "cache/bipedstudy/FOLDER"])
+def test_a_folder_of_somebody_else_is_refused(package: Path, repository: Path, tmp_path: Path, place: str) -> None:
+    """Who owns it, or one above it, could put his own code there; with our own folders it would run."""
+    cache, mark = tmp_path / "cache", tmp_path / "ran"
+    folder = Path(str(used(package, repository, NUMBA_CACHE_DIR=cache)["folder"]))
+    plant(folder, mark)
+    theirs = tmp_path / place.replace("FOLDER", folder.name)
+    os.chown(theirs, SOMEBODY_ELSE, SOMEBODY_ELSE)
+    found = used(package, repository, NUMBA_CACHE_DIR=cache)
+    assert (found["answer"], found["hits"], found["refusal"]) == (14.0, 0, f"{theirs} belongs to somebody else")
+    assert not mark.exists()
+    edit(package)
+    assert used(package, repository, NUMBA_CACHE_DIR=cache)["answer"] == 21.0
+
+
+@unix
+@pytest.mark.parametrize(("place", "mode", "refused"), [
+    ("cache", 0o777, True), ("cache", 0o770, True), ("cache/bipedstudy", 0o702, True), ("cache", 0o1777, False),
+    ("cache/bipedstudy", 0o1777, True), ("cache", 0o755, False),
+])  # fmt: skip
+def test_a_folder_that_others_may_write_is_refused(
+    tmp_path: Path, place: str, mode: int, refused: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(machine_code, "_is_alone", lambda found: False)
+    (tmp_path / "cache/bipedstudy").mkdir(parents=True)
+    (tmp_path / place).chmod(mode)
+    said = machine_code.refusal(tmp_path / "cache/bipedstudy")
+    assert said == (f"others may write in {tmp_path / place}" if refused else "")
+
+
+@unix
+def test_a_link_is_followed_before_it_is_judged(tmp_path: Path) -> None:
+    (tmp_path / "open").mkdir()
+    (tmp_path / "open").chmod(0o777)
+    (tmp_path / "cache").symlink_to(tmp_path / "open")
+    assert machine_code.refusal(tmp_path / "cache/bipedstudy") == f"others may write in {tmp_path / 'open'}"
+
+
+@pytest.mark.parametrize("variable", ["HOME", "XDG_CACHE_HOME"])
+@unix
+def test_without_any_folder_nothing_is_kept(
+    package: Path, repository: Path, tmp_path: Path, variable: str
+) -> None:
+    (tmp_path / "file").touch()
+    found = used(package, repository, **{variable: tmp_path / "file"})
+    assert (found["answer"], found["hits"]) == (14.0, 0) and "cannot be written" in str(found["refusal"])
+    assert not list(package.parent.rglob("*.nbi"))
+
+
+def test_shipped_code_is_read_and_never_written(package: Path, repository: Path, tmp_path: Path) -> None:
+    """What a wheel brings: used where the user has no folder, and left as it is."""
+    folder = Path(str(used(package, repository, NUMBA_CACHE_DIR=tmp_path / "cache")["folder"]))
+    shipped = shutil.copytree(folder, tmp_path / "shipped")
+    (tmp_path / "file").touch()
+    before = {path: path.read_bytes() for path in shipped.iterdir()}
+    assert used(package, repository, NUMBA_CACHE_DIR=tmp_path / "file", SHIPPED=shipped)["hits"] == 1
+    edit(package)
+    found = used(package, repository, NUMBA_CACHE_DIR=tmp_path / "new", SHIPPED=shipped)
+    assert (found["answer"], found["hits"]) == (21.0, 0)
+    assert used(package, repository, NUMBA_CACHE_DIR=tmp_path / "new", SHIPPED=shipped)["hits"] == 1
+    assert {path: path.read_bytes() for path in shipped.iterdir()} == before
+
+
+def test_damaged_code_is_compiled_again(package: Path, repository: Path, tmp_path: Path) -> None:
+    """A flipped bit of machine code is another number or a crash; a truncated index was an unexpected error."""
+    cache = tmp_path / "cache"
+    folder = Path(str(used(package, repository, NUMBA_CACHE_DIR=cache)["folder"]))
+    for ending in ("*times*.nbi", "*times*.nbc"):
+        (path,) = folder.glob(ending)
+        content = bytearray(path.read_bytes())
+        content[2 * len(content) // 3] ^= 8
+        for damaged in (bytes(content), bytes(content)[:100], b""):
+            path.write_bytes(damaged)
+            found = used(package, repository, NUMBA_CACHE_DIR=cache)
+            assert (found["answer"], found["hits"]) == (14.0, 0)
+        assert used(package, repository, NUMBA_CACHE_DIR=cache)["hits"] == 1
+
+
+def test_old_code_is_removed_but_the_last_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    sources = tmp_path / "sources"
+    sources.mkdir()
+    kept = []
+    for number in range(7):
+        (sources / "one.py").write_text(str(number))
+        code = machine_code.MachineCode("toy", sources)
+        code.begin()
+        os.utime(code.folder, (number, number))
+        kept.append(code.folder)
+    mine = tmp_path / "cache/bipedstudy/mine"
+    mine.mkdir()
+    assert [path.exists() for path in kept] == [False] * 3 + [True] * machine_code.KEPT and mine.exists()
+    assert set(code.old(1)) == set(kept[3:6])
+
+
+@pytest.mark.parametrize(("stage", "mark"), [("analytic", "stages.analytic.compiled"), ("twin", "kept_with_ground")])
+def test_every_source_of_compiled_code_is_in_its_digest(repository: Path, stage: str, mark: str) -> None:
+    """The import closure of all modules that compile lies in the folders whose digest names the machine code."""
+    from stages.analytic import compiled as analytic
+    from stages.ground import compiled as ground
+
+    folders = {"analytic": analytic.SOURCES, "twin": ground.sources(repository / "stages/twin/machine")}[stage]
+    modules = [path.relative_to(repository).with_suffix("").as_posix().replace("/", ".")
+               for path in (repository / "stages" / stage).rglob("*.py") if mark in path.read_text()]  # fmt: skip
+    files = Sources(repository, "stages", SyntaxMemo(None)).closure(modules).files
+    inside = [folder.relative_to(repository) for folder in folders]
+    outside = [file for file in files if not any(Path(file).is_relative_to(folder) for folder in inside)]
+    assert modules and [file for file in outside if not file.endswith("__init__.py")] == []

@@ -1,0 +1,132 @@
+"""Bits flipped in the files of a study's results and cache, and what the study makes of them.
+
+A flip is *wrong* if anything that it changed is taken for right: a file called current, an entry of the store, a row
+of a journal, a remembered digest or syntax tree, the report. It is *lost* if the study cannot be brought up to date
+after it, and *without a sentence* if it meets an error that has none.
+"""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pipeline.cache import durable
+from pipeline.commands.asking import Asked
+from pipeline.errors import StudyError
+from pipeline.execution.display import Display
+from pipeline.execution.planning import Planner, State
+from pipeline.report import page
+from pipeline.report.content import entries
+from pipeline.sweep import spec as specs
+from pipeline.sweep.journal import Journal
+from pipeline.sweep.sweep import Sweep
+from tests.pipeline.toy import Toy
+
+VARIANTS = (("ground.gravity=5",), ("picture.extra=true",), ())
+_GRID = "stage: bounce\nkind: grid\nvary: {fall.steps: [2, 5, 9]}\n"
+_DIGESTS = {"/a/large/file": [[5_000_000_000, 1, 2], durable.digest(b"")]}
+
+
+@dataclass
+class Count:
+    """What came of the flips so far, and in which files they were."""
+
+    flips: int = 0
+    survived: int = 0
+    computed_again: int = 0
+    wrong: list[str] = field(default_factory=list)
+    lost: list[str] = field(default_factory=list)
+    without_a_sentence: list[str] = field(default_factory=list)
+    hit: Counter[str] = field(default_factory=Counter)
+
+
+class Flipped:
+    """A toy study with results of several designs, a kept question, a sweep and a report, all known to be right."""
+
+    def __init__(self, toy: Toy) -> None:
+        self.toy, self.results = toy, toy.root / "results"
+        self.right: dict[tuple[str, ...], dict[str, bytes]] = {}
+        for variant in VARIANTS:
+            toy.run(*variant)
+            self.right[variant] = toy.results()
+        (toy.root / "sweep.yaml").write_text(_GRID)
+        Sweep(toy.study(), specs.read(toy.root / "sweep.yaml"), Display()).run(toy.root / "table.h5", 1)
+        study = toy.study()
+        parameters = study.parameters(("side",))["side"]
+        with Asked(study, "side", study.module("side", "questions.tally").QUESTION, parameters, 1) as asked:
+            assert len(list(asked.each(len, ["a", "bb", "ccc"]))) == 3
+        durable.write_sealed(study.store.folder / "digests.json", _DIGESTS)
+        page.refresh(study)
+        self.believed = dict(self.beliefs())
+        assert {kind for kind, *_ in self.believed} == {"entry", "row", "digests", "syntax"}
+
+    def beliefs(self) -> Iterator[tuple[tuple[str, ...], Any]]:
+        """All that is believed of what the cache holds; a belief that is gone is no harm, another one is wrong."""
+        study = self.toy.study()
+        for path in study.store.folder.iterdir():
+            entry = study.store.entry(path.name) if path.is_dir() else None
+            if entry:
+                yield ("entry", path.name), (entry.outs, entry.summary)
+        for path in [*self.results.glob(".cache/questions/*.jsonl"), *self.results.glob("sweeps/.cache/*.jsonl")]:
+            with Journal(path) as journal:
+                yield from ((("row", path.stem, key), journal.row(key)) for key in list(journal._places))
+        if digests := durable.read_sealed(study.store.folder / "digests.json"):
+            yield ("digests",), digests
+        for name in study.graph.stages:
+            yield ("syntax", name), study.sources.closure([f"{self.toy.package}.{name}.run"])
+
+    def files(self) -> list[Path]:
+        """Every file that can be hit."""
+        return [path for path in sorted(self.results.rglob("*")) if path.is_file() and path.stat().st_size]
+
+    def flip(self, chance: random.Random, count: Count) -> None:
+        """Flip a bit of some file, ask the study what it believes, and bring some variant up to date."""
+        path, variant = chance.choice(self.files()), chance.choice(VARIANTS)
+        content = bytearray(path.read_bytes())
+        at = chance.randrange(8 * len(content))
+        content[at // 8] ^= 1 << at % 8
+        path.write_bytes(content)
+        name = path.relative_to(self.results).as_posix()
+        told = f"flip {count.flips}: bit {at} of {name}"
+        count.flips += 1
+        count.hit[_kind(name)] += 1
+        try:
+            count.wrong += [f"{told}: {belief}" for belief, said in self.beliefs()
+                            if self.believed.get(belief, said) != said]  # fmt: skip
+            count.wrong += [f"{told}: {file} is called current" for file in self.current_and_wrong(variant)]
+            hows = self.toy.run(*variant)
+            count.computed_again += "computed" in hows.values()
+            made = {name: found for name, found in self.toy.results().items() if not name.startswith("sweeps/")}
+            if made != self.right[variant]:
+                count.wrong.append(f"{told}: a run that ended well left something else than the right results")
+            study = self.toy.study(*variant)
+            page.refresh(study)
+            if (self.results / page.NAME).read_bytes() != page.render(study, entries(study), True, {}):
+                count.wrong.append(f"{told}: the report is not what the results make")
+        except StudyError as error:
+            count.lost.append(f"{told}: {error}")
+        except Exception as error:
+            count.without_a_sentence.append(f"{told}: {type(error).__name__}: {error}")
+        else:
+            count.survived += 1
+
+    def current_and_wrong(self, variant: tuple[str, ...]) -> list[str]:
+        """Files of stages that are called current, and are not what an undisturbed run makes."""
+        study = self.toy.study(*variant)
+        survey = Planner(study, study.parameters(tuple(study.graph.stages))).survey(study.graph.stages)
+        current = [item.entry for item in survey if item.state is State.CURRENT]
+        names = [path.removeprefix("results/") for entry in current if entry for path in entry.outs]
+        return [name for name in names if durable.read(self.results / name) != self.right[variant].get(name)]
+
+
+def _kind(name: str) -> str:
+    """Files of one kind under one name."""
+    first, _, rest = name.partition("/")
+    if first != ".cache":
+        return "sweeps" if first == "sweeps" else "log.jsonl" if first == "log.jsonl" else "results"
+    inner, _, last = rest.partition("/")
+    return inner if not last or inner in ("current", "questions") else "manifest" if "manifest" in last else "stored"

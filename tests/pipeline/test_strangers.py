@@ -1,0 +1,252 @@
+"""A results folder that somebody else filled: whatever its files say, nothing outside of it is written or removed."""
+
+from __future__ import annotations
+
+import json
+import os
+
+import pytest
+
+from pipeline.cache import durable
+from pipeline.cache.lock import held
+from pipeline.commands.asking import Asked
+from pipeline.errors import StudyError
+from pipeline.execution.planning import Planner
+from pipeline.graph import is_inside
+
+unix = pytest.mark.skipif(os.name != "posix", reason="uses links and pipes")
+FORGED = b"forged"
+
+
+@pytest.fixture
+def victim(done):
+    path = done.root / "victim.txt"
+    path.write_bytes(b"mine")
+    return path
+
+
+def record(done, stage):
+    return done.root / f"results/.cache/current/{stage}.json"
+
+
+def entry_folder(done, stage):
+    return done.root / "results/.cache" / json.loads(record(done, stage).read_text())["key"]
+
+
+def sealed(body):
+    return durable.digest(json.dumps(body, sort_keys=True).encode())
+
+
+def forge_manifest(done, stage, name):
+    """Let the stored entry of a stage vouch for one more file, with a right seal; its bytes lie where it says."""
+    folder = entry_folder(done, stage)
+    entry = json.loads((folder / "manifest.json").read_text())["entry"]
+    sha = durable.digest(FORGED)
+    entry["outs"][name] = {"sha256": sha, "size": len(FORGED), "content": sha}
+    (folder / "manifest.json").write_text(json.dumps({"seal": sealed(entry), "entry": entry}))
+    (folder / name).parent.mkdir(parents=True, exist_ok=True)
+    (folder / name).write_bytes(FORGED)
+
+
+def forge_record(done, stage, names):
+    body = json.loads(record(done, stage).read_text())
+    body.pop("seal")
+    body["files"] += names
+    record(done, stage).write_text(json.dumps({**body, "seal": sealed(body)}))
+
+
+@pytest.mark.parametrize("name", ["results/../victim.txt", "results/figures/../../victim.txt", "../results/victim.txt"])
+def test_a_forged_manifest_writes_nothing_outside(done, victim, name):
+    before = done.results()
+    forge_manifest(done, "picture", name)
+    (done.root / "results/picture.h5").unlink()
+    assert done.run()["picture"] == "computed"
+    assert victim.read_bytes() == b"mine" and done.results() == before
+
+
+@pytest.mark.parametrize("name", ["results/mine.txt", "results/bounce.h5", "results/log.jsonl", "results/.cache/lock"])
+def test_a_forged_manifest_writes_nothing_that_is_not_the_stages_own(done, name):
+    before = {**done.results(), "mine.txt": b"mine"}
+    (done.root / "results/mine.txt").write_bytes(b"mine")
+    forge_manifest(done, "picture", name)
+    (done.root / "results/picture.h5").unlink()
+    assert done.run()["picture"] == "computed"
+    assert done.results() == before and FORGED not in (done.root / "results/log.jsonl").read_bytes()
+
+
+@pytest.mark.parametrize("name", ["results/../victim.txt", "victim.txt", "results/mine.txt", "results/side.h5",
+                                  "results/figures"])  # fmt: skip
+def test_a_forged_record_removes_nothing_but_the_stages_own(done, victim, name):
+    before = {**done.results(), "mine.txt": b"mine"}
+    (done.root / "results/mine.txt").write_bytes(b"mine")
+    forge_record(done, "picture", [name])
+    (done.root / "results/picture.h5").unlink()
+    assert done.run()["picture"] == "restored"
+    assert victim.read_bytes() == b"mine" and done.results() == before
+
+
+def test_the_forged_key_of_a_record_reads_no_manifest_outside(done):
+    folder = done.root / "elsewhere"
+    folder.mkdir()
+    (folder / "manifest.json").write_bytes((entry_folder(done, "fall") / "manifest.json").read_bytes())
+    body = json.loads(record(done, "fall").read_text())
+    body.pop("seal")
+    body["key"] = "../../elsewhere"
+    record(done, "fall").write_text(json.dumps({**body, "seal": sealed(body)}))
+    assert done.run()["fall"] == "restored"
+
+
+@pytest.mark.parametrize("path", [
+    "results/../x", "/results/x", "results/a/../../x", "C:results/x", "results\\..\\x", "results/.. /x",
+    "results/.../x", "results/x.", "results/a\0b", "results/x:stream", "..", "results//x", "results/./x",
+])  # fmt: skip
+def test_paths_that_some_platform_reads_as_another_place_are_refused(path):
+    assert not is_inside(path)
+
+
+def test_plain_paths_are_inside():
+    assert all(is_inside(path) for path in ("results/fall.h5", "results/figures/a b.svg", "stages/biped/.hidden"))
+
+
+@unix
+@pytest.mark.parametrize("name", [".cache", ".cache/current", ".cache/questions", "log", "sweeps", "drawn"])
+def test_a_link_in_place_of_a_folder_is_refused(done, tmp_path, name):
+    outside = tmp_path / "outside"
+    outside.mkdir()
+    place = done.root / "results" / name
+    if place.exists():
+        place.rename(outside / "moved")
+    place.symlink_to(outside, target_is_directory=True)
+    before = sorted(outside.rglob("*"))
+    with pytest.raises(StudyError, match=f"{name}: is a link"):
+        done.run(force=True)
+    assert sorted(outside.rglob("*")) == before
+
+
+@unix
+def test_the_folder_of_an_out_is_not_written_through_a_link(done, tmp_path):
+    outside = tmp_path / "outside"
+    (done.root / "results/figures").rename(outside)
+    (outside / "two.svg").write_bytes(b"mine")
+    (done.root / "results/figures").symlink_to(outside, target_is_directory=True)
+    with pytest.raises(StudyError, match=r"results/figures/two\.svg: a link leads out of"):
+        done.run("picture.extra=true")
+    assert (outside / "two.svg").read_bytes() == b"mine"
+
+
+@unix
+def test_no_file_is_removed_through_a_link(done, tmp_path):
+    done.run("picture.extra=true")
+    outside = tmp_path / "outside"
+    (done.root / "results/figures").rename(outside)
+    (done.root / "results/figures").symlink_to(outside, target_is_directory=True)
+    with pytest.raises(StudyError, match="a link leads out of"):
+        done.run("picture.extra=false")
+    assert (outside / "two.svg").exists()
+
+
+@unix
+@pytest.mark.parametrize("dangling", [False, True])
+def test_an_entry_that_is_a_link_is_replaced_and_what_it_names_is_left(done, tmp_path, dangling):
+    before, folder, outside = done.results(), entry_folder(done, "fall"), tmp_path / "outside"
+    folder.rename(outside)
+    (outside / "manifest.json").write_bytes(b"mine")
+    folder.symlink_to(tmp_path / "nowhere" if dangling else outside, target_is_directory=True)
+    assert done.run()["fall"] == "computed"
+    assert (outside / "manifest.json").read_bytes() == b"mine" and not folder.is_symlink()
+    assert done.results() == before and set(done.run().values()) == {"current"}
+    assert not list((done.root / "results/.cache").glob("making-*"))
+
+
+@unix
+def test_a_link_in_place_of_a_result_is_replaced_and_what_it_names_is_left(done, victim):
+    before, place = done.results(), done.root / "results/fall.h5"
+    place.unlink()
+    place.symlink_to(victim)
+    assert done.run()["fall"] == "restored"
+    assert victim.read_bytes() == b"mine" and done.results() == before
+
+
+@unix
+def test_a_lock_that_is_a_link_or_a_pipe_is_refused(done, victim):
+    lock = done.root / "results/.cache/lock"
+    for make in (lambda: lock.symlink_to(victim), lambda: os.mkfifo(lock)):
+        lock.unlink(missing_ok=True)
+        make()
+        with (
+            pytest.raises(StudyError, match="cannot be written"),
+            held(done.root / "results", "results", "x", False, pytest.fail),
+        ):
+            pytest.fail("was taken")
+        assert victim.read_bytes() == b"mine"
+
+
+@unix
+@pytest.mark.parametrize(("name", "said"), [("log.jsonl", "log.jsonl: is a link"), ("log/fall.log", "ZeroDivisionE")])
+def test_logs_that_are_links_are_not_written_through(done, victim, name, said):
+    path = done.root / "results" / name
+    path.parent.mkdir(exist_ok=True)
+    path.unlink(missing_ok=True)
+    path.symlink_to(victim)
+    with pytest.raises(StudyError, match=said):
+        done.run("fall.behaviour=raise")
+    assert victim.read_bytes() == b"mine"
+
+
+@unix
+def test_a_journal_that_is_a_link_is_not_written_through(done, victim, monkeypatch):
+    study = done.study()
+    parameters = study.parameters(["side"])["side"]
+    question = study.module("side", "questions.tally").QUESTION
+    asked = Asked(study, "side", question, parameters, 1)
+    monkeypatch.setattr(asked, "_key", lambda function: "key")
+    path = study.store.folder / "questions/key.jsonl"
+    path.parent.mkdir(exist_ok=True)
+    path.symlink_to(victim)
+    with pytest.raises(StudyError, match="cannot be written"):
+        list(asked.each(int, ["1"]))
+    assert victim.read_bytes() == b"mine"
+
+
+@unix
+def test_nothing_unfinished_is_removed_through_a_link(done, tmp_path):
+    outside = tmp_path / "outside"
+    outside.mkdir()
+    (outside / ".x.part").write_bytes(b"mine")
+    (done.root / "results/theirs").symlink_to(outside, target_is_directory=True)
+    done.study().store.sweep()
+    assert (outside / ".x.part").exists()
+
+
+@unix
+@pytest.mark.parametrize("name", [
+    "results/fall.h5", "results/.cache/current/fall.json", "results/.cache/syntax.json",
+    "results/.cache/KEY/manifest.json", "results/.cache/KEY/results/fall.h5",
+])  # fmt: skip
+def test_a_pipe_in_place_of_a_file_stops_nothing(done, name):
+    before = done.results()
+    path = done.root / name.replace("KEY", entry_folder(done, "fall").name)
+    path.unlink()
+    os.mkfifo(path)
+    if name.endswith("KEY/results/fall.h5"):
+        (done.root / "results/fall.h5").unlink()  # so that it is looked for
+    study = done.study()
+    list(Planner(study, study.parameters(tuple(study.graph.stages))).survey(study.graph.stages))
+    done.run()
+    assert done.results() == before
+
+
+@unix
+def test_artefacts_that_are_pipes_or_huge_are_one_sentence(toy_with_commands):
+    toy = toy_with_commands
+    os.mkfifo(toy.root / "pipe.h5")
+    with open(toy.root / "huge.h5", "wb") as file:
+        file.truncate(5_000_000_000)
+    for name, said in (("pipe.h5", "is a pipe, device or socket, not a file"), ("huge.h5", "has 5000000000 bytes")):
+        code, _, errors = toy.command("show", name)
+        assert code == 2 and said in errors and "unexpected" not in errors
+    (toy.root / "results").mkdir()
+    (toy.root / "huge.h5").rename(toy.root / "results/side.h5")
+    (toy.root / "pipe.h5").rename(toy.root / "results/fall.h5")
+    code, _, errors = toy.command("run", "side", "bounce")
+    assert code == 0, errors
