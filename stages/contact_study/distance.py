@@ -21,7 +21,8 @@ from stages.contact_study.one_step import HipCurve, Scene, hip_curve, in_impact,
 from stages.contact_study.parameters import Settings
 from stages.ground.contact_law import ContactLaw
 from stages.multibody.assembly.state import PlanarState, rolling_state
-from stages.multibody.walking.limit_cycle import (
+from stages.multibody.walking.plane_cycle import find_cycle, step_derivative
+from stages.multibody.walking.section import (
     SCALES,
     NoLimitCycle,
     SectionStep,
@@ -29,7 +30,6 @@ from stages.multibody.walking.limit_cycle import (
     section_numbers,
     section_state,
 )
-from stages.multibody.walking.plane_cycle import find_cycle, step_derivative
 from stages.multibody.walking.walk import build, simulate
 
 #: What is left of a part when it is measured.

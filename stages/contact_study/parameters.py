@@ -9,29 +9,15 @@ from typing import ClassVar
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
+from stages.ground.default_set import DefaultSet
 from stages.ground.slope import Slope
 
 
 @dataclass(frozen=True)
 class Settings:
-    """The set that is varied, the values it is varied to, the criterion of the choice, and how a step is integrated."""
+    """The values to which the default set is varied, the criterion of the choice, and how a step is integrated."""
 
     FILE: ClassVar[str] = "contact_study"
-
-    default_stiffness: float = parameter("N/mm^e", "stiffness of the starting set", symbol="k_c", bound=Bound(above=0))
-    default_exponent: float = parameter("1", "force exponent of the starting set", symbol="e", bound=Bound(minimum=1))
-    default_damping: float = parameter(
-        "N s/m", "largest damping of the starting set", symbol="c_max", bound=Bound(above=0)
-    )
-    default_depth: float = parameter(
-        "m", "depth of complete damping of the starting set", symbol="d", bound=Bound(above=0)
-    )
-    default_stiction_velocity: float = parameter(
-        "m/s", "stiction velocity of the starting set", symbol="v_s", bound=Bound(above=0)
-    )
-    default_friction_velocity: float = parameter(
-        "m/s", "friction velocity of the starting set", symbol="v_d", bound=Bound(above=0)
-    )
 
     stiffness_values: tuple[float, ...] = parameter("N/mm^e", "stiffnesses tried one at a time", bound=Bound(above=0))
     exponent_values: tuple[float, ...] = parameter("1", "force exponents tried one at a time", bound=Bound(minimum=1))
@@ -90,18 +76,10 @@ class Settings:
     )
 
     def broken_rules(self) -> Iterator[Broken]:
-        """There is something to search; the transition velocities are in order."""
+        """There is something to search."""
         for key in ("searched_stiffness", "searched_damping", "searched_depth", "searched_stiction_velocity"):
             if not getattr(self, key):
                 yield Broken(key, "at least one value")
-        highest = max(
-            (self.default_stiction_velocity, *self.stiction_velocity_values, *self.searched_stiction_velocity)
-        )
-        if highest >= self.default_friction_velocity:
-            yield Broken("default_friction_velocity", f"> {highest:g} m/s, the greatest stiction velocity")
-        lowest = min((self.default_friction_velocity, *self.friction_velocity_values))
-        if lowest <= self.default_stiction_velocity:
-            yield Broken("default_stiction_velocity", f"< {lowest:g} m/s, the least friction velocity")
 
 
 @dataclass(frozen=True)
@@ -111,4 +89,20 @@ class Parameters:
     biped: Biped
     slope: Slope
     contact: ContactLaw
+    default_set: DefaultSet
     settings: Settings
+
+    def broken_rules(self) -> Iterator[Broken]:
+        """The transition velocities are in order, in the default set and in all that it is varied to."""
+        default, settings = self.default_set, self.settings
+        highest = max(
+            (default.default_stiction_velocity, *settings.stiction_velocity_values,
+             *settings.searched_stiction_velocity)
+        )  # fmt: skip
+        if highest >= default.default_friction_velocity:
+            allowed = f"> {highest:g} m/s, the greatest stiction velocity"
+            yield Broken("contact_study.default_friction_velocity", allowed)
+        lowest = min((default.default_friction_velocity, *settings.friction_velocity_values))
+        if lowest <= default.default_stiction_velocity:
+            allowed = f"< {lowest:g} m/s, the least friction velocity"
+            yield Broken("contact_study.default_stiction_velocity", allowed)

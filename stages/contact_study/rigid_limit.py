@@ -14,7 +14,7 @@ from stages.contact_study.distance import Ruler, hard_limit
 from stages.contact_study.hardening import member
 from stages.contact_study.limit_result import Candidates, Distance, RigidLimit
 from stages.contact_study.one_step import Scene
-from stages.contact_study.parameters import Parameters, Settings
+from stages.contact_study.parameters import Parameters
 from stages.contact_study.result import VARIED
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction
@@ -40,7 +40,7 @@ def from_rigid_limit(
     rolling, coulomb = constraints(None), constraints(parameters.contact.coefficients)
     beside = dataclasses.replace(scene, walk=coulomb.walk)
     ruler = Ruler(beside, coulomb, settings)
-    law = default_law(parameters.contact, settings)
+    law = parameters.default_set.law(parameters.contact)
     default = ruler.between_cycles(ruler.over_a_step(law), split=False)
     dear = math.ceil(max(LEAST_STEPS, REPEATED * settings.cost_limit * default.solver_steps))
     frugal = dataclasses.replace(scene.solver, most_solver_steps=dear)
@@ -66,19 +66,6 @@ def from_rigid_limit(
         family_share=np.array(settings.family_shares),
         family=tuple(family),
     ), candidates
-
-
-def default_law(contact: ContactLaw, settings: Settings) -> ContactLaw:
-    """The starting set, with the laws and the friction coefficients of `contact`."""
-    return dataclasses.replace(
-        contact,
-        contact_stiffness=settings.default_stiffness,
-        contact_exponent=settings.default_exponent,
-        contact_damping=settings.default_damping,
-        damping_depth=settings.default_depth,
-        stiction_velocity=settings.default_stiction_velocity,
-        friction_velocity=settings.default_friction_velocity,
-    )
 
 
 def same_set(one: ContactLaw, other: ContactLaw) -> bool:

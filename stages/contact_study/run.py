@@ -21,7 +21,7 @@ from stages.contact_study.limit_result import COMPLETED
 from stages.contact_study.one_step import Scene, landing_force, measure, take_step
 from stages.contact_study.parameters import Parameters, Settings
 from stages.contact_study.result import VARIED, OneStep, Result, Variations
-from stages.contact_study.rigid_limit import default_law, from_rigid_limit, same_set
+from stages.contact_study.rigid_limit import from_rigid_limit, same_set
 from stages.ground.contact_law import ContactLaw
 from stages.multibody.parameters import Settings as SolverSettings
 
@@ -50,7 +50,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         settings.impact_window,
     )
     time = curve_times()
-    default = default_law(parameters.contact, settings)
+    default = parameters.default_set.law(parameters.contact)
 
     def walked(law: ContactLaw) -> tuple[OneStep, np.ndarray]:
         done = take_step(scene, law)

@@ -16,9 +16,9 @@ from stages.ground.normal_force import static_penetration
 from stages.multibody.assembly.state import rolling_state
 from stages.multibody.parameters import Settings
 from stages.multibody.walking.events import find_events
-from stages.multibody.walking.limit_cycle import SCALES, NoLimitCycle, SectionStep, mid_stance_after, section_numbers
-from stages.multibody.walking.limit_cycle import section_state as state_of
 from stages.multibody.walking.plane_cycle import find_cycle, step_derivative
+from stages.multibody.walking.section import SCALES, NoLimitCycle, SectionStep, mid_stance_after, section_numbers
+from stages.multibody.walking.section import section_state as state_of
 from stages.multibody.walking.trajectory import Trajectory
 from stages.multibody.walking.walk import build, simulate
 
