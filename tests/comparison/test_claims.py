@@ -39,7 +39,7 @@ CASES = [
     (contact.ContactSet(0.124, 0.049, 0.6, 3.7, 100.0), {"best": 0.13}),
     (contact.ContactSetFigure8(2e-4, 3e4, 4e-3, 1.9e-3, 4.5e-4, 0.05), {"least": 2.3e-3}),
     (contact.RollingWithoutSlip(1.1, 0.19, 0.9, 0.0, 0.0), {"strike": 24.0, "time_outside": 0.2}),
-    (contact.FrictionVelocities("length", "stiction_velocity", inf, 2e-3, -3e-3, 4e-3), {"turning": 1.05}),
+    (contact.FrictionVelocities("stiction_velocity", inf, 2e-3, -3e-3, 4e-3), {"turning": 1.05}),
     (numerics.StiffSolver(400.0, 500.0, 4000.0, 5000.0), {"constraint_stiff": 600.0, "penalty_stiff": 6000.0}),
     (figure_8.HipDisplacement(2.5e-4, 2.9e-4, 1.9e-4, 1.1e-3, 1.2e-3, PARTS, 2.4e-4, 2e-5, 0.1), {"limit_step": 4e-4}),
     (figure_8.HipVelocity(2.7e-3, 3.4e-3, 3.9e-3, 4e-3), {"limit_cycle": 6e-3}),
@@ -208,9 +208,9 @@ def test_claims_survive_yaml_and_the_command_knows_their_verdicts():
     assert shown.Claim(**read["claims"][0]).full_verdict == HOLDS
 
 
-def test_a_study_without_gaits_for_the_ladder_says_so():
-    found = SimpleNamespace(rungs=(SimpleNamespace(found=False),), twin=None)
+def test_a_multibody_model_without_a_cycle_leaves_stability_open():
+    multibody = SimpleNamespace(cycle=SimpleNamespace(largest_multiplier=nan))
     analytic = SimpleNamespace(gait=SimpleNamespace(floquet_multipliers=CASES[3][0].constraint * np.eye(1, 2)))
-    evidence = SimpleNamespace(results=SimpleNamespace(twin_ladder=found, analytic=analytic))
+    evidence = SimpleNamespace(results=SimpleNamespace(multibody=multibody, analytic=analytic))
     claim = judged(PARAMETERS, of_gait.stable_gait(evidence))
     assert claim.verdict == OPEN and "no multibody gait" in claim.measured

@@ -13,6 +13,7 @@ from stages.comparison.hip_motion import overlay
 from stages.contact_study.limit_result import COMPLETED
 from stages.error_budget.effects import SLIP, UNEXPLAINED
 from stages.error_budget.split import POSITION
+from stages.multibody.result import changes, crossing
 
 
 def twice_differentiated(e: Evidence) -> contact.TwiceDifferentiated:
@@ -56,17 +57,16 @@ def contact_set_figure_8(e: Evidence) -> contact.ContactSetFigure8:
 
 
 def friction_velocities(e: Evidence) -> contact.FrictionVelocities:
-    limits, length, study = e.parameters.settings, e.results.analytic.gait.step_length_m, e.results.contact_study
+    variations, limit = e.results.multibody.default_friction_variations, e.parameters.settings.unaffected_limit
     found = []
     for key in ("stiction_velocity", "friction_velocity"):
-        factors, changes = studies.hip_changes(study, key, length)
-        turning = studies.turning_factor(factors, changes, limits.unaffected_limit)
-        halved, doubled = (studies.at(factors, changes, factor) for factor in (0.5, 2.0))
-        found.append(contact.FrictionVelocities(
-            "the hip's place after one step, in step lengths,", key, turning, halved, doubled,
-            study.default.creep_velocity,
-        ))  # fmt: skip
-    return min(found, key=lambda one: one.turning)
+        sides = [factor for factor in crossing(variations, key, limit) if math.isfinite(factor)]
+        turning = min((max(factor, 1 / factor) for factor in sides), default=math.inf)
+        moved = {one.factor: max(pair, key=abs) for one, *pair in changes(variations) if one.name == key}
+        halved, doubled = (studies.at(list(moved), list(moved.values()), factor) for factor in (0.5, 2.0))
+        creep = e.results.contact_study.default.creep_velocity
+        found.append(contact.FrictionVelocities(key, turning, halved, doubled, creep))
+    return min(found, key=lambda one: (one.turning, -max(abs(one.halved), abs(one.doubled))))
 
 
 def hip_displacement(e: Evidence) -> figure_8.HipDisplacement:

@@ -14,7 +14,6 @@ from stages.analytic.gait.sensitivity import Variation
 from stages.campaign.result import RunTruth
 from stages.comparison.claims.paper import BIPED
 from stages.comparison.claims.verdict import Parts
-from stages.contact_study.result import Result as ContactStudy
 from stages.error_budget.effects import EFFECTS, UNEXPLAINED
 from stages.error_budget.split import Split
 from stages.tradeoff.result import Row, cost_at
@@ -55,31 +54,6 @@ def rounding(variations: Iterable[Variation]) -> float:
         if printed is not None and isinstance(printed.value, float) and math.isfinite(slope):
             total += abs(slope) * printed.half_digit / printed.value
     return total
-
-
-def turning_factor(factors: Sequence[float], changes: Sequence[float], limit: float) -> float:
-    """The smallest factor, up or down, at which a change reaches the limit; infinite if no factor tried does.
-
-    Changes are taken as straight in the logarithm of the factor, from none at 1.
-    """
-    turns = [math.inf]
-    for side in (-1, 1):
-        ordered = sorted((abs(math.log(f)), abs(c)) for f, c in zip(factors, changes) if side * math.log(f) > 0)
-        before = (0.0, 0.0)
-        for step, change in ordered:
-            if math.isfinite(change) and change >= limit:
-                turns.append(math.exp(before[0] + (step - before[0]) * (limit - before[1]) / (change - before[1])))
-                break
-            before = step, change
-    return min(turns)
-
-
-def hip_changes(study: ContactStudy, key: str, length: float) -> tuple[list[float], list[float]]:
-    """Factors on a parameter of Adams' set, and how far the hip then is after a step, in step lengths [m] `length`."""
-    v, default = study.variations, study.default
-    rows = [row for row in v.rows(key) if np.isfinite(v.end_position[row, 0])]
-    factors = [float(v.value[row] / getattr(default.law, key)) for row in rows]
-    return factors, [float(v.end_position[row, 0] - default.end_position[0]) / length for row in rows]
 
 
 def at(factors: Sequence[float], changes: Sequence[float], factor: float) -> float:
