@@ -85,7 +85,7 @@ def test_the_locks_agree():
 
 
 #: Words of walking in the engine that mean something else there, or name this program.
-EXCUSED = re.compile(r"isinstance|\binstances?\b|\bdistance|ast\.walk\b|bipedstudy")
+EXCUSED = re.compile(r"isinstance|\bwheels?\b|\binstances?\b|\bdistance|ast\.walk\b|bipedstudy")
 OF_WALKING = re.compile(r"gait|hips?\b|heel|stance|foot|penalty|twin|walk|biped", re.IGNORECASE)
 
 
