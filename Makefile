@@ -21,8 +21,9 @@ test: $(TEST)
 test-slow: $(TEST)
 	$(PYTEST) -m slow
 
-# The README's verdict table and picture from the results, the reference from the code.
+# The claims, the README's headlines and picture from the results, the reference from the code.
 readme: study
+	$(BIN)/bipedstudy claims --into docs/claims.md
 	$(BIN)/bipedstudy claims --into README.md
 	cp results/figures/figure_08_hip_motion.png docs/hip_motion.png
 	$(BIN)/python -m pipeline.reference

@@ -137,13 +137,13 @@ def report(default: Made, full: Made) -> str:
         a, b = sampled(default, name), sampled(full, name)
         lines.append(f"| {name}, signals in the artefact | {a / 1e6:.2f} MB | {b / 1e6:.2f} MB | {b / a:.1f} times |")
     claims = [made.results["comparison"].claims for made in (default, full)]
-    changed = [(a, b, largest_change(a.found, b.found)) for a, b in zip(*claims) if a.found != b.found]
-    turned = [a.id for a, b in zip(*claims) if a.holds != b.holds]
+    changed = [(a, b, largest_change(a.measured, b.measured)) for a, b in zip(*claims) if a.measured != b.measured]
+    turned = [a.id for a, b in zip(*claims) if a.verdict != b.verdict]
     lines += ["", f"Verdicts that change: {', '.join(turned) or 'none'} of {len(claims[0])}. "
                   f"Claims whose printed numbers change: {len(changed)}.", ""]  # fmt: skip
     if changed:
         lines += ["| claim | default | everything on | largest relative change of a number |", "|" + " --- |" * 4]
-        lines += [f"| {a.id} | {a.found} | {b.found} | {size:.1e} |" for a, b, size in changed]
+        lines += [f"| {a.id} | {a.measured} | {b.measured} | {size:.1e} |" for a, b, size in changed]
     lines += ["", "The smallest scene of each figure, and by how much everything on changes what it draws, at common",
               "times: largest, median. The other figures draw studies with scenes of their own.", "",
               "| figure | smallest scene | change |", "| --- | --- | --- |"]  # fmt: skip

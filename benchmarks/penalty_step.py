@@ -17,6 +17,7 @@ import numpy as np
 from pipeline.parameters.loading import load
 from pipeline.study import locate
 from stages.biped.gait import StanceState
+from stages.contact_study.parameters import Parameters as ContactStudy
 from stages.multibody.assembly.solver import Run
 from stages.multibody.assembly.state import rolling_state
 from stages.multibody.parameters import Parameters, Settings
@@ -30,7 +31,7 @@ STANDING_FORCE = 9.4
 
 def parameters() -> Parameters:
     """The study's own parameters of the multibody stage."""
-    return load(locate().params, [], {"multibody": Parameters}, [Parameters])["multibody"]
+    return load(locate().params, [], {"multibody": Parameters}, [Parameters, ContactStudy])["multibody"]
 
 
 def walk(given: Parameters, settings: Settings, *, compiled: bool = True) -> tuple[Run, float]:

@@ -19,6 +19,7 @@ import numpy as np
 
 from pipeline.parameters.loading import load
 from stages.biped.gait import StanceState
+from stages.contact_study.parameters import Parameters as ContactStudy
 from stages.multibody.assembly.state import rolling_state
 from stages.multibody.parameters import Parameters as PlanarParameters
 from stages.multibody.walking.walk import build as build_planar
@@ -65,7 +66,7 @@ def best(call: Callable[[], Any], rounds: int = 3) -> tuple[float, Any]:
 def main() -> None:
     """Print the table."""
     wanted = {"multibody": PlanarParameters, "twin": Parameters}
-    loaded = load(PARAMS, [], wanted, list(wanted.values()))
+    loaded = load(PARAMS, [], wanted, [*wanted.values(), ContactStudy])
     planar, twin = loaded["multibody"], loaded["twin"]
     biped, slope, contact = twin.biped, twin.slope, twin.contact
     flat = dataclasses.replace(planar.settings, assembly="tree", tolerance=TOLERANCE, largest_step=LARGEST)

@@ -1,73 +1,183 @@
-"""`bipedstudy claims`: what the paper claims and whether it holds here."""
+"""`bipedstudy claims`: what the study's sources claim, what is measured, the verdict and its cause."""
 
 from __future__ import annotations
 
+import shutil
+import textwrap
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import click
 
 from pipeline.commands import options
+from pipeline.commands.show import print_table
 from pipeline.errors import StudyError
 from pipeline.parameters import yaml_text
 from pipeline.study import Study, shown
 
-VERDICT = {True: "holds", False: "does not hold", None: "open"}
-_MARKS = ("<!-- claims -->", "<!-- /claims -->")
-_KEYS = {"id", "stated", "found", "holds", "why"}
+#: What a verdict may be; "holds if" is completed by a condition. Then how several are counted, and how they look.
+VERDICTS = {
+    "holds": ("hold", "yes"),
+    "holds if": ("hold on a condition", "if"),
+    "does not hold": ("do not hold", "no"),
+    "open": ("are open", "open"),
+    "does not apply": ("do not apply", "none"),
+}
+#: Columns of the printed text: no fewer, no more, whatever the terminal.
+_NARROWEST, _WIDEST = 80, 100
+_INDENT = 12
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A claim in four parts: what is said and implied, what is measured, the verdict, its causes."""
+
+    id: str
+    section: str
+    words: str
+    implies: str
+    measured: str
+    verdict: str
+    condition: str
+    causes: list[str]
+    rests_on: list[str]
+
+    @property
+    def full_verdict(self) -> str:
+        """The verdict with its condition."""
+        return f"{self.verdict} {self.condition}".rstrip()
+
+    @property
+    def style(self) -> str:
+        """The verdict's class on a page."""
+        return VERDICTS[self.verdict][1]
+
+    def parts(self) -> Iterator[tuple[str, str]]:
+        """The parts with their names, in the order in which they are read; what is empty is left out."""
+        yield "says", f'"{self.words}" ({self.section})'
+        yield "implies", self.implies
+        yield "measured", self.measured
+        yield "verdict", self.full_verdict
+        for cause in self.causes:
+            yield "because", cause
+        if self.rests_on:
+            yield "rests on", ", ".join(self.rests_on)
+
+
+@dataclass(frozen=True)
+class Claims:
+    """results/claims.yaml: sentences that sum it up, claims, and tables beside them (title, columns, rows)."""
+
+    claims: list[Claim] = field(default_factory=list)
+    headlines: list[str] = field(default_factory=list)
+    tables: list[dict[str, Any]] = field(default_factory=list)
+
+    def counts(self) -> dict[str, int]:
+        """How many claims have each verdict."""
+        return {verdict: sum(claim.verdict == verdict for claim in self.claims) for verdict in VERDICTS}
+
+    def counted(self) -> str:
+        """The verdicts that occur, counted, in words."""
+        many = [f"{count} {VERDICTS[verdict][0]}" for verdict, count in self.counts().items() if count]
+        return f"{len(self.claims)} claims: {', '.join(many)}."
 
 
 @click.command("claims")
+@click.argument("names", nargs=-1, metavar="[CLAIM]...")
 @options.own_study
 @options.as_json
-@click.option("--markdown", is_flag=True, help="Print the README's table.")
+@click.option("--markdown", is_flag=True, help="Print what --into writes.")
 @click.option(
-    "--into", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Write that table into FILE."
-)
-def command(study: Study, as_json: bool, markdown: bool, into: Path | None) -> None:
-    """Print each claim of the paper: what it states, what was found, whether it holds, and why."""
-    claims = read(study)
+    "--into", type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="Write claims and headlines into FILE, each between its marks, <!-- claims --> and <!-- headlines -->.",
+)  # fmt: skip
+def command(study: Study, names: tuple[str, ...], as_json: bool, markdown: bool, into: Path | None) -> None:
+    """Print each CLAIM (default: all): what is said, what is measured, the verdict, and why."""
+    found = read(study)
+    unknown = sorted(set(names) - {claim.id for claim in found.claims})
+    if unknown:
+        known = ", ".join(claim.id for claim in found.claims)
+        raise StudyError(f'there is no claim "{unknown[0]}" (claims: {known})')
+    if names:
+        found = Claims([claim for claim in found.claims if claim.id in names])
     if as_json:
-        options.print_json(claims)
+        options.print_json(asdict(found))
     elif into is not None:
-        place(into, as_markdown(claims))
+        place(into, {"claims": as_markdown(found), "headlines": bullets(found.headlines)})
     elif markdown:
-        click.echo(as_markdown(claims))
+        click.echo(as_markdown(found))
     else:
-        for claim in claims:
-            click.echo(f"{claim['id']}: {VERDICT[claim['holds']]}")
-            for key in ("stated", "found", "why"):
-                click.echo(f"  {key:<7} {claim[key]}")
+        width = min(max(shutil.get_terminal_size().columns, _NARROWEST), _WIDEST)
+        for claim in found.claims:
+            click.echo(as_text(claim, width) + "\n")
+        click.echo(found.counted())
+        for table in found.tables:
+            print_table(table["title"], table["columns"], table["rows"])
 
 
-def place(path: Path, table: str) -> None:
-    """Put the table between the marks of a text file. Raises `StudyError` if the marks are missing."""
-    text = path.read_text(encoding="utf-8")
-    before, start, rest = text.partition(_MARKS[0])
-    _, end, after = rest.partition(_MARKS[1])
-    if not (start and end):
-        raise StudyError(f"{shown(path)}: the table goes between the lines {_MARKS[0]} and {_MARKS[1]}; one is missing")
-    path.write_text(f"{before}{start}\n{table}\n{end}{after}", encoding="utf-8")
+def as_text(claim: Claim, width: int) -> str:
+    """A claim in lines of at most `width` columns."""
+    lines = [f"{claim.id}: {claim.verdict}"]
+    for name, text in claim.parts():
+        label, below = f"  {name}".ljust(_INDENT), " " * _INDENT
+        lines += textwrap.wrap(text, width, initial_indent=label, subsequent_indent=below, break_on_hyphens=False)
+    return "\n".join(lines)
 
 
-def read(study: Study) -> list[dict[str, Any]]:
-    """The list in results/claims.yaml. Raises `StudyError` if it is missing or was damaged."""
+def as_markdown(found: Claims) -> str:
+    """All claims: a table of verdicts, every claim with its parts, and the tables."""
+    verdicts = [(f"[{claim.id}](#{claim.id})", claim.section, claim.full_verdict) for claim in found.claims]
+    lines = [found.counted(), "", *markdown_table(("claim", "section", "verdict"), verdicts), ""]
+    for claim in found.claims:
+        lines += [f"### {claim.id}", "", *(f"- *{name}*: {text}" for name, text in claim.parts()), ""]
+    for table in found.tables:
+        lines += [f"## {table['title']}", "", *markdown_table(table["columns"], table["rows"]), ""]
+    return "\n".join(lines).rstrip()
+
+
+def markdown_table(columns: Any, rows: Any) -> list[str]:
+    """A table in Markdown."""
+    cells = [[" ".join(str(cell).split()).replace("|", "\\|") for cell in row] for row in (columns, *rows)]
+    lines = ["| " + " | ".join(row) + " |" for row in cells]
+    return [lines[0], "| " + " | ".join("---" for _ in columns) + " |", *lines[1:]]
+
+
+def bullets(sentences: list[str]) -> str:
+    """Sentences as a list in Markdown."""
+    return "\n".join(f"- {sentence}" for sentence in sentences)
+
+
+def place(path: Path, texts: dict[str, str]) -> None:
+    """Put each text between its marks in a file that has them. Raises `StudyError` if a mark is missing."""
+    content, found = path.read_text(encoding="utf-8"), False
+    for name, text in texts.items():
+        first, last = f"<!-- {name} -->", f"<!-- /{name} -->"
+        before, start, rest = content.partition(first)
+        _, end, after = rest.partition(last)
+        if bool(start) != bool(end):
+            raise StudyError(f"{shown(path)}: the text goes between the lines {first} and {last}; one is missing")
+        if start:
+            content, found = f"{before}{start}\n{text}\n{end}{after}", True
+    if not found:
+        marks = " or ".join(f"<!-- {name} --> and <!-- /{name} -->" for name in texts)
+        raise StudyError(f"{shown(path)}: there are no lines {marks} to write between")
+    path.write_text(content, encoding="utf-8")
+
+
+def read(study: Study) -> Claims:
+    """results/claims.yaml. Raises `StudyError` if it is missing, was damaged, or was made by an earlier version."""
     path = study.store.place("results/claims.yaml")
     if not path.exists():
         raise StudyError(f"{shown(path)} is not there yet; make it with: bipedstudy run comparison")
-    claims = yaml_text.read(path, shown(path)).plain()
-    if not isinstance(claims, list) or not all(isinstance(claim, dict) and set(claim) >= _KEYS for claim in claims):
-        raise StudyError(f"{shown(path)}: not a list of claims with {', '.join(sorted(_KEYS))}")
-    for claim in claims:
-        if claim["holds"] not in (True, False, None):
-            raise StudyError(f"{shown(path)}: claim {claim['id']}: holds must be true, false or null")
-    return claims
-
-
-def as_markdown(claims: list[dict[str, Any]]) -> str:
-    """The verdict table of the README."""
-    lines = ["| Claim | Stated in the paper | Found here | Verdict | Why |", "| --- | --- | --- | --- | --- |"]
-    for claim in claims:
-        cells = [claim["id"], claim["stated"], claim["found"], VERDICT[claim["holds"]], claim["why"]]
-        lines.append("| " + " | ".join(" ".join(str(cell).split()).replace("|", "\\|") for cell in cells) + " |")
-    return "\n".join(lines)
+    plain = yaml_text.read(path, shown(path)).plain()
+    try:
+        found = Claims([Claim(**claim) for claim in plain["claims"]], plain["headlines"], plain["tables"])
+    except (TypeError, KeyError):
+        raise StudyError(f"{shown(path)}: not the claims of this version; make them anew with: bipedstudy run "
+                         "comparison") from None  # fmt: skip
+    for claim in found.claims:
+        if claim.verdict not in VERDICTS:
+            raise StudyError(f"{shown(path)}: claim {claim.id}: the verdict must be one of {', '.join(VERDICTS)}")
+    return found

@@ -15,7 +15,8 @@ from typing import Any
 from pipeline.cache import durable
 from pipeline.cache.fingerprint import compact
 from pipeline.cache.store import Entry
-from pipeline.commands import claims
+from pipeline.commands.claims import Claims
+from pipeline.commands.claims import read as read_claims
 from pipeline.errors import StudyError
 from pipeline.parameters import yaml_text
 from pipeline.study import Study, shown
@@ -39,7 +40,7 @@ class Figure:
 class Content:
     """Everything the page shows. `stages` and `parameters` are rows by column name."""
 
-    claims: list[Row]
+    claims: Claims
     figures: list[Figure]
     title: str
     synthetic: str
@@ -70,7 +71,7 @@ def gather(study: Study, made: Mapping[str, Entry], with_times: bool) -> Content
         for file, values in entry.ingredients["parameters"].items():
             parameters.setdefault(file, {}).update(values)
     return Content(
-        claims=claims.read(study) if CLAIMS in files else [],
+        claims=read_claims(study) if CLAIMS in files else Claims(),
         figures=_figures(files, words),
         title=str(words.get("title", "Report")),
         synthetic=str(words.get("synthetic", "")),

@@ -59,15 +59,11 @@ def html(content: Content, sealed: str, seconds: str, stale: Mapping[str, str]) 
     """The page of a given content; `seconds` is the time of all stages, empty to leave times out."""
     from jinja2 import Environment, StrictUndefined
 
-    from pipeline.commands.claims import VERDICT
-
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     template = environment.from_string(_TEMPLATE.read_text(encoding="utf-8"))
     page = template.render(
         content=content,
         seal=_SEAL.format(sealed),
-        verdict=VERDICT,
-        counts={word: sum(VERDICT[claim["holds"]] == word for claim in content.claims) for word in VERDICT.values()},
         with_times=bool(seconds),
         seconds=seconds,
         stale=stale,

@@ -11,14 +11,14 @@ from scipy.integrate import trapezoid
 from stages.analytic.result import Result as Analytic
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
+from stages.comparison.claims.paper import ACCELEROMETER_G, STANDARD_GRAVITY
 from stages.comparison.hip_motion import HipDifference, between_cycles, from_same_start, overlay
 from stages.comparison.stride import Stride, normalised_rms
 from stages.multibody.result import Result as Multibody
 from stages.twin.result import Result as Twin
 
-STANDARD_GRAVITY = 9.80665  # m/s^2 in one g of a sensor's data sheet
-#: Full scale of the paper's accelerometer [m/s^2] (section 7.2).
-FOUR_G = 4 * STANDARD_GRAVITY
+#: Full scale of the paper's accelerometer [m/s^2].
+FULL_SCALE = ACCELEROMETER_G * STANDARD_GRAVITY
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def compare_twin(twin: Twin, strides: Mapping[str, Stride]) -> TwinAgreement:
     walk, start = twin.walk, twin.walk.heel_strike_time[-3]
     last = walk.time >= start
     hip, foot = (np.abs(force[last]).max(axis=1) for force in (walk.hip_specific_force, walk.foot_specific_force))
-    above = np.maximum(hip, foot) > FOUR_G
+    above = np.maximum(hip, foot) > FULL_SCALE
     steps = int((walk.heel_strike_time >= start).sum()) - 1
     return TwinAgreement(
         steps_to_settle=twin.settling.steps_to_settle,

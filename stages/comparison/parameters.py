@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
+from stages.analytic.parameters import Settings as ConstraintSettings
+from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
-from stages.ground.friction_coefficients import Friction
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What the figures show too: how far the paper's models differ, and how a stride is cut."""
-
-    FILE: ClassVar[str] = "comparison"
-
-    position_limit: float = parameter("m", "largest hip difference the paper states", bound=Bound(above=0))
-    velocity_limit: float = parameter("m/s", "largest hip velocity difference the paper states", bound=Bound(above=0))
-    phase_points: int = parameter("1", "points of a stride", bound=Bound(minimum=11, maximum=100_001))
+from stages.campaign.parameters import RadioSettings, RunSettings, SensorSettings
+from stages.comparison.limits import Limits
+from stages.contact_study.parameters import Settings as StudySettings
+from stages.error_budget.parameters import Settings as BudgetSettings
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+from stages.multibody.parameters import Settings as PlanarSettings
+from stages.tradeoff.parameters import Settings as TradeoffSettings
+from stages.twin.parameters import Settings as TwinSettings
+from stages.twin_pushes.parameters import Settings as PushSettings
 
 
 @dataclass(frozen=True)
@@ -37,6 +36,21 @@ class Settings(Limits):
         "share of the stride from which the measurements are said to enclose a curve",
         bound=Bound(above=0, maximum=1),
     )
+    unaffected_limit: float = parameter(
+        "1", "relative change of a gait that counts as none", bound=Bound(above=0, maximum=1)
+    )
+    small_change: float = parameter("1", "factor on a parameter that is a small change", bound=Bound(above=1))
+    moderate_change: float = parameter("1", "factor on a parameter that is a moderate change", bound=Bound(above=1))
+    multiplier_gain: float = parameter(
+        "1", "part by which a better design lowers the largest multiplier", bound=Bound(above=0, below=1)
+    )
+    drift_limit: float = parameter(
+        "1", "drift of a constraint that is more than an integration error, in leg lengths and pendulum times",
+        bound=Bound(above=0),
+    )
+    impact_share: float = parameter(
+        "1", "largest part of a step that may count as impact", bound=Bound(above=0, maximum=1)
+    )
     skipped_steps: int = parameter(
         "1", "heel strikes of the twin left out where runs are compared with it", bound=Bound(minimum=0, maximum=100)
     )
@@ -44,7 +58,19 @@ class Settings(Limits):
 
 @dataclass(frozen=True)
 class Parameters:
-    """Parameters of the comparison stage."""
+    """Parameters of the comparison stage: its own, and those that claims rest on and name."""
 
-    friction: Friction
+    biped: Biped
+    slope: Slope
+    contact: ContactLaw
+    constraint: ConstraintSettings
+    planar: PlanarSettings
+    study: StudySettings
+    budget: BudgetSettings
+    twin: TwinSettings
+    pushes: PushSettings
+    tradeoff: TradeoffSettings
+    runs: RunSettings
+    sensor: SensorSettings
+    radio: RadioSettings
     settings: Settings

@@ -1,4 +1,4 @@
-"""What the comparison hands on: numbers and claims."""
+"""What the comparison hands on: numbers, determinants, and claims."""
 
 from __future__ import annotations
 
@@ -6,19 +6,27 @@ from dataclasses import dataclass
 
 from stages.biped.quantity import quantity
 from stages.comparison.agreement import ModelAgreement, TwinAgreement
+from stages.comparison.claims.verdict import VERDICTS
+from stages.comparison.determinants import Determinants
 from stages.comparison.ingest_score import IngestScore
 from stages.comparison.measurement import MeasurementAgreement
+from stages.comparison.summary import BipedSummary
+from stages.comparison.tables import Table, side_by_side
 
 
 @dataclass(frozen=True)
 class Claim:
-    """One claim of the paper against this study."""
+    """One claim of the paper against this study, in four parts: what it says, what is measured, verdict, cause."""
 
     id: str = quantity("-", "short name")
-    stated: str = quantity("-", "what the paper says, and where")
-    found: str = quantity("-", "what this study computes")
-    holds: bool | None = quantity("-", "whether the claim holds here; empty if it cannot be decided")
-    why: str = quantity("-", "reason for the verdict")
+    section: str = quantity("-", "where the paper says it")
+    words: str = quantity("-", "the paper's words")
+    implies: str = quantity("-", "the quantity and limit that they imply")
+    measured: str = quantity("-", "what this study computes")
+    verdict: str = quantity("-", "holds, holds if, does not hold, open, or does not apply")
+    condition: str = quantity("-", "what completes holds if; else empty")
+    causes: tuple[str, ...] = quantity("-", "the causes that are true of what was measured")
+    rests_on: tuple[str, ...] = quantity("-", "parameters other than the biped's that it follows from")
 
 
 @dataclass(frozen=True)
@@ -29,14 +37,34 @@ class Result:
     twin: TwinAgreement = quantity("-", "twin against simple model")
     measurement: MeasurementAgreement = quantity("-", "measurements against twin")
     ingest: IngestScore | None = quantity("-", "the ingest against the synthetic truth; empty for other measurements")
+    determinants: dict[str, Determinants] = quantity("-", "determinants of gait, by model")
+    biped: BipedSummary = quantity("-", "what the study says of this biped")
     claims: tuple[Claim, ...] = quantity("-", "the paper's claims")
     files: dict[str, bytes] = quantity("-", "the claims, by path in the results folder")
 
     def summary(self) -> str:
         """Verdicts counted, in one line."""
-        verdicts = [claim.holds for claim in self.claims]
-        return f"{verdicts.count(True)} claims hold, {verdicts.count(False)} do not, {verdicts.count(None)} undecided"
+        return counted([claim.verdict for claim in self.claims])
 
-    def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
-        """How well the ingest reads what is known: (title, columns, rows)."""
-        return [self.ingest.table()] if self.ingest is not None else []
+    def tables(self) -> list[Table]:
+        """This biped, its determinants, and how well the ingest reads what is known: (title, columns, rows)."""
+        own = tables_of(self.biped, self.determinants)
+        return [*own, self.ingest.table()] if self.ingest is not None else own
+
+
+def tables_of(biped: BipedSummary, determinants: dict[str, Determinants]) -> list[Table]:
+    """What stands beside the claims."""
+    return [
+        side_by_side("This biped", {"value": biped}),
+        side_by_side("Determinants of gait, from the walks", determinants),
+    ]
+
+
+def counted(verdicts: list[str]) -> str:
+    """How many claims have each verdict that occurs."""
+    many = [f"{verdicts.count(verdict)} {PLURAL[verdict]}" for verdict in VERDICTS if verdict in verdicts]
+    return f"of {len(verdicts)} claims " + ", ".join(many)
+
+
+#: Verdicts of several claims.
+PLURAL = dict(zip(VERDICTS, ("hold", "hold on a condition", "do not hold", "stay open", "do not apply"), strict=True))

@@ -1,4 +1,4 @@
-"""Comparison stage: how far all sources agree, and the paper's claims with verdicts.
+"""Comparison stage: how far all sources agree, determinants of gait, and the paper's claims with verdicts.
 
 Inputs: the results of the models, of their studies and of the ingest. Settings: params/comparison.yaml. Outputs:
 `Result`, claims.yaml.
@@ -6,37 +6,22 @@ Inputs: the results of the models, of their studies and of the ingest. Settings:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-from stages.analytic.result import Result as Analytic
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import require
-from stages.campaign.result import Result as Campaign
-from stages.comparison import claims
-from stages.comparison.agreement import ModelAgreement, TwinAgreement, compare_models, compare_twin
+from stages.comparison.agreement import compare_models, compare_twin
+from stages.comparison.claims.as_yaml import as_yaml
+from stages.comparison.claims.headlines import headlines
+from stages.comparison.claims.judge import judge
+from stages.comparison.determinants import Determinants, of_walk
+from stages.comparison.evidence.evidence import Evidence
+from stages.comparison.evidence.measure import measure
+from stages.comparison.evidence.summarise import summarise
 from stages.comparison.ingest_score import score_ingest
-from stages.comparison.measurement import MeasurementAgreement, compare_measurement
+from stages.comparison.inputs import Inputs
+from stages.comparison.measurement import compare_measurement
 from stages.comparison.parameters import Parameters
-from stages.comparison.result import Claim, Result
+from stages.comparison.result import Result, tables_of
 from stages.comparison.stride import last_stride
-from stages.contact_study.result import Result as ContactStudy
-from stages.error_budget.result import Result as ErrorBudget
-from stages.imu.result import Result as Ingested
-from stages.multibody.result import Result as Multibody
-from stages.twin.result import Result as Twin
-
-
-@dataclass(frozen=True)
-class Inputs:
-    """The results that are compared and judged."""
-
-    analytic: Analytic
-    multibody: Multibody
-    contact_study: ContactStudy
-    error_budget: ErrorBudget
-    twin: Twin
-    campaign: Campaign
-    imu: Ingested
 
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
@@ -57,41 +42,19 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     )
     score = score_ingest(inputs.campaign, inputs.imu, settings.skipped_steps)
     progress(0.8, "judging the claims")
-    verdicts = judge(parameters, inputs, models, twin, measured)
-    return Result(models, twin, measured, score, verdicts, {"claims.yaml": claims.as_yaml(verdicts)})
+    evidence = Evidence(parameters, inputs, models, twin, measured)
+    determined, biped = determinants(evidence), summarise(evidence)
+    claims = judge(parameters, measure(evidence))
+    files = {"claims.yaml": as_yaml(claims, tables_of(biped, determined), headlines(biped, claims))}
+    return Result(models, twin, measured, score, determined, biped, claims, files)
 
 
-def judge(
-    parameters: Parameters,
-    inputs: Inputs,
-    models: ModelAgreement,
-    twin: TwinAgreement,
-    measured: MeasurementAgreement,
-) -> tuple[Claim, ...]:
-    """All claims in the paper's order."""
-    analytic, multibody, settings = inputs.analytic, inputs.multibody, parameters.settings
-    return (
-        claims.step_frequency(analytic, settings),
-        claims.stable_gait(analytic),
-        claims.multipliers_minimised(analytic),
-        claims.twice_differentiated_constraints(analytic),
-        claims.rolling_without_slip(analytic, parameters.friction.static_friction),
-        claims.contact_set(inputs.contact_study, settings),
-        claims.hip_displacement(models, settings),
-        claims.hip_velocity(models, settings),
-        claims.integration_tolerance(inputs.error_budget),
-        claims.friction_velocities(
-            multibody.friction_variations,
-            multibody.cycle.period_s,
-            multibody.cycle.step_length_m,
-            settings.frequency_tolerance,
-            inputs.contact_study,
-        ),
-        claims.twin_settles(twin),
-        claims.twin_like_simple(twin, settings),
-        claims.ramp_length(analytic),
-        claims.sensor_range(twin),
-        claims.measurement_encloses(measured, settings),
-        claims.measurement_slower(measured),
-        claims.outsole_slows(analytic),
-    )
+def determinants(e: Evidence) -> dict[str, Determinants]:
+    """Determinants of all models; of the runs, which have no walk but heel strikes, only what these tell."""
+    biped, gravity, layer = e.parameters.biped, e.parameters.slope.gravity, e.parameters.twin.outsole
+    return {
+        "constraint model": of_walk(e.results.analytic.walk, biped.foot_radius, biped.leg_length, gravity),
+        "multibody model": of_walk(e.results.multibody.walk, biped.foot_radius, biped.leg_length, gravity),
+        "twin": of_walk(e.results.twin.walk, biped.foot_radius + layer, biped.leg_length + layer, gravity),
+        f"runs ({e.measured.origin})": Determinants(step_frequency=e.measured.step_frequency),
+    }

@@ -1,59 +1,40 @@
-"""The criterion by which a contact set is chosen, and the search that applies it.
+"""The search for the contact set nearest to the rigid limit at a given cost.
 
-Score: largest hip displacement and hip velocity difference from the constraint model and rms difference of the normal
-forces, each in its limit, added. A choice must keep two limits, of penetration and of cost,
-both in those of the starting set. Chosen is the least score
-on a grid of round values of k_c, c_max, d and v_s: a descent from Adams' defaults ends elsewhere, since creep and the
-slip at heel strike move the hip in opposite directions. The exponent and v_d stay at their defaults: k_c does what the
-exponent would do, and a standing foot never slips as fast as v_d.
+Tried is a grid of round values of k_c, c_max, d and v_s. The exponent and v_d stay at their defaults: k_c does what the
+exponent would do, and a standing foot never slips as fast as v_d. A set is a choice if
+
+- its step takes no more solver steps than so many of the starting set's. The less a foot creeps the more it costs, so
+  of sets that differ in v_s alone none below the first that is too dear is walked;
+- the foot that has landed stays on the ground. A foot that rebounds does so however hard the ground is: such a set
+  does not tend to the constraint models, whose impacts are plastic.
+
+Of the choices the few nearest to the rigid limit over one step are compared between their cycles too. Chosen is the
+least sum of both distances, see `stages.contact_study.distance`.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import itertools
-import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
+from stages.contact_study.distance import unmeasured
+from stages.contact_study.limit_result import REBOUNDS, SEARCHED, TOO_DEAR, Candidates, Distance
 from stages.contact_study.parameters import Settings
-from stages.contact_study.result import SEARCHED, Candidates, OneStep
 from stages.ground.contact_law import ContactLaw
 from stages.multibody.walking.scuffing import STEP_FLOOR
 
-#: Outcome of a set that takes more solver steps than a choice may take: the search gives it up.
-TOO_DEAR = "too dear"
-
-
-def score(step: OneStep, settings: Settings) -> float:
-    """Differences from the constraint model, each in its limit, added; infinite if the step was not finished."""
-    if not step.completed:
-        return math.inf
-    return float(
-        step.hip_position.max() / settings.position_limit
-        + step.hip_velocity.max() / settings.velocity_limit
-        + step.normal_force / settings.force_limit
-    )
-
-
-def excess(step: OneStep, settings: Settings, default: OneStep) -> float:
-    """The larger part by which a step breaks the limits of penetration and cost; infinite if it was not finished."""
-    if not step.completed:
-        return math.inf
-    deep = step.penetration / (settings.penetration_limit * default.penetration)
-    dear = step.solver_steps / (settings.cost_limit * default.solver_steps)
-    return max(0.0, deep - 1.0, dear - 1.0)
-
 
 def grid(default: ContactLaw, settings: Settings) -> Iterator[ContactLaw]:
-    """All contact laws of the search."""
+    """All contact laws of the search; of those that differ in v_s alone, that with the most creep first."""
     options = (
         settings.searched_stiffness,
         settings.searched_damping,
         settings.searched_depth,
-        settings.searched_stiction_velocity,
+        sorted(settings.searched_stiction_velocity, reverse=True),
     )
     for values in itertools.product(*options):
         changes: dict[str, Any] = dict(zip(SEARCHED, values))
@@ -61,31 +42,55 @@ def grid(default: ContactLaw, settings: Settings) -> Iterator[ContactLaw]:
 
 
 def choose(
-    default: OneStep,
+    default: Distance,
     settings: Settings,
-    try_law: Callable[[ContactLaw], OneStep],
+    over_a_step: Callable[[ContactLaw, Callable[[Distance], bool]], Distance],
+    between_cycles: Callable[[Distance], Distance],
     said: Callable[[float], None] = lambda fraction: None,
-) -> tuple[ContactLaw, Candidates]:
-    """The chosen law and all sets tried; `default` is the starting set's step, `said` hears the fraction done.
+) -> tuple[Distance, tuple[Distance, ...], Candidates]:
+    """The chosen set, those compared between cycles, best first, and all tried; `said` hears the fraction done.
 
-    If no set keeps the limits, the one that breaks them least is chosen.
+    `default` is the starting set: it is the choice if no other walks and keeps the limit of cost.
     """
     laws = list(grid(default.law, settings))
-    steps = []
+    dear = settings.cost_limit * default.solver_steps
+    tried: list[Distance] = []
     for index, law in enumerate(laws):
         said(index / len(laws))
-        steps.append(try_law(law))
-    excesses = np.array([excess(step, settings, default) for step in steps])
-    scores = np.array([score(step, settings) for step in steps])
-    best = laws[int(np.lexsort((scores, excesses))[0])]
-    return best, Candidates(
-        **{key: np.array([getattr(law, key) for law in laws]) for key in SEARCHED},
-        outcome=tuple(TOO_DEAR if step.outcome == STEP_FLOOR else step.outcome for step in steps),
-        hip_position=np.array([step.hip_position.max() for step in steps]),
-        hip_velocity=np.array([step.hip_velocity.max() for step in steps]),
-        normal_force=np.array([step.normal_force for step in steps]),
-        penetration=np.array([step.penetration for step in steps]),
-        solver_steps=np.array([step.solver_steps for step in steps], dtype=np.int64),
-        excess=excesses,
-        score=scores,
+        if tried and tried[-1].outcome == TOO_DEAR and creeps_less(law, tried[-1].law):
+            tried.append(unmeasured(law, TOO_DEAR, tried[-1].solver_steps))
+            continue
+        found = over_a_step(law, lambda one: one.solver_steps <= dear and one.rebound == 0.0)
+        if found.outcome == STEP_FLOOR or found.solver_steps > dear:
+            found = dataclasses.replace(found, outcome=TOO_DEAR)
+        elif found.rebound > 0.0:
+            found = dataclasses.replace(found, outcome=REBOUNDS)
+        tried.append(found)
+    eligible = sorted((one for one in tried if np.isfinite(one.step_score)), key=lambda one: one.step_score)
+    finalists = sorted(map(between_cycles, eligible[: settings.finalists]), key=lambda one: (one.score, one.step_score))
+    return finalists[0] if finalists else default, tuple(finalists), columns(tried)
+
+
+def creeps_less(law: ContactLaw, other: ContactLaw) -> bool:
+    """Whether a law differs from another in nothing but a lower v_s."""
+    same = dataclasses.replace(law, stiction_velocity=other.stiction_velocity) == other
+    return same and law.stiction_velocity < other.stiction_velocity
+
+
+def columns(tried: list[Distance]) -> Candidates:
+    """The sets tried as columns."""
+
+    def column(name: str) -> np.ndarray:
+        return np.array([getattr(one, name) for one in tried])
+
+    return Candidates(
+        **{key: np.array([getattr(one.law, key) for one in tried]) for key in SEARCHED},
+        outcome=tuple(one.outcome for one in tried),
+        hip_position=column("hip_position"),
+        hip_velocity=column("hip_velocity"),
+        position_parts=column("position_parts"),
+        velocity_parts=column("velocity_parts"),
+        rebound=column("rebound"),
+        solver_steps=column("solver_steps"),
+        score=column("step_score"),
     )

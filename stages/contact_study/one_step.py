@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,13 +13,14 @@ from stages.biped.walk import Walk
 from stages.contact_study.result import OneStep
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
+from stages.multibody.assembly.signals import SIGNALS
 from stages.multibody.assembly.solver import Run
 from stages.multibody.assembly.state import rolling_state
 from stages.multibody.parameters import Settings
 from stages.multibody.walking.events import find_events
 from stages.multibody.walking.scuffing import COMPLETED
 from stages.multibody.walking.trajectory import foot_kinematics
-from stages.multibody.walking.walk import ground_reaction, simulate
+from stages.multibody.walking.walk import build, ground_reaction, simulate
 
 NO_HEEL_STRIKE = "no heel strike"
 STANDING, LANDING = 0, 1
@@ -41,12 +43,17 @@ class Scene:
         """Time of the constraint model's heel strike [s]."""
         return float(self.walk.heel_strike_time[0])
 
+    @property
+    def time(self) -> np.ndarray:
+        """The constraint model's samples within one step [s], (n,)."""
+        return np.asarray(self.walk.time[self.walk.time <= self.period])
 
-def take_step(scene: Scene, law: ContactLaw) -> Run:
+
+def take_step(scene: Scene, law: ContactLaw, signals: Collection[str] = SIGNALS) -> Run:
     """Walk for one step period; the standing foot starts at its static penetration."""
-    carried = float(scene.walk.ground_reaction[0, STANDING, 1])
-    start = rolling_state(scene.biped, law, scene.mid_stance, carried)
-    return simulate(scene.biped, scene.slope, law, start, scene.solver, duration=scene.period)
+    start = rolling_state(scene.biped, law, scene.mid_stance, scene.walk.standing_force)
+    machine = build(scene.biped, scene.slope, law, scene.solver, signals=signals)
+    return simulate(scene.biped, scene.slope, law, start, scene.solver, duration=scene.period, assembly=machine)
 
 
 def landing_force(scene: Scene, run: Run, since_heel_strike: np.ndarray) -> np.ndarray:
@@ -80,24 +87,56 @@ def unfinished(outcome: str, message: str, law: ContactLaw, solver_steps: int) -
     )
 
 
-def measure(scene: Scene, law: ContactLaw, run: Run) -> OneStep:
-    """Differences of a step from the constraint model, on that model's samples."""
+@dataclass(frozen=True)
+class HipCurve:
+    """The hip (n, 4): x, y [m] and their rates [m/s], on a scene's samples, and the moment of heel strike [s]."""
+
+    hip: np.ndarray
+    heel_strike: float
+
+    def minus(self, walk: Walk) -> np.ndarray:
+        """Difference from a constraint model's walk on the same samples, (n, 4)."""
+        samples = slice(len(self.hip))
+        return np.asarray(self.hip - np.column_stack([walk.hip_position[samples], walk.hip_velocity[samples]]))
+
+
+def hip_curve(scene: Scene, run: Run) -> HipCurve | str:
+    """The hip of a run, or why there is none."""
     strikes = find_events(run.trajectory, scene.biped.foot_radius).heel_strike_time
     if not run.completed or not len(strikes):
-        outcome = NO_HEEL_STRIKE if run.completed else run.outcome
-        return unfinished(outcome, run.message, law, run.solver_steps)
-    trajectory, radius = run.trajectory, scene.biped.foot_radius
-    time = scene.walk.time[scene.walk.time <= min(scene.period, trajectory.time[-1])]
-    place, motion = (values[:, :2] for values in trajectory.at(time))
-    position = place - scene.walk.hip_position[: len(time)]
-    velocity = motion - scene.walk.hip_velocity[: len(time)]
+        return NO_HEEL_STRIKE if run.completed else run.outcome
+    position, velocity = run.trajectory.at(np.minimum(scene.time, run.trajectory.time[-1]))
+    return HipCurve(np.column_stack([position[:, :2], velocity[:, :2]]), float(strikes[0]))
+
+
+def time_off_ground(scene: Scene, run: Run, heel_strike: float) -> float:
+    """How long the foot that has landed is off the ground before the step ends [s]: the constraint models' never is."""
+    trajectory = run.trajectory
+    clear = foot_kinematics(trajectory.position, trajectory.velocity, LANDING, scene.biped.foot_radius)[0] < 0.0
+    spans = np.diff(trajectory.time)
+    return float(spans[(clear[:-1] & clear[1:]) & (trajectory.time[:-1] > heel_strike)].sum())
+
+
+def in_impact(scene: Scene, *heel_strikes: float) -> np.ndarray:
+    """Samples from the first heel strike of all models to the end of the impact of the last one, (n,)."""
+    all_strikes = (scene.heel_strike, *heel_strikes)
+    return (scene.time >= min(all_strikes)) & (scene.time <= max(all_strikes) + scene.impact_window)
+
+
+def measure(scene: Scene, law: ContactLaw, run: Run) -> OneStep:
+    """Differences of a step from the constraint model, on that model's samples."""
+    curve = hip_curve(scene, run)
+    if isinstance(curve, str):
+        return unfinished(curve, run.message, law, run.solver_steps)
+    trajectory, radius, time = run.trajectory, scene.biped.foot_radius, scene.time
+    difference = curve.minus(scene.walk)
+    position, velocity = difference[:, :2], difference[:, 2:]
     force = ground_reaction(trajectory, time, radius) - scene.walk.ground_reaction[: len(time)]
-    first, second = sorted((float(strikes[0]), scene.heel_strike))
-    impact = (time >= first) & (time <= second + scene.impact_window)
-    held = trajectory.in_play(trajectory.time)
+    impact = in_impact(scene, curve.heel_strike)
     columns = [foot_kinematics(trajectory.position, trajectory.velocity, leg, radius) for leg in (STANDING, LANDING)]
+    held = trajectory.in_play(trajectory.time)
     depth = np.where(held, np.column_stack([column[0] for column in columns]), 0.0)
-    before = trajectory.time < first
+    before = trajectory.time < min(curve.heel_strike, scene.heel_strike)
     slip, span = np.abs(columns[STANDING][2][before]), trajectory.time[before]
     return OneStep(
         outcome=COMPLETED,
@@ -112,6 +151,6 @@ def measure(scene: Scene, law: ContactLaw, run: Run) -> OneStep:
         peak_force=float(trajectory.ground_reaction[:, LANDING, 1].max()),
         penetration=float(depth.max()),
         creep_velocity=float(np.trapezoid(slip, span) / (span[-1] - span[0])),
-        heel_strike_lead=scene.heel_strike - float(strikes[0]),
+        heel_strike_lead=scene.heel_strike - curve.heel_strike,
         solver_steps=run.solver_steps,
     )

@@ -9,29 +9,15 @@ from typing import ClassVar
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
+from stages.ground.default_set import DefaultSet
 from stages.ground.slope import Slope
 
 
 @dataclass(frozen=True)
 class Settings:
-    """The set that is varied, the values it is varied to, the criterion of the choice, and how a step is integrated."""
+    """The values to which the default set is varied, the criterion of the choice, and how a step is integrated."""
 
     FILE: ClassVar[str] = "contact_study"
-
-    default_stiffness: float = parameter("N/mm^e", "stiffness of the starting set", symbol="k_c", bound=Bound(above=0))
-    default_exponent: float = parameter("1", "force exponent of the starting set", symbol="e", bound=Bound(minimum=1))
-    default_damping: float = parameter(
-        "N s/m", "largest damping of the starting set", symbol="c_max", bound=Bound(above=0)
-    )
-    default_depth: float = parameter(
-        "m", "depth of complete damping of the starting set", symbol="d", bound=Bound(above=0)
-    )
-    default_stiction_velocity: float = parameter(
-        "m/s", "stiction velocity of the starting set", symbol="v_s", bound=Bound(above=0)
-    )
-    default_friction_velocity: float = parameter(
-        "m/s", "friction velocity of the starting set", symbol="v_d", bound=Bound(above=0)
-    )
 
     stiffness_values: tuple[float, ...] = parameter("N/mm^e", "stiffnesses tried one at a time", bound=Bound(above=0))
     exponent_values: tuple[float, ...] = parameter("1", "force exponents tried one at a time", bound=Bound(minimum=1))
@@ -46,10 +32,6 @@ class Settings:
 
     position_limit: float = parameter("m", "hip difference that counts one in the score", bound=Bound(above=0))
     velocity_limit: float = parameter("m/s", "hip velocity difference that counts one", bound=Bound(above=0))
-    force_limit: float = parameter("N", "rms difference of the normal forces that counts one", bound=Bound(above=0))
-    penetration_limit: float = parameter(
-        "1", "deepest penetration a chosen set may have, in that of the starting set", bound=Bound(above=0)
-    )
     cost_limit: float = parameter(
         "1", "solver steps a chosen set may take, in those of the starting set", bound=Bound(above=0)
     )
@@ -59,7 +41,29 @@ class Settings:
     searched_stiction_velocity: tuple[float, ...] = parameter(
         "m/s", "stiction velocities of the search", bound=Bound(above=0)
     )
+    finalists: int = parameter(
+        "1", "best sets over one step that are compared between cycles", bound=Bound(minimum=1, maximum=1000)
+    )
+    family_shares: tuple[float, ...] = parameter(
+        "1", "depth of an impact and creep of the family's members, in those of the chosen set", bound=Bound(above=0)
+    )
 
+    constraint_tolerance: float = parameter(
+        "1", "tolerance of the constraint models", bound=Bound(minimum=1e-14, maximum=1e-3)
+    )
+    sampling_rate_hz: float = parameter(
+        "Hz", "rate at which the rigid limit is compared", bound=Bound(minimum=100, maximum=1e5)
+    )
+    residual: float = parameter(
+        "1",
+        "largest change of a cycle's state in a step, in the section's scales",
+        bound=Bound(minimum=1e-10, maximum=1e-3),
+    )
+    perturbation: float = parameter(
+        "1",
+        "distance from its guess at which the search of a cycle starts, in the section's scales",
+        bound=Bound(minimum=1e-6, maximum=1e-1),
+    )
     impact_window: float = parameter(
         "s", "time after heel strike in which velocities and forces are not compared", bound=Bound(minimum=0, maximum=1)
     )
@@ -72,18 +76,10 @@ class Settings:
     )
 
     def broken_rules(self) -> Iterator[Broken]:
-        """There is something to search; the transition velocities are in order."""
+        """There is something to search."""
         for key in ("searched_stiffness", "searched_damping", "searched_depth", "searched_stiction_velocity"):
             if not getattr(self, key):
                 yield Broken(key, "at least one value")
-        highest = max(
-            (self.default_stiction_velocity, *self.stiction_velocity_values, *self.searched_stiction_velocity)
-        )
-        if highest >= self.default_friction_velocity:
-            yield Broken("default_friction_velocity", f"> {highest:g} m/s, the greatest stiction velocity")
-        lowest = min((self.default_friction_velocity, *self.friction_velocity_values))
-        if lowest <= self.default_stiction_velocity:
-            yield Broken("default_stiction_velocity", f"< {lowest:g} m/s, the least friction velocity")
 
 
 @dataclass(frozen=True)
@@ -93,4 +89,20 @@ class Parameters:
     biped: Biped
     slope: Slope
     contact: ContactLaw
+    default_set: DefaultSet
     settings: Settings
+
+    def broken_rules(self) -> Iterator[Broken]:
+        """The transition velocities are in order, in the default set and in all that it is varied to."""
+        default, settings = self.default_set, self.settings
+        highest = max(
+            (default.default_stiction_velocity, *settings.stiction_velocity_values,
+             *settings.searched_stiction_velocity)
+        )  # fmt: skip
+        if highest >= default.default_friction_velocity:
+            allowed = f"> {highest:g} m/s, the greatest stiction velocity"
+            yield Broken("contact_study.default_friction_velocity", allowed)
+        lowest = min((default.default_friction_velocity, *settings.friction_velocity_values))
+        if lowest <= default.default_stiction_velocity:
+            allowed = f"< {lowest:g} m/s, the least friction velocity"
+            yield Broken("contact_study.default_stiction_velocity", allowed)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.quantity import quantity
+from stages.contact_study.limit_result import COMPLETED, Candidates, RigidLimit, limit_table, search_table, shown
 from stages.ground.contact_law import ContactLaw
 
 #: Keys of the contact set that the study varies, in the paper's order (figures 5 and 6).
@@ -18,11 +19,6 @@ VARIED = (
     "stiction_velocity",
     "friction_velocity",
 )
-
-#: Keys that the search varies together.
-SEARCHED = ("contact_stiffness", "contact_damping", "damping_depth", "stiction_velocity")
-#: Sets of the search that a table shows.
-BEST = 12
 
 
 @dataclass(frozen=True)
@@ -51,7 +47,7 @@ class OneStep:
     @property
     def completed(self) -> bool:
         """Whether there is something to compare."""
-        return self.outcome == "completed"
+        return self.outcome == COMPLETED
 
 
 @dataclass(frozen=True)
@@ -79,78 +75,53 @@ class Variations:
 
 
 @dataclass(frozen=True)
-class Candidates:
-    """The contact sets that the search tried, one a row; NaN where a step was not finished."""
-
-    contact_stiffness: np.ndarray = quantity("N/mm^e", "stiffness of the normal force, shape (c,)", symbol="k_c")
-    contact_damping: np.ndarray = quantity("N s/m", "largest contact damping, shape (c,)", symbol="c_max")
-    damping_depth: np.ndarray = quantity("m", "penetration at which the damping is complete, shape (c,)", symbol="d")
-    stiction_velocity: np.ndarray = quantity("m/s", "slip speed of greatest friction, shape (c,)", symbol="v_s")
-    outcome: tuple[str, ...] = quantity("-", "completed, too dear, or why the step ended early")
-    hip_position: np.ndarray = quantity("m", "largest hip position difference, shape (c,)")
-    hip_velocity: np.ndarray = quantity("m/s", "largest hip velocity difference, shape (c,)")
-    normal_force: np.ndarray = quantity("N", "rms difference of the normal forces, shape (c,)")
-    penetration: np.ndarray = quantity("m", "deepest penetration, shape (c,)", symbol="p")
-    solver_steps: np.ndarray = quantity("1", "accepted solver steps, shape (c,)")
-    excess: np.ndarray = quantity("1", "part by which a limit is broken; infinite if the step ended early, shape (c,)")
-    score: np.ndarray = quantity("1", "differences, each in its limit, added; infinite if it ended early, shape (c,)")
-
-
-@dataclass(frozen=True)
 class Result:
-    """The study of the contact set and the choice it makes."""
+    """The study of the contact set and the choice it makes.
+
+    The `OneStep`s are against the constraint model of the study, as the paper compares them; what is in `limit` is
+    against the rigid limit, by which the choice is made.
+    """
 
     time: np.ndarray = quantity("s", "times of the force curves, from the constraint model's heel strike, shape (n,)")
     default: OneStep = quantity("-", "the starting set")
     default_force: np.ndarray = quantity("N", "tangential and normal force with the starting set, shape (n, 2)")
     variations: Variations = quantity("-", "each parameter changed alone")
-    candidates: Candidates = quantity("-", "sets the search tried")
-    chosen: OneStep = quantity("-", "the set that the criterion chooses")
+    candidates: Candidates | None = quantity("-", "sets the search tried; empty without a rigid limit")
+    limit_outcome: str = quantity("-", "completed, or why the constraint model has no gait with Coulomb's transition")
+    limit: RigidLimit | None = quantity("-", "distances from the rigid limit; empty without one")
+    chosen: OneStep = quantity("-", "the set that the criterion chooses; the starting set without a rigid limit")
     chosen_force: np.ndarray = quantity("N", "tangential and normal force with the chosen set, shape (n, 2)")
     ground: OneStep = quantity("-", "the set of ground.yaml, which the other stages use")
     ground_is_choice: bool = quantity("1", "whether ground.yaml holds the chosen set")
 
     def summary(self) -> str:
         """What was chosen, in one line."""
-        law, step = self.chosen.law, self.chosen
-        failed = sum(outcome != "completed" for outcome in self.variations.outcome)
+        failed = sum(outcome != COMPLETED for outcome in self.variations.outcome)
+        ended = f"{failed} variations ended early; " if failed else ""
+        if self.limit is None or self.candidates is None:
+            return f"{ended}no set chosen: {self.limit_outcome}"
+        law, found, hard = self.chosen.law, self.limit.chosen, self.limit.hard
         return (
             f"{len(self.candidates.outcome)} sets tried, chosen k_c {law.contact_stiffness:g} N/mm^e, "
             f"c_max {law.contact_damping:g} N s/m, d {1e3 * law.damping_depth:g} mm, "
-            f"v_s {1e3 * law.stiction_velocity:g} mm/s: hip {1e3 * step.hip_position.max():.2f} mm, "
-            f"{1e3 * step.hip_velocity.max():.1f} mm/s; "
-            + (f"{failed} variations ended early; " if failed else "")
+            f"v_s {1e3 * law.stiction_velocity:g} mm/s: hip {1e3 * found.hip_position.max():.2f} mm from the rigid "
+            f"limit, which is {1e3 * hard.hip_position.max():.2f} mm from rolling feet; {ended}"
             + ("ground.yaml holds it" if self.ground_is_choice else "ground.yaml holds another")
         )
 
     def tables(self) -> tuple[tuple[str, tuple[str, ...], list[tuple[object, ...]]], ...]:
-        """The variations and the best sets of the search."""
-        v, c = self.variations, self.candidates
+        """The variations, the sets against the rigid limit, and the best of the search."""
+        v = self.variations
         varied: list[tuple[object, ...]] = [_row(("starting set", ""), self.default)]
         for row, key in enumerate(v.key):
             numbers = v.hip_position[row], v.hip_velocity[row], v.normal_force[row], v.penetration[row]
             varied.append((key, float(v.value[row]), *_shown(*numbers), int(v.solver_steps[row]), v.outcome[row]))
         varied += [_row(("chosen set", ""), self.chosen), _row(("ground.yaml", ""), self.ground)]
-        best = np.lexsort((c.score, c.excess))[:BEST]
-        tried: list[tuple[object, ...]] = [
-            (
-                *(float(getattr(c, key)[row]) for key in SEARCHED),
-                *_shown(c.hip_position[row], c.hip_velocity[row], c.normal_force[row], c.penetration[row]),
-                int(c.solver_steps[row]),
-                float(c.excess[row]),
-                float(c.score[row]),
-            )
-            for row in best
-        ]
         seen = ("hip mm", "hip mm/s", "force N", "depth um", "steps")
-        return (
-            ("One parameter at a time, differences from the constraint model", ("", "value", *seen, ""), varied),
-            (
-                f"The {len(tried)} best of {len(c.outcome)} sets searched",
-                ("k_c N/mm^e", "c_max N s/m", "d m", "v_s m/s", *seen, "excess", "score"),
-                tried,
-            ),
-        )
+        tables = [("One parameter at a time, differences from the constraint model", ("", "value", *seen, ""), varied)]
+        if self.limit is None or self.candidates is None:
+            return tuple(tables)
+        return (*tables, limit_table(self.limit), search_table(self.candidates))
 
 
 def _row(name: tuple[str, str], step: OneStep) -> tuple[object, ...]:
@@ -161,4 +132,4 @@ def _row(name: tuple[str, str], step: OneStep) -> tuple[object, ...]:
 def _shown(position: np.ndarray, velocity: np.ndarray, force: float, depth: float) -> tuple[float, ...]:
     """Rounded for a table: mm, mm/s, N, micrometres."""
     values = 1e3 * np.max(position), 1e3 * np.max(velocity), force, 1e6 * depth
-    return tuple(float(f"{value:.3g}") for value in values)
+    return shown(*values)

@@ -1,33 +1,33 @@
-"""Contact study: what each parameter of the contact does to a step, and which set comes closest to the constraints.
+"""Contact study: what each parameter of the contact does to a step, and which set comes closest to the rigid limit.
 
 Inputs: the analytic gait's walk and mid-stance. Settings: params/contact_study.yaml; of ground.yaml the laws and the
-friction coefficients, and the set it holds, to say whether that is the choice. Output: `Result`, figures 4 to 6.
+friction coefficients, and the set it holds, to say whether that is the choice. Output: `Result`, figures 4 to 6 and
+that of the contact sets.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.result import Result as Analytic
 from stages.biped.progress import Progress, ignore
-from stages.contact_study.choice import choose
+from stages.contact_study.limit_result import COMPLETED
 from stages.contact_study.one_step import Scene, landing_force, measure, take_step
 from stages.contact_study.parameters import Parameters, Settings
 from stages.contact_study.result import VARIED, OneStep, Result, Variations
+from stages.contact_study.rigid_limit import from_rigid_limit, same_set
 from stages.ground.contact_law import ContactLaw
 from stages.multibody.parameters import Settings as SolverSettings
 
 #: Spans of the force curves [s] from heel strike: start, end, spacing. Impact, bounces, the rest of stance.
 CURVE = ((-2e-3, 6e-3, 5e-5), (6e-3, 40e-3, 1e-4), (40e-3, 330e-3, 1e-3))
-SHARE_OF_VARIATIONS = 0.3
-#: A searched set is given up before heel strike if it takes more solver steps than a choice may take, and these.
-LEAST_STEPS = 1000
+SHARE_OF_VARIATIONS = 0.2
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         settings.impact_window,
     )
     time = curve_times()
-    default = default_law(parameters.contact, settings)
+    default = parameters.default_set.law(parameters.contact)
 
     def walked(law: ContactLaw) -> tuple[OneStep, np.ndarray]:
         done = take_step(scene, law)
@@ -62,14 +62,14 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     for index, (key, law) in enumerate(changes):
         progress(SHARE_OF_VARIATIONS * index / len(changes), f"varying {key}")
         varied.append((key, *walked(law)))
-    dear = math.ceil(max(LEAST_STEPS, settings.cost_limit * first.solver_steps))
-    frugal = dataclasses.replace(scene, solver=dataclasses.replace(scene.solver, most_solver_steps=dear))
-    chosen, candidates = choose(
-        first,
-        settings,
-        lambda law: measure(frugal, law, take_step(frugal, law)),
-        lambda done: progress(SHARE_OF_VARIATIONS + (1 - SHARE_OF_VARIATIONS) * done, "choosing"),
-    )
+    limit, candidates, outcome = None, None, COMPLETED
+    try:
+        limit, candidates = from_rigid_limit(
+            parameters, scene, lambda done: progress(SHARE_OF_VARIATIONS + (1 - SHARE_OF_VARIATIONS) * done, "choosing")
+        )
+    except (NoGait, StepFailed) as reason:
+        outcome = str(reason)
+    chosen = limit.chosen.law if limit else default
     chosen_step, chosen_force = walked(chosen)
     return Result(
         time=time,
@@ -77,10 +77,12 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         default_force=first_force,
         variations=columns(varied),
         candidates=candidates,
+        limit_outcome=outcome,
+        limit=limit,
         chosen=chosen_step,
         chosen_force=chosen_force,
         ground=walked(parameters.contact)[0],
-        ground_is_choice=same_set(parameters.contact, chosen),
+        ground_is_choice=limit is not None and same_set(parameters.contact, chosen),
     )
 
 
@@ -88,19 +90,6 @@ def curve_times() -> np.ndarray:
     """Times of the force curves from heel strike [s], denser in the impact and while a foot may bounce, (n,)."""
     spans = [start + spacing * np.arange(round((end - start) / spacing)) for start, end, spacing in CURVE]
     return np.concatenate(spans)
-
-
-def default_law(contact: ContactLaw, settings: Settings) -> ContactLaw:
-    """The starting set, with the laws and the friction coefficients of `contact`."""
-    return dataclasses.replace(
-        contact,
-        contact_stiffness=settings.default_stiffness,
-        contact_exponent=settings.default_exponent,
-        contact_damping=settings.default_damping,
-        damping_depth=settings.default_depth,
-        stiction_velocity=settings.default_stiction_velocity,
-        friction_velocity=settings.default_friction_velocity,
-    )
 
 
 def one_at_a_time(default: ContactLaw, settings: Settings) -> Iterator[tuple[str, ContactLaw]]:
@@ -142,8 +131,3 @@ def columns(varied: Sequence[tuple[str, OneStep, np.ndarray]]) -> Variations:
         solver_steps=column("solver_steps"),
         force=np.array([force for _, _, force in varied]),
     )
-
-
-def same_set(one: ContactLaw, other: ContactLaw) -> bool:
-    """Whether two laws have the same values of all parameters that the study varies."""
-    return all(getattr(one, key) == getattr(other, key) for key in VARIED)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
-from stages.comparison.parameters import Limits
+from stages.comparison.limits import Limits
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 

@@ -10,6 +10,7 @@ from stages.biped.accuracy import Accuracy, accuracy
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
+from stages.ground.default_set import DefaultSet
 from stages.ground.slope import Slope
 from stages.multibody.assembly.signals import READ_LATER, SIGNALS
 
@@ -88,4 +89,5 @@ class Parameters:
     biped: Biped
     slope: Slope
     contact: ContactLaw
+    default_set: DefaultSet
     settings: Settings

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -11,29 +14,44 @@ from stages.biped.walk import Walk
 from stages.multibody.assembly.inventory import Inventory
 from stages.multibody.walking.energy import EnergyBalance
 
+Table = tuple[str, list[str], list[list[str]]]
+
 
 @dataclass(frozen=True)
 class Cycle:
-    """The settled gait: means over the last four steps, or fewer; NaN if there is no whole step."""
+    """The gait as the fixed point of the step map from mid-stance to mid-stance, with its multipliers.
 
+    Where no fixed point is found: means over the last four steps of the walk, or fewer; NaN without a whole step.
+    """
+
+    solved: bool = quantity("1", "whether this is a fixed point, else means over the walk's last steps")
     period_s: float = quantity("s", "duration of one step", symbol="T")
     step_frequency_hz: float = quantity("Hz", "steps per second", symbol="f")
-    step_length_m: float = quantity("m", "advance of the hip from heel strike to heel strike", symbol="s")
+    step_length_m: float = quantity("m", "advance of the hip in one step", symbol="s")
     speed_m_s: float = quantity("m/s", "mean walking speed", symbol="v")
     double_stance_s: float = quantity("s", "time from heel strike to toe-off", symbol="t_DSP")
     peak_normal_force: float = quantity("N", "largest normal force on a foot; NaN if not recorded", symbol="F_N")
     largest_penetration: float = quantity("m", "deepest penetration of a foot", symbol="p")
-    period_change: float = quantity("s", "largest difference between the periods of these steps")
+    floquet_multipliers: np.ndarray = quantity(
+        "1", "multipliers of the step map, largest first, rows of real and imaginary part, (10, 2), or (0, 2)"
+    )
+    residual: float = quantity("1", "how far the fixed point moves in one step, in the scales of the section")
+    period_change: float = quantity("s", "largest difference between the periods of the walk's last four steps")
+
+    @property
+    def largest_multiplier(self) -> float:
+        """Magnitude of the largest multiplier; NaN without a fixed point."""
+        return float(np.hypot(*self.floquet_multipliers[0])) if len(self.floquet_multipliers) else float("nan")
 
 
 @dataclass(frozen=True)
 class FrictionVariation:
-    """The settled gait with one transition velocity changed; NaN if the walk ended early."""
+    """The gait, a fixed point, with one transition velocity changed; NaN where none is found."""
 
     name: str = quantity("-", "parameter changed")
-    factor: float = quantity("1", "factor on its value")
-    period_s: float = quantity("s", "settled step period", symbol="T")
-    step_length_m: float = quantity("m", "settled step length", symbol="s")
+    factor: float = quantity("1", "factor on its value; 1 is the contact set itself")
+    period_s: float = quantity("s", "step period", symbol="T")
+    step_length_m: float = quantity("m", "step length", symbol="s")
 
 
 @dataclass(frozen=True)
@@ -58,9 +76,14 @@ class Result:
     walk: Walk = quantity("1", "the walk from the analytic gait's mid-stance; a signal left out has no rows")
     penetration: np.ndarray = quantity("m", "penetration of each foot in contact, else 0, (n, 2) or (0, 2)", symbol="p")
     slip_velocity: np.ndarray = quantity("m/s", "slip of each foot in contact, else 0, (n, 2); or (0, 2)", symbol="v")
-    cycle: Cycle = quantity("1", "the settled cycle")
+    settled: bool = quantity("1", "whether the walk has settled on a stable cycle")
+    unsettled: str = quantity("-", "why it has not, else empty")
+    cycle: Cycle = quantity("1", "the gait, solved for")
     energy: EnergyBalance = quantity("1", "energy balance over the last whole step")
-    friction_variations: tuple[FrictionVariation, ...] = quantity("-", "settled gait at other transition velocities")
+    friction_variations: tuple[FrictionVariation, ...] = quantity("-", "gait at other transition velocities")
+    default_friction_variations: tuple[FrictionVariation, ...] = quantity(
+        "-", "the same from Adams' default contact set instead of ground.yaml's"
+    )
     facts: Facts = quantity("1", "how the run was made")
     inventory: Inventory = quantity("-", "what the scene held, counted in the assembled system")
 
@@ -69,7 +92,61 @@ class Result:
         if self.outcome != "completed":
             return f"{self.outcome} after {self.steps} steps {self.message}".rstrip()
         cycle = self.cycle
-        return (
-            f"{self.steps} steps: {cycle.step_frequency_hz:.3f} Hz, step {1e3 * cycle.step_length_m:.1f} mm, "
-            f"peak force {cycle.peak_normal_force:.0f} N, energy closed to {self.energy.relative_residual:.0e}"
+        found = (
+            f"{cycle.step_frequency_hz:.3f} Hz, step {1e3 * cycle.step_length_m:.1f} mm, "
+            f"peak force {cycle.peak_normal_force:.0f} N"
         )
+        if not self.settled:
+            kind = "its cycle" if cycle.solved else "mean of the last steps"
+            return f"{self.steps} steps, does not settle: {self.unsettled}; {kind} {found}"
+        return (
+            f"{self.steps} steps: {found}, |multiplier| {cycle.largest_multiplier:.3f}, "
+            f"energy closed to {self.energy.relative_residual:.0e}"
+        )
+
+    def tables(self) -> list[Table]:
+        """What the transition velocities of friction change, as (title, columns, rows of text)."""
+        columns = ["velocity", "factor", "period [s]", "change [%]", "step [mm]", "change [%]"]
+        found = []
+        for contact_set, variations in (
+            ("ground.yaml's contact set", self.friction_variations),
+            ("Adams' default contact set", self.default_friction_variations),
+        ):
+            rows = [
+                [
+                    variation.name.replace("_", " "), f"{variation.factor:.3g}",
+                    f"{variation.period_s:.5f}", f"{100 * in_period:+.2f}",
+                    f"{1e3 * variation.step_length_m:.2f}", f"{100 * in_length:+.2f}",
+                ]
+                for variation, in_period, in_length in changes(variations)
+            ]  # fmt: skip
+            found.append((f"The gait with one transition velocity of friction changed, {contact_set}", columns, rows))
+        return found
+
+
+def changes(variations: Sequence[FrictionVariation]) -> Iterator[tuple[FrictionVariation, float, float]]:
+    """Each variation with its relative change of period and of step length against factor 1."""
+    unchanged = {variation.name: variation for variation in variations if variation.factor == 1.0}
+    for variation in variations:
+        base = unchanged[variation.name]
+        yield variation, variation.period_s / base.period_s - 1.0, variation.step_length_m / base.step_length_m - 1.0
+
+
+def crossing(variations: Sequence[FrictionVariation], name: str, limit: float) -> tuple[float, float]:
+    """Factors on the velocity `name`, below and above 1, at which period or step length has changed by `limit`.
+
+    Interpolated in the logarithm of the factor between the variations computed; NaN where the change stays smaller.
+    """
+    rows = sorted(
+        (math.log(variation.factor), max(abs(in_period), abs(in_length)))
+        for variation, in_period, in_length in changes(variations)
+        if variation.name == name and math.isfinite(in_period)
+    )
+    sides = []
+    for side in ([row for row in rows[::-1] if row[0] <= 0.0], [row for row in rows if row[0] >= 0.0]):
+        sides.append(float("nan"))
+        for (near, less), (far, more) in pairwise(side):
+            if less < limit <= more:
+                sides[-1] = math.exp(near + (far - near) * (limit - less) / (more - less))
+                break
+    return sides[0], sides[1]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from stages.multibody.assembly.solver import Run
 from stages.multibody.assembly.state import rolling_state
 from stages.multibody.parameters import Parameters, Settings
 from stages.multibody.result import Facts, Result
-from stages.multibody.walking.cycle import settled_cycle
+from stages.multibody.walking.cycle import Model, solve
 from stages.multibody.walking.energy import EnergyBalance, energy_balance
 from stages.multibody.walking.friction_study import vary_friction
 from stages.multibody.walking.trajectory import foot_kinematics
@@ -46,10 +47,15 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     blocks = lanes(analytic.gait.step_length_m, settings.block_length) if settings.scene == "blocks" else None
     assembly = build(biped, slope, contact, settings, blocks, signals=settings.signals)
     walked = simulate(biped, slope, contact, state, settings, lanes=blocks, assembly=assembly)
-    progress(0.8, "sampling the walk")
+    progress(0.3, "sampling the walk")
     walk = sample(walked.trajectory, slope, biped.foot_radius, settings.sampling_rate_hz)
     penetration, slip = contact_signals(walked, walk, biped.foot_radius, settings.signals)
     inventory = take_inventory(assembly.mbs, sampled_bytes=bytes_of(walk, penetration, slip))
+    progress(0.4, "solving for the gait")
+    model = Model(biped, slope, contact, settings)
+    cycle, reason, gait = solve(model, state, walked, walk)
+    progress(0.6, "varying friction")
+    vary = partial(vary_friction, model, state=state, gait=gait)
     return Result(
         outcome=walked.outcome,
         message=walked.message,
@@ -57,9 +63,12 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         walk=walk,
         penetration=penetration,
         slip_velocity=slip,
-        cycle=settled_cycle(walked, walk, biped.foot_radius),
+        settled=not reason,
+        unsettled=reason,
+        cycle=cycle,
         energy=_last_step_energy(walked, walk, parameters),
-        friction_variations=vary_friction(biped, slope, contact, state, settings),
+        friction_variations=vary(contact),
+        default_friction_variations=vary(parameters.default_set.law(contact)),
         facts=_facts(walked, settings),
         inventory=inventory,
     )

@@ -17,7 +17,8 @@ from stages.multibody.assembly.solver import Run
 from stages.multibody.assembly.state import PlanarState, rolling_state
 from stages.multibody.parameters import Settings
 from stages.multibody.walking.events import find_events
-from stages.multibody.walking.limit_cycle import SCALES, LimitCycle, limit_cycle, mid_stance_after, section_state
+from stages.multibody.walking.limit_cycle import LimitCycle, limit_cycle
+from stages.multibody.walking.section import SCALES, mid_stance_after, section_state
 from stages.multibody.walking.walk import build, simulate
 from stages.tradeoff.way import Walked, Way, WayFailed, grid
 

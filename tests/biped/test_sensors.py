@@ -19,6 +19,7 @@ from stages.biped.kinematics import (
     stance_mass_motion,
     swing_point_motion,
 )
+from stages.contact_study.parameters import Parameters as ContactStudy
 from stages.multibody.assembly.state import PlanarState
 from stages.multibody.parameters import Parameters
 from stages.multibody.walking.walk import simulate
@@ -70,7 +71,7 @@ def test_the_twins_sockets_feel_what_the_constraint_models_do(foot):
 
 def test_exudyns_own_sensor_feels_what_the_constraint_models_formula_says(repository):
     """A step of the planar checker: its foot sensor against the formula fed with the coordinates it records."""
-    given = load(repository / "params", [], {"multibody": Parameters}, [Parameters])["multibody"]
+    given = load(repository / "params", [], {"multibody": Parameters}, [Parameters, ContactStudy])["multibody"]
     state = PlanarState(
         (0.0, 0.330985), (0.235, 0.0), (0.0, 0.27), (-0.71, 1.8), (0.331, 0.334), (0.0, 0.0), (True, False)
     )

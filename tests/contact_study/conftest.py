@@ -9,7 +9,6 @@ from pipeline.parameters.loading import load
 from stages.biped.gait import StanceState
 from stages.contact_study.one_step import Scene
 from stages.contact_study.parameters import Parameters
-from stages.contact_study.run import default_law
 from stages.multibody.assembly.state import rolling_state
 from stages.multibody.parameters import Settings
 from stages.multibody.walking.walk import sample, simulate
@@ -25,7 +24,7 @@ def parameters(repository):
 
 @pytest.fixture(scope="session")
 def default(parameters):
-    return default_law(parameters.contact, parameters.settings)
+    return parameters.default_set.law(parameters.contact)
 
 
 @pytest.fixture(scope="session")

@@ -46,6 +46,7 @@ def test_what_is_synthetic_is_called_so(origin, said):
 def test_captions_survive_yaml():
     read = yaml.safe_load(as_yaml([Caption("a", 'quotes " and: colons', "µ ≤ 3 # no comment")], "line\nbreak"))
     assert read == {
+        "title": run.TITLE,
         "synthetic": "line\nbreak",
         "figures": [{"name": "a", "title": 'quotes " and: colons', "text": "µ ≤ 3 # no comment"}],
     }

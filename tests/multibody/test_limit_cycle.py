@@ -5,7 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.multibody.walking.limit_cycle import NoLimitCycle, limit_cycle, section_numbers, section_state
+from stages.multibody.walking.limit_cycle import limit_cycle
+from stages.multibody.walking.section import NoLimitCycle, section_numbers, section_state
 from stages.multibody.walking.walk import sample, simulate
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pipeline.parameters.loading import load
+from stages.contact_study.parameters import Parameters as ContactStudy
 from stages.multibody.assembly.state import PlanarState
 from stages.multibody.parameters import Parameters
 from stages.multibody.walking.energy import energy_balance, mass_moment
@@ -147,7 +148,7 @@ def test_the_two_assemblies_agree_over_ten_steps(biped, slope, contact, start, s
 @pytest.fixture(scope="module")
 def chosen(repository):
     """The contact set of the study's own ground.yaml."""
-    return load(repository / "params", [], {"multibody": Parameters}, [Parameters])["multibody"].contact
+    return load(repository / "params", [], {"multibody": Parameters}, [Parameters, ContactStudy])["multibody"].contact
 
 
 @pytest.mark.slow

@@ -86,13 +86,35 @@ def test_show_prints_fields_units_and_tables(ran):
 
 
 def test_claims(ran):
-    assert json.loads(ran.command("claims", "--json")[1]) == [
-        {"id": "force", "stated": "1 N", "found": "4.905e+05 N", "holds": False, "why": "it is another toy"}
-    ]
-    assert ran.command("claims")[1].splitlines()[0] == "force: does not hold"
-    assert ran.command("claims", "--markdown")[1].splitlines()[2] == (
-        "| force | 1 N | 4.905e+05 N | does not hold | it is another toy |"
-    )
+    found = json.loads(ran.command("claims", "--json")[1])
+    assert found["claims"] == [
+        {"id": "force", "section": "1", "words": "one newton", "implies": "1 N", "measured": "4.905e+05 N",
+         "verdict": "does not hold", "condition": "", "causes": ["it is another toy"],
+         "rests_on": ["ground.gravity 9.81"]}
+    ]  # fmt: skip
+    assert found["headlines"] == ["it is a toy"] and found["tables"][0]["rows"] == [["weight", "2"]]
+    lines = ran.command("claims")[1].splitlines()
+    assert lines[0] == "force: does not hold" and max(map(len, lines)) <= 100
+    assert [line.split(maxsplit=1)[0] for line in lines[1:6]] == ["says", "implies", "measured", "verdict", "because"]
+    assert "1 claims: 1 do not hold." in lines and "Toys" in lines
+    assert "| [force](#force) | 1 | does not hold |" in ran.command("claims", "--markdown")[1].splitlines()
+    assert 'there is no claim "weight" (claims: force)' in ran.command("claims", "weight")[2]
+
+
+def test_claims_are_written_between_the_marks_that_a_file_has(ran):
+    page = ran.root / "page.md"
+    page.write_text("before\n<!-- headlines -->\nold\n<!-- /headlines -->\nafter\n")
+    assert ran.command("claims", "--into", str(page))[0] == 0
+    assert page.read_text() == "before\n<!-- headlines -->\n- it is a toy\n<!-- /headlines -->\nafter\n"
+    page.write_text("<!-- claims -->\n")
+    assert "one is missing" in ran.command("claims", "--into", str(page))[2]
+    page.write_text("nothing")
+    assert "there are no lines" in ran.command("claims", "--into", str(page))[2]
+
+
+def test_claims_of_another_version_are_refused_with_a_sentence(ran):
+    (ran.root / "results/claims.yaml").write_text("- {id: force, holds: false}\n")
+    assert "not the claims of this version; make them anew with" in ran.command("claims")[2]
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from stages.multibody.assembly.state import PlanarState
-from stages.multibody.walking.limit_cycle import NoLimitCycle, section_numbers
-from stages.multibody.walking.limit_cycle import section_state as planar_state
+from stages.multibody.walking.section import NoLimitCycle, section_numbers
+from stages.multibody.walking.section import section_state as planar_state
 from stages.multibody.walking.walk import sample, simulate
 from stages.twin_ladder.cycle import UPRIGHT, step_multipliers
 from stages.twin_ladder.section import SectionState, section_state, start_from, step_map

@@ -7,7 +7,8 @@ stable ones. Stiff walkers are reached from the rigid ones and by raising stiffn
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
 
 import numpy as np
 
@@ -20,9 +21,10 @@ from stages.analytic.gait.search_starts import (
     landed,
     lengths_after_heel_strike,
     ranked_starts,
+    walked_on,
 )
-from stages.analytic.model.kinds import Compliant, Limited, Rigid, Rolling
-from stages.analytic.model.stiffness import attainable_tolerance, compliant, fastest_rate
+from stages.analytic.model.kinds import Compliant, Kind, Limited, Rigid, Rolling, Stiff
+from stages.analytic.model.stiffness import STIFF_RATE, attainable_tolerance, compliant, fastest_rate
 from stages.analytic.model.walker import Vector, Walker, build_walker
 from stages.biped.design import Biped
 from stages.biped.gait import Gait
@@ -89,34 +91,54 @@ def stiffen(walker: Walker, p: Compliant, gaits: list[FixedPoint], rate: float) 
     return gaits
 
 
-def stiff_starts(walker: Walker, p: Compliant, *, unstable: bool) -> list[Vector]:
-    """Starts of a stiff walker: landings of the gaits of the same biped with rigid legs."""
+def rigid_landings(walker: Walker, p: Compliant) -> list[Vector]:
+    """Landings of the gaits of the same biped with rigid legs."""
     rigid = dataclasses.replace(walker, p=Rigid(p.M, p.m, p.L_nat, p.r, p.l, p.I, p.g_x, p.g_y))
-    rigid_starts, _ = ranked_starts(rigid)
     starts: list[Vector] = []
-    for point in converge(rigid, rigid_starts, SEARCH_TOLERANCE, unstable=unstable):
-        try:
+    for point in converge(rigid, ranked_starts(rigid)[0], SEARCH_TOLERANCE, unstable=True):
+        with suppress(StepFailed):
             starts.append(landed(p, rigid, point))
-        except StepFailed:
-            continue
     return starts
+
+
+def softened_ends(walker: Walker, p: Compliant) -> list[Vector]:
+    """The gaits of the same biped with softer springs, followed to its own as far as Newton's method leads."""
+    soft = dataclasses.replace(walker, p=softer(p, GRID_RATE))
+    gaits = converge(soft, ranked_starts(soft)[0], SEARCH_TOLERANCE, unstable=True)
+    return [point.z for point in stiffen(walker, p, gaits, GRID_RATE)]
+
+
+def sources(walker: Walker) -> Iterator[list[Vector]]:
+    """Lists of starts for Newton's method, the quickest to get and most promising first."""
+    p = walker.p
+    quick = isinstance(p, Rigid) or fastest_rate(p) <= GRID_RATE
+    if quick:
+        yield ranked_starts(walker)[0]
+    elif isinstance(p, Compliant):
+        yield rigid_landings(walker, p)
+    if not quick and is_searched(walker.p):
+        yield ranked_starts(walker)[0]
+    if is_searched(walker.p):
+        yield walked_on(walker)
+    elif isinstance(p, Compliant):
+        yield softened_ends(walker, p)
+
+
+def is_searched(p: Kind) -> bool:
+    """Whether a step costs so little that a grid of starts is walked: springs are slow, or implicit steps pass them."""
+    return isinstance(p, Rigid | Stiff) or fastest_rate(p) <= STIFF_RATE
 
 
 def find_gaits(walker: Walker, tolerance: float, *, unstable: bool) -> list[FixedPoint]:
     """Fixed points of the step map, most stable first; with `unstable` the search goes on after a stable one."""
-    p = walker.p
-    if p.g_x <= 0.0:
-        return []
-    tolerance = attainable_tolerance(p, tolerance)
-    if isinstance(p, Rigid) or fastest_rate(p) <= GRID_RATE:
-        found = converge(walker, ranked_starts(walker)[0], tolerance, unstable=unstable)
-        return sorted(found, key=by_stability)
-    found = converge(walker, stiff_starts(walker, p, unstable=unstable), tolerance, unstable=True)
-    if unstable or not any(by_stability(point) < 1 for point in found):
-        soft = dataclasses.replace(walker, p=softer(p, GRID_RATE))
-        gaits = converge(soft, ranked_starts(soft)[0], SEARCH_TOLERANCE, unstable=True)
-        starts = [point.z for point in stiffen(walker, p, gaits, GRID_RATE)]
-        found += [point for point in converge(walker, starts, tolerance, unstable=True) if is_new(found, point)]
+    found: list[FixedPoint] = []
+    if walker.p.g_x <= 0.0:
+        return found
+    tolerance = attainable_tolerance(walker.p, tolerance)
+    for starts in sources(walker):
+        found += [point for point in converge(walker, starts, tolerance, unstable=unstable) if is_new(found, point)]
+        if not unstable and any(by_stability(point) < 1 for point in found):
+            break
     return sorted(found, key=by_stability)
 
 

@@ -24,6 +24,8 @@ ANGLES = np.linspace(0.05, 0.60, 12)
 RATES = np.linspace(0.05, 1.2, 24)
 SCAN_TOLERANCE = 1e-5
 SCAN_STEPS = 3
+#: Steps of a walk from the grid that is to settle on a stable gait.
+LONG_WALK = 60
 #: Starts closer than this in angle and rate lead to the same gait.
 SAME_START = 0.01
 STEP_TIME = 2.6
@@ -44,11 +46,12 @@ def lengths_after_heel_strike(p: Compliant) -> tuple[float, float]:
 def start_coordinates(walker: Walker, angle: float, rate: float) -> Vector:
     """Section coordinates of a plausible start: the hip moves across the new stance leg, the springs carry weight.
 
-    The hip's velocity, across the trailing leg before, has the part -rate sin(2 angle) along the new one.
+    The hip's velocity, across the trailing leg before, has the part -rate sin(2 angle) along the new one; a trailing
+    foot that is at rest, or as light as Garcia's (1998), keeps the rate -rate cos(2 angle) of rigid legs.
     """
     p = walker.p
     if isinstance(p, Rigid):
-        return np.array([-angle, rate, rate * np.cos(2 * angle) - rate])
+        return np.array([-angle, rate, -rate * np.cos(2 * angle)])
     across = -rate * np.sin(2 * angle) * p.M / (p.M + p.m)
     return np.array([-angle, *lengths_after_heel_strike(p), rate, across, *at_rest(p)])
 
@@ -90,12 +93,27 @@ def ranked_starts(walker: Walker) -> tuple[list[Vector], int]:
         trail = walk_forward(walker, z, SCAN_STEPS)
         longest = max(longest, len(trail))
         for before, after in zip([z, *trail], trail, strict=False):
-            pairs.append((float(np.abs(angle_and_rate(walker, after - before)).max()), before))
+            if before[0] < 0.0:
+                pairs.append((float(np.abs(angle_and_rate(walker, after - before)).max()), before))
     chosen: list[Vector] = []
     for _, z in sorted(pairs, key=lambda pair: pair[0]):
         if all(np.abs(angle_and_rate(walker, z - other)).max() > SAME_START for other in chosen):
             chosen.append(z)
     return chosen, longest
+
+
+def walked_on(walker: Walker) -> list[Vector]:
+    """Where long walks from the grid end that do not fall: a stable gait draws them in."""
+    ends: list[Vector] = []
+    for z in grid(walker):
+        for _ in range(LONG_WALK // SCAN_STEPS):
+            trail = walk_forward(walker, z, SCAN_STEPS)
+            if len(trail) < SCAN_STEPS or any(np.abs(trail[-1] - other).max() < SAME_START for other in ends):
+                break
+            z = trail[-1]
+        else:
+            ends.append(z)
+    return [z for z in ends if z[0] < 0.0]
 
 
 def landed(p: Compliant, rigid: Walker, point: FixedPoint) -> Vector:

@@ -1,40 +1,165 @@
-"""The settled gait of a multibody walk: means over its last steps."""
+"""The gait of a multibody model: its cycle, solved for, and whether the walk has settled on it."""
 
 from __future__ import annotations
 
+import dataclasses
+from dataclasses import dataclass
+from math import nan
+
 import numpy as np
 
+from stages.biped.design import Biped
 from stages.biped.walk import Walk
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+from stages.multibody.assembly.signals import GROUND_REACTION
 from stages.multibody.assembly.solver import Run
+from stages.multibody.assembly.state import PlanarState
+from stages.multibody.parameters import Settings
 from stages.multibody.result import Cycle
-from stages.multibody.walking.trajectory import foot_kinematics
+from stages.multibody.walking.events import find_events
+from stages.multibody.walking.limit_cycle import LimitCycle, SectionWalker, fixed_point, limit_cycle
+from stages.multibody.walking.section import NoLimitCycle, section_state
+from stages.multibody.walking.trajectory import Trajectory, foot_kinematics
+from stages.multibody.walking.walk import build, simulate
 
-SETTLED_STEPS = 4
+#: Steps at the end of a walk that tell what it does.
+LAST_STEPS = 4
+#: A walk has settled when the last step's period and length are this close to the cycle's.
+SETTLED_WITHIN = 0.01
+#: Derivatives, and the way to the fixed point, need no finer tolerance of the solver than this; with these differences,
+#: in the section's scales, multipliers are then within 0.001. Residual to which the fixed point is found with it.
+COARSE, DIFFERENCE, NEAR = 1e-7, 5e-4, 1e-5
+#: Residual at a finer tolerance of the solver: the period is then known to about 1e-7 s.
+RESIDUAL = 1e-6
 
 
-def settled_cycle(walked: Run, walk: Walk, radius: float) -> Cycle:
-    """Measures over the last four whole steps, or fewer if there are no more; peaks at the solver's own steps."""
-    strikes = walk.heel_strike_time
-    count = min(SETTLED_STEPS, len(strikes) - 1)
-    if count < 1:
-        return Cycle(*[float("nan")] * 8)
-    last = strikes[-1 - count :]
-    periods = np.diff(last)
-    period = float(periods.mean())
-    hip = walked.trajectory.at(last)[0][:, 0]
-    length = float((hip[-1] - hip[0]) / count)
-    inside = (walked.trajectory.time >= last[0]) & (walked.trajectory.time <= last[-1])
-    held = walked.trajectory.in_play(walked.trajectory.time)
-    rows = walked.trajectory.position, walked.trajectory.velocity
-    depth = np.column_stack([foot_kinematics(*rows, leg, radius)[0] for leg in (0, 1)])
-    force = walked.trajectory.ground_reaction[inside, :, 1]
+@dataclass(frozen=True)
+class Model:
+    """A biped on its ground, and how it is integrated."""
+
+    biped: Biped
+    slope: Slope
+    contact: ContactLaw
+    settings: Settings
+
+    def at(self, tolerance: float) -> Model:
+        """The same at another tolerance of the solver."""
+        return dataclasses.replace(self, settings=dataclasses.replace(self.settings, tolerance=tolerance))
+
+    def walker(self, state: PlanarState) -> SectionWalker:
+        """The step map on the section, around a mid-stance."""
+        return SectionWalker(self.biped, self.slope, self.contact, state, self.settings)
+
+
+def solve(model: Model, state: PlanarState, walked: Run, walk: Walk) -> tuple[Cycle, str, LimitCycle | None]:
+    """The cycle near a mid-stance, why the walk from there has not settled on it ("" if it has), and the gait as found.
+
+    Where no cycle is found, measures of the walk's last steps.
+    """
+    found = None
+    try:
+        found = search(model, state)
+        cycle, failure = solved_cycle(model, state, found, walk), ""
+    except NoLimitCycle as error:
+        cycle, failure = walked_cycle(walked, walk, model.biped.foot_radius), str(error)
+    return cycle, unsettled(walked, walk, cycle, failure), found
+
+
+def search(model: Model, state: PlanarState) -> LimitCycle:
+    """The gait near a mid-stance, at the coarse tolerance, with its multipliers. Raises NoLimitCycle."""
+    coarse = model.at(COARSE)
+    return limit_cycle(coarse.biped, coarse.slope, coarse.contact, state, coarse.settings, NEAR, DIFFERENCE)
+
+
+def solved_cycle(model: Model, state: PlanarState, found: LimitCycle, walk: Walk) -> Cycle:
+    """Measures of the gait that was `found`, at the model's tolerance where that is finer. Raises NoLimitCycle."""
+    fine = model.at(min(model.settings.tolerance, COARSE))
+    walker = fine.walker(state)
+    point = fixed_point(
+        walker.step, found.section_state, RESIDUAL if fine is model else NEAR, walker.differences(DIFFERENCE),
+        found.monodromy_matrix,
+    )  # fmt: skip
+    settings = fine.settings
+    machine = build(model.biped, model.slope, model.contact, settings,
+                    signals=[name for name in settings.signals if name == GROUND_REACTION])
+    start = section_state(point.numbers, state)
+    run = simulate(model.biped, model.slope, model.contact, start, settings, steps=1, assembly=machine)
+    events = find_events(run.trajectory, model.biped.foot_radius)
+    both_down = events.toe_off_time[:1] - events.heel_strike_time[:1]
+    period, length = point.step.duration, point.step.length
+    force, depth = peaks(run.trajectory, model.biped.foot_radius, 0.0, period)
     return Cycle(
+        solved=True,
+        period_s=period,
+        step_frequency_hz=1.0 / period,
+        step_length_m=length,
+        speed_m_s=length / period,
+        double_stance_s=float(both_down[0]) if len(both_down) else nan,
+        peak_normal_force=force,
+        largest_penetration=depth,
+        floquet_multipliers=found.floquet_multipliers,
+        residual=point.residual,
+        period_change=period_change(walk),
+    )
+
+
+def walked_cycle(walked: Run, walk: Walk, radius: float) -> Cycle:
+    """Measures over the last four whole steps of a walk, or fewer if there are no more."""
+    strikes = walk.heel_strike_time
+    count = min(LAST_STEPS, len(strikes) - 1)
+    none = np.zeros((0, 2))
+    if count < 1:
+        return Cycle(False, nan, nan, nan, nan, nan, nan, nan, none, nan, nan)
+    last = strikes[-1 - count :]
+    hip = walked.trajectory.at(last)[0][:, 0]
+    period, length = float(last[-1] - last[0]) / count, float(hip[-1] - hip[0]) / count
+    force, depth = peaks(walked.trajectory, radius, float(last[0]), float(last[-1]))
+    return Cycle(
+        solved=False,
         period_s=period,
         step_frequency_hz=1.0 / period,
         step_length_m=length,
         speed_m_s=length / period,
         double_stance_s=walk.double_stance(last),
-        peak_normal_force=float(force.max()) if force.size else float("nan"),
-        largest_penetration=float(np.where(held, depth, 0.0)[inside].max()),
-        period_change=float(np.ptp(periods)),
+        peak_normal_force=force,
+        largest_penetration=depth,
+        floquet_multipliers=none,
+        residual=nan,
+        period_change=period_change(walk),
     )
+
+
+def period_change(walk: Walk) -> float:
+    """Largest difference between the periods of the walk's last steps [s]; NaN without two of them."""
+    periods = np.diff(walk.heel_strike_time[-1 - LAST_STEPS :])
+    return float(np.ptp(periods)) if len(periods) else nan
+
+
+def peaks(trajectory: Trajectory, radius: float, start: float, end: float) -> tuple[float, float]:
+    """Largest normal force [N] on a foot and penetration [m] between two times [s], at the solver's own steps."""
+    inside = (trajectory.time >= start) & (trajectory.time <= end)
+    rows = trajectory.position, trajectory.velocity
+    depth = np.column_stack([foot_kinematics(*rows, leg, radius)[0] for leg in (0, 1)])
+    held = trajectory.in_play(trajectory.time)
+    force = trajectory.ground_reaction[inside, :, 1]
+    return float(force.max()) if force.size else nan, float(np.where(held, depth, 0.0)[inside].max())
+
+
+def unsettled(walked: Run, walk: Walk, cycle: Cycle, failure: str) -> str:
+    """Why a walk has not settled on a cycle, "" if it has. `failure` says why no fixed point was found."""
+    if not cycle.solved:
+        return f"no fixed point of its step was found ({failure})"
+    if cycle.largest_multiplier >= 1.0:
+        return f"its gait is unstable, largest multiplier {cycle.largest_multiplier:.3f} in magnitude"
+    if not walked.completed:
+        return f"its gait is stable, but the walk ended early: {walked.message or walked.outcome}"
+    strikes = walk.heel_strike_time
+    if len(strikes) < 2:
+        return "its gait is stable, but the walk has no whole step that could show it"
+    hip = walked.trajectory.at(strikes[-2:])[0][:, 0]
+    last = np.array([strikes[-1] - strikes[-2], hip[1] - hip[0]])
+    away = float(np.abs(last / [cycle.period_s, cycle.step_length_m] - 1.0).max())
+    if away > SETTLED_WITHIN:
+        return f"its gait is stable, but after {len(strikes)} steps the last one still differs by {100 * away:.1f} %"
+    return ""

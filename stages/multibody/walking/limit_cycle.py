@@ -1,36 +1,38 @@
-"""The multibody model's own gait: fixed point, period and multipliers of its step map, by finite differences.
-
-The section is mid-stance, where the stance leg is normal to the ground. There the state has ten free numbers: the hip's
-x does not matter, the stance angle is zero, and legs are named by role so that one step maps the section onto itself.
-"""
+"""The multibody model's own gait: fixed point, period and multipliers of its step map, by finite differences."""
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from stages.biped.design import Biped
 from stages.biped.quantity import quantity
 from stages.ground.contact_law import ContactLaw
+from stages.ground.normal_force import static_penetration
 from stages.ground.slope import Slope
-from stages.multibody.assembly.solver import Run
 from stages.multibody.assembly.state import PlanarState
 from stages.multibody.parameters import Settings
+from stages.multibody.walking.section import (
+    SCALES,
+    NoLimitCycle,
+    SectionStep,
+    mid_stance_after,
+    section_numbers,
+    section_state,
+)
 from stages.multibody.walking.walk import build, simulate
 
 SETTLING_STEPS = 8
-NEWTON_STEPS = 12
-# Scales in which the residual and the steps of the central differences are measured: m, rad, m/s, rad/s as below.
-SCALES = np.array([1e-2, 1e-1, 1e-2, 1e-2, 1e-1, 1e-1, 1.0, 1.0, 1e-1, 1e-1])
+NEWTON_STEPS = 16
+#: The derivative is made anew when an iteration leaves more than this of the residual, so often at most.
+SLOW, MOST_RENEWALS = 0.8, 4
+#: Times a change of the state is halved if the model does not take a step from it.
+HALVINGS = 4
 DIFFERENCE = 1e-4
-
-
-class NoLimitCycle(Exception):
-    """The model does not walk, or the iteration finds no fixed point; the message says which."""
+#: Numbers that lift the standing foot, hip y and its leg's length, and the share of its depth that they may change by.
+LIFTING, SHARE_OF_DEPTH = [0, 2], 0.4
 
 
 @dataclass(frozen=True)
@@ -48,38 +50,13 @@ class LimitCycle:
 
 
 @dataclass(frozen=True)
-class SectionStep:
-    """One step on the section: where it ends, as `section_numbers` (10,) and as a state, how long and wide it was."""
+class FixedPoint:
+    """Section numbers (10,) that a step changes by no more than `residual`, that step, and its derivative (10, 10)."""
 
     numbers: np.ndarray
-    state: PlanarState
-    duration: float
-    length: float
-    solver_steps: int
-
-
-def section_numbers(state: PlanarState) -> np.ndarray:
-    """Hip y; swing angle; lengths of stance and swing leg; hip velocity x, y; rates of angles and lengths: (10,).
-
-    Leg 0 is the stance leg.
-    """
-    _, swing = state.leg_angle
-    numbers = (state.hip_position[1], swing, *state.leg_length, *state.hip_velocity)
-    return np.array([*numbers, *state.leg_rate, *state.leg_length_rate])
-
-
-def section_state(numbers: np.ndarray, like: PlanarState) -> PlanarState:
-    """The state at x = 0 with these numbers; which feet are in play is taken from `like`."""
-    y, swing, stance_length, swing_length, across, upward, *rates = numbers.tolist()
-    return PlanarState(
-        hip_position=(0.0, y),
-        hip_velocity=(across, upward),
-        leg_angle=(0.0, swing),
-        leg_rate=(rates[0], rates[1]),
-        leg_length=(stance_length, swing_length),
-        leg_length_rate=(rates[2], rates[3]),
-        in_play=like.in_play,
-    )
+    step: SectionStep
+    residual: float
+    derivative: np.ndarray
 
 
 def limit_cycle(
@@ -91,75 +68,129 @@ def limit_cycle(
     tolerance: float = 1e-8,
     difference: float = DIFFERENCE,
 ) -> LimitCycle:
-    """Let the model settle from `state`, then find the fixed point by Newton's method with a kept derivative.
+    """The gait near `state`, a mid-stance, or, if there is none, near the end of a walk of some steps from it.
 
     `tolerance` is the residual wanted, `difference` the step of the finite differences, both in `SCALES`. For the
     defaults the integration's own tolerance should be 1e-10 or less. Raises NoLimitCycle.
     """
-    machine = build(biped, slope, contact, settings, signals=())
-
-    walked = 0
-
-    def walk(start: PlanarState, steps: int) -> SectionStep:
-        nonlocal walked
-        walked += steps
-        return mid_stance_after(simulate(biped, slope, contact, start, settings, steps=steps, assembly=machine))
-
-    settled = walk(state, SETTLING_STEPS)
-    numbers, like = settled.numbers, settled.state
-
-    def step(at: np.ndarray) -> SectionStep:
-        return walk(section_state(at, like), 1)
-
-    derivative = _derivative(step, numbers, difference)
-    after = step(numbers)
-    for _ in range(NEWTON_STEPS):
-        residual = float(np.abs((after.numbers - numbers) / SCALES).max())
-        if residual < tolerance:
-            break
-        numbers = numbers + np.linalg.solve(np.eye(10) - derivative, after.numbers - numbers)
-        after = step(numbers)
-    else:
-        raise NoLimitCycle(f"no fixed point within {NEWTON_STEPS} iterations, residual {residual:.1e}")
-    derivative = _derivative(step, numbers, difference)
-    values = np.linalg.eigvals(derivative)
-    values = values[np.lexsort((-values.imag, -np.abs(values)))]
-    multipliers = np.column_stack([values.real, values.imag])
+    walker = SectionWalker(biped, slope, contact, state, settings)
+    differences = walker.differences(difference)
+    try:
+        found = fixed_point(walker.step, section_numbers(state), tolerance, differences)
+    except NoLimitCycle:
+        settled = walker.walk(state, SETTLING_STEPS).numbers
+        found = fixed_point(walker.step, settled, tolerance, differences)
+    derivative = section_derivative(walker.step, found.numbers, differences)
+    multipliers = floquet_multipliers(derivative)
+    after = found.step
     return LimitCycle(
-        numbers, after.duration, after.length, derivative, multipliers, residual, after.solver_steps, walked
+        found.numbers,
+        after.duration,
+        after.length,
+        derivative,
+        multipliers,
+        found.residual,
+        after.solver_steps,
+        walker.steps_walked,
     )
 
 
-def _derivative(step: Callable[[np.ndarray], SectionStep], at: np.ndarray, difference: float) -> np.ndarray:
+class SectionWalker:
+    """A built model that takes steps from mid-stance to mid-stance, and counts them."""
+
+    def __init__(
+        self, biped: Biped, slope: Slope, contact: ContactLaw, state: PlanarState, settings: Settings
+    ) -> None:
+        self.model = biped, slope, contact
+        self.start, self.settings = state, settings
+        self.machine = build(biped, slope, contact, settings, signals=())
+        self.steps_walked = 0
+
+    def walk(self, start: PlanarState, steps: int) -> SectionStep:
+        """Walk from a mid-stance to the one after `steps` steps. Raises NoLimitCycle."""
+        self.steps_walked += steps
+        return mid_stance_after(
+            simulate(*self.model, start, self.settings, steps=steps, assembly=self.machine)
+        )
+
+    def step(self, numbers: np.ndarray) -> SectionStep:
+        """One step from section numbers (10,). Raises NoLimitCycle."""
+        return self.walk(section_state(numbers, self.start), 1)
+
+    def differences(self, size: float) -> np.ndarray:
+        """Steps of finite differences (10,), `size` in `SCALES`, but none that lifts the standing foot."""
+        biped, slope, contact = self.model
+        sunk = static_penetration(contact, biped.total_mass * slope.gravity)
+        steps = size * SCALES
+        steps[LIFTING] = np.minimum(steps[LIFTING], SHARE_OF_DEPTH * sunk)
+        return steps
+
+
+def fixed_point(
+    step: Callable[[np.ndarray], SectionStep],
+    numbers: np.ndarray,
+    wanted: float,
+    differences: np.ndarray,
+    derivative: np.ndarray | None = None,
+) -> FixedPoint:
+    """The fixed point of a step map near `numbers` (10,), to the residual `wanted`. Raises NoLimitCycle.
+
+    Newton's method; each step taken corrects the derivative (Broyden's rank one), which is made anew by finite
+    `differences` (10,) where the residual falls slowly. `derivative` (10, 10) of a similar model serves at first.
+    """
+    after, previous, renewals = step(numbers), np.inf, 0
+    for _ in range(NEWTON_STEPS):
+        moved = after.numbers - numbers
+        residual = float(np.abs(moved / SCALES).max())
+        if residual < wanted:
+            break
+        if derivative is None or (residual > SLOW * previous and renewals < MOST_RENEWALS):
+            derivative, renewals = section_derivative(step, numbers, differences, after), renewals + 1
+        previous = residual
+        change = np.linalg.solve(np.eye(10) - derivative, moved)
+        change, then = _taken(step, numbers, change)
+        scaled = change / SCALES
+        missed = then.numbers - after.numbers - derivative @ change
+        derivative = derivative + np.outer(missed, scaled / SCALES) / float(scaled @ scaled)
+        numbers, after = numbers + change, then
+    else:
+        raise NoLimitCycle(f"no fixed point within {NEWTON_STEPS} iterations, residual {residual:.1e}")
+    return FixedPoint(numbers, after, residual, np.eye(10) if derivative is None else derivative)
+
+
+def _taken(
+    step: Callable[[np.ndarray], SectionStep], numbers: np.ndarray, change: np.ndarray
+) -> tuple[np.ndarray, SectionStep]:
+    """A change of the section numbers from which the model takes a step: the one asked for, or a part of it."""
+    for _ in range(HALVINGS):
+        try:
+            return change, step(numbers + change)
+        except NoLimitCycle:
+            change = 0.5 * change
+    return change, step(numbers + change)
+
+
+def section_derivative(
+    step: Callable[[np.ndarray], SectionStep],
+    numbers: np.ndarray,
+    differences: np.ndarray,
+    after: SectionStep | None = None,
+) -> np.ndarray:
+    """Derivative (10, 10) of a step map by central differences, or by forward ones from the step `after` numbers."""
     columns = []
-    for index, scale in enumerate(SCALES):
+    for index, size in enumerate(differences):
         change = np.zeros(10)
-        change[index] = difference * scale
-        columns.append((step(at + change).numbers - step(at - change).numbers) / (2.0 * difference * scale))
+        change[index] = size
+        ahead = step(numbers + change).numbers
+        if after is None:
+            columns.append((ahead - step(numbers - change).numbers) / (2.0 * size))
+        else:
+            columns.append((ahead - after.numbers) / size)
     return np.column_stack(columns)
 
 
-def mid_stance_after(run: Run) -> SectionStep:
-    """The end of a run, brought to the moment in which the new stance leg is upright, with the legs named by role.
-
-    Raises NoLimitCycle if the run failed or does not end there.
-    """
-    if not run.completed:
-        raise NoLimitCycle(run.message or run.outcome)
-    trajectory = run.trajectory
-    stance = int(np.argmin(np.abs(trajectory.position[-1, 2:4])))
-
-    def lean(time: float) -> float:
-        return float(trajectory.at(np.array([time]))[0][0, 2 + stance])
-
-    behind = np.flatnonzero(trajectory.position[:, 2 + stance] > 0.0)
-    if not len(behind) or behind[-1] + 1 == len(trajectory.time):
-        raise NoLimitCycle("the step does not end in mid-stance")
-    before = behind[-1]  # the solver may take a step more than asked
-    moment = float(brentq(lean, trajectory.time[before], trajectory.time[before + 1], xtol=1e-15, rtol=8.9e-16))
-    state = trajectory.state_at(moment)
-    length = state.hip_position[0] - float(trajectory.position[0, 0])
-    if stance == 1:
-        pairs = ("leg_angle", "leg_rate", "leg_length", "leg_length_rate", "in_play")
-        state = dataclasses.replace(state, **{name: getattr(state, name)[::-1] for name in pairs})
-    return SectionStep(section_numbers(state), state, moment, length, run.solver_steps)
+def floquet_multipliers(derivative: np.ndarray) -> np.ndarray:
+    """Eigenvalues of a derivative of the step map, largest first, real and imaginary part, (10, 2)."""
+    values = np.linalg.eigvals(derivative)
+    values = values[np.lexsort((-values.imag, -np.abs(values)))]
+    return np.column_stack([values.real, values.imag])

@@ -6,7 +6,13 @@ from pathlib import Path
 from toystages.bounce.result import Result as Bounce
 from toystages.picture.result import Result
 
-CLAIM = "- {id: force, stated: 1 N, found: %.4g N, holds: false, why: it is another toy}\n"
+CLAIM = """headlines: [it is a toy]
+claims:
+- {id: force, section: "1", words: one newton, implies: 1 N, measured: %.4g N, verdict: does not hold, condition: "",
+   causes: [it is another toy], rests_on: [ground.gravity 9.81]}
+tables:
+- {title: Toys, columns: ["", toy], rows: [[weight, "2"]]}
+"""
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,38 @@
+"""From what was measured to the claims: each sentence of the paper with its four parts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from stages.comparison.claims.applies import OF_THE_METHOD, another_biped, rests_on
+from stages.comparison.claims.measured import Measured
+from stages.comparison.claims.paper import BIPED, SAYS
+from stages.comparison.claims.verdict import DOES_NOT_APPLY
+from stages.comparison.parameters import Parameters
+from stages.comparison.result import Claim
+
+
+def judge(parameters: Parameters, measured: Iterable[Measured]) -> tuple[Claim, ...]:
+    """A claim for all that was measured, in its order. Claims on the paper's biped are not judged for another one."""
+    return tuple(judged(parameters, one) for one in measured)
+
+
+def judged(parameters: Parameters, measured: Measured) -> Claim:
+    """One claim."""
+    says, judgement = SAYS[measured.ID], measured.judge(parameters.settings)
+    verdict, condition, causes = judgement.verdict, judgement.condition, judgement.reasons
+    differing = another_biped(parameters, OF_THE_METHOD if measured.METHOD else BIPED)
+    if differing:
+        verdict, condition = DOES_NOT_APPLY, ""
+        causes = (f"this is another biped than the sentence is about: {'; '.join(differing)}",)
+    return Claim(
+        id=measured.ID,
+        section=says.section,
+        words=says.words,
+        implies=says.implies,
+        measured=judgement.measured,
+        verdict=verdict,
+        condition=condition,
+        causes=causes,
+        rests_on=rests_on(parameters, measured.RESTS_ON),
+    )

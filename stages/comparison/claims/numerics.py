@@ -1,0 +1,129 @@
+"""Claims on computing: effort of constraints, rounding, stiff solvers. Work is counted in evaluations of the rates."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from stages.comparison.claims.measured import Measured
+from stages.comparison.claims.verdict import FAILS, HOLDS, HOLDS_IF, OPEN, Cause, Judgement, yes_or_no
+from stages.comparison.parameters import Settings
+
+RESTS_ON = ("tradeoff.resolution", "tradeoff.walked_steps", "ground.contact_stiffness")
+
+
+@dataclass(frozen=True)
+class ConstraintsReduceEffort(Measured):
+    """Evaluations a step at the same hip error [m], for both models, each by its cheapest way; NaN if unknown.
+
+    `stiffer` is the part by which a penalty step gets dearer as the contact's stiffness grows `stiffer_by` times.
+    """
+
+    ID = "constraints_reduce_effort"
+    RESTS_ON = RESTS_ON
+    METHOD = True
+
+    error: float
+    constraint: float
+    penalty: float
+    stiffer: float
+    stiffer_by: float
+
+    def judge(self, limits: Settings) -> Judgement:
+        ratio = self.penalty / self.constraint
+        verdict = yes_or_no(ratio > 1) if math.isfinite(ratio) else OPEN
+        return Judgement(
+            f"at a hip error of {self.error:.0e} m a step takes {self.constraint:.0f} evaluations with constraints, "
+            f"{self.penalty:.0f} with penalty contact",
+            verdict,
+            (
+                Cause(verdict == HOLDS, f"penalty contact takes {ratio:.1f} times the work"),
+                Cause(
+                    verdict == HOLDS and self.stiffer > 1,
+                    f"stiffness is what costs: {self.stiffer_by:g} times k_c takes {self.stiffer:.1f} times the steps",
+                ),
+                Cause(verdict == FAILS, f"penalty contact takes only {ratio:.2f} times the work"),
+                Cause(verdict == OPEN, "no way of one of the models reached this error"),
+            ),
+        )
+
+
+@dataclass(frozen=True)
+class TightTolerancesAddRounding(Measured):
+    """Hip error [m] at the tightest tolerance and at the one before, and the growth of evaluations from `paper` to it.
+
+    `way` is that way's name. Tolerances are dimensionless.
+    """
+
+    ID = "tight_tolerances_add_rounding"
+    RESTS_ON = ("tradeoff.walked_steps",)
+    METHOD = True
+
+    way: str
+    tightest: float
+    error: float
+    before: float
+    paper: float
+    cost: float
+
+    def judge(self, limits: Settings) -> Judgement:
+        known, rises = math.isfinite(self.error), self.error > self.before
+        return Judgement(
+            f"{self.way}: from a tolerance of {self.paper:g} to {self.tightest:g} evaluations grow {self.cost:.1f} "
+            f"times; the last tightening takes the hip's error from {self.before:.1e} to {self.error:.1e} m",
+            yes_or_no(rises) if known else OPEN,
+            (
+                Cause(known and rises, f"it makes the error {self.error / self.before:.1f} times larger"),
+                Cause(
+                    known and not rises,
+                    f"steps grow, as the paper says, but rounding stays below {self.error:.0e} m: the error falls to "
+                    "the tightest tolerance that was tried",
+                ),
+                Cause(not known, "one tolerance at most was measured"),
+            ),
+        )
+
+
+@dataclass(frozen=True)
+class StiffSolver(Measured):
+    """Evaluations a step of the paper's stiff solvers (or what stands in for them), and of the cheapest explicit way at
+    the same error: of the constraint model and of the penalty model. An implicit step counts one."""
+
+    ID = "stiff_solver"
+    RESTS_ON = RESTS_ON
+    METHOD = True
+
+    constraint_stiff: float
+    constraint_explicit: float
+    penalty_stiff: float
+    penalty_explicit: float
+
+    def judge(self, limits: Settings) -> Judgement:
+        pairs = (
+            ("constraint model", self.constraint_stiff, self.constraint_explicit),
+            ("penalty model", self.penalty_stiff, self.penalty_explicit),
+        )
+        known = [(name, stiff, explicit) for name, stiff, explicit in pairs if math.isfinite(stiff + explicit)]
+        won = [name for name, stiff, explicit in known if stiff <= explicit]
+        lost = [name for name, stiff, explicit in known if stiff > explicit]
+        verdict = OPEN if not known else HOLDS if not lost else FAILS if not won else HOLDS_IF
+        said = "; ".join(f"{name}: {stiff:.0f} by the stiff solver, {explicit:.0f} explicitly" for name, stiff, explicit
+                         in known)  # fmt: skip
+        return Judgement(
+            f"evaluations a step at the same error: {said}" if known else "no pair of solvers",
+            verdict,
+            (
+                Cause(
+                    bool(lost),
+                    f"an explicit solver takes less for the {' and the '.join(lost)}: legs and dampers do not make it "
+                    "stiff enough",
+                ),
+                Cause(
+                    bool(won),
+                    f"the stiff solver takes no more for the {' and the '.join(won)}, if one of its steps, with its "
+                    "linear solves, costs no more than an evaluation",
+                ),
+                Cause(not known, "no pair of stiff and explicit solvers was measured"),
+            ),
+            f"the {won[0]} is meant" if verdict == HOLDS_IF else "",
+        )

@@ -1,0 +1,183 @@
+"""Claims on the twin: settling, likeness to the simple model, pushes, the ramp."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from stages.comparison.claims.measured import Measured
+from stages.comparison.claims.paper import BLOCK_SETS, RAMP_M
+from stages.comparison.claims.verdict import (
+    FAILS,
+    HOLDS,
+    HOLDS_IF,
+    OPEN,
+    Cause,
+    Judgement,
+    percent,
+    yes_or_no,
+)
+from stages.comparison.parameters import Settings
+
+RESTS_ON = ("twin.inertia", "twin.parts", "twin.tolerance", "ground.contact_stiffness", "ground.stiction_velocity")
+PUSHES = ("sideways_speeds", "roll_rates", "yaw_rates", "yaw_angles")
+
+
+@dataclass(frozen=True)
+class TwinSettles(Measured):
+    """Steps until the twin has settled (-1: never), the first step's and the settled period [s], the twin's largest
+    multiplier (NaN if unknown)."""
+
+    ID = "twin_settles"
+    RESTS_ON = RESTS_ON
+
+    steps: int
+    first: float
+    period: float
+    multiplier: float
+
+    def judge(self, limits: Settings) -> Judgement:
+        settled = self.steps >= 0
+        return Judgement(
+            f"period and length within 1 % after step {self.steps}, then {1 / self.period:.4f} Hz"
+            if settled
+            else "period and length of a step do not settle in the steps walked",
+            yes_or_no(settled),
+            (
+                Cause(
+                    settled and self.first != self.period,
+                    f"the twin's fixed point is another: the first step is {percent(self.first / self.period - 1, 1)} "
+                    "longer in time than the settled ones",
+                ),
+                Cause(settled and self.multiplier < 1, f"a step leaves {self.multiplier:.2f} of a difference"),
+                Cause(settled, f"{self.steps} of the first steps are off the settled ones by more than 1 %"),
+                Cause(not settled, "period or length still change by more than 1 % in the last steps"),
+                Cause(not settled and self.multiplier >= 1, f"a step multiplies a difference by {self.multiplier:.2f}"),
+            ),
+        )
+
+
+@dataclass(frozen=True)
+class TwinLikeSimple(Measured):
+    """Rms difference over range (1) of hip forward, hip up and angular velocity at equal phase.
+
+    `details` are the changes of the step period [s] that the twin's details make, from the ladder; `period` [s] is the
+    step's; `assumed` whether a bill of parts, which the paper does not give, spreads the mass.
+    """
+
+    ID = "twin_like_simple"
+    RESTS_ON = RESTS_ON
+
+    forward: float
+    up: float
+    rate: float
+    details: tuple[tuple[str, float], ...]
+    period: float
+    assumed: bool
+
+    def judge(self, limits: Settings) -> Judgement:
+        worst = max(self.forward, self.up, self.rate)
+        alike = worst <= limits.similarity_limit
+        counts = limits.frequency_tolerance * self.period
+        large = [(name, change) for name, change in self.details if abs(change) > counts]
+        sizes = ", ".join(f"{name} {1e3 * change:+.1f} ms" for name, change in large)
+        total = sum(change for _, change in self.details)
+        cancels = len(large) > 1 and abs(total) < max(abs(change) for _, change in large)
+        return Judgement(
+            f"rms difference over range: hip forward {self.forward:.3f}, hip up {self.up:.3f}, angular velocity "
+            f"{self.rate:.3f}",
+            FAILS if not alike else HOLDS_IF if self.assumed else HOLDS,
+            (
+                Cause(alike, f"none is above {limits.similarity_limit:g}, which is called almost identical here"),
+                Cause(not alike, f"{worst:.2f} is above {limits.similarity_limit:g}"),
+                Cause(
+                    self.assumed,
+                    "the paper gives no parts; those of twin.yaml were balanced after the twin was seen to limp, so "
+                    "likeness is partly built in",
+                ),
+                Cause(
+                    cancels,
+                    f"details act against each other in the step's {1e3 * self.period:.0f} ms: {sizes}, together "
+                    f"{1e3 * total:+.1f} ms",
+                ),
+            ),
+            "mass is spread as in the bill of parts that twin.yaml assumes" if alike and self.assumed else "",
+        )
+
+
+@dataclass(frozen=True)
+class PushConverges(Measured):
+    """How many walks with another push along the path ended before their last step, of how many (the campaign's).
+
+    `limits_of` are, for each kind of push out of the plane, its unit, the largest size walked off and the smallest that
+    is not (infinite if none); `multiplier` is the twin's largest in the plane, `sideways` out of it.
+    """
+
+    ID = "push_converges"
+    RESTS_ON = (*RESTS_ON, "campaign.push_sd", *(f"twin_pushes.{key}" for key in PUSHES))
+
+    failed: int
+    pushes: int
+    limits_of: tuple[tuple[str, str, float, float], ...]
+    multiplier: float
+    sideways: float
+
+    def judge(self, limits: Settings) -> Judgement:
+        falls = [row for row in self.limits_of if math.isfinite(row[3])]
+        lost = [row[0] for row in self.limits_of if row[2] == 0]
+        along = self.failed == 0 and self.pushes > 0
+        verdict = FAILS if not along or lost else HOLDS_IF if falls else HOLDS
+        bounds = ", ".join(f"{kind} below {fatal:g} {unit}" for kind, unit, _, fatal in falls)
+        most = ", ".join(f"{kind} {survived:g} {unit}" for kind, unit, survived, _ in self.limits_of)
+        return Judgement(
+            f"{self.pushes} pushes along the path (synthetic): {self.failed} end in a fall; to the side the twin walks "
+            f"off {most}",
+            verdict,
+            (
+                Cause(along and self.multiplier < 1, f"in the plane a step leaves {self.multiplier:.2f} of it"),
+                Cause(bool(falls) and verdict == HOLDS_IF, "larger pushes to the side topple it within three steps"),
+                Cause(
+                    self.sideways > 0.9,
+                    f"its heading it keeps: to the side a step leaves {self.sideways:.4f} of a difference",
+                ),
+                Cause(verdict == HOLDS, "no push that was tried ends in a fall"),
+                Cause(not along, f"{self.failed} of {self.pushes + self.failed} pushes along the path end in a fall"),
+                Cause(bool(lost), f"even the smallest tried ends in a fall: {', '.join(lost)}"),
+            ),
+            f"a push to the side is small: {bounds}" if verdict == HOLDS_IF else "",
+        )
+
+
+@dataclass(frozen=True)
+class RampLength(Measured):
+    """What 11 sets one step [m] apart need [m], and how far the twin's feet come from the middle of their blocks.
+
+    `reach` [m] is the farthest that a standing foot of the twin comes from its block's middle, from landing to leaving,
+    NaN if it walks over fewer sets; `rolls` [m] how far it rolls; `block` [m] the block's length.
+    """
+
+    ID = "ramp_length"
+    RESTS_ON = ("twin.block_length", "twin.expected_step", "twin.inertia")
+
+    step: float
+    needed: float
+    reach: float
+    rolls: float
+    block: float
+
+    def judge(self, limits: Settings) -> Judgement:
+        room, on_blocks, known = self.needed <= RAMP_M, self.reach <= self.block / 2, math.isfinite(self.reach)
+        verdict = FAILS if not room else OPEN if not known else yes_or_no(on_blocks)
+        reach, half = f"{1e3 * self.reach:.0f} mm", f"{500 * self.block:.0f} mm"
+        return Judgement(
+            f"{BLOCK_SETS} sets {1e3 * self.step:.1f} mm apart need {self.needed:.2f} m; on them the twin's feet roll "
+            f"over {1e3 * self.rolls:.0f} mm and come no farther than {reach} from a block's middle",
+            verdict,
+            (
+                Cause(verdict == HOLDS, f"there are {RAMP_M - self.needed:.2f} m to spare"),
+                Cause(verdict == HOLDS, f"a block carries a foot up to {half} from its middle, the feet need {reach}"),
+                Cause(not room, f"{self.needed - RAMP_M:.2f} m are missing"),
+                Cause(room and known and not on_blocks, f"a foot leaves its block, which ends {half} from its middle"),
+                Cause(verdict == OPEN, "the twin walks fewer steps than there are sets"),
+            ),
+        )

@@ -1,0 +1,60 @@
+"""A verdict and its causes: what was measured is judged, and every cause is a predicate with its number."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+HOLDS, HOLDS_IF, FAILS, OPEN, DOES_NOT_APPLY = "holds", "holds if", "does not hold", "open", "does not apply"
+#: All verdicts, in the order in which they are counted.
+VERDICTS = (HOLDS, HOLDS_IF, FAILS, OPEN, DOES_NOT_APPLY)
+
+
+@dataclass(frozen=True)
+class Cause:
+    """A reason and whether it is true of what was measured."""
+
+    true: bool
+    words: str
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What was measured, in words, and what follows. `condition` completes the verdict "holds if"."""
+
+    measured: str
+    verdict: str
+    causes: tuple[Cause, ...]
+    condition: str = ""
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """The causes that are true."""
+        return tuple(cause.words for cause in self.causes if cause.true)
+
+
+def yes_or_no(holds: bool) -> str:
+    """The verdict of a claim without conditions."""
+    return HOLDS if holds else FAILS
+
+
+def mm(value: float) -> str:
+    """A length [m] in mm."""
+    return f"{1e3 * value:.2f} mm"
+
+
+def percent(share: float, digits: int = 2) -> str:
+    """A relative change with its sign."""
+    return f"{100 * share:+.{digits}f} %"
+
+
+#: Named lengths [m] with their signs, and by how much each may be more or less.
+Parts = tuple[tuple[str, float, float], ...]
+
+
+def listed(parts: Parts) -> str:
+    """Parts in words, largest first."""
+    said = []
+    for name, value, spread in sorted(parts, key=lambda part: -abs(part[1])):
+        either = f" ± {1e3 * spread:.2f}" if spread > 0 else ""
+        said.append(f"{name} {1e3 * value:+.2f}{either} mm")
+    return ", ".join(said)

@@ -1,0 +1,75 @@
+"""Determinants of gait (section 3.5): what gait analysis reads off a walk, for every model alike.
+
+Everything follows from the sampled walk and its events, over its last whole steps; so the models, and whatever else
+gives a walk, are measured by one rule.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.biped.quantity import quantity
+from stages.biped.walk import Walk
+
+#: Whole strides at the end of a walk over which determinants are taken.
+STRIDES = 2
+NAN = float("nan")
+
+
+@dataclass(frozen=True)
+class Determinants:
+    """Determinants of one gait, means over its last two strides; NaN where they are not known."""
+
+    step_frequency: float = quantity("Hz", "step frequency", default=NAN)
+    step_length: float = quantity("m", "step length", default=NAN)
+    speed: float = quantity("m/s", "speed", default=NAN)
+    froude_number: float = quantity("1", "Froude number, speed squared over g times leg length", default=NAN)
+    double_stance: float = quantity("s", "double stance in a step", default=NAN)
+    duty_factor: float = quantity("1", "duty factor, a leg's stance over its stride", default=NAN)
+    hip_excursion: float = quantity("m", "rise and fall of the hip", default=NAN)
+    speed_variation: float = quantity("1", "largest less smallest forward speed of the hip, over the mean", default=NAN)
+    strike_angle: float = quantity("deg", "leg angle at heel strike", default=NAN)
+    swing_range: float = quantity("deg", "range of a leg's angle", default=NAN)
+    foot_clearance: float = quantity("m", "largest clearance of the swing foot", default=NAN)
+    scuff_depth: float = quantity("m", "depth of the swing foot below ground at mid-swing", default=NAN)
+    leg_compression: float = quantity("m", "largest compression of a leg", default=NAN)
+
+
+def of_walk(walk: Walk, radius: float, leg_length: float, gravity: float) -> Determinants:
+    """Determinants of a walk with feet of `radius` [m] on legs of `leg_length` [m]; empty if it has no whole stride.
+
+    A foot is in stance from its heel strike to its toe-off. Clearance is eq. (3): hip height less the leg's.
+    """
+    strikes, count = walk.heel_strike_time, min(2 * STRIDES, (len(walk.heel_strike_time) - 1) // 2 * 2)
+    if count < 2:
+        return Determinants()
+    start, end = strikes[-1 - count], strikes[-1]
+    inside = (walk.time >= start) & (walk.time <= end)
+    hip_x = np.interp([start, end], walk.time, walk.hip_position[:, 0])
+    period, length = (end - start) / count, float(hip_x[1] - hip_x[0]) / count
+    angle, legs = walk.leg_angle[inside], walk.leg_length[inside]
+    clearance = walk.hip_position[inside, 1, None] - (legs - radius) * np.cos(angle) - radius
+    ahead = [
+        abs(float(np.interp(time, walk.time, walk.leg_angle[:, int(leg)])))
+        for time, leg in zip(strikes[-1 - count : -1], walk.heel_strike_leg[-1 - count : -1])
+    ]
+    double = walk.double_stance(strikes[-1 - count : -1])
+    speeds, speed = walk.hip_velocity[inside, 0], length / period
+    return Determinants(
+        step_frequency=1 / period,
+        step_length=length,
+        speed=speed,
+        froude_number=speed**2 / (gravity * leg_length),
+        double_stance=double,
+        duty_factor=(period + double) / (2 * period),
+        hip_excursion=float(np.ptp(walk.hip_position[inside, 1])),
+        speed_variation=float(np.ptp(speeds)) / speed,
+        strike_angle=math.degrees(float(np.mean(ahead))),
+        swing_range=math.degrees(float(np.ptp(angle))),
+        foot_clearance=float(clearance.max()),
+        scuff_depth=max(0.0, -float(clearance.min())),
+        leg_compression=leg_length - float(legs.min()),
+    )

@@ -1,0 +1,121 @@
+"""Numbers of the claims on contact and on figure 8."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from stages.comparison.claims import contact, figure_8
+from stages.comparison.evidence import studies, walks
+from stages.comparison.evidence.evidence import NAN, Evidence
+from stages.comparison.hip_motion import overlay
+from stages.contact_study.limit_result import COMPLETED
+from stages.error_budget.effects import SLIP, UNEXPLAINED
+from stages.error_budget.split import POSITION
+
+
+def twice_differentiated(e: Evidence) -> contact.TwiceDifferentiated:
+    slip, descent = walks.landing_velocity(e.results.analytic.walk, e.parameters.biped.foot_radius)
+    return contact.TwiceDifferentiated(float(np.abs(e.results.analytic.constraint_drift).max()), slip, descent)
+
+
+def rolling_without_slip(e: Evidence) -> contact.RollingWithoutSlip:
+    analytic, friction = e.results.analytic, e.parameters.contact.static_friction
+    strike = max(analytic.validity.impulse_friction_trailing, analytic.validity.impulse_friction_landing)
+    outside = walks.outside_the_cone(analytic.walk, friction)
+    return contact.RollingWithoutSlip(friction, analytic.validity.friction_single_stance, strike, *outside)
+
+
+def contact_set(e: Evidence) -> contact.ContactSet:
+    study = e.results.contact_study
+    rows = study.variations.rows("contact_stiffness")
+    force, value = study.variations.normal_force[rows], study.variations.value[rows]
+    default, now = study.default.law.contact_stiffness, study.default.normal_force
+    better = np.flatnonzero(force < now)
+    near = np.abs(np.log(value / default))
+    least = int(better[np.argmin(near[better])]) if len(better) else int(np.argmin(np.nan_to_num(force, nan=np.inf)))
+    stiffest = int(np.argmax(np.where(np.isfinite(force), value, -np.inf)))
+    return contact.ContactSet(
+        now, float(force[least]), float(value[least] / default), float(force[stiffest]),
+        float(value[stiffest] / default),
+    )  # fmt: skip
+
+
+def contact_set_figure_8(e: Evidence) -> contact.ContactSetFigure8:
+    study, v = e.results.contact_study, e.results.contact_study.variations
+    rows = v.rows("contact_stiffness")
+    alone = np.append(v.hip_position[rows].max(axis=1), study.default.hip_position.max())
+    values = np.append(v.value[rows], study.default.law.contact_stiffness)
+    best = int(np.nanargmin(alone)) if np.isfinite(alone).any() else 0
+    slips = [(float(v.hip_position[row].max()), float(v.value[row])) for row in v.rows("stiction_velocity")]
+    other = min((pair for pair in slips if math.isfinite(pair[0])), default=(NAN, NAN))
+    creep = study.default.creep_velocity
+    moves = creep * e.results.analytic.gait.period_s
+    return contact.ContactSetFigure8(float(alone[best]), float(values[best]), creep, moves, *other)
+
+
+def friction_velocities(e: Evidence) -> contact.FrictionVelocities:
+    limits, length, study = e.parameters.settings, e.results.analytic.gait.step_length_m, e.results.contact_study
+    found = []
+    for key in ("stiction_velocity", "friction_velocity"):
+        factors, changes = studies.hip_changes(study, key, length)
+        turning = studies.turning_factor(factors, changes, limits.unaffected_limit)
+        halved, doubled = (studies.at(factors, changes, factor) for factor in (0.5, 2.0))
+        found.append(contact.FrictionVelocities(
+            "the hip's place after one step, in step lengths,", key, turning, halved, doubled,
+            study.default.creep_velocity,
+        ))  # fmt: skip
+    return min(found, key=lambda one: one.turning)
+
+
+def hip_displacement(e: Evidence) -> figure_8.HipDisplacement:
+    analytic, multibody = e.results.analytic, e.results.multibody
+    two = overlay(analytic.walk, multibody.walk, 2 * analytic.gait.period_s).position
+    limit, cycle = e.results.contact_study.limit, slip_between_cycles(e)
+    budget, hardest = e.results.error_budget.step, None
+    if limit is not None:
+        known = [(share, one) for share, one in zip(limit.family_share, limit.family) if one.outcome == COMPLETED]
+        hardest = min(known, key=lambda pair: float(pair[0]), default=None)
+    return figure_8.HipDisplacement(
+        float(limit.hard.hip_position.max()) if limit is not None else NAN,
+        cycle[0],
+        float(e.models.same_start.position.max()),
+        float(np.abs(two).max()),
+        float(e.models.settled.position.max()),
+        studies.ends(budget.split) if budget is not None else (),
+        float(limit.ground.hip_position.max()) if limit is not None else NAN,
+        float(hardest[1].hip_position.max()) if hardest is not None else NAN,
+        float(hardest[0]) if hardest is not None else NAN,
+    )
+
+
+def hip_velocity(e: Evidence) -> figure_8.HipVelocity:
+    study = e.results.contact_study
+    step = float(study.limit.hard.hip_velocity.max()) if study.limit is not None else NAN
+    inside = float(study.ground.impact_velocity.max())
+    return figure_8.HipVelocity(step, slip_between_cycles(e)[1], float(e.models.same_start.velocity.max()), inside)
+
+
+def slip_between_cycles(e: Evidence) -> tuple[float, float]:
+    """Largest differences of hip position [m] and velocity [m/s] between the cycles of the two constraint models, at
+    equal phase over a stride, impacts included."""
+    budget = e.results.error_budget.cycle
+    sizes = np.abs(budget.split.part(SLIP)).max(axis=0) if budget is not None else np.full(4, NAN)
+    return float(sizes[:2].max()), float(sizes[2:].max())
+
+
+def integration_tolerance(e: Evidence) -> figure_8.IntegrationTolerance:
+    budget = e.results.error_budget
+    if budget.step is None:
+        return figure_8.IntegrationTolerance(budget.outcome, NAN, NAN, NAN, (), NAN, NAN)
+    split = budget.step.split
+    return figure_8.IntegrationTolerance(
+        budget.outcome,
+        float(budget.step.paper_integration[:, :2].max()),
+        split.peak(split.total, POSITION),
+        split.peak(split.part(UNEXPLAINED), POSITION),
+        studies.ends(split),
+        split.explained(POSITION),
+        budget.cycle.split.explained(POSITION) if budget.cycle is not None else NAN,
+    )

@@ -1,0 +1,41 @@
+"""Numbers of the claims on the gait."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from stages.analytic.gait.sensitivity import OUTSOLE
+from stages.analytic.result import Result as Analytic
+from stages.comparison.claims import gait
+from stages.comparison.evidence import studies
+from stages.comparison.evidence.evidence import NAN, Evidence, largest
+
+
+def step_frequency(analytic: Analytic) -> gait.StepFrequency:
+    return gait.StepFrequency(analytic.gait.step_frequency_hz, studies.rounding(analytic.variations))
+
+
+def stable_gait(e: Evidence) -> gait.StableGait:
+    rung = next((rung for rung in e.results.twin_ladder.rungs if rung.found), None)
+    known = rung is not None and rung is e.results.twin_ladder.rungs[0]
+    planar = largest(rung.plane_multipliers) if rung is not None and known else NAN
+    return gait.StableGait(largest(e.results.analytic.gait.floquet_multipliers), planar)
+
+
+def multipliers_minimised(analytic: Analytic) -> gait.MultipliersMinimised:
+    options = [
+        (value, f"{variation.name} {sign}{100 * variation.change:.0f} %")
+        for variation in analytic.variations
+        if variation.name != OUTSOLE
+        for value, sign in ((variation.multiplier_below, "-"), (variation.multiplier_above, "+"))
+        if math.isfinite(value)
+    ]
+    return gait.MultipliersMinimised(largest(analytic.gait.floquet_multipliers), *min(options, default=(NAN, "")))
+
+
+def chaos_amplifies(analytic: Analytic) -> gait.ChaosAmplifies:
+    steps, matrix = len(analytic.walk.heel_strike_time), analytic.monodromy_matrix
+    sizes = [float(np.linalg.norm(np.linalg.matrix_power(matrix, n), 2)) for n in range(1, max(steps, 1) + 1)]
+    return gait.ChaosAmplifies(largest(analytic.gait.floquet_multipliers), max(sizes), sizes[-1], len(sizes))

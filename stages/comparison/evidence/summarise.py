@@ -1,0 +1,32 @@
+"""The summary of the study's biped."""
+
+from __future__ import annotations
+
+import math
+
+from stages.comparison.evidence.evidence import NAN, Evidence, largest
+from stages.comparison.evidence.of_numerics import constraints_reduce_effort
+from stages.comparison.summary import BipedSummary
+
+
+def summarise(e: Evidence) -> BipedSummary:
+    """The summary of the study's biped."""
+    analytic, validity, rung = e.results.analytic, e.results.analytic.validity, e.results.twin_ladder.twin
+    models, work = e.models, constraints_reduce_effort(e)
+    return BipedSummary(
+        analytic.gait.step_frequency_hz,
+        analytic.gait.step_length_m,
+        models.period_difference,
+        models.step_length_difference,
+        float(models.same_start.position.max()),
+        e.twin.step_frequency,
+        largest(analytic.gait.floquet_multipliers),
+        largest(rung.plane_multipliers) if rung is not None else NAN,
+        validity.friction_single_stance,
+        max(validity.impulse_friction_landing, validity.impulse_friction_trailing),
+        e.parameters.contact.static_friction,
+        math.sin(e.parameters.slope.angle),
+        work.constraint,
+        work.penalty,
+        work.error,
+    )

@@ -1,0 +1,32 @@
+"""What the comparison reads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stages.analytic.result import Result as Analytic
+from stages.campaign.result import Result as Campaign
+from stages.contact_study.result import Result as ContactStudy
+from stages.error_budget.result import Result as ErrorBudget
+from stages.imu.result import Result as Ingested
+from stages.multibody.result import Result as Multibody
+from stages.tradeoff.result import Result as Tradeoff
+from stages.twin.result import Result as Twin
+from stages.twin_ladder.result import Result as TwinLadder
+from stages.twin_pushes.result import Result as TwinPushes
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """The results that are compared and judged."""
+
+    analytic: Analytic
+    multibody: Multibody
+    contact_study: ContactStudy
+    error_budget: ErrorBudget
+    twin: Twin
+    twin_ladder: TwinLadder
+    twin_pushes: TwinPushes
+    tradeoff: Tradeoff
+    campaign: Campaign
+    imu: Ingested

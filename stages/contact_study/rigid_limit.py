@@ -1,0 +1,73 @@
+"""Contact sets measured from the rigid limit: the search, its choice, and the choice's family towards the limit."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from stages.contact_study.choice import choose
+from stages.contact_study.constraint_models import ConstraintModel, constraint_model
+from stages.contact_study.distance import Ruler, hard_limit
+from stages.contact_study.hardening import member
+from stages.contact_study.limit_result import Candidates, Distance, RigidLimit
+from stages.contact_study.one_step import Scene
+from stages.contact_study.parameters import Parameters
+from stages.contact_study.result import VARIED
+from stages.ground.contact_law import ContactLaw
+from stages.ground.friction_coefficients import Friction
+
+#: A searched set is given up before heel strike if the solver tries more steps than a choice may take, by a factor for
+#: those it repeats, and than these.
+REPEATED, LEAST_STEPS = 1.5, 1000
+SHARE_OF_SEARCH = 0.7
+
+
+def from_rigid_limit(
+    parameters: Parameters, scene: Scene, said: Callable[[float], None]
+) -> tuple[RigidLimit, Candidates]:
+    """The search and its choice, all measured from the rigid limit. Raises NoGait or StepFailed if there is none."""
+    settings = parameters.settings
+
+    def constraints(friction: Friction | None) -> ConstraintModel:
+        return constraint_model(
+            parameters.biped, parameters.slope, friction, scene.mid_stance, settings.constraint_tolerance,
+            settings.sampling_rate_hz,
+        )  # fmt: skip
+
+    rolling, coulomb = constraints(None), constraints(parameters.contact.coefficients)
+    beside = dataclasses.replace(scene, walk=coulomb.walk)
+    ruler = Ruler(beside, coulomb, settings)
+    law = parameters.default_set.law(parameters.contact)
+    default = ruler.between_cycles(ruler.over_a_step(law), split=False)
+    dear = math.ceil(max(LEAST_STEPS, REPEATED * settings.cost_limit * default.solver_steps))
+    frugal = dataclasses.replace(scene.solver, most_solver_steps=dear)
+    search = Ruler(dataclasses.replace(beside, solver=frugal), coulomb, settings)
+    chosen, finalists, candidates = choose(
+        default,
+        settings,
+        search.over_a_step,
+        lambda found: ruler.between_cycles(found, split=True),
+        lambda done: said(SHARE_OF_SEARCH * done),
+    )
+    family: list[Distance] = []
+    for share in settings.family_shares:
+        said(SHARE_OF_SEARCH + (1 - SHARE_OF_SEARCH) * len(family) / len(settings.family_shares))
+        family.append(ruler.between_cycles(ruler.over_a_step(member(chosen.law, share)), split=False))
+    ground = parameters.contact
+    return RigidLimit(
+        hard=hard_limit(beside, rolling, coulomb),
+        default=default,
+        chosen=chosen,
+        ground=chosen if same_set(ground, chosen.law) else ruler.between_cycles(ruler.over_a_step(ground), split=True),
+        finalists=finalists,
+        family_share=np.array(settings.family_shares),
+        family=tuple(family),
+    ), candidates
+
+
+def same_set(one: ContactLaw, other: ContactLaw) -> bool:
+    """Whether two laws have the same values of all parameters that the study varies."""
+    return all(getattr(one, key) == getattr(other, key) for key in VARIED)

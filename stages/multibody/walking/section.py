@@ -1,0 +1,84 @@
+"""The section of the step map: mid-stance, where the stance leg is normal to the ground.
+
+There the state has ten free numbers: the hip's x does not matter, the stance angle is zero, and legs are named by role
+so that one step maps the section onto itself.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from stages.multibody.assembly.solver import Run
+from stages.multibody.assembly.state import PlanarState
+
+# Scales in which the residual and the steps of the central differences are measured: m, rad, m/s, rad/s as below.
+SCALES = np.array([1e-2, 1e-1, 1e-2, 1e-2, 1e-1, 1e-1, 1.0, 1.0, 1e-1, 1e-1])
+
+
+class NoLimitCycle(Exception):
+    """The model does not walk, or the iteration finds no fixed point; the message says which."""
+
+
+@dataclass(frozen=True)
+class SectionStep:
+    """One step on the section: where it ends, as `section_numbers` (10,) and as a state, how long and wide it was."""
+
+    numbers: np.ndarray
+    state: PlanarState
+    duration: float
+    length: float
+    solver_steps: int
+
+
+def section_numbers(state: PlanarState) -> np.ndarray:
+    """Hip y; swing angle; lengths of stance and swing leg; hip velocity x, y; rates of angles and lengths: (10,).
+
+    Leg 0 is the stance leg.
+    """
+    _, swing = state.leg_angle
+    numbers = (state.hip_position[1], swing, *state.leg_length, *state.hip_velocity)
+    return np.array([*numbers, *state.leg_rate, *state.leg_length_rate])
+
+
+def section_state(numbers: np.ndarray, like: PlanarState) -> PlanarState:
+    """The state at x = 0 with these numbers; which feet are in play is taken from `like`."""
+    y, swing, stance_length, swing_length, across, upward, *rates = numbers.tolist()
+    return PlanarState(
+        hip_position=(0.0, y),
+        hip_velocity=(across, upward),
+        leg_angle=(0.0, swing),
+        leg_rate=(rates[0], rates[1]),
+        leg_length=(stance_length, swing_length),
+        leg_length_rate=(rates[2], rates[3]),
+        in_play=like.in_play,
+    )
+
+
+def mid_stance_after(run: Run) -> SectionStep:
+    """The end of a run, brought to the moment in which the new stance leg is upright, with the legs named by role.
+
+    Raises NoLimitCycle if the run failed or does not end there.
+    """
+    if not run.completed:
+        raise NoLimitCycle(run.message or run.outcome)
+    trajectory = run.trajectory
+    stance = int(np.argmin(np.abs(trajectory.position[-1, 2:4])))
+
+    def lean(time: float) -> float:
+        return float(trajectory.at(np.array([time]))[0][0, 2 + stance])
+
+    behind = np.flatnonzero(trajectory.position[:, 2 + stance] > 0.0)
+    if not len(behind) or behind[-1] + 1 == len(trajectory.time):
+        raise NoLimitCycle("the step does not end in mid-stance")
+    before = behind[-1]  # the solver may take a step more than asked
+    moment = float(brentq(lean, trajectory.time[before], trajectory.time[before + 1], xtol=1e-15, rtol=8.9e-16))
+    state = trajectory.state_at(moment)
+    length = state.hip_position[0] - float(trajectory.position[0, 0])
+    if stance == 1:
+        pairs = ("leg_angle", "leg_rate", "leg_length", "leg_length_rate", "in_play")
+        state = dataclasses.replace(state, **{name: getattr(state, name)[::-1] for name in pairs})
+    return SectionStep(section_numbers(state), state, moment, length, run.solver_steps)

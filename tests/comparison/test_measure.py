@@ -1,0 +1,166 @@
+"""Numbers of claims are those of the walks and studies they are taken from."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from made_up import make_budget, make_study, make_walk
+
+from stages.comparison.determinants import Determinants, of_walk
+from stages.comparison.evidence import studies, walks
+from stages.comparison.tables import side_by_side
+from stages.error_budget.effects import CREEP, SLIP
+from stages.tradeoff.result import Errors, Row
+
+RADIUS = 0.08
+
+
+def rolling(steps=12, step=0.16, speed=0.32, count=20_001):
+    """A walk on rigid legs of 0.333 m whose standing feet roll and stand `step` apart; the legs change at once."""
+    period = step / speed
+    time = np.linspace(0.0, steps * period, count)
+    place = speed * time  # of the hip
+    number = np.floor(time / period + 0.5).astype(int)  # of the stance, the first at mid-stance
+    hip, centre = place - number * step, np.zeros((count, 2))
+    angle = np.zeros((count, 2))
+    # a foot that rolls: its centre is at number * step + RADIUS theta, and the hip (L - r) sin(theta) ahead of that
+    lean = np.interp(hip, RADIUS * (grid := np.linspace(-1, 1, 20_001)) + 0.253 * np.sin(grid), grid)
+    for leg in (0, 1):
+        stands = number % 2 == leg
+        angle[:, leg] = np.where(stands, -lean, lean)
+        centre[:, leg] = np.where(stands, number * step + RADIUS * lean, place)
+    strikes = (np.arange(steps) + 0.5) * period
+    walk = make_walk()
+    pair = np.zeros((count, 2))
+    return dataclasses.replace(
+        walk, time=time, hip_position=np.column_stack([place, RADIUS + 0.253 * np.cos(lean)]),
+        hip_velocity=np.column_stack([np.full(count, speed), np.zeros(count)]), leg_angle=angle,
+        leg_rate=np.gradient(angle, time, axis=0), leg_length=pair + 0.333, leg_length_rate=pair,
+        heel_strike_time=strikes, heel_strike_leg=(np.arange(steps) + 1) % 2,
+        toe_off_time=strikes + 1e-9, toe_off_leg=np.arange(steps) % 2,
+    )  # fmt: skip
+
+
+def test_feet_that_stand_one_step_apart_reach_as_far_as_they_roll():
+    walk = rolling()
+    reach, rolls = walks.block_reach(walk, RADIUS, 0.16, 11)
+    assert rolls == pytest.approx(2 * reach, rel=1e-3)
+    assert reach == pytest.approx(RADIUS * np.abs(walk.leg_angle).max(), rel=3e-3)
+    off, _ = walks.block_reach(walk, RADIUS, 0.15, 11)
+    assert off == pytest.approx(reach + 10 * 0.01, rel=1e-2), "ten steps of 10 mm too much"
+    assert math.isnan(walks.block_reach(rolling(steps=6), RADIUS, 0.16, 11)[0])
+
+
+def test_determinants_of_a_known_walk():
+    found = of_walk(rolling(), RADIUS, 0.333, 9.81)
+    assert found.step_length == pytest.approx(0.16, rel=1e-6) and found.speed == pytest.approx(0.32, rel=1e-6)
+    assert found.step_frequency == pytest.approx(2.0, rel=1e-9)
+    assert found.duty_factor == pytest.approx(0.5, abs=1e-6), "legs that change at once"
+    assert found.froude_number == pytest.approx(0.32**2 / (9.81 * 0.333))
+    widest = math.degrees(np.abs(rolling().leg_angle).max())
+    assert found.strike_angle == pytest.approx(widest, rel=1e-2)
+    assert found.swing_range == pytest.approx(2 * widest, rel=1e-2)
+    assert found.speed_variation == 0.0 and found.scuff_depth == pytest.approx(0.0, abs=1e-4)
+    assert found.leg_compression == pytest.approx(0.0, abs=1e-12)
+    longer = dataclasses.replace(rolling(), toe_off_time=rolling().heel_strike_time + 0.05)
+    assert of_walk(longer, RADIUS, 0.333, 9.81).duty_factor == pytest.approx(0.55)
+
+
+def test_what_a_gait_does_not_tell_stays_empty():
+    title, columns, rows = side_by_side("title", {"one": Determinants(step_frequency=2.0), "two": Determinants()})
+    assert (title, columns) == ("title", ("", "one", "two"))
+    assert rows[0] == ("step frequency [Hz]", "2", "") and rows[1][1:] == ("", "")
+    assert rows[4][0] == "double stance in a step [ms]"
+    assert of_walk(make_walk(steps=2), RADIUS, 0.333, 9.81).speed_variation != 0, "NaN"
+
+
+def test_a_foot_lands_with_the_velocity_of_its_contact_point():
+    """The made-up landing leg swings by a known rate; its contact point slips and sinks as the kinematics say."""
+    leg, strike = 0, 1.0303
+    walk = dataclasses.replace(make_walk(), heel_strike_time=np.array([strike]), heel_strike_leg=np.array([leg]))
+    at = {name: np.array([np.interp(strike, walk.time, column) for column in np.atleast_2d(getattr(walk, name).T)])
+          for name in ("hip_velocity", "leg_angle", "leg_rate", "leg_length", "leg_length_rate")}  # fmt: skip
+    angle, rate, centre = at["leg_angle"][leg], at["leg_rate"][leg], at["leg_length"][leg] - RADIUS
+    along = np.array([np.sin(angle), -np.cos(angle)])
+    across = np.array([np.cos(angle), np.sin(angle)])
+    velocity = at["hip_velocity"] + at["leg_length_rate"][leg] * along + centre * rate * across
+    slip, descent = walks.landing_velocity(walk, RADIUS)
+    assert slip == pytest.approx(abs(velocity[0] + RADIUS * rate), rel=1e-3)
+    assert descent == pytest.approx(-velocity[1], rel=1e-3)
+
+
+def test_shares_outside_of_the_friction_cone_are_those_of_a_known_ramp():
+    """The trailing foot's normal force falls to nothing while the tangential one stays: outside for half the time."""
+    walk = make_walk()
+    strike, leg = walk.heel_strike_time[-1], int(walk.heel_strike_leg[-1])
+    share = np.clip((walk.time - strike) / 0.02, 0, 1)
+    force = np.zeros((len(walk.time), 2, 2))
+    force[:, 1 - leg, 0], force[:, 1 - leg, 1] = 1.0, 2.0 * (1 - share)
+    walk = dataclasses.replace(walk, ground_reaction=force)
+    time, impulse = walks.outside_the_cone(walk, 1.0)
+    assert time == pytest.approx(0.5, abs=0.03) and impulse == pytest.approx(time, abs=1e-9)
+    assert walks.outside_the_cone(walk, 1e9)[0] < 0.01
+    never = dataclasses.replace(walk, toe_off_time=walk.toe_off_time - 10)
+    assert walks.outside_the_cone(never, 1.0) == (0.0, 0.0)
+
+
+def test_the_turning_factor_lies_where_the_change_reaches_the_limit():
+    factors, changes = [0.25, 0.5, 2.0], [-0.03, -0.005, 0.002]
+    halfway = 2 * 2 ** (0.005 / 0.025)
+    assert studies.turning_factor(factors, changes, 0.01) == pytest.approx(halfway)
+    assert studies.turning_factor(factors, changes, 0.1) == math.inf
+    assert studies.turning_factor([0.5, 2.0], [0.02, 0.04], 0.01) == pytest.approx(2**0.25)
+
+
+def test_hip_changes_are_taken_from_adams_set_in_step_lengths():
+    study = make_study(hip=1e-3)
+    factors, changes = studies.hip_changes(study, "stiction_velocity", 0.1)
+    assert factors == [0.5, 2.0] and changes == pytest.approx([-5e-3, 1e-2])
+    assert studies.at(factors, changes, 2.0) == pytest.approx(1e-2) and math.isnan(studies.at([], [], 2.0))
+
+
+def test_rounding_adds_the_worst_of_every_printed_digit():
+    def variation(name, below, above):
+        return SimpleNamespace(name=name, change=0.05, frequency_below=below, frequency_above=above)
+
+    alone = studies.rounding([variation("hip_mass", 2.1, 2.0)])
+    assert alone == pytest.approx(1.0 * 5e-4 / 0.316)
+    both = studies.rounding([variation("hip_mass", 2.1, 2.0), variation("leg_length", 2.0, 2.1)])
+    assert both == pytest.approx(alone + 5e-4 / 0.333)
+    unknown = [variation("outsole", math.nan, 2.0), variation("hip_mass", math.nan, 2.0)]
+    assert studies.rounding(unknown) == 0.0
+
+
+def test_least_work_is_that_of_the_cheapest_way_at_the_error():
+    def row(way, error, cost, outcome="completed"):
+        return Row("model", way, "", "paper" if way == "BDF" else "", outcome, Errors(error, 0, 0, 0), cost, 1e-6, 1e-3)
+
+    rows = [row("slow", 1e-4, 300.0), row("slow", 1e-8, 900.0), row("BDF", 1e-6, 200.0), row("fell", 1e-9, 1.0, "fell")]
+    assert studies.least_work(rows, 1e-6) == 200.0
+    assert studies.least_work(filter(studies.explicit, rows), 1e-6) == pytest.approx(300 * 3**0.5)
+    assert math.isnan(studies.least_work(rows, 1e-12))
+    assert studies.of_the_paper(rows, "model").way == "BDF" and studies.of_the_paper(rows, "other") is None
+
+
+def test_ends_name_the_parts_that_count():
+    parts = {name: (value, spread) for name, value, spread in studies.ends(make_budget().step.split)}
+    assert parts[SLIP] == pytest.approx((3e-4 * 0.48, 0.0))
+    assert parts[CREEP] == pytest.approx((-5e-4 * 0.48, 5e-5 * 0.48)), "with its interval"
+    assert len(parts) == 3, "neither integration nor what is left unexplained"
+
+
+def test_pushes_correlate_with_frequencies_that_follow_them():
+    random = np.random.default_rng(1)
+    pushes = random.normal(1, 0.04, (30, 2))
+    truths = [SimpleNamespace(name=str(i), stance_push=a, swing_push=b) for i, (a, b) in enumerate(pushes)]
+    follows = {run.name: 2.0 + run.stance_push for run in truths}
+    found = studies.pushes_and_frequency(truths, follows)
+    assert found[0] == pytest.approx(1.0) and found[2] == pytest.approx(1.0)
+    assert found[1] == pytest.approx(0.361, abs=5e-4), "the 5 % level of 30 pairs in any table"
+    alone = studies.pushes_and_frequency(truths, {run.name: float(random.normal()) for run in truths})
+    assert abs(alone[0]) < 0.5 and alone[2] < 0.3
+    assert all(math.isnan(value) for value in studies.pushes_and_frequency(truths, {**follows, "a lab's": 2.0}))

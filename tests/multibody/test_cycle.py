@@ -1,0 +1,181 @@
+"""The gait as a fixed point with its multipliers, and walks that do not settle, which are called so."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.walk.recording import crossing_state
+from stages.ground.contact_law import ContactLaw
+from stages.multibody.assembly.state import rolling_state
+from stages.multibody.result import FrictionVariation, Result, changes, crossing
+from stages.multibody.walking.cycle import Model, search, solve, solved_cycle
+from stages.multibody.walking.friction_study import vary_friction
+from stages.multibody.walking.limit_cycle import fixed_point, limit_cycle
+from stages.multibody.walking.section import SCALES, NoLimitCycle, SectionStep
+from stages.multibody.walking.walk import sample, simulate
+
+FIXED = np.linspace(0.2, 1.1, 10) * SCALES
+BASIS = np.eye(10) + 0.1 * np.random.default_rng(3).normal(size=(10, 10))
+MULTIPLIERS = np.array([-1.9, 0.6, 0.3, 0.01, *np.zeros(6)])
+MAP = BASIS @ np.diag(MULTIPLIERS) @ np.linalg.inv(BASIS)
+
+
+def bent(numbers):
+    """A step map with the multipliers above, not linear."""
+    off = (numbers - FIXED) / SCALES
+    return SectionStep(FIXED + SCALES * (MAP @ off + 0.5 * off**2), None, 0.5, 0.16, 100)
+
+
+def test_an_unstable_fixed_point_of_a_bent_map_is_found():
+    found = fixed_point(bent, FIXED + 0.02 * SCALES, 1e-10, 1e-6 * SCALES)
+    assert found.residual < 1e-10
+    assert found.numbers / SCALES == pytest.approx(FIXED / SCALES, abs=1e-9)
+
+
+def test_a_kept_derivative_is_corrected_on_the_way():
+    taken = []
+
+    def counted(numbers):
+        taken.append(numbers)
+        return bent(numbers)
+
+    similar = 1.05 * MAP * SCALES[:, None] / SCALES
+    found = fixed_point(counted, FIXED + 0.02 * SCALES, 1e-8, 1e-6 * SCALES, similar)
+    assert found.numbers / SCALES == pytest.approx(FIXED / SCALES, abs=1e-7)
+    assert len(taken) < 10  # a derivative alone would take ten
+
+
+def test_a_map_without_fixed_point_is_told():
+    def drift(numbers):
+        return SectionStep(numbers + SCALES, None, 0.5, 0.16, 100)
+
+    with pytest.raises(NoLimitCycle, match="no fixed point within"):
+        fixed_point(drift, FIXED, 1e-6, 1e-4 * SCALES)
+
+
+@pytest.fixture(scope="module")
+def from_gait(biped, slope, contact, settings):
+    """Model, mid-stance of the constraint model's gait and a walk from it, for changes of biped, slope or ground."""
+
+    def prepared(steps, slope_deg=2.0, contact=contact, **changed):
+        machine, ground = dataclasses.replace(biped, **changed), dataclasses.replace(slope, slope_deg=slope_deg)
+        walker, point = find_gait(machine, ground, 1e-9, None)
+        upright = walker.stance_state(crossing_state(walker, point.z, 1e-9))
+        state = rolling_state(machine, contact, upright, 9.4)
+        model = Model(machine, ground, contact, dataclasses.replace(settings, tolerance=1e-7))
+        walked = simulate(machine, ground, contact, state, model.settings, steps=steps)
+        return model, state, walked, sample(walked.trajectory, ground, machine.foot_radius, 500.0)
+
+    return prepared
+
+
+def test_a_step_from_the_cycle_ends_on_it_and_a_walk_settles_there(from_gait):
+    model, state, walked, walk = from_gait(12)
+    cycle, reason, gait = solve(model, state, walked, walk)
+    assert cycle.solved and not reason
+    assert cycle.residual < 1e-5
+    again = model.walker(state).step(gait.section_state)
+    assert np.abs((again.numbers - gait.section_state) / SCALES).max() < 1e-5
+    periods = np.diff(walk.heel_strike_time)
+    shrunk = abs(periods[-1] - cycle.period_s) / abs(periods[1] - cycle.period_s)
+    assert 0.0 < shrunk < 2.0 * cycle.largest_multiplier ** (len(periods) - 2)
+    assert cycle.peak_normal_force > 9.4 and cycle.double_stance_s == pytest.approx(
+        walk.double_stance(walk.heel_strike_time[-2:]), rel=0.02
+    )
+
+
+def test_a_short_walk_has_not_settled_yet(from_gait):
+    model, state, walked, walk = from_gait(2, slope_deg=2.0, hip_mass=0.2)
+    far = dataclasses.replace(state, hip_velocity=(1.1 * state.hip_velocity[0], state.hip_velocity[1]))
+    walked = simulate(model.biped, model.slope, model.contact, far, model.settings, steps=2)
+    walk = sample(walked.trajectory, model.slope, model.biped.foot_radius, 500.0)
+    cycle, reason, _ = solve(model, state, walked, walk)
+    assert cycle.solved and "after 2 steps the last one still differs by" in reason
+
+
+@pytest.mark.parametrize("changed", [{"slope_deg": 6.0}, {"damping": 0.0}, {"leg_inertia": 0.003}])
+def test_a_walk_that_does_not_settle_is_called_so(from_gait, changed):
+    """Twelve steps of these are finished on this ground, with periods that differ by 17 to 21 %."""
+    ground = ContactLaw(3e5, 2.2, 3e4, 1e-4, 1.1, 1.0, 0.03, 1.0)
+    model, state, walked, walk = from_gait(3, contact=ground, **changed)
+    assert walked.completed
+    cycle, reason, _ = solve(model, state, walked, walk)
+    assert cycle.solved and cycle.residual < 1e-5
+    assert cycle.largest_multiplier > 1.05 and reason.startswith("its gait is unstable, largest multiplier")
+
+
+@pytest.mark.slow
+def test_a_gait_that_is_not_found_is_told(from_gait):
+    """Undamped legs on softer ground: the constraint model's gait is no start from which one is found."""
+    model, state, walked, walk = from_gait(3, damping=0.0)
+    cycle, reason, _ = solve(model, state, walked, walk)
+    assert not cycle.solved and reason.startswith("no fixed point of its step was found (")
+
+
+def test_without_a_fixed_point_the_walk_is_measured(from_gait, monkeypatch):
+    model, state, walked, walk = from_gait(3)
+
+    def none(*_):
+        raise NoLimitCycle("the walker fell")
+
+    monkeypatch.setattr("stages.multibody.walking.cycle.search", none)
+    cycle, reason, gait = solve(model, state, walked, walk)
+    assert gait is None and not cycle.solved and reason == "no fixed point of its step was found (the walker fell)"
+    assert cycle.period_s == pytest.approx(np.diff(walk.heel_strike_time).mean())
+    assert np.isnan(cycle.largest_multiplier) and np.isnan(cycle.residual)
+    given = {field.name: None for field in dataclasses.fields(Result)}
+    energy = SimpleNamespace(relative_residual=1e-8)
+    said = {"outcome": "completed", "steps": 3, "settled": False, "unsettled": reason, "cycle": cycle, "energy": energy}
+    assert "does not settle: no fixed point" in Result(**(given | said)).summary()
+
+
+@pytest.mark.slow
+def test_multipliers_agree_with_fine_central_differences(from_gait):
+    model, state, _, _ = from_gait(1)
+    found = search(model, state)
+    fine = dataclasses.replace(model.settings, tolerance=1e-10)
+    full = limit_cycle(model.biped, model.slope, model.contact, state, fine)
+    assert found.floquet_multipliers[:3, 0] == pytest.approx(full.floquet_multipliers[:3, 0], abs=1.5e-3)
+    assert found.period_s == pytest.approx(full.period_s, abs=1e-6)
+    walk = sample(simulate(model.biped, model.slope, model.contact, state, fine, steps=1).trajectory, model.slope,
+                  model.biped.foot_radius, 500.0)  # fmt: skip
+    assert solved_cycle(dataclasses.replace(model, settings=fine), state, found, walk).period_s == pytest.approx(
+        full.period_s, abs=1e-7
+    )
+
+
+def variation(factor, period, length):
+    return FrictionVariation("stiction_velocity", factor, period, length)
+
+
+def test_the_factor_at_which_a_limit_is_crossed_is_interpolated():
+    rows = (variation(0.5, 0.5, 0.1605), variation(1.0, 0.5, 0.16), variation(2.0, 0.5, 0.1592),
+            variation(4.0, 0.51, 0.1568))  # fmt: skip
+    below, above = crossing(rows, "stiction_velocity", 0.0075)
+    assert np.isnan(below)  # 0.3 % at the half, and nothing computed beyond
+    assert above == pytest.approx(2.0 * 2.0 ** ((0.0075 - 0.005) / (0.02 - 0.005)))
+    assert crossing(rows, "stiction_velocity", 0.01)[1] > above
+    assert crossing((*rows, variation(0.25, np.nan, np.nan)), "stiction_velocity", 0.0075)[1] == above
+
+
+@pytest.mark.slow
+def test_the_friction_study_solves_what_a_long_walk_runs_into(from_gait):
+    """From Adams' stiction velocity, halving it lengthens the step by 0.9 %, doubling it shortens it by 1.9 %."""
+    model, state, _, _ = from_gait(1)
+    rows = vary_friction(model, model.contact, state, search(model, state))
+    in_length = {(row.name, row.factor): length for row, _, length in changes(rows)}
+    assert in_length["stiction_velocity", 0.5] == pytest.approx(0.009, abs=0.001)
+    assert in_length["stiction_velocity", 2.0] == pytest.approx(-0.019, abs=0.001)
+    assert abs(in_length["friction_velocity", 2.0]) < 1e-4
+    below, above = crossing(rows, "stiction_velocity", 0.01)
+    assert 0.25 < below < 0.5 and 1.0 < above < 2.0
+    doubled = dataclasses.replace(model.contact, stiction_velocity=0.2)
+    run = simulate(model.biped, model.slope, doubled, state, model.settings, steps=25)
+    strikes = sample(run.trajectory, model.slope, model.biped.foot_radius, 500.0).heel_strike_time
+    solved = next(row for row in rows if (row.name, row.factor) == ("stiction_velocity", 2.0))
+    assert strikes[-1] - strikes[-2] == pytest.approx(solved.period_s, rel=3e-5)
+
+
