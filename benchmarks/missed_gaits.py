@@ -17,8 +17,9 @@ from multiprocessing import get_context
 
 import numpy as np
 
-from stages.analytic.errors import StepFailed
-from stages.analytic.gait.gait_search import DISTINCT, by_stability, find_gaits, is_walking
+from stages.analytic.errors import NoGait, StepFailed
+from stages.analytic.gait.gait_search import find_gait, find_gaits
+from stages.analytic.gait.newton import by_stability, is_new, is_walking
 from stages.analytic.gait.poincare import FixedPoint, fixed_point, poincare_map
 from stages.analytic.gait.search_starts import start_coordinates
 from stages.analytic.model.walker import Vector, Walker, build_walker
@@ -61,7 +62,7 @@ def drawn(seed: int, index: int) -> tuple[Biped, Slope]:
 
 def random_start(walker: Walker, rng: np.random.Generator) -> Vector:
     """Section coordinates of a landing, the swing and axial rates scattered."""
-    z = start_coordinates(walker, float(rng.uniform(0.01, 0.7)), float(rng.uniform(0.02, 1.4)))
+    z = start_coordinates(walker, float(rng.uniform(0.01, 1.0)), float(rng.uniform(0.02, 2.0)))
     z[2 if walker.rigid else 4] += rng.normal(0, 0.1)
     return z
 
@@ -87,10 +88,17 @@ def walked_gaits(walker: Walker, rng: np.random.Generator) -> list[FixedPoint]:
     for _ in range(STARTS):
         z = settled(walker, random_start(walker, rng), known)
         point = None if z is None else fixed_point(walker, z, 1e-10)
-        if point is not None and is_walking(point) and by_stability(point) < 1:
-            if all(np.abs(point.z - other.z).max() > DISTINCT for other in known):
-                known.append(point)
+        if point is not None and is_walking(point) and by_stability(point) < 1 and is_new(known, point):
+            known.append(point)
     return known
+
+
+def found_first(biped: Biped, slope: Slope) -> FixedPoint | None:
+    """The gait that `gait` shows, if any."""
+    try:
+        return find_gait(biped, slope, 1e-10)[1]
+    except NoGait:
+        return None
 
 
 def judged(task: tuple[int, int]) -> Missed | None:
@@ -102,22 +110,22 @@ def judged(task: tuple[int, int]) -> Missed | None:
     if not known:
         return None
     began = time.process_time()
-    quick = find_gaits(walker, 1e-10, unstable=False)
+    quick = found_first(biped, slope)
     between = time.process_time()
     every = find_gaits(walker, 1e-10, unstable=True)
     end = time.process_time()
     omitted = sum(all(np.abs(point.z - other.z).max() > 1e-5 for other in every) for point in known)
-    stable = any(by_stability(point) < 1 for point in quick)
+    stable = quick is not None and by_stability(quick) < 1
     return Missed(index, biped.legs, len(known), stable, omitted, between - began, end - between)
 
 
-def judgements(seed: int, designs: int) -> Iterator[tuple[int, Missed]]:
-    """Number of designs drawn so far and the judgement, of so many designs that walk."""
+def judgements(seed: int, designs: int) -> Iterator[Missed]:
+    """The judgement of so many designs that walk."""
     with get_context("spawn").Pool(2) as pool:
         walking = 0
-        for index, found in enumerate(pool.imap(judged, ((seed, index) for index in range(50 * designs)), 4)):
+        for found in pool.imap(judged, ((seed, index) for index in range(50 * designs)), 4):
             if found is not None:
-                yield index + 1, found
+                yield found
                 walking += 1
                 if walking == designs:
                     return
@@ -126,8 +134,8 @@ def judgements(seed: int, designs: int) -> Iterator[tuple[int, Missed]]:
 def main() -> None:
     """Print what is missed, and counts."""
     seed, designs = (int(text) for text in (sys.argv[1:] + ["1", "300"][len(sys.argv) - 1 :]))
-    found, drawn_so_far = [], 0
-    for drawn_so_far, one in judgements(seed, designs):
+    found: list[Missed] = []
+    for one in judgements(seed, designs):
         found.append(one)
         if not one.found_stable or one.omitted:
             print(f"  design {one.index} ({one.legs}): stable gaits known {one.known}, "
@@ -138,7 +146,7 @@ def main() -> None:
         print(f"{legs}: {len(mine)} walk; no stable gait found on {sum(not one.found_stable for one in mine)}, "
               f"--all omits {sum(one.omitted for one in mine)} of {sum(one.known for one in mine)}; "
               f"search {np.median(quick):.3f} s (at most {quick.max():.2f}), --all {np.median(whole):.3f} s")
-    print(f"of {drawn_so_far} designs drawn with seed {seed}")
+    print(f"of {found[-1].index + 1} designs drawn with seed {seed}")
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from pipeline.cache import processor
 from pipeline.execution.job import Job, Task, packed
 from pipeline.home import engine
 
@@ -47,7 +48,7 @@ class Worker:
                 stdout=subprocess.PIPE,
                 stderr=errors,
                 cwd=engine(),
-                env={**os.environ, **_SETTINGS, "PYTHONPATH": path},
+                env={**os.environ, **_SETTINGS, **processor.settings(), "PYTHONPATH": path},
                 start_new_session=os.name == "posix",
             )
         threading.Thread(target=self._listen, args=(tell,), daemon=True).start()

@@ -11,7 +11,8 @@ from scipy.interpolate import interp1d
 
 from stages.biped.walk import SENSOR_SIGNALS, Walk
 from stages.comparison.measurement import MeasurementAgreement
-from stages.contact_study.result import VARIED, Candidates, OneStep, Result, Variations
+from stages.contact_study.limit_result import COMPLETED
+from stages.contact_study.result import VARIED, OneStep, Result, Variations
 from stages.error_budget.convergence import Convergence
 from stages.error_budget.effects import CREEP, EFFECTS, IMPACT, SLIP, UNEXPLAINED
 from stages.error_budget.result import CycleBudget, StepBudget
@@ -19,6 +20,7 @@ from stages.error_budget.result import Result as Budget
 from stages.error_budget.split import Split
 from stages.ground.contact_law import ContactLaw
 from stages.imu.trial.agreement import Agreement, FrequencyDifference
+from tests.contact_study.made_up import make_candidates, make_limit
 
 DEFAULTS = ContactLaw(1e5, 2.2, 1e4, 1e-4, 1.1, 1.0, 0.1, 1.0)
 
@@ -105,11 +107,10 @@ def make_study(hip: float = 2e-3, chosen: float = 2e-4, ground_is_choice: bool =
         solver_steps=np.full(rows, 600),
         force=bump * (1 + 0.1 * np.arange(rows))[:, None, None],
     )
-    one = np.array([1.0])
-    candidates = Candidates(one, one, one, one, ("completed",), one, one, one, one, one.astype(int), one, one)
+    best = make_step(hip=chosen)
     return Result(
-        time, make_step(hip=hip), bump, variations, candidates, make_step(hip=chosen), bump, make_step(hip=chosen),
-        ground_is_choice,
+        time, make_step(hip=hip), bump, variations, make_candidates(DEFAULTS, hip), COMPLETED,
+        make_limit(DEFAULTS, hip, chosen), best, bump, best, ground_is_choice,
     )  # fmt: skip
 
 

@@ -15,7 +15,6 @@ from stages.ground.normal_force import normal_force
 from stages.ground.slope import Slope
 from stages.multibody.assembly.contact import SYMBOLS, add_connector, symbolic_user_function
 from stages.multibody.assembly.quiet_exudyn import items, symbolic
-from stages.twin.machine.contact import SLIDE
 from stages.twin.machine.machine import Machine
 from stages.twin.machine.tree import SpatialTree
 
@@ -62,7 +61,9 @@ class ConnectorTree(SpatialTree):
             self.laws.append(symbolic_user_function(self.mbs, edge_law(self.point, float(radius))))
             for z in (lane - half, lane + half):
                 circle = items.MarkerKinematicTreeRigid(
-                    objectNumber=self.tree, linkNumber=SLIDE[leg], localPosition=[0.0, float(radius - length), float(z)]
+                    objectNumber=self.tree,
+                    linkNumber=self.foot_link(leg),
+                    localPosition=[0.0, float(radius - length), float(z)],
                 )
                 self.edges[leg // 2].append(add_connector(self.mbs, plane, circle, self.laws[-1]))
 

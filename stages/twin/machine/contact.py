@@ -27,6 +27,8 @@ compiled = kept_with_ground(Path(__file__).parent)
 X, Y, Z, YAW, ROLL, PITCH, HINGE = 0, 1, 2, 3, 4, 5, 8
 SLIDE = (6, 7, 9, 10)
 COUNT = 11
+#: Rows that a machine with rigid legs has: in its tree there are no slides. Everywhere else its slides stay zero.
+RIGID_ROWS = (0, 1, 2, 3, 4, 5, 8)
 
 
 def point_law(contact: ContactLaw) -> PointLaw:
@@ -104,13 +106,29 @@ def generalized_force(
     return feet_forces(q, v, in_play, feet, law)[0]
 
 
+@compiled
+def rigid_generalized_force(
+    q: np.ndarray, v: np.ndarray, in_play: np.ndarray, feet: np.ndarray, law: PointLaw
+) -> np.ndarray:
+    """The same for rigid legs: coordinates, rates and generalized forces are those of `RIGID_ROWS`, (7,)."""
+    place, motion, total = np.zeros(11), np.zeros(11), np.zeros(7)
+    for row in range(7):
+        wide = row if row < 6 else 8
+        place[wide], motion[wide] = q[row], v[row]
+    force = feet_forces(place, motion, in_play, feet, law)[0]
+    for row in range(7):
+        total[row] = force[row if row < 6 else 8]
+    return total
+
+
 def solver_force(
-    in_play: np.ndarray, feet: np.ndarray, law: PointLaw
+    in_play: np.ndarray, feet: np.ndarray, law: PointLaw, rigid: bool = False
 ) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
     """`generalized_force` of coordinates and rates, found once: numba's search by type would take twice the call."""
-    state = np.zeros(COUNT)
-    generalized_force(state, state, np.zeros(2), feet, law)
-    typeof, dispatcher = cast(Any, numba.typeof), cast(Any, generalized_force)
+    state = np.zeros(len(RIGID_ROWS) if rigid else COUNT)
+    force = rigid_generalized_force if rigid else generalized_force
+    force(state, state, np.zeros(2), feet, law)
+    typeof, dispatcher = cast(Any, numba.typeof), cast(Any, force)
     found = dispatcher.get_overload(tuple(typeof(argument) for argument in (state, state, in_play, feet, law)))
     return lambda q, v: found(q, v, in_play, feet, law)
 

@@ -38,6 +38,7 @@ class Machine:
     Per leg: `lane` z of the foot's middle [m], `radius` [m], `length` hip to foot bottom unloaded [m], `stiffness`
     [N/m], `damping` [N s/m]. `half_width` [m] of a foot's cylinder, `bearing_friction` [N m s].
     Of the design, without outsole [m]: `drawn_length` of a leg, `drawn_foot_com` from the hip axis up to a foot's mass.
+    Feet do not slide on `rigid` legs, whatever their stiffness and damping.
     """
 
     bodies: tuple[Body, ...]
@@ -50,6 +51,7 @@ class Machine:
     bearing_friction: float
     drawn_length: float
     drawn_foot_com: float
+    rigid: bool
 
     @property
     def mass(self) -> float:
@@ -89,6 +91,7 @@ def build(biped: Biped, settings: Settings, departure: Build = AS_DRAWN) -> Mach
         bearing_friction=settings.bearing_friction,
         drawn_length=biped.leg_length,
         drawn_foot_com=biped.foot_com - biped.leg_length,
+        rigid=biped.legs == "rigid",
     )
 
 
