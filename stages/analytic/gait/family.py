@@ -12,7 +12,6 @@ from stages.analytic.gait.poincare import FixedPoint, fixed_point, iterate
 from stages.analytic.model.walker import Vector, Walker
 from stages.biped.progress import Progress, ignore
 
-
 #: Just beyond its doubling a family has a multiplier this near to 1; other cycles may lie close by.
 NEWBORN = 0.3
 
