@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from stages.biped.accuracy import Accuracy, accuracy
 from stages.biped.design import Biped
-from stages.biped.outsole import Rubber
+from stages.biped.outsole.rubber import Rubber
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope

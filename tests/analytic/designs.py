@@ -11,7 +11,7 @@ from stages.analytic.model.walker import Vector, Walker, build_walker
 from stages.analytic.phases.section import section_state
 from stages.analytic.phases.transitions import foot_clearance
 from stages.biped.design import Biped
-from stages.biped.outsole import Rubber
+from stages.biped.outsole.rubber import Rubber
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 

@@ -8,7 +8,7 @@ import pytest
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.outsole_effect import outsole_effect, zero_of
 from stages.analytic.gait.sensitivity import Neighbours
-from stages.biped.outsole import soled
+from stages.biped.outsole.rubber import soled
 from tests.analytic.designs import RUBBER, SLOPE, TABLE_1
 
 

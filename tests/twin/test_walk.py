@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.biped.outsole import soled
+from stages.biped.outsole.rubber import soled
 from stages.biped.sampling_times import uniform_times
 from stages.multibody.assembly.state import rolling_state
 from stages.multibody.walking.scuffing import FELL, STALLED

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from stages.analytic.gait.sensitivity import Neighbours
-from stages.biped.outsole import FEET, Rubber, soled
+from stages.biped.outsole.rubber import FEET, Rubber, soled
 from stages.biped.quantity import quantity
 
 #: Steps of the secant method: the frequency is nearly linear in the mass, each leaves less than a hundredth.

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.design import Biped
+from stages.biped.outsole.ring_sector import RingSector, ring_sector
 from stages.biped.quantity import Bound, parameter
-from stages.biped.ring_sector import RingSector, ring_sector
 
 #: Feet of a leg: the machine's legs are pairs.
 FEET = 2
