@@ -8,7 +8,7 @@ TEST := .venv/installed-test
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PYTEST := $(BIN)/python -m pytest -n 2
 
-.PHONY: install readme study test test-slow check lint coverage test-floor lock clean
+.PHONY: install readme study test test-slow check lint coverage audit test-floor lock clean
 
 install: $(STUDY)
 
@@ -34,14 +34,20 @@ check: lint
 lint: $(TEST)
 	$(BIN)/ruff check .
 
-# Which lines the quick tests reach. Compiled functions and stages in worker processes are not seen. The tool only
-# counts, so it is not pinned.
+# Which lines the quick tests reach. Compiled functions and stages in worker processes are not seen.
 coverage: $(TEST)
-	$(PIP) install 'coverage>=7'
+	$(PIP) install --require-hashes -r requirements/coverage.txt
 	$(BIN)/python -m coverage run --source pipeline,stages -m pytest -q
 	$(BIN)/python -m coverage report --skip-covered --sort cover
 
-# The quick tests with the lowest versions that pyproject.toml allows, in an environment of their own.
+# Known vulnerabilities of what is pinned: asks PyPI, and ends with an error if there are any.
+audit: | $(BIN)/python
+	$(PYTHON) -m venv .venv-audit
+	.venv-audit/bin/python -m pip --disable-pip-version-check --quiet install --require-hashes -r requirements/audit.txt
+	for file in requirements/*.txt; do .venv-audit/bin/pip-audit --require-hashes --disable-pip -r $$file || exit; done
+
+# The quick tests with the lowest versions that pyproject.toml allows, in an environment of their own. The one install
+# without hashes: it takes what the package index has for these bounds, so run it where that may be trusted.
 FLOOR := .venv-floor/bin/python
 test-floor:
 	$(PYTHON) -m venv .venv-floor
@@ -55,6 +61,7 @@ $(BIN)/python:
 	$(PYTHON) -m venv .venv
 
 $(STUDY): requirements/study.txt pyproject.toml | $(BIN)/python
+	@$(BIN)/python -m pipeline.wheels
 	$(PIP) install --require-hashes -r requirements/study.txt
 	$(PIP) install --no-deps --no-build-isolation --editable .
 	$(BIN)/bipedstudy gait >/dev/null  # compiles the equations of motion, once for all commands and tests
@@ -70,6 +77,8 @@ LOCK := uv pip compile --universal --python-version 3.10 --generate-hashes --no-
 lock:
 	echo 'setuptools>=77' | $(LOCK) --extra test pyproject.toml - --output-file requirements/test.txt
 	echo 'setuptools>=77' | $(LOCK) --constraint requirements/test.txt pyproject.toml - --output-file requirements/study.txt
+	echo 'coverage>=7' | $(LOCK) --constraint requirements/test.txt - --output-file requirements/coverage.txt
+	echo 'pip-audit>=2.7' | $(LOCK) - --output-file requirements/audit.txt
 
 clean:
-	rm -rf .venv .venv-floor build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf .venv .venv-floor .venv-audit build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache

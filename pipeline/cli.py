@@ -13,6 +13,7 @@ import click
 
 from pipeline.errors import BAD_INPUT, FAILED, Stopped, StudyError, nearest
 
+_BY_SIGNAL = 128
 _COMMANDS = {
     "run-all": "run_all",
     "run": "run",
@@ -25,6 +26,7 @@ _COMMANDS = {
     "sweep": "sweep",
     "init": "init",
     "doctor": "doctor",
+    "clean": "clean",
 }
 
 
@@ -89,7 +91,10 @@ def cli() -> None:
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:
-    """Run the command line; ends the process with 0, 1 (a stage failed), 2 (bad input) or 3 (the answer is no)."""
+    """Run the command line; ends the process with 0, 1 (a stage failed), 2 (bad input) or 3 (the answer is no).
+
+    Stopped by a signal it ends with 128 and the signal's number: 130 by Ctrl-C, 143 by SIGTERM.
+    """
     signal.signal(signal.SIGTERM, _interrupt)
     try:
         code = cli.main(args=arguments, prog_name="bipedstudy", standalone_mode=False)
@@ -138,6 +143,7 @@ def _say(sentences: Any, code: int) -> int:
 
 
 def _interrupt(number: int, frame: Any) -> None:
+    Stopped.exit_code = _BY_SIGNAL + number
     raise KeyboardInterrupt
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import importlib.metadata
 import os
+import platform
 import shutil
 import sys
 import tempfile
@@ -12,6 +13,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import pipeline.wheels
+from pipeline.cache import processor
 from pipeline.home import home
 from pipeline.study import Study, shown
 
@@ -31,6 +34,7 @@ class Finding:
 
 def examine(study: Study) -> Iterator[Finding]:
     """Look at everything, in the order in which trouble is most likely."""
+    yield wheels()
     yield exudyn()
     yield versions(home() / "requirements/study.txt")
     if not study.borrowed:
@@ -40,6 +44,13 @@ def examine(study: Study) -> Iterator[Finding]:
     yield free_space(Path.cwd() if study.borrowed else study.results)
     count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     yield Finding("cores", GOOD, f"{count}")
+    yield Finding("linear algebra", GOOD, processor.words())
+
+
+def wheels() -> Finding:
+    """Whether compiled packages exist for this machine."""
+    missing = pipeline.wheels.missing()
+    return Finding("machine", BAD if missing else GOOD, missing or f"{platform.system()} on {platform.machine()}")
 
 
 def exudyn() -> Finding:

@@ -29,7 +29,7 @@ class StageFailed(StudyError):
 
 
 class Stopped(StudyError):
-    """Somebody stopped it; the sentence says what is kept."""
+    """Somebody stopped it; the sentence says what is kept. By another signal than Ctrl-C the code is another one."""
 
     exit_code = 130
 

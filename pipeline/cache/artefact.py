@@ -1,6 +1,7 @@
 """Results as HDF5: a dataclass becomes a group, each field a dataset with unit, symbol and description.
 
-The same result gives the same bytes on every run: no clock time, no machine, one library version, fields in order.
+The same numbers give the same bytes on every run: no clock time, one library version, fields in order. Whether a stage
+finds the same numbers to the last bit is another matter: on another processor it may not (`processor.py`).
 A field `files` (path -> content) is not stored here; the pipeline writes it beside the artefact.
 """
 

@@ -43,7 +43,10 @@ def entry_modules(stage: Stage, package: str) -> tuple[str, ...]:
 
 
 def key(parts: Ingredients) -> str:
-    """The cache key: a hash of the ingredients, independent of machine, folder and time."""
+    """The cache key: a hash of the ingredients, independent of machine, folder and time.
+
+    On one machine the same key means the same bytes; on another processor, the same numbers within rounding errors.
+    """
     return durable.digest(json.dumps(parts, sort_keys=True, separators=(",", ":")).encode())[:32]
 
 

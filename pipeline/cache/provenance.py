@@ -1,4 +1,4 @@
-"""What an artefact says of its own making: the same on every machine and at every time."""
+"""What an artefact says of its own making: nothing of time, folder or machine, but whose linear algebra was taken."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from pipeline.cache import fingerprint
+from pipeline.cache import fingerprint, processor
 from pipeline.cache.fingerprint import Ingredients, compact
 
 
@@ -18,6 +18,7 @@ def attributes(parts: Ingredients, requests: Iterable[Any] = ()) -> dict[str, st
         "parameters": parameter_text(parts["parameters"]),
         **{request.NAME: said for request in requests if (said := _asked(parts, request))},
         "versions": _lines(parts["versions"]),
+        "linear algebra": processor.words(),
         "inputs": _lines(parts["inputs"]),
         "code": json.dumps(parts["code"], indent=1, sort_keys=True),
     }

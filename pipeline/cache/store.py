@@ -129,6 +129,10 @@ class Store:
         record = self._last(stage)
         return self.entry(record["key"]) if record and record["complete"] else None
 
+    def last_keys(self) -> set[str]:
+        """Keys of the entries whose files were last put into the results folder, completed or not."""
+        return {record["key"] for stage in self.outs if (record := self._last(stage)) is not None}
+
     def disturbed(self, entry: Entry) -> list[str]:
         """Files in the results folder that are not as `entry` made them: `results/fall.h5 is missing`."""
         states = {path: _is_as_made(self.place(path), out) for path, out in entry.outs.items()}

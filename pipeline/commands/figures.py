@@ -36,7 +36,7 @@ from pipeline.study import Study, shown
     show_default=True,
     help="Largest rms difference of pixels, in grey levels of 255.",
 )
-@click.option("--exact", is_flag=True, help="Any other byte is a difference, also in PDF.")
+@click.option("--exact", is_flag=True, help="Any other byte is a difference, also in PDF: for results of this machine.")
 def command(
     study: Study, names: tuple[str, ...], into: Path | None, check: bool, against: Path | None, tolerance: float,
     exact: bool,

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import click
 
-from pipeline.cache import lock
+from pipeline.cache import lock, old
 from pipeline.commands.options import print_json
 from pipeline.commands.status import print_survey
 from pipeline.execution import display
@@ -54,6 +54,8 @@ def run_stages(
             written = afterwards(study) if afterwards else None
             if written is not None and not as_json:
                 click.echo(f"{written.stem:<12} written              {shown(written)}")
+            if any(outcome.how == "computed" for outcome in outcomes):
+                _say_if_large(study, shows)
     except lock.NotWritable:
         if forced or any(item.state is not State.CURRENT for item in Planner(study, values).survey(names)):
             raise
@@ -61,6 +63,13 @@ def run_stages(
     seconds = time.perf_counter() - began
     if as_json:
         print_json({"stages": [_plain(outcome) for outcome in outcomes], "seconds": round(seconds, 3)})
+
+
+def _say_if_large(study: Study, shows: display.Display) -> None:
+    size = sum(old.size(folder) for folder, _ in old.entries(study.store))
+    if size > old.WORTH_A_WORD:
+        place = shown(study.store.folder)
+        shows.note(f"earlier results take {old.told(size)} in {place}; bipedstudy clean removes them")
 
 
 def _plain(outcome: Outcome) -> dict[str, object]:

@@ -13,11 +13,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from pipeline.cache import processor
 from pipeline.execution.job import Job, Task, packed
 from pipeline.home import engine
 
 Message = dict[str, Any]
 
+_PR_SET_PDEATHSIG = 1
 _DYING_S = 10.0  # from the end of its messages to the end of a process
 _KINDS = {"began", "progress", "done", "failed"}
 _SETTINGS = {
@@ -46,7 +48,7 @@ class Worker:
                 stdout=subprocess.PIPE,
                 stderr=errors,
                 cwd=engine(),
-                env={**os.environ, **_SETTINGS, "PYTHONPATH": path},
+                env={**os.environ, **_SETTINGS, **processor.settings(), "PYTHONPATH": path},
                 start_new_session=os.name == "posix",
             )
         threading.Thread(target=self._listen, args=(tell,), daemon=True).start()
@@ -90,6 +92,18 @@ class Worker:
                 if isinstance(message, dict) and message.keys() & _KINDS:
                     tell(message)
         tell({})
+
+
+def continue_when_parent_ends() -> None:
+    """Let this process go on when its parent ends, should somebody have stopped it: it could not notice that itself.
+
+    It then finds its input closed. On Linux only; elsewhere a stopped process waits until it is told to go on.
+    """
+    if sys.platform == "linux":
+        import ctypes
+
+        with contextlib.suppress(OSError, AttributeError):
+            ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGCONT, 0, 0, 0)
 
 
 def end_group() -> None:

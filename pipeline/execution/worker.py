@@ -27,7 +27,7 @@ from pipeline.execution.columns import columns
 from pipeline.execution.inputs import check_unchanged, given
 from pipeline.execution.job import File, Job, Point, beneath, unpacked
 from pipeline.execution.observed_import import ObservedSources
-from pipeline.execution.process import end_group
+from pipeline.execution.process import continue_when_parent_ends, end_group
 from pipeline.graph import Stage, is_inside
 from pipeline.stage_modules import home_of, importable, stage_module
 
@@ -65,6 +65,7 @@ class Messages:
 
 def main() -> None:
     """Entry of `python -m pipeline.execution.worker`."""
+    continue_when_parent_ends()
     messages = Messages()
     lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(lines,), daemon=True).start()

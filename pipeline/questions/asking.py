@@ -21,6 +21,7 @@ from pipeline.cache import durable
 from pipeline.cache.distributions import versions
 from pipeline.cache.store import QUESTIONS
 from pipeline.errors import StageFailed, Stopped, StudyError
+from pipeline.execution.process import continue_when_parent_ends
 from pipeline.parameters import loading
 from pipeline.parameters.rewriting import rewritten
 from pipeline.study import Study, shown
@@ -174,6 +175,7 @@ def side_by_side(
 
 
 def _end_with_parent() -> None:
+    continue_when_parent_ends()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupt is the parent's to tell
     parent = multiprocessing.parent_process()
     assert parent is not None

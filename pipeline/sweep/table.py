@@ -1,7 +1,7 @@
 """A sweep as one table in HDF5: a column for each varied parameter, the outcome and its reason, and each output.
 
 Every point is a row, in the order of the spec, also those without a result: their outputs are NaN or empty words, and
-their reason says why. The same sweep gives the same bytes.
+their reason says why. On one kind of processor the same sweep gives the same bytes.
 """
 
 from __future__ import annotations

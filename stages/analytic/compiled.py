@@ -1,4 +1,4 @@
-"""The decorator that compiles this package's functions and keeps the machine code on disk."""
+"""How this package's functions are compiled, and chosen by the kind of walker; the machine code is kept on disk."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Jacobians = tuple[Numbers, Numbers, Numbers]
 F = TypeVar("F", bound=Callable[..., Any])
 FOLDER = Path(__file__).parent
 #: What is worth saying while nothing is compiled yet.
-COMPILING = "compiling the equations of motion: some 20 s, once after an install or an edit"
+COMPILING = "compiling the equations of motion: some 15 s, once after an install or an edit"
 #: Compiled functions take constants and types from these folders.
 SOURCES = FOLDER, folder_of(quantity), folder_of(slope)
 CODE = MachineCode("analytic", *SOURCES)
@@ -60,16 +60,12 @@ def inlined(function: F) -> F:
     return compiled(function, inline="always")
 
 
-def by_kind(choices: Mapping[Any, Any]) -> Any:
-    """The compiled function for the kind of walker that the argument `p` is: the first of `choices` that it is one of.
+class ByKind:
+    """One compiled function for each kind of walker: the first of `choices` whose kinds the argument `p` is one of.
 
     Called by a compiled function, the choice is made when that one is compiled: the others are not compiled with it.
+    Raises TypeError for a `p` of no such kind.
     """
-    return ByKind(choices)
-
-
-class ByKind:
-    """See `by_kind`."""
 
     def __init__(self, choices: Mapping[Any, Callable[..., Any]]) -> None:
         self.choices = choices
@@ -78,7 +74,10 @@ class ByKind:
 
     def of(self, kind: type) -> Any:
         """The function for a kind of walker."""
-        return next(function for kinds, function in self.choices.items() if issubclass(kind, kinds))
+        for kinds, function in self.choices.items():
+            if issubclass(kind, kinds):
+                return function
+        raise TypeError(f"{kind.__name__} is no kind of walker that is known here")
 
     def __call__(self, *arguments: Any) -> Any:
         return self.of(type(arguments[self.place]))(*arguments)

@@ -30,6 +30,8 @@ D = TypeVar("D")
 PROGRAM = "bipedstudy"
 #: Folders that are kept of one name, the newest: as many edits can be undone without compiling.
 KEPT = 4
+#: Folders that hold no compiled code: what is asked and drawn may change without compiling anew.
+NOT_COMPILED = ("pictures", "questions")
 _DIGITS = 24
 _OTHERS = stat.S_IWGRP | stat.S_IWOTH
 
@@ -135,10 +137,12 @@ def folder_of(module: ModuleType) -> Path:
 
 
 def digest(*sources: Path) -> str:
-    """SHA-256 over every source file in these folders, with its name, and the compiler's version."""
+    """SHA-256 over the source files in these folders but `NOT_COMPILED`, with their names, and numba's version."""
     found = hashlib.sha256(numba.__version__.encode())
     for folder in sources:
         for source in sorted(folder.rglob("*.py")):
+            if source.parent.name in NOT_COMPILED:
+                continue
             text = source.read_bytes()
             found.update(f"\0{folder.name}/{source.relative_to(folder).as_posix()}\0{len(text)}\0".encode() + text)
     return found.hexdigest()

@@ -12,6 +12,7 @@ from stages.comparison.limits import Limits
 from stages.contact_study.parameters import Settings as StudySettings
 from stages.error_budget.parameters import Settings as BudgetSettings
 from stages.ground.contact_law import ContactLaw
+from stages.ground.default_set import DefaultSet
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings as PlanarSettings
 from stages.tradeoff.parameters import Settings as TradeoffSettings
@@ -65,6 +66,7 @@ class Parameters:
     contact: ContactLaw
     constraint: ConstraintSettings
     planar: PlanarSettings
+    default: DefaultSet
     study: StudySettings
     budget: BudgetSettings
     twin: TwinSettings

@@ -1,15 +1,12 @@
 """The search for the contact set nearest to the rigid limit at a given cost.
 
 Tried is a grid of round values of k_c, c_max, d and v_s. The exponent and v_d stay at their defaults: k_c does what the
-exponent would do, and a standing foot never slips as fast as v_d. A set is a choice if
+exponent would do, and a standing foot never slips as fast as v_d. A set keeps the limit of cost
+if its step takes no more solver steps than so many of the starting set's. The less a foot creeps the more it costs, so
+of sets that differ in v_s alone none below the first that is too dear is walked.
 
-- its step takes no more solver steps than so many of the starting set's. The less a foot creeps the more it costs, so
-  of sets that differ in v_s alone none below the first that is too dear is walked;
-- the foot that has landed stays on the ground. A foot that rebounds does so however hard the ground is: such a set
-  does not tend to the constraint models, whose impacts are plastic.
-
-Of the choices the few nearest to the rigid limit over one step are compared between their cycles too. Chosen is the
-least sum of both distances, see `stages.contact_study.distance`.
+Of the sets that keep the limit, the few nearest to the rigid limit over one step are compared between their cycles too.
+Chosen is the least sum of both distances, see `stages.contact_study.distance`.
 """
 
 from __future__ import annotations
@@ -22,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from stages.contact_study.distance import unmeasured
-from stages.contact_study.limit_result import REBOUNDS, SEARCHED, TOO_DEAR, Candidates, Distance
+from stages.contact_study.limit_result import SEARCHED, TOO_DEAR, Candidates, Distance
 from stages.contact_study.parameters import Settings
 from stages.ground.contact_law import ContactLaw
 from stages.multibody.walking.scuffing import STEP_FLOOR
@@ -60,11 +57,9 @@ def choose(
         if tried and tried[-1].outcome == TOO_DEAR and creeps_less(law, tried[-1].law):
             tried.append(unmeasured(law, TOO_DEAR, tried[-1].solver_steps))
             continue
-        found = over_a_step(law, lambda one: one.solver_steps <= dear and one.rebound == 0.0)
+        found = over_a_step(law, lambda one: one.solver_steps <= dear)
         if found.outcome == STEP_FLOOR or found.solver_steps > dear:
             found = dataclasses.replace(found, outcome=TOO_DEAR)
-        elif found.rebound > 0.0:
-            found = dataclasses.replace(found, outcome=REBOUNDS)
         tried.append(found)
     eligible = sorted((one for one in tried if np.isfinite(one.step_score)), key=lambda one: one.step_score)
     finalists = sorted(map(between_cycles, eligible[: settings.finalists]), key=lambda one: (one.score, one.step_score))
@@ -90,7 +85,6 @@ def columns(tried: list[Distance]) -> Candidates:
         hip_velocity=column("hip_velocity"),
         position_parts=column("position_parts"),
         velocity_parts=column("velocity_parts"),
-        rebound=column("rebound"),
         solver_steps=column("solver_steps"),
         score=column("step_score"),
     )

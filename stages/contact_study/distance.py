@@ -1,10 +1,10 @@
 """How far a contact set is from the rigid limit, by a measure in which errors of opposite sign do not cancel.
 
 Creep holds the hip back and an impact of finite stiffness sends it on, so a set can be tuned until they cancel over
-one step: then the next design, slope or step shows them again. Therefore each part is measured by itself. The part of
-creep is twice what half of it changes, that of the impact twice what an impact half as deep changes (both are of first
-order); the rest is what both leave to the limit, such as a foot that rebounds. The parts add up to the difference, and
-the sum of their sizes is the distance: never less than the difference itself.
+one step; the next design, slope or step shows them again. Therefore each part is measured by itself, see
+`stages.ground.hardening`. The part of creep is twice what half of it changes, that of the impact twice what half of it
+changes (both are of first order); the rest is what the two leave. The parts add up to the difference, and the sum of
+their sizes is the distance: never less than the difference itself.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from collections.abc import Callable
 import numpy as np
 
 from stages.contact_study.constraint_models import ConstraintModel
-from stages.contact_study.hardening import with_creep, with_impact
 from stages.contact_study.limit_result import COMPLETED, PARTS, Distance, HardLimit
-from stages.contact_study.one_step import HipCurve, Scene, hip_curve, in_impact, take_step, time_off_ground
+from stages.contact_study.one_step import HipCurve, Scene, hip_curve, in_impact, take_step
 from stages.contact_study.parameters import Settings
 from stages.ground.contact_law import ContactLaw
+from stages.ground.hardening import with_creep, with_impact
 from stages.multibody.assembly.state import PlanarState, rolling_state
-from stages.multibody.walking.plane_cycle import find_cycle
+from stages.multibody.walking.plane_cycle import find_cycle, step_derivative
 from stages.multibody.walking.section import (
     SCALES,
     NoLimitCycle,
@@ -91,7 +91,6 @@ class Ruler:
             hip_position=whole[:2],
             hip_velocity=whole[2:],
             end_position=difference[-1, :2],
-            rebound=time_off_ground(scene, walked, curve.heel_strike),
         )
         if not worth(found):
             return found
@@ -134,7 +133,8 @@ class Ruler:
             )
 
         guess = section_numbers(start) / SCALES
-        step = find_cycle(walk, guess, settings.residual, settings.perturbation).step
+        derivative = step_derivative(walk, guess, settings.perturbation)
+        step = find_cycle(walk, guess, settings.residual, derivative).step
         return np.array([step.duration - self.limit.period, step.length - self.limit.length])
 
 
@@ -154,7 +154,6 @@ def unmeasured(law: ContactLaw, outcome: str, solver_steps: int) -> Distance:
         hip_position=pair,
         hip_velocity=pair,
         end_position=pair,
-        rebound=nothing,
         position_parts=three,
         velocity_parts=three,
         step_score=float("inf"),

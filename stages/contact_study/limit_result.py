@@ -15,8 +15,8 @@ SEARCHED = ("contact_stiffness", "contact_damping", "damping_depth", "stiction_v
 #: Parts of a difference from the rigid limit, see `stages.contact_study.distance`.
 PARTS = ("creep", "impact", "rest")
 COMPLETED = "completed"
-#: Outcomes of sets that are no choice: they take more solver steps than one may, or keep a rebound in the limit.
-TOO_DEAR, REBOUNDS = "too dear", "rebounds"
+#: Outcome of a set that takes more solver steps than a choice may take.
+TOO_DEAR = "too dear"
 #: Sets of the search that a table shows.
 BEST = 12
 LAWS = ("k_c N/mm^e", "c_max N s/m", "d m", "v_s m/s")
@@ -32,12 +32,11 @@ class Distance:
     """
 
     law: ContactLaw = quantity("-", "the contact law")
-    outcome: str = quantity("-", "completed, too dear, rebounds, or why the step ended early")
+    outcome: str = quantity("-", "completed, too dear, or why the step ended early")
     solver_steps: int = quantity("1", "accepted steps of the explicit solver over one step: the cost")
     hip_position: np.ndarray = quantity("m", "largest hip position difference over a step in x and y, shape (2,)")
     hip_velocity: np.ndarray = quantity("m/s", "largest hip velocity difference outside the impact, shape (2,)")
     end_position: np.ndarray = quantity("m", "hip position difference, with its sign, at the step's end, shape (2,)")
-    rebound: float = quantity("s", "how long the foot that has landed is off the ground again before the step ends")
     position_parts: np.ndarray = quantity("m", "largest hip position difference of each part, in x or y, shape (3,)")
     velocity_parts: np.ndarray = quantity("m/s", "largest hip velocity difference of each part, shape (3,)")
     step_score: float = quantity("1", "distance over one step")
@@ -75,8 +74,9 @@ class RigidLimit:
     default: Distance = quantity("-", "the starting set")
     chosen: Distance = quantity("-", "the set that the criterion chooses")
     ground: Distance = quantity("-", "the set of ground.yaml, which the other stages use")
+    most_solver_steps: float = quantity("1", "solver steps that a chosen set may take over one step")
     finalists: tuple[Distance, ...] = quantity("-", "the sets of the search compared between cycles, best first")
-    family_share: np.ndarray = quantity("1", "depth of an impact and creep, in those of the chosen set, shape (f,)")
+    family_share: np.ndarray = quantity("1", "what is left of impact and creep of the chosen set, shape (f,)")
     family: tuple[Distance, ...] = quantity("-", "the chosen set's family at these shares, towards the limit")
 
 
@@ -88,12 +88,11 @@ class Candidates:
     contact_damping: np.ndarray = quantity("N s/m", "largest contact damping, shape (c,)", symbol="c_max")
     damping_depth: np.ndarray = quantity("m", "penetration at which the damping is complete, shape (c,)", symbol="d")
     stiction_velocity: np.ndarray = quantity("m/s", "slip speed of greatest friction, shape (c,)", symbol="v_s")
-    outcome: tuple[str, ...] = quantity("-", "completed, too dear, rebounds, or why the step ended early")
+    outcome: tuple[str, ...] = quantity("-", "completed, too dear, or why the step ended early")
     hip_position: np.ndarray = quantity("m", "largest hip position difference in x and y, shape (c, 2)")
     hip_velocity: np.ndarray = quantity("m/s", "largest hip velocity difference in x and y, shape (c, 2)")
     position_parts: np.ndarray = quantity("m", "largest hip position difference of each part, shape (c, 3)")
     velocity_parts: np.ndarray = quantity("m/s", "largest hip velocity difference of each part, shape (c, 3)")
-    rebound: np.ndarray = quantity("s", "how long the foot that has landed is off the ground again, shape (c,)")
     solver_steps: np.ndarray = quantity("1", "accepted solver steps, of sets too dear at least so many, shape (c,)")
     score: np.ndarray = quantity("1", "distance over one step; infinite if it is not known, shape (c,)")
 

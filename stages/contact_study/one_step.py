@@ -109,14 +109,6 @@ def hip_curve(scene: Scene, run: Run) -> HipCurve | str:
     return HipCurve(np.column_stack([position[:, :2], velocity[:, :2]]), float(strikes[0]))
 
 
-def time_off_ground(scene: Scene, run: Run, heel_strike: float) -> float:
-    """How long the foot that has landed is off the ground before the step ends [s]: the constraint models' never is."""
-    trajectory = run.trajectory
-    clear = foot_kinematics(trajectory.position, trajectory.velocity, LANDING, scene.biped.foot_radius)[0] < 0.0
-    spans = np.diff(trajectory.time)
-    return float(spans[(clear[:-1] & clear[1:]) & (trajectory.time[:-1] > heel_strike)].sum())
-
-
 def in_impact(scene: Scene, *heel_strikes: float) -> np.ndarray:
     """Samples from the first heel strike of all models to the end of the impact of the last one, (n,)."""
     all_strikes = (scene.heel_strike, *heel_strikes)

@@ -100,6 +100,8 @@ class Result:
         ended = f"{failed} variations ended early; " if failed else ""
         if self.limit is None or self.candidates is None:
             return f"{ended}no set chosen: {self.limit_outcome}"
+        if self.limit.chosen.outcome != COMPLETED:
+            return f"{ended}no set chosen, the starting set: {self.limit.chosen.outcome}"
         law, found, hard = self.chosen.law, self.limit.chosen, self.limit.hard
         return (
             f"{len(self.candidates.outcome)} sets tried, chosen k_c {law.contact_stiffness:g} N/mm^e, "

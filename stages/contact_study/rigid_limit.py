@@ -11,13 +11,13 @@ import numpy as np
 from stages.contact_study.choice import choose
 from stages.contact_study.constraint_models import ConstraintModel, constraint_model
 from stages.contact_study.distance import Ruler, hard_limit
-from stages.contact_study.hardening import member
 from stages.contact_study.limit_result import Candidates, Distance, RigidLimit
 from stages.contact_study.one_step import Scene
 from stages.contact_study.parameters import Parameters
 from stages.contact_study.result import VARIED
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction
+from stages.ground.hardening import family_member
 
 #: A searched set is given up before heel strike if the solver tries more steps than a choice may take, by a factor for
 #: those it repeats, and than these.
@@ -55,13 +55,15 @@ def from_rigid_limit(
     family: list[Distance] = []
     for share in settings.family_shares:
         said(SHARE_OF_SEARCH + (1 - SHARE_OF_SEARCH) * len(family) / len(settings.family_shares))
-        family.append(ruler.between_cycles(ruler.over_a_step(member(chosen.law, share)), split=False))
+        law = family_member(chosen.law, share)
+        family.append(chosen if share == 1.0 else ruler.between_cycles(ruler.over_a_step(law), split=False))
     ground = parameters.contact
     return RigidLimit(
         hard=hard_limit(beside, rolling, coulomb),
         default=default,
         chosen=chosen,
         ground=chosen if same_set(ground, chosen.law) else ruler.between_cycles(ruler.over_a_step(ground), split=True),
+        most_solver_steps=settings.cost_limit * default.solver_steps,
         finalists=finalists,
         family_share=np.array(settings.family_shares),
         family=tuple(family),

@@ -4,25 +4,26 @@ from __future__ import annotations
 
 import numpy as np
 
+from stages.error_budget.convergence import Convergence
 from stages.error_budget.effects import CONTACT
 from stages.error_budget.errors import NotWalked
 from stages.error_budget.hip import ConstraintWalk, constraint_gait, penalty_hip
 from stages.error_budget.parameters import Parameters
-from stages.error_budget.path import Limits, contributions
+from stages.error_budget.path import LIMITS, Limits, contributions
 from stages.error_budget.split import Split
 from stages.ground.contact_law import ContactLaw
 from stages.ground.normal_force import static_penetration
 from stages.multibody.assembly.state import rolling_state
 from stages.multibody.parameters import Settings
 from stages.multibody.walking.events import find_events
-from stages.multibody.walking.plane_cycle import find_cycle, plane_multipliers
+from stages.multibody.walking.plane_cycle import find_cycle, step_derivative
 from stages.multibody.walking.section import SCALES, NoLimitCycle, SectionStep, mid_stance_after, section_numbers
 from stages.multibody.walking.section import section_state as state_of
 from stages.multibody.walking.trajectory import Trajectory
 from stages.multibody.walking.walk import build, simulate
 
-#: Scalars of a cycle: step period [s], step length [m], the positive and the negative of its two largest multipliers.
-SCALARS = ("step period", "step length", "leading multiplier", "second multiplier")
+#: Scalars of a cycle, in s and m.
+SCALARS = ("step period", "step length")
 
 
 class Cycles:
@@ -34,12 +35,12 @@ class Cycles:
         self.rolling = constraint_gait(parameters.biped, parameters.slope, settings.constraint_fine_tolerance)
         friction = parameters.contact.coefficients
         self.coulomb = constraint_gait(parameters.biped, parameters.slope, settings.constraint_fine_tolerance, friction)
-        self.guess: tuple[np.ndarray, ContactLaw] | None = None
+        self.found: list[tuple[ContactLaw, np.ndarray]] = []
         self.derivative: np.ndarray | None = None
 
-    def flat(self, hip: np.ndarray, period: float, length: float, multipliers: np.ndarray) -> np.ndarray:
+    def flat(self, hip: np.ndarray, period: float, length: float) -> np.ndarray:
         """One array of the hip over a step (n, 4) as it is at twice the phase, and the scalars."""
-        return np.concatenate([hip.ravel(), [period, length], multipliers])
+        return np.concatenate([hip.ravel(), [period, length]])
 
     def stride(self, length: float) -> tuple[np.ndarray, np.ndarray]:
         """Fraction of the step at each phase of the stride, and how far the hip has come by the steps before [m]."""
@@ -54,10 +55,10 @@ class Cycles:
         share, passed = self.stride(length)
         hip = walk.hip(first + share * walk.period)
         hip[:, 0] += passed - ends[0, 0]
-        return self.flat(hip, walk.period, length, np.sort(walk.point.floquet_multipliers[:2].real)[::-1])
+        return self.flat(hip, walk.period, length)
 
     def penalty(self, law: ContactLaw, tolerance: float) -> np.ndarray:
-        """The penalty model's cycle, searched from the last one found. Raises NotWalked."""
+        """The penalty model's cycle, searched from that of the law most like it. Raises NotWalked."""
         p, settings = self.parameters, self.parameters.settings
         solver = Settings.of_one_step(tolerance, settings.largest_step)
         machine = build(p.biped, p.slope, law, solver, signals=())
@@ -70,20 +71,20 @@ class Cycles:
             trajectories[:] = [run.trajectory]
             return mid_stance_after(run)
 
-        if self.guess is None:
-            guess = section_numbers(start) / SCALES
-        else:
-            guess = self.guess[0].copy()
-            guess[0] += (static_penetration(self.guess[1], force) - static_penetration(law, force)) / SCALES[0]
+        guess = section_numbers(start) / SCALES
+        if self.found:
+            near, known = min(self.found, key=lambda other: _distance(other[0], law))
+            guess = known.copy()
+            guess[0] += (static_penetration(near, force) - static_penetration(law, force)) / SCALES[0]
         try:
-            cycle = find_cycle(walk, guess, settings.residual, settings.perturbation, self.derivative)
-            on_cycle = trajectories[0]
-            multipliers, self.derivative = plane_multipliers(walk, cycle, settings.perturbation)
+            if self.derivative is None:
+                self.derivative = step_derivative(walk, guess, settings.perturbation)
+            cycle = find_cycle(walk, guess, settings.residual, self.derivative)
         except NoLimitCycle as reason:
             raise NotWalked(f"on a cycle: {reason}") from None
-        self.guess = cycle.state, law
-        hip = self.folded(on_cycle, cycle.step.duration, cycle.step.length)
-        return self.flat(hip, cycle.step.duration, cycle.step.length, multipliers)
+        self.found.append((law, cycle.state))
+        hip = self.folded(trajectories[0], cycle.step.duration, cycle.step.length)
+        return self.flat(hip, cycle.step.duration, cycle.step.length)
 
     def folded(self, trajectory: Trajectory, period: float, length: float) -> np.ndarray:
         """The hip over a stride from heel strike, from a step of a cycle from mid-stance to mid-stance, (n, 4)."""
@@ -101,21 +102,33 @@ class Cycles:
         return (since > self.parameters.settings.impact_window) & (self.phase < 1.0)
 
 
-def cycle_budget(parameters: Parameters) -> tuple[np.ndarray, Split, np.ndarray, np.ndarray]:
-    """Phases (n,), the budget of the hip, that of the `SCALARS` (7 contributions, 4) and the constraint model's (4,).
+def _distance(one: ContactLaw, other: ContactLaw) -> float:
+    """How unlike two laws are in stiffness and stiction velocity."""
+    ratios = one.contact_stiffness / other.contact_stiffness, one.stiction_velocity / other.stiction_velocity
+    return float(np.abs(np.log(ratios)).sum())
 
-    Raises NotWalked, NoGait, StepFailed.
+
+def cycle_budget(
+    parameters: Parameters,
+) -> tuple[np.ndarray, Split, np.ndarray, np.ndarray, Convergence, np.ndarray]:
+    """Phases (n,), the budget of the hip, that of the `SCALARS` (6, 2) with their interaction (2,), how the limits of
+    the hip converge, and the constraint model's scalars (2,). Raises NotWalked, NoGait, StepFailed.
     """
     cycles, settings, law = Cycles(parameters), parameters.settings, parameters.contact
     limits = Limits(law, settings.cycle_share, cycles.penalty, settings.penalty_tolerance, settings.limit_tolerance)
-    for count in range(len(CONTACT) + 1):  # along the path, so that each search starts close to its cycle
-        limits.at(frozenset(CONTACT[:count]))
+    for on in LIMITS:  # the nodes first, so that each search starts close to its cycle
+        limits.at(on)
+    limits.at(frozenset(CONTACT))
     fine_penalty = cycles.penalty(law, settings.penalty_fine_tolerance)
     coarse = constraint_gait(parameters.biped, parameters.slope, settings.constraint_tolerance)
     start = cycles.constraint(coarse)
-    parts = contributions(
-        start, cycles.constraint(cycles.rolling), cycles.constraint(cycles.coulomb), limits, fine_penalty, CONTACT
-    )
-    count = len(SCALARS)
-    split = Split(parts[:, :-count].reshape(len(parts), -1, 4), cycles.compared())
-    return cycles.phase, split, parts[:, -count:], start[-count:]
+    rolling, coulomb = cycles.constraint(cycles.rolling), cycles.constraint(cycles.coulomb)
+    parts, interaction = contributions(start, rolling, coulomb, limits, fine_penalty)
+    count, compared = len(SCALARS), cycles.compared()
+
+    def hip(outcome: np.ndarray) -> np.ndarray:
+        return outcome[..., :-count].reshape(*outcome.shape[:-1], -1, 4)
+
+    split = Split(hip(parts), hip(interaction), compared)
+    convergence = limits.convergence(hip, compared)
+    return cycles.phase, split, parts[:, -count:], interaction[-count:], convergence, start[-count:]

@@ -1,12 +1,18 @@
 """What sets the penalty model apart from the constraint model, each effect with its limit.
 
-With share s an effect that is off keeps about the part s of its size; towards s = 0 it vanishes to first order in s:
+With share s an effect that is off keeps about the part s of its size, and so does what it does to the hip:
 
-- creep: a foot at rest slips below v_s; off, s v_s. The fall from static to dynamic friction over the slip speeds up
+- creep: a foot at rest slips below v_s; off, s v_s. The fall from static to dynamic friction over the slip speed up
   to v_d goes with it; off, v_d = 2 s v_s. Alone it moves the hip by less than 1e-5 mm.
-- compliance: the static penetration p ~ k_c^(-1/e); off, s^(-e) k_c. An impact of the same speed reaches a depth ~
-  k_c^(-1/(e+1)); so that it stays as plastic as it was, c_max grows by the inverse of that depth.
-- damping ramp: damping is complete at the depth d; off, d shrinks as the depth of an impact does.
+- an impact of finite stiffness: the landing foot sinks in and comes back, and a standing foot sinks in as the force on
+  it grows. Static penetration is ~ k_c^(-1/e); off, s^(-e) k_c. An impact stops where damping has taken the momentum,
+  at a depth ~ (m v d^2 / c_max)^(1/3); off, c_max / s and s d. What is left of the speed is ~ k_c p^e over the damping
+  at depth p, so that it is ~ s too, and the limit is as plastic as the constraint model's impact. (The law Restitution
+  returns at most a speed ~ its impact_speed; off, s of it.)
+
+Stiffness and damping are one effect, not two: with the damping as it was, a stiffer contact throws the foot back. If
+damping grows only as the depth of an undamped impact shrinks, by s^(-e/(e+1)), the foot is as elastic in the limit as
+in the law itself; it then flies for a time that no share shortens, and nothing falls as a power of s.
 """
 
 from __future__ import annotations
@@ -16,9 +22,9 @@ from collections.abc import Collection
 
 from stages.ground.contact_law import ContactLaw
 
-CREEP, COMPLIANCE, RAMP = "creep below v_s", "compliance k_c", "damping ramp d"
-#: Effects of penalty contact in the order in which the path switches them on, and the same path backwards.
-CONTACT = (CREEP, COMPLIANCE, RAMP)
+CREEP, IMPACT = "creep below v_s", "impact of finite stiffness"
+#: Effects of penalty contact in the order in which the path switches them on; then the same path backwards.
+CONTACT = (CREEP, IMPACT)
 
 SLIP, UNEXPLAINED = "trailing foot slips", "unexplained"
 INTEGRATION_CONSTRAINT, INTEGRATION_PENALTY = "integration, constraint model", "integration, penalty model"
@@ -28,15 +34,15 @@ EFFECTS = (INTEGRATION_CONSTRAINT, SLIP, UNEXPLAINED, *CONTACT, INTEGRATION_PENA
 
 def switched(law: ContactLaw, on: Collection[str], share: float) -> ContactLaw:
     """The law with the effects in `on` as they are, and the others reduced to the part `share`."""
-    stiffer = share**-law.contact_exponent
-    shallower = stiffer ** (-1.0 / (law.contact_exponent + 1.0))
-    stiction = share * law.stiction_velocity
-    creeps, rigid = CREEP in on, COMPLIANCE not in on
-    return dataclasses.replace(
-        law,
-        contact_stiffness=law.contact_stiffness * (stiffer if rigid else 1.0),
-        contact_damping=law.contact_damping / (shallower if rigid else 1.0),
-        damping_depth=law.damping_depth * (1.0 if RAMP in on else shallower),
-        stiction_velocity=law.stiction_velocity if creeps else stiction,
-        friction_velocity=law.friction_velocity if creeps else 2.0 * stiction,
-    )
+    if CREEP not in on:
+        stiction = share * law.stiction_velocity
+        law = dataclasses.replace(law, stiction_velocity=stiction, friction_velocity=2.0 * stiction)
+    if IMPACT not in on:
+        law = dataclasses.replace(
+            law,
+            contact_stiffness=law.contact_stiffness * share**-law.contact_exponent,
+            contact_damping=law.contact_damping / share,
+            damping_depth=law.damping_depth * share,
+            impact_speed=law.impact_speed * share,
+        )
+    return law

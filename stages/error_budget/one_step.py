@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stages.error_budget.effects import CONTACT
+from stages.error_budget.convergence import Convergence
 from stages.error_budget.errors import NotWalked
 from stages.error_budget.hip import constraint_gait, penalty_hip
 from stages.error_budget.parameters import Parameters
@@ -53,9 +53,9 @@ class OneStep:
         return (self.time < min(self.strikes)) | (self.time > end)
 
 
-def step_budget(parameters: Parameters) -> tuple[np.ndarray, Split, Split, np.ndarray]:
-    """Times (n,), the budget, the same with the effects of contact in reverse order, and the hip's largest integration
-    error at the paper's tolerances (2 models, 4 columns). Raises NotWalked, NoGait, StepFailed.
+def step_budget(parameters: Parameters) -> tuple[np.ndarray, Split, Convergence, np.ndarray]:
+    """Times (n,), the budget, how its limits converge, and the hip's largest integration error at the paper's
+    tolerances (2 models, 4 columns). Raises NotWalked, NoGait, StepFailed.
     """
     scene, settings, law = OneStep(parameters), parameters.settings, parameters.contact
     limits = Limits(law, settings.step_share, scene.penalty, settings.penalty_tolerance, settings.limit_tolerance)
@@ -67,11 +67,10 @@ def step_budget(parameters: Parameters) -> tuple[np.ndarray, Split, Split, np.nd
         scene.coarse_or_fine(settings.paper_constraint_tolerance) - fine,
         scene.penalty(law, settings.paper_penalty_tolerance) - fine_penalty,
     )
-    forward, backward = (
-        contributions(coarse, fine, coulomb, limits, fine_penalty, order) for order in (CONTACT, CONTACT[::-1])
-    )
+    parts, interaction = contributions(coarse, fine, coulomb, limits, fine_penalty)
     compared = scene.compared()
     largest = np.array(
         [[*np.abs(curve[:, :2]).max(axis=0), *np.abs(curve[compared, 2:]).max(axis=0)] for curve in paper]
     )
-    return scene.time, Split(forward, compared), Split(backward, compared), largest
+    convergence = limits.convergence(lambda outcome: outcome, compared)
+    return scene.time, Split(parts, interaction, compared), convergence, largest

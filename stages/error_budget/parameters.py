@@ -19,9 +19,11 @@ class Settings:
     FILE: ClassVar[str] = "error_budget"
 
     step_share: float = parameter(
-        "1", "part of an effect left where it is off, over one step", bound=Bound(above=0, below=0.5)
+        "1",
+        "last of three shares (4, 2, 1 times it) of an effect that is off, over one step",
+        bound=Bound(above=0, maximum=0.2),
     )
-    cycle_share: float = parameter("1", "the same between cycles", bound=Bound(above=0, below=0.5))
+    cycle_share: float = parameter("1", "the same between cycles", bound=Bound(above=0, maximum=0.2))
     constraint_tolerance: float = parameter(
         "1", "tolerance of the constraint model, dimensionless", bound=Bound(minimum=1e-13, maximum=1e-3)
     )
@@ -52,7 +54,7 @@ class Settings:
     points: int = parameter("1", "points of the curves over a step", bound=Bound(minimum=51, maximum=100_001))
     perturbation: float = parameter(
         "1",
-        "distance from a cycle at which its multipliers are measured, in the section's scales",
+        "distance from a cycle at which the derivative of its step is measured, in the section's scales",
         bound=Bound(minimum=1e-6, maximum=1e-1),
     )
     residual: float = parameter(

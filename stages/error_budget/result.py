@@ -7,10 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.quantity import quantity
-from stages.error_budget.effects import COMPLIANCE, EFFECTS, RAMP
-from stages.error_budget.split import POSITION, VELOCITY, Split
+from stages.error_budget.convergence import Convergence
+from stages.error_budget.effects import CONTACT, EFFECTS
+from stages.error_budget.split import EACH, POSITION, VELOCITY, Split, orders
 
 COMPLETED = "completed"
+#: Columns of the hip's motion in words.
+HIP = ("x", "y", "x'", "y'")
 
 
 @dataclass(frozen=True)
@@ -18,8 +21,8 @@ class StepBudget:
     """The difference of the hip's motion over one step from the same mid-stance state."""
 
     time: np.ndarray = quantity("s", "time from mid-stance, shape (n,)", symbol="t")
-    split: Split = quantity("-", "effects of contact switched on in the order of EFFECTS")
-    reverse: Split = quantity("-", "the same with the effects of contact switched on in reverse order")
+    split: Split = quantity("-", "contributions to the hip's motion")
+    convergence: Convergence = quantity("-", "how the limits of the effects of contact are approached")
     paper_integration: np.ndarray = quantity(
         "m, m/s", "largest integration errors of constraint and penalty model at the paper's tolerances, (2, 4)"
     )
@@ -30,12 +33,16 @@ class CycleBudget:
     """The difference between converged cycles at equal phase over one stride from heel strike."""
 
     phase: np.ndarray = quantity("1", "phase of the stride, shape (n,)")
-    split: Split = quantity("-", "effects of contact switched on in the order of EFFECTS")
-    scalars: np.ndarray = quantity(
-        "s, m, 1, 1",
-        "contributions to step period, step length, leading and second multiplier (real parts), shape (7, 4)",
-    )
-    constraint_scalars: np.ndarray = quantity("s, m, 1, 1", "those of the constraint model's cycle, shape (4,)")
+    split: Split = quantity("-", "contributions to the hip's motion")
+    scalars: np.ndarray = quantity("s, m", "contributions to step period and step length, shape (6, 2)")
+    scalar_interaction: np.ndarray = quantity("s, m", "what creep has more where it is switched on first, shape (2,)")
+    convergence: Convergence = quantity("-", "how the limits of the effects of contact are approached")
+    constraint_scalars: np.ndarray = quantity("s, m", "period and length of the constraint model's step, shape (2,)")
+
+    @property
+    def scalar_orders(self) -> np.ndarray:
+        """Contributions with creep switched on first, and with the impact first: (2, 6, 2)."""
+        return orders(self.scalars, self.scalar_interaction)
 
 
 @dataclass(frozen=True)
@@ -46,47 +53,63 @@ class Result:
     step: StepBudget | None = quantity("-", "over one step; empty if a model did not walk")
     cycle: CycleBudget | None = quantity("-", "between cycles; empty if a model did not walk")
 
+    def known(self) -> list[tuple[str, StepBudget | CycleBudget]]:
+        """The budgets there are, with their names."""
+        both = (("one step", self.step), ("cycles", self.cycle))
+        return [(name, budget) for name, budget in both if budget is not None]
+
     def summary(self) -> str:
         """Shares explained, in one line."""
         parts = [
             f"{name}: {100 * budget.split.explained(POSITION):.1f} % of the hip's displacement and "
             f"{100 * budget.split.explained(VELOCITY):.1f} % of its velocity explained"
-            for name, budget in (("one step", self.step), ("cycles", self.cycle))
-            if budget is not None
+            for name, budget in self.known()
         ]
         return "; ".join(parts if self.outcome == COMPLETED else [*parts, self.outcome])
 
     def tables(self) -> tuple[tuple[str, tuple[str, ...], list[tuple[object, ...]]], ...]:
-        """Contributions to the hip's motion and to the cycle's scalars."""
+        """Contributions to the hip's motion and to the cycle's scalars, and what they rest on."""
         tables: list[tuple[str, tuple[str, ...], list[tuple[object, ...]]]] = []
-        if self.step is not None:
-            columns = ("", "rms mm", "peak mm", "rms mm/s", "peak mm/s", "end x mm", "end x mm, reverse order")
-            ends = 1e3 * self.step.split.parts[:, -1, 0], 1e3 * self.step.reverse.parts[:, -1, 0]
+        sizes = ("", "rms mm", "peak mm", "rms mm/s", "peak mm/s")
+        heads: tuple[str, ...]
+        for name, budget in self.known():
+            if isinstance(budget, StepBudget):
+                heads, ends, both = ("end x mm",), budget.split.parts[:, -1, :1], budget.split.orders[:, :, -1, :1]
+            else:
+                heads, ends, both = ("T ms", "s mm"), budget.scalars, budget.scalar_orders
+            columns = [column for head in heads for column in (head, f"{head}, either order")]
             rows = [
-                (name, *_sizes(self.step.split, part), _short(end), _short(back))
-                for name, part, end, back in zip(EFFECTS, self.step.split.parts, *ends)
+                (effect, *_sizes(budget.split, part), *_either(end, way))
+                for effect, part, end, way in zip(EFFECTS, budget.split.parts, ends, both.swapaxes(0, 1))
             ]
-            both = [EFFECTS.index(effect) for effect in (COMPLIANCE, RAMP)]
-            together = self.step.split.parts[both].sum(axis=0)
-            last = [_short(values[both].sum()) for values in ends]
-            rows.append((f"{COMPLIANCE} and {RAMP}", *_sizes(self.step.split, together), *last))
-            rows.append(_last_row(self.step.split, *(_short(values.sum()) for values in ends)))
-            tables.append(("Hip over one step, penalty minus constraint model", columns, rows))
-        if self.cycle is not None:
-            heads = ("", "rms mm", "peak mm", "rms mm/s", "peak mm/s", "T ms", "s mm", "multiplier", "second")
-            units = np.array([1e3, 1e3, 1.0, 1.0])
-            rows = [
-                (name, *_sizes(self.cycle.split, part), *(_short(value) for value in units * scalars))
-                for name, part, scalars in zip(EFFECTS, self.cycle.split.parts, self.cycle.scalars)
-            ]
-            sums = units * self.cycle.scalars.sum(axis=0)
-            rows.append(_last_row(self.cycle.split, *(_short(value) for value in sums)))
-            tables.append(("Cycles at equal phase over a stride, penalty minus constraint model", heads, rows))
+            sums = [_short(1e3 * value) for value in ends.sum(axis=0)]
+            total = [word for value in sums for word in (value, "")]
+            rows.append(("total", *_sizes(budget.split, budget.split.total), *total))
+            tables.append((f"Penalty minus constraint model, {name}", (*sizes, *columns), rows))
+        if tables:
+            tables.append(self._trust())
         return tuple(tables)
 
+    def _trust(self) -> tuple[str, tuple[str, ...], list[tuple[object, ...]]]:
+        rows: list[tuple[object, ...]] = []
+        for name, budget in self.known():
+            split, found = budget.split, budget.convergence
+            whole = np.array([split.rms(split.total, column) for column in EACH])
+            rows.append((f"{name}: total, rms in mm and mm/s", *(_short(1e3 * size) for size in whole)))
+            rows.append((f"{name}: explained, %", *(_short(100 * split.explained(column)) for column in EACH)))
+            for limit, order, missed in zip(("both", *reversed(CONTACT)), found.order, found.missed):
+                rows.append((f"{name}: order in the share, {limit} off", *(_short(value) for value in order)))
+                percent = 100 * missed / whole
+                rows.append((f"{name}: share {found.share:g} not foretold, %, {limit} off", *map(_short, percent)))
+        return "What is explained, and how effects vanish with their share", ("", *HIP), rows
 
-def _last_row(split: Split, *more: object) -> tuple[object, ...]:
-    return ("total", *_sizes(split, split.total), *more)
+
+def _either(mean: np.ndarray, ways: np.ndarray) -> list[object]:
+    """Means, each followed by its values in both orders where they differ; in thousandths."""
+    cells: list[object] = []
+    for value, both in zip(1e3 * mean, 1e3 * ways.T):
+        cells += [_short(value), "" if both[0] == both[1] else f"{_short(both.min()):g} to {_short(both.max()):g}"]
+    return cells
 
 
 def _sizes(split: Split, part: np.ndarray) -> tuple[float, ...]:

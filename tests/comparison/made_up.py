@@ -11,13 +11,16 @@ from scipy.interpolate import interp1d
 
 from stages.biped.walk import SENSOR_SIGNALS, Walk
 from stages.comparison.measurement import MeasurementAgreement
-from stages.contact_study.result import VARIED, Candidates, OneStep, Result, Variations
-from stages.error_budget.effects import COMPLIANCE, CREEP, EFFECTS, SLIP, UNEXPLAINED
+from stages.contact_study.limit_result import COMPLETED
+from stages.contact_study.result import VARIED, OneStep, Result, Variations
+from stages.error_budget.convergence import Convergence
+from stages.error_budget.effects import CREEP, EFFECTS, IMPACT, SLIP, UNEXPLAINED
 from stages.error_budget.result import CycleBudget, StepBudget
 from stages.error_budget.result import Result as Budget
 from stages.error_budget.split import Split
 from stages.ground.contact_law import ContactLaw
 from stages.imu.trial.agreement import Agreement, FrequencyDifference
+from tests.contact_study.made_up import make_candidates, make_limit
 
 DEFAULTS = ContactLaw(1e5, 2.2, 1e4, 1e-4, 1.1, 1.0, 0.1, 1.0)
 
@@ -104,23 +107,25 @@ def make_study(hip: float = 2e-3, chosen: float = 2e-4, ground_is_choice: bool =
         solver_steps=np.full(rows, 600),
         force=bump * (1 + 0.1 * np.arange(rows))[:, None, None],
     )
-    one = np.array([1.0])
-    candidates = Candidates(one, one, one, one, ("completed",), one, one, one, one, one.astype(int), one, one)
+    best = make_step(hip=chosen)
     return Result(
-        time, make_step(hip=hip), bump, variations, candidates, make_step(hip=chosen), bump, make_step(hip=chosen),
-        ground_is_choice,
+        time, make_step(hip=hip), bump, variations, make_candidates(DEFAULTS, hip), COMPLETED,
+        make_limit(DEFAULTS, hip, chosen), best, bump, best, ground_is_choice,
     )  # fmt: skip
 
 
 def make_budget(integration: float = 1e-8) -> Budget:
     """Contributions of round sizes [m] with their rates, the rest 2 % of the total; `integration` in metres."""
     time = np.linspace(0.0, 0.48, 101)
-    sizes = {SLIP: 3e-4, CREEP: -5e-4, COMPLIANCE: 1e-4, UNEXPLAINED: -2e-6}
+    sizes = {SLIP: 3e-4, CREEP: -5e-4, IMPACT: 1e-4, UNEXPLAINED: -2e-6}
     shape = np.column_stack([time, 0.1 * time, 1.0 + time, 0.1 - time])
-    split = Split(np.array([sizes.get(effect, 0.0) * shape for effect in EFFECTS]), np.abs(time - 0.24) > 0.01)
-    step = StepBudget(time, split, split, np.full((2, 4), integration))
-    scalars = np.zeros((len(EFFECTS), 4))
-    return Budget("completed", step, CycleBudget(time / 0.48, split, scalars, np.array([0.48, 0.16, 0.64, -0.61])))
+    contributions = np.array([sizes.get(effect, 0.0) * shape for effect in EFFECTS])
+    split = Split(contributions, 5e-5 * shape, np.abs(time - 0.24) > 0.01)
+    convergence = Convergence(0.1, np.ones((3, 4)), np.full((3, 4), 1e-6))
+    step = StepBudget(time, split, convergence, np.full((2, 4), integration))
+    scalars, interaction = contributions[:, -1, :2].copy(), split.interaction[-1, :2].copy()
+    cycle = CycleBudget(time / 0.48, split, scalars, interaction, convergence, np.array([0.48, 0.16]))
+    return Budget("completed", step, cycle)
 
 
 def make_agreement(origin: str = "measured", share: float = 1.0, frequency: float = 1.9) -> MeasurementAgreement:

@@ -8,12 +8,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from made_up import make_budget, make_study, make_walk
+from made_up import make_budget, make_step, make_walk
 
 from stages.comparison.determinants import Determinants, of_walk
-from stages.comparison.evidence import studies, walks
+from stages.comparison.evidence import of_contact, studies, walks
 from stages.comparison.tables import side_by_side
 from stages.error_budget.effects import CREEP, SLIP
+from stages.multibody.result import FrictionVariation
 from stages.tradeoff.result import Errors, Row
 
 RADIUS = 0.08
@@ -108,19 +109,20 @@ def test_shares_outside_of_the_friction_cone_are_those_of_a_known_ramp():
     assert walks.outside_the_cone(never, 1.0) == (0.0, 0.0)
 
 
-def test_the_turning_factor_lies_where_the_change_reaches_the_limit():
-    factors, changes = [0.25, 0.5, 2.0], [-0.03, -0.005, 0.002]
-    halfway = 2 * 2 ** (0.005 / 0.025)
-    assert studies.turning_factor(factors, changes, 0.01) == pytest.approx(halfway)
-    assert studies.turning_factor(factors, changes, 0.1) == math.inf
-    assert studies.turning_factor([0.5, 2.0], [0.02, 0.04], 0.01) == pytest.approx(2**0.25)
+def friction(key, factor, length):
+    return FrictionVariation(key, factor, 0.48, length)
 
 
-def test_hip_changes_are_taken_from_adams_set_in_step_lengths():
-    study = make_study(hip=1e-3)
-    factors, changes = studies.hip_changes(study, "stiction_velocity", 0.1)
-    assert factors == [0.5, 2.0] and changes == pytest.approx([-5e-3, 1e-2])
-    assert studies.at(factors, changes, 2.0) == pytest.approx(1e-2) and math.isnan(studies.at([], [], 2.0))
+def test_the_gait_turns_with_the_velocity_and_the_factor_at_which_it_changes_most():
+    rows = [friction("stiction_velocity", *pair) for pair in ((0.5, 0.1616), (1.0, 0.16), (2.0, 0.1568))]
+    rows += [friction("friction_velocity", factor, 0.16) for factor in (0.5, 1.0, 2.0)]
+    multibody = SimpleNamespace(default_friction_variations=tuple(rows))
+    results = SimpleNamespace(multibody=multibody, contact_study=SimpleNamespace(default=make_step(creep=4e-3)))
+    limits = SimpleNamespace(settings=SimpleNamespace(unaffected_limit=0.005))
+    found = of_contact.friction_velocities(SimpleNamespace(parameters=limits, results=results))
+    assert (found.velocity, found.creep) == ("stiction_velocity", 4e-3)
+    assert (found.halved, found.doubled) == pytest.approx((0.01, -0.02))
+    assert found.turning == pytest.approx(2**0.25), "doubling moves it by four times the limit"
 
 
 def test_rounding_adds_the_worst_of_every_printed_digit():
@@ -147,8 +149,9 @@ def test_least_work_is_that_of_the_cheapest_way_at_the_error():
 
 
 def test_ends_name_the_parts_that_count():
-    parts = dict(studies.ends(make_budget().step.split))
-    assert parts[SLIP] == pytest.approx(3e-4 * 0.48) and parts[CREEP] == pytest.approx(-5e-4 * 0.48)
+    parts = {name: (value, spread) for name, value, spread in studies.ends(make_budget().step.split)}
+    assert parts[SLIP] == pytest.approx((3e-4 * 0.48, 0.0))
+    assert parts[CREEP] == pytest.approx((-5e-4 * 0.48, 5e-5 * 0.48)), "with its interval"
     assert len(parts) == 3, "neither integration nor what is left unexplained"
 
 

@@ -1,4 +1,4 @@
-"""A scene for the contact study in which the penalty model itself stands in for the constraint model."""
+"""Scenes for the contact study: one in which the penalty model stands in for the constraint model, and the limit's."""
 
 import dataclasses
 from types import SimpleNamespace
@@ -6,7 +6,11 @@ from types import SimpleNamespace
 import pytest
 
 from pipeline.parameters.loading import load
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.walk.recording import crossing_state
 from stages.biped.gait import StanceState
+from stages.contact_study.constraint_models import constraint_model
+from stages.contact_study.distance import Ruler
 from stages.contact_study.one_step import Scene
 from stages.contact_study.parameters import Parameters
 from stages.multibody.assembly.state import rolling_state
@@ -70,6 +74,37 @@ def small(parameters):
         searched_stiffness=(1e5,),
         searched_damping=(1e4,),
         searched_depth=(1e-4, 3e-4),
-        searched_stiction_velocity=(0.1,),
+        searched_stiction_velocity=(0.03,),
+        finalists=1,
+        family_shares=(1.0, 0.5),
     )
     return dataclasses.replace(parameters, settings=few)
+
+
+@pytest.fixture(scope="session")
+def constraints(parameters):
+    """The constraint models with rolling feet and with Coulomb's transition, from the first one's mid-stance."""
+    settings = parameters.settings
+    walker, point = find_gait(parameters.biped, parameters.slope, settings.constraint_tolerance)
+    start = walker.stance_state(crossing_state(walker, point.z, settings.constraint_tolerance))
+    return tuple(
+        constraint_model(parameters.biped, parameters.slope, friction, start, 1e-10, settings.sampling_rate_hz)
+        for friction in (None, parameters.contact.coefficients)
+    )
+
+
+@pytest.fixture(scope="session")
+def beside_rolling(parameters, constraints, solver):
+    """The scene of the study, in which sets are walked beside rolling feet."""
+    rolling, _ = constraints
+    window = parameters.settings.impact_window
+    return Scene(
+        parameters.biped, parameters.slope, solver, rolling.walk, rolling.mid_stance, rolling.period, window
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="session")
+def ruler(parameters, constraints, beside_rolling):
+    """Measures sets from the rigid limit."""
+    _, coulomb = constraints
+    return Ruler(dataclasses.replace(beside_rolling, walk=coulomb.walk), coulomb, parameters.settings)

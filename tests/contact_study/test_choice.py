@@ -1,73 +1,90 @@
 """The criterion chooses what it says it chooses."""
 
 import dataclasses
-import math
 
 import numpy as np
 import pytest
 
-from stages.contact_study.choice import TOO_DEAR, choose, excess, grid, score
-from stages.contact_study.result import OneStep
+from stages.contact_study.choice import choose, grid
+from stages.contact_study.distance import NOT_SOUGHT, unmeasured
+from stages.contact_study.limit_result import TOO_DEAR
 from stages.multibody.walking.scuffing import STEP_FLOOR
+from tests.contact_study.made_up import make_distance
+
+FIXED = ("searched_stiffness", "searched_damping", "searched_depth")
 
 
-def step(law, hip=1e-3, depth=1e-5, cost=100, outcome="completed"):
-    """A step as if the hip differed by `hip` [m] in x, without any walking."""
-    difference = np.array([hip, 0.0])
-    return OneStep(outcome, "", law, difference, 0 * difference, 0 * difference, difference, 0, 0, 9, depth, 0, 0, cost)
+class Search:
+    """A search among sets that differ in v_s alone, given as {v_s: (hip difference [m], cost, or an outcome)}."""
+
+    def __init__(self, parameters, default, sets, finalists=2, cycles=None):
+        fixed = (default.contact_stiffness, default.contact_damping, default.damping_depth)
+        self.sets, self.cycles, self.walked, self.solved = sets, cycles or {}, [], []
+        self.settings = dataclasses.replace(
+            parameters.settings,
+            **{key: (value,) for key, value in zip(FIXED, fixed)},
+            searched_stiction_velocity=tuple(sets),
+            finalists=finalists,
+            cost_limit=1.5,
+        )
+        start = make_distance(default, 1.0, 100)
+        self.chosen, self.finalists, self.tried = choose(start, self.settings, self.over_a_step, self.between_cycles)
+
+    def over_a_step(self, law, worth):
+        self.walked.append(law.stiction_velocity)
+        hip, cost = self.sets[law.stiction_velocity]
+        if isinstance(hip, str):
+            return unmeasured(law, hip, cost)
+        found = dataclasses.replace(make_distance(law, hip, cost), cycle_outcome=NOT_SOUGHT, cycle_score=np.inf)
+        return found if worth(found) else dataclasses.replace(found, step_score=np.inf)
+
+    def between_cycles(self, found):
+        self.solved.append(found.law.stiction_velocity)
+        return dataclasses.replace(found, cycle_score=self.cycles.get(found.law.stiction_velocity, 1.0))
 
 
-def search(parameters, default, steps):
-    """Choose among steps given by stiction velocity."""
-    settings = dataclasses.replace(
-        parameters.settings,
-        searched_stiffness=(default.contact_stiffness,),
-        searched_damping=(default.contact_damping,),
-        searched_depth=(default.damping_depth,),
-        searched_stiction_velocity=tuple(steps),
-        penetration_limit=1.0,
-        cost_limit=1.5,
-    )
-    chosen, tried = choose(
-        step(default), settings, lambda law: dataclasses.replace(steps[law.stiction_velocity], law=law)
-    )
-    return chosen.stiction_velocity, tried
+def test_the_nearest_set_that_keeps_the_cost_wins(parameters, default):
+    search = Search(parameters, default, {0.01: (1e-4, 151), 0.02: (2e-4, 150), 0.03: (3e-4, 120), 0.05: (4e-4, 90)})
+    assert search.chosen.law.stiction_velocity == 0.02
+    assert search.solved == [0.02, 0.03], "the two best over a step"
+    assert search.tried.outcome == ("completed", "completed", "completed", TOO_DEAR)
+    assert np.isinf(search.tried.score[-1]) and np.isfinite(search.tried.score[:-1]).all()
 
 
-def test_score_adds_each_difference_in_its_limit(parameters, default):
-    settings = dataclasses.replace(parameters.settings, position_limit=1e-3, velocity_limit=1e-2, force_limit=0.1)
-    law = step(default, hip=2e-3)
-    assert score(law, settings) == pytest.approx(2.0)
-    more = dataclasses.replace(law, hip_velocity=np.array([0.01, 0.03]), normal_force=0.05)
-    assert score(more, settings) == pytest.approx(2.0 + 3.0 + 0.5)
+def test_cycles_decide_between_the_best_over_a_step(parameters, default):
+    sets = {0.03: (3.0e-4, 120), 0.05: (3.1e-4, 90), 0.06: (9e-4, 80)}
+    search = Search(parameters, default, sets, cycles={0.03: 9.0, 0.05: 2.0, 0.06: 0.0})
+    assert [one.law.stiction_velocity for one in search.finalists] == [0.05, 0.03]
+    assert search.chosen is search.finalists[0]
 
 
-def test_the_least_difference_wins_among_those_that_keep_the_limits(parameters, default):
-    steps = {
-        0.01: step(default, hip=1e-4, depth=2e-5),  # too deep
-        0.02: step(default, hip=1e-4, cost=200),  # too dear
-        0.03: step(default, hip=3e-4),
-        0.05: step(default, hip=4e-4),
-        0.06: step(default, outcome="fell"),
-        0.07: step(default, outcome=STEP_FLOOR),
-    }
-    chosen, tried = search(parameters, default, steps)
-    assert chosen == 0.03
-    assert tried.excess[:4] == pytest.approx([1.0, 1 / 3, 0.0, 0.0])
-    assert tried.outcome[4:] == ("fell", TOO_DEAR) and np.isinf(tried.score[4:]).all()
+def test_a_set_without_a_cycle_is_chosen_only_if_none_has_one(parameters, default):
+    sets = {0.03: (3e-4, 120), 0.05: (9e-4, 90)}
+    assert Search(parameters, default, sets, cycles={0.03: np.inf}).chosen.law.stiction_velocity == 0.05
+    both = Search(parameters, default, sets, cycles={0.03: np.inf, 0.05: np.inf})
+    assert both.chosen.law.stiction_velocity == 0.03, "then the step decides"
 
 
-def test_if_no_set_keeps_the_limits_the_one_that_breaks_them_least_is_chosen(parameters, default):
-    deep, least, dear = step(default, depth=3e-5, hip=1e-5), step(default, depth=1.1e-5), step(default, cost=300)
-    steps = {0.01: deep, 0.02: least, 0.03: dear}
-    assert search(parameters, default, steps)[0] == 0.02
+def test_no_set_below_one_that_is_too_dear_is_walked(parameters, default):
+    sets = {0.01: (1e-4, 140), 0.02: (1e-4, 140), 0.03: (STEP_FLOOR, 151), 0.05: (3e-4, 120), 0.06: ("fell", 80)}
+    search = Search(parameters, default, sets)
+    assert search.walked == [0.06, 0.05, 0.03]
+    assert search.tried.outcome == ("fell", "completed", TOO_DEAR, TOO_DEAR, TOO_DEAR)
+    assert search.tried.solver_steps.tolist() == [80, 120, 151, 151, 151], "at least so many"
+    assert search.chosen.law.stiction_velocity == 0.05
 
 
-def test_a_failed_step_breaks_every_limit(parameters, default):
-    assert excess(step(default, outcome="fell"), parameters.settings, step(default)) == math.inf
+def test_if_none_is_left_the_starting_set_is_chosen(parameters, default):
+    search = Search(parameters, default, {0.03: ("fell", 80), 0.05: (1e-4, 200)})
+    assert search.chosen.law == default and search.finalists == ()
 
 
 def test_the_grid_holds_the_starting_set_and_every_combination(parameters, default):
     laws = list(grid(default, parameters.settings))
     assert default in laws and len(set(laws)) == len(laws) == 3 * 2 * 3 * 5
     assert {law.contact_exponent for law in laws} == {default.contact_exponent}
+
+
+def test_scores_are_infinite_where_nothing_is_known(default):
+    assert unmeasured(default, "fell", 0).score == np.inf
+    assert make_distance(default, 1e-3).score == pytest.approx(20.0)

@@ -1,18 +1,30 @@
-"""The stage as a whole, with a stand-in for the analytic result, and the study's own choice."""
+"""The stage as a whole beside the constraint model, and the study's own choice."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from pipeline.cache import artefact
+from stages.analytic.errors import NoGait
+from stages.contact_study import rigid_limit
 from stages.contact_study.result import Result
-from stages.contact_study.run import Inputs, run, same_set
+from stages.contact_study.rigid_limit import same_set
+from stages.contact_study.run import Inputs, run
 
 
 @pytest.fixture(scope="module")
-def result(small, stand_in):
-    return run(small, Inputs(stand_in))
+def analytic(constraints):
+    """What the stage reads of an analytic result."""
+    rolling = constraints[0]
+    gait = SimpleNamespace(period_s=rolling.period)
+    return SimpleNamespace(walk=rolling.walk, mid_stance=rolling.mid_stance, gait=gait)
+
+
+@pytest.fixture(scope="module")
+def result(small, analytic):
+    return run(small, Inputs(analytic))
 
 
 def test_rows_and_curves_belong_together(result):
@@ -24,29 +36,50 @@ def test_rows_and_curves_belong_together(result):
     assert len(result.candidates.outcome) == 2
 
 
-def test_the_choice_is_among_the_candidates_and_keeps_the_starting_sets_rest(result, default):
-    assert result.chosen.law == default, "the stand-in is a walk with that set"
-    assert result.chosen.hip_position.max() < 1e-6
+def test_the_choice_is_among_the_candidates_and_at_the_head_of_its_family(result, default):
+    depth = result.chosen.law.damping_depth
+    chosen = dataclasses.replace(default, stiction_velocity=0.03, damping_depth=depth)
+    assert result.chosen.law == result.limit.chosen.law == chosen
+    assert result.limit.finalists == (result.limit.chosen,)
+    assert [one.law.stiction_velocity for one in result.limit.family] == [0.03, 0.015]
+    assert result.limit.family[1].position_parts.sum() < result.limit.family[0].position_parts.sum()
+    assert result.limit.chosen.solver_steps <= result.limit.most_solver_steps
 
 
-def test_it_says_whether_the_ground_is_its_choice(result, small, stand_in, default):
+def test_it_says_whether_the_ground_is_its_choice(result, small, analytic):
     assert not result.ground_is_choice and "ground.yaml holds another" in result.summary()
-    other = run(dataclasses.replace(small, contact=default), Inputs(stand_in))
+    assert result.limit.ground.law == small.contact != result.limit.chosen.law
+    other = run(dataclasses.replace(small, contact=result.chosen.law), Inputs(analytic))
     assert other.ground_is_choice and "ground.yaml holds it" in other.summary()
+    assert other.limit.ground.score == other.limit.chosen.score == pytest.approx(result.limit.chosen.score)
 
 
-def test_runs_give_the_same_bytes_and_survive_storage(result, small, stand_in):
+def test_runs_give_the_same_bytes_and_survive_storage(result, small, analytic):
     content = artefact.encode(result, {})
-    assert artefact.encode(run(small, Inputs(stand_in)), {}) == content
+    assert artefact.encode(run(small, Inputs(analytic)), {}) == content
     read = artefact.decode(content, Result, "contact_study.h5")
     assert read.chosen.law == result.chosen.law and np.array_equal(read.variations.force, result.variations.force)
+    assert read.limit.finalists[0].law == result.limit.finalists[0].law
 
 
-def test_tables_show_all_variations_and_the_best_sets(result):
-    (_, columns, varied), (_, searched, tried) = result.tables()
+def test_tables_show_all_variations_the_family_and_the_best_sets(result):
+    (_, columns, varied), (_, limits, measured), (_, searched, tried) = result.tables()
     assert len(varied) == 1 + 2 + 2 and all(len(row) == len(columns) for row in varied)
+    assert len(measured) == 1 + 3 + 1 + 2 and all(len(row) == len(limits) for row in measured)
     assert len(tried) == 2 and all(len(row) == len(searched) for row in tried)
-    assert tried[0][-2] <= tried[1][-2]
+    assert tried[0][-1] <= tried[1][-1]
+
+
+def test_without_a_gait_with_slipping_feet_there_is_no_choice_but_a_result(small, analytic, default, monkeypatch):
+    def none(*given):
+        raise NoGait("the trailing foot slips away")
+
+    monkeypatch.setattr(rigid_limit, "constraint_model", none)
+    found = run(small, Inputs(analytic))
+    assert found.limit is None and found.candidates is None and not found.ground_is_choice
+    assert found.chosen.law == default and found.variations.outcome == ("completed", "completed")
+    assert "the trailing foot slips away" in found.summary() and len(found.tables()) == 1
+    assert artefact.decode(artefact.encode(found, {}), Result, "contact_study.h5").limit is None
 
 
 @pytest.mark.slow
@@ -57,5 +90,8 @@ def test_ground_yaml_holds_the_choice_of_the_study(parameters, repository):
 
     own = locate(start=repository).parameters(["analytic"])["analytic"]
     result = run(parameters, Inputs(analytic.run(own)))
-    assert same_set(parameters.contact, result.chosen.law), result.summary()
-    assert result.chosen.hip_position.max() <= 3e-4 and result.chosen.hip_velocity.max() <= 5e-3
+    assert result.ground_is_choice and same_set(parameters.contact, result.chosen.law), result.summary()
+    best, second = result.limit.finalists[:2]
+    assert best.score < 0.9 * second.score, "by more than a tenth"
+    assert best.solver_steps <= result.limit.most_solver_steps
+    assert result.limit.family[-1].position_parts.sum() < 0.1 * best.position_parts.sum(), "an eighth of both effects"

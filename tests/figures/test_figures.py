@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -82,12 +84,13 @@ def test_figure_05_lays_each_variation_over_the_constraint_model():
     study, walk = make_study(), make_walk()
     with style.drawing():
         figure = drawn("figure_05_contact_parameters")
-    for column, (key, *_, factor) in enumerate(figure_05.COLUMNS):
-        impact, difference = figure.get_axes()[column], figure.get_axes()[8 + column]
-        exact, default, *varied = [line for line in impact.lines if len(line.get_xdata()) > 10]
+    for row, (key, *_, factor) in enumerate(figure_05.ROWS):
+        impact, _, difference = figure.get_axes()[3 * row : 3 * row + 3]
+        exact, default, *varied, chosen = [line for line in impact.lines if len(line.get_xdata()) > 10]
         leg = walk.ground_reaction[:, 1, 1]
         assert np.delete(exact.get_ydata(), np.flatnonzero(np.isnan(exact.get_ydata()))) == pytest.approx(leg)
         assert default.get_ydata() == pytest.approx(study.default_force[:, 1])
+        assert chosen.get_ydata() == pytest.approx(study.chosen_force[:, 1]) and chosen.get_linestyle() == "--"
         rows = study.variations.rows(key)
         assert len(varied) == len(rows) == 2
         for line, row in zip(varied, rows):
@@ -96,6 +99,34 @@ def test_figure_05_lays_each_variation_over_the_constraint_model():
         values, found = difference.lines[0].get_data()
         assert values == pytest.approx(factor * getattr(DEFAULTS, key) * np.array([0.5, 1.0, 2.0]))
         assert found == pytest.approx([1.0, 2.0, 4.0]), "mm"
+        value, star = difference.lines[1].get_data()
+        assert value == pytest.approx([factor * getattr(study.chosen.law, key)]) and star == pytest.approx([0.2])
+        assert difference.lines[2].get_ydata() == pytest.approx([0.25] * 2), "the rigid limit"
+
+
+def test_the_figure_of_contact_sets_shows_distances_that_do_not_cancel():
+    limit = make_study().limit
+    with style.drawing():
+        cost, stiffness, parts, cycles = drawn("contact_sets").get_axes()
+    for axes, places in (
+        (cost, [400, 800, 1600, 3200]),
+        (stiffness, [one.law.contact_stiffness for one in limit.family]),
+    ):
+        values, far = axes.lines[1].get_data()
+        assert values == pytest.approx(places)
+        assert far == pytest.approx([1e3 * one.position_parts.sum() for one in limit.family])
+        assert axes.lines[2].get_ydata() == pytest.approx([6.2]) and axes.lines[3].get_ydata() == pytest.approx([0.62])
+        assert axes.lines[4].get_ydata() == pytest.approx([0.25] * 2)
+    bars = [bar.get_width() for bar in parts.patches[:3]]
+    assert bars == pytest.approx([0.4, 0.2, 0.02]) and parts.lines[0].get_xdata() == pytest.approx([0.2] * 2)
+    assert cycles.lines[0].get_ydata() == pytest.approx([0.4, 0.2, 0.1, 0.05]), "ms"
+
+
+def test_without_a_rigid_limit_the_figures_say_so():
+    study = dataclasses.replace(make_study(), limit=None, candidates=None, limit_outcome="the foot slips away")
+    with style.drawing():
+        assert drawn("contact_sets", contact_study=study).get_axes()[0].get_title() == "the foot slips away"
+        drawn("figure_05_contact_parameters", contact_study=study)
 
 
 def test_figure_06_shows_the_friction_law_its_force_and_what_the_velocities_do():

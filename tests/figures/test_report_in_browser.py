@@ -6,6 +6,7 @@ import os
 
 import pytest
 
+from pipeline.commands.claims import VERDICTS, Claim, Claims
 from pipeline.report.content import Content, Figure
 from pipeline.report.page import html
 from tests.comparison.made_up import make_walk
@@ -24,10 +25,14 @@ def page(tmp_path_factory):
     faster = twin()
     faster.walk = make_walk(speed=0.31)
     fragment = drawn("gait_animation", twin=faster)
-    claim = {"id": "a_claim", "stated": "1 < 2 & <b>more</b>", "found": "x" * 200, "holds": None, "why": "made up"}
+    words = "1 < 2 & <b>more</b>"
+    claims = [Claim(f"{verdict}", "1.2", words, "1 < 2", "x" * 200, verdict, "", ["made up"], ["a.b 1"])
+              for verdict in VERDICTS]  # fmt: skip
+    table = {"title": "Table", "columns": ["", "one", "two"], "rows": [["a row", "1.0", ""]]}
     row = {"name": "analytic", "summary": "walks", "key": "0" * 32, "seconds": "1.0", "size": "1.00", "inputs": ""}
     content = Content(
-        [claim], [Figure("gait_animation", "Gait", "made up", "", fragment)], "All of it.", [row],
+        Claims(claims, ["One sentence."], [table]), [Figure("gait_animation", "Gait", "made up", "", fragment)],
+        "A report", "All of it.", [row],
         {"biped": [{"key": "hip_mass", "value": "0.3", "unit": "kg", "source": "made up"}]}, {"python": "3"},
     )  # fmt: skip
     (folder / "report.html").write_bytes(html(content, "seal", "1", {}))
@@ -47,6 +52,16 @@ def test_it_loads_without_a_word_and_without_the_network(page):
     assert [address for address in page.requests if not address.startswith(("data:", "file:"))] == []
     assert page.value("document.querySelectorAll('b').length") == 0, "text from results is text, not markup"
     assert "1 < 2 & <b>more</b>" in page.value("document.body.innerText")
+
+
+def test_every_claim_has_a_place_in_the_strip_of_verdicts(page):
+    count = len(VERDICTS)
+    assert page.value("document.querySelectorAll('.strip span').length") == count
+    strip = "[...document.querySelectorAll('.strip span')]"
+    widths = page.value(strip + ".map(part => part.getBoundingClientRect().width)")
+    assert min(widths) > 10 and max(widths) - min(widths) < 1
+    said = page.value("document.querySelector('.strip').getAttribute('aria-label')")
+    assert said.startswith(f"{count} claims: 1 hold")
 
 
 def test_the_animation_plays_by_key_and_by_button_and_stops(page):

@@ -12,9 +12,9 @@ from stages.biped.quantity import faults
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import friction_coefficient, friction_slope
 from stages.ground.laws import FRICTIONS, NORMAL_FORCES
+from stages.ground.laws.restitution import damping_factor
 from stages.ground.normal_force import normal_force, static_penetration
 from stages.ground.operations import ARRAYS, SCALARS
-from stages.ground.restitution import damping_factor
 
 ADAMS = ContactLaw(
     contact_stiffness=1e5,

@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.cache import durable
-from pipeline.commands.asking import Asked
 from pipeline.errors import StudyError
 from pipeline.execution.display import Display
 from pipeline.execution.planning import Planner, State
+from pipeline.questions.asking import Asked
 from pipeline.report import page
 from pipeline.report.content import entries
 from pipeline.sweep import spec as specs

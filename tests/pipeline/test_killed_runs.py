@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import random
 import signal
+import sys
 import time
 from pathlib import Path
 
@@ -56,6 +58,23 @@ def test_a_worker_ends_with_the_run_that_started_it(toy_with_commands):
     assert wait_for(lambda: not any(alive(pid) for pid in workers))
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere a stopped process cannot notice")
+def test_a_stopped_worker_ends_with_the_run_that_started_it(toy_with_commands):
+    toy = toy_with_commands
+    process = toy.start("run", "fall", "--set", "fall.behaviour=sleep")
+    (worker,) = wait_for(lambda: children(process.pid))
+    logs = "results/.cache/making-*/stage.log"
+    assert wait_for(lambda: [path for path in toy.root.glob(logs) if path.stat().st_size])  # it sleeps
+    os.kill(worker, signal.SIGSTOP)
+    process.kill()
+    process.communicate()
+    try:
+        assert wait_for(lambda: not alive(worker), 10.0)
+    finally:
+        with contextlib.suppress(OSError):
+            os.kill(worker, signal.SIGKILL)
+
+
 @unix
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_run_keeps_what_it_has(toy_with_commands, number):
@@ -66,7 +85,7 @@ def test_an_interrupted_run_keeps_what_it_has(toy_with_commands, number):
     workers = wait_for(lambda: children(process.pid))
     process.send_signal(number)
     _, errors = process.communicate(timeout=50)
-    assert process.returncode == 130
+    assert process.returncode == 128 + number
     assert errors.strip() == "error: stopped; everything computed before is kept"
     assert toy.results() == before
     assert wait_for(lambda: not any(alive(pid) for pid in workers))

@@ -9,10 +9,10 @@ import pytest
 
 from pipeline.cache import durable
 from pipeline.cache.lock import held
-from pipeline.commands.asking import Asked
 from pipeline.errors import StudyError
 from pipeline.execution.planning import Planner
 from pipeline.graph import is_inside
+from pipeline.questions.asking import Asked
 
 unix = pytest.mark.skipif(os.name != "posix", reason="uses links and pipes")
 FORGED = b"forged"

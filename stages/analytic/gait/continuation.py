@@ -110,13 +110,14 @@ class Curve:
         point = self.point(*corrected, last.tangent)
         return None if point.tangent @ last.tangent < 0.9 and step > SHARPEST_BEND else point
 
-    def half_cycle_gap(self, u: Vector) -> float:
-        """Largest change of the gait after half its cycle: zero for one of half the cycle; infinite for one step."""
+    def half_cycle_move(self, u: Vector) -> Vector:
+        """Change of the gait after half its cycle: zero for one of half the cycle; infinite for one step."""
         if self.cycle == 1:
-            return np.inf
+            return np.full(len(u) - 1, np.inf)
         walker = self.design.with_value(self.name, u[-1] * self.span).walker()
         steps, _ = iterate(walker, u[:-1], self.cycle // 2, self.tolerance)
-        return float(np.abs(steps[-1].z - u[:-1]).max())
+        move: Vector = steps[-1].z - u[:-1]
+        return move
 
     def point(self, u: Vector, derivative: np.ndarray, period: float, along: Vector) -> BranchPoint:
         """The gait at a corrected point of the curve."""
@@ -168,11 +169,15 @@ def locate(curve: Curve, kind: str, left: BranchPoint, right: BranchPoint) -> Br
     return found
 
 
-def special_between(curve: Curve, left: BranchPoint, right: BranchPoint) -> list[SpecialPoint]:
-    """Special points between two neighbours on the branch."""
+def special_between(curve: Curve, left: BranchPoint, right: BranchPoint, *, passes: bool) -> list[SpecialPoint]:
+    """Special points between two neighbours on the branch.
+
+    Where the branch `passes` the family of half the cycle it comes back as itself half a cycle later: its tangent is
+    upright there, and no gaits meet and vanish. That is the other family's period doubling and no turning point.
+    """
     before, after = test_functions(left), test_functions(right)
     found = []
-    for kind in (TURNING_POINT, PERIOD_DOUBLING, TORUS):
+    for kind in (PERIOD_DOUBLING, TORUS) if passes else (TURNING_POINT, PERIOD_DOUBLING, TORUS):
         if before[kind] * after[kind] < 0:
             point = locate(curve, kind, left, right)
             if point is not None:
@@ -203,11 +208,13 @@ def continue_gait(
     upward: bool = True,
     largest_step: float = 0.02,
     most_points: int = 400,
+    until_fold: bool = False,
     progress: Progress = ignore,
 ) -> Branch:
     """Follow the gait at `z` of `design` in the parameter `name` until it leaves `limits` or ends.
 
-    `largest_step` is the largest distance of two points in section coordinates and shares of the limits' span.
+    `largest_step` is the largest distance of two points in section coordinates and shares of the limits' span; with
+    `until_fold` the first turning point ends the branch.
     Raises ValueError if `z` leads to no gait of the given cycle.
     """
     start = fixed_point(design.walker(), z, tolerance, cycle)
@@ -223,30 +230,32 @@ def continue_gait(
     way = abs(limits[upward] - points[0].value) or span
     special: list[SpecialPoint] = []
     ended = ""
-    opening = curve.half_cycle_gap(u)
-    step = min(largest_step / 4, opening / 4)
+    move = curve.half_cycle_move(u)
+    step = min(largest_step, np.abs(move).max()) / 4
     while len(points) < most_points:
         if step < SMALLEST_STEP:
             return Branch(name, cycle, tuple(points), tuple(special), ended)
         last = points[-1]
         try:
             point = curve.neighbour(last, step)
-            closing = curve.half_cycle_gap(coordinates(point, span)) if point is not None else 0.0
+            new = curve.half_cycle_move(coordinates(point, span)) if point is not None else move
         except StepFailed:
-            point, closing = None, 0.0
+            point, new = None, move
         if point is None:
             step, ended = step / 2, "the gait ends: no step map beyond"
             continue
-        if closing < 0.3 * opening:  # about to fall onto, or already on, the family of half the cycle
+        if np.abs(new).max() < 0.3 * np.abs(move).max():  # about to fall onto, or on, the family of half the cycle
             step, ended = step / 2, "joins the family of half the cycle"
             continue
-        crossed = special_between(curve, last, point)
+        crossed = special_between(curve, last, point, passes=cycle > 1 and float(new @ move) < 0.0)
         special += [one for one in crossed if limits[0] <= one.point.value <= limits[1]]
         if not limits[0] <= point.value <= limits[1]:
             points += on_limit(curve, last, point, limits[0] if point.value < limits[0] else limits[1])
             return Branch(name, cycle, tuple(points), tuple(special), "the limit of the parameter")
         points.append(point)
-        opening = closing
+        if until_fold and any(one.kind == TURNING_POINT for one in crossed):
+            return Branch(name, cycle, tuple(points), tuple(special), TURNING_POINT)
+        move = new
         progress(abs(point.value - points[0].value) / way, f"cycle of {cycle}, {name} = {point.value:.4g}")
         step = min(1.5 * step, largest_step)
     return Branch(name, cycle, tuple(points), tuple(special), f"{most_points} points")

@@ -8,9 +8,19 @@ import numpy as np
 
 from stages.analytic.gait.continuation import PERIOD_DOUBLING, Branch, SpecialPoint, continue_gait
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.gait.poincare import fixed_point, iterate
+from stages.analytic.gait.poincare import FixedPoint, fixed_point, iterate
 from stages.analytic.model.walker import Vector, Walker
 from stages.biped.progress import Progress, ignore
+
+
+#: Just beyond its doubling a family has a multiplier this near to 1; other cycles may lie close by.
+NEWBORN = 0.3
+
+
+def leaves(point: FixedPoint, cycle: int) -> bool:
+    """Whether a gait of twice `cycle` steps is one of the family that leaves its doubling, with a multiplier near 1."""
+    moves = np.abs(point.steps[cycle - 1].z - point.z).max() > 1e-6
+    return bool(moves and np.abs(point.floquet_multipliers - 1).min() < NEWBORN)
 
 
 def doubled_start(design: DesignPoint, branch: Branch, special: SpecialPoint, tolerance: float) -> tuple[float, Vector]:
@@ -33,7 +43,7 @@ def doubled_start(design: DesignPoint, branch: Branch, special: SpecialPoint, to
             value = special.point.value + sign * shift * span
             for size in (1e-2, 3e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5):
                 point = fixed_point(walker_at(value), special.point.z + size * direction, tolerance, 2 * branch.cycle)
-                if point is not None and np.abs(point.steps[branch.cycle - 1].z - point.z).max() > 1e-6:
+                if point is not None and leaves(point, branch.cycle):
                     return value, point.z
     raise ValueError("no gait of twice the cycle was found next to the period doubling")
 

@@ -7,67 +7,42 @@ stable ones. Stiff walkers are reached from the rigid ones and by raising stiffn
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterator
+from contextlib import suppress
 
 import numpy as np
 
 from stages.analytic.errors import NoGait, StepFailed
-from stages.analytic.gait.poincare import FixedPoint, fixed_point, poincare_map
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.neighbours import from_neighbours
+from stages.analytic.gait.newton import SEARCH_TOLERANCE, converge, is_new
+from stages.analytic.gait.newton import by_stability as by_stability
+from stages.analytic.gait.poincare import FixedPoint, poincare_map
 from stages.analytic.gait.search_starts import (
     ANGLES,
+    GRID_RATE,
+    LONG_WALK,
     RATES,
     SCAN_STEPS,
+    WIDE_ANGLES,
+    WIDE_RATES,
+    is_quick,
+    is_searched,
     landed,
     lengths_after_heel_strike,
     ranked_starts,
+    walked_on,
 )
 from stages.analytic.model.kinds import Compliant, Limited, Rigid, Rolling
 from stages.analytic.model.stiffness import attainable_tolerance, compliant, fastest_rate
-from stages.analytic.model.walker import Vector, Walker, build_walker
+from stages.analytic.model.walker import Vector, Walker
 from stages.biped.design import Biped
 from stages.biped.gait import Gait
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 
-#: Two fixed points closer than this are one.
-DISTINCT = 1e-6
-SEARCH_TOLERANCE = 1e-8
-#: Newton's method is tried from so many starts; when a stable gait is enough, from so few if they show one.
-MOST_STARTS, FEW_STARTS = 80, 12
-#: Fastest axial rate, in 1 / pendulum time, up to which a walker is searched on the grid, and a stage's factor beyond.
-GRID_RATE, STAGE = 400.0, 3.0
-
-
-def is_new(found: list[FixedPoint], candidate: FixedPoint) -> bool:
-    """Whether `candidate` is none of the fixed points found."""
-    return all(np.abs(known.z - candidate.z).max() > DISTINCT for known in found)
-
-
-def is_walking(point: FixedPoint) -> bool:
-    """Whether a fixed point moves forward: the stance leg starts behind upright and every step takes time."""
-    return bool(point.z[0] < -1e-4) and all(step.period > 1e-3 for step in point.steps)
-
-
-def by_stability(point: FixedPoint) -> float:
-    """Largest multiplier in magnitude."""
-    return float(np.abs(point.floquet_multipliers).max())
-
-
-def converge(walker: Walker, starts: Iterable[Vector], tolerance: float, *, unstable: bool) -> list[FixedPoint]:
-    """Distinct gaits that Newton's method reaches from `starts`; only the first few if they show a stable one."""
-    found: list[FixedPoint] = []
-    for count, start in enumerate(starts):
-        if count >= MOST_STARTS:
-            break
-        if not unstable and count >= FEW_STARTS and any(by_stability(point) < 1 for point in found):
-            break
-        point = fixed_point(walker, start, max(tolerance, SEARCH_TOLERANCE))
-        if point is None or not is_walking(point) or not is_new(found, point):
-            continue
-        point = fixed_point(walker, point.z, tolerance)
-        if point is not None and is_walking(point) and is_new(found, point):
-            found.append(point)
-    return found
+#: Factor from one stage of stiffness to the next.
+STAGE = 3.0
 
 
 def softer(p: Compliant, rate: float) -> Compliant:
@@ -89,34 +64,45 @@ def stiffen(walker: Walker, p: Compliant, gaits: list[FixedPoint], rate: float) 
     return gaits
 
 
-def stiff_starts(walker: Walker, p: Compliant, *, unstable: bool) -> list[Vector]:
-    """Starts of a stiff walker: landings of the gaits of the same biped with rigid legs."""
+def rigid_landings(walker: Walker, p: Compliant) -> list[Vector]:
+    """Landings of the gaits of the same biped with rigid legs."""
     rigid = dataclasses.replace(walker, p=Rigid(p.M, p.m, p.L_nat, p.r, p.l, p.I, p.g_x, p.g_y))
-    rigid_starts, _ = ranked_starts(rigid)
     starts: list[Vector] = []
-    for point in converge(rigid, rigid_starts, SEARCH_TOLERANCE, unstable=unstable):
-        try:
+    for point in converge(rigid, ranked_starts(rigid)[0], SEARCH_TOLERANCE, unstable=True):
+        with suppress(StepFailed):
             starts.append(landed(p, rigid, point))
-        except StepFailed:
-            continue
     return starts
+
+
+def softened_ends(walker: Walker, p: Compliant) -> list[Vector]:
+    """The gaits of the same biped with softer springs, followed to its own as far as Newton's method leads."""
+    soft = dataclasses.replace(walker, p=softer(p, GRID_RATE))
+    gaits = converge(soft, ranked_starts(soft)[0], SEARCH_TOLERANCE, unstable=True)
+    return [point.z for point in stiffen(walker, p, gaits, GRID_RATE)]
+
+
+def sources(walker: Walker) -> Iterator[list[Vector]]:
+    """Lists of starts for Newton's method, the quickest to get and most promising first."""
+    p = walker.p
+    if isinstance(p, Compliant) and not is_quick(p):
+        yield rigid_landings(walker, p)
+    if is_searched(p):
+        yield ranked_starts(walker)[0]
+        yield walked_on(walker)
+    elif isinstance(p, Compliant):
+        yield softened_ends(walker, p)
 
 
 def find_gaits(walker: Walker, tolerance: float, *, unstable: bool) -> list[FixedPoint]:
     """Fixed points of the step map, most stable first; with `unstable` the search goes on after a stable one."""
-    p = walker.p
-    if p.g_x <= 0.0:
-        return []
-    tolerance = attainable_tolerance(p, tolerance)
-    if isinstance(p, Rigid) or fastest_rate(p) <= GRID_RATE:
-        found = converge(walker, ranked_starts(walker)[0], tolerance, unstable=unstable)
-        return sorted(found, key=by_stability)
-    found = converge(walker, stiff_starts(walker, p, unstable=unstable), tolerance, unstable=True)
-    if unstable or not any(by_stability(point) < 1 for point in found):
-        soft = dataclasses.replace(walker, p=softer(p, GRID_RATE))
-        gaits = converge(soft, ranked_starts(soft)[0], SEARCH_TOLERANCE, unstable=True)
-        starts = [point.z for point in stiffen(walker, p, gaits, GRID_RATE)]
-        found += [point for point in converge(walker, starts, tolerance, unstable=True) if is_new(found, point)]
+    found: list[FixedPoint] = []
+    if walker.p.g_x <= 0.0:
+        return found
+    tolerance = attainable_tolerance(walker.p, tolerance)
+    for starts in sources(walker):
+        found += [point for point in converge(walker, starts, tolerance, unstable=unstable) if is_new(found, point)]
+        if not unstable and any(by_stability(point) < 1 for point in found):
+            break
     return sorted(found, key=by_stability)
 
 
@@ -126,16 +112,18 @@ def why_no_gait(walker: Walker) -> str:
         return "no periodic gait: on level ground gravity does no work, and every heel strike loses energy"
     if isinstance(walker.p, Limited) and (reason := why_no_step(walker, walker.p)):
         return f"no periodic gait found: from the gait of the same biped with rolling feet, {reason}"
+    rigid = "" if is_quick(walker.p) else "the gaits of the same biped with rigid legs lead to none"
+    if not is_searched(walker.p):
+        return (f"no periodic gait found: the legs are too stiff for a search on a grid; {rigid}, and neither do those "
+                "with softer springs")  # fmt: skip
     where = f"stance angle {ANGLES[0]:g} to {ANGLES[-1]:g} rad, stance rate {RATES[0]:g} to {RATES[-1]:g} sqrt(g/L)"
-    if fastest_rate(walker.p) > GRID_RATE:
-        return (
-            f"no periodic gait found: the legs are too stiff for a search on the grid ({where}), and neither the gaits "
-            "of the same biped with rigid legs nor those with softer springs lead to one")
     _, longest = ranked_starts(walker)
     steps = f"at least {SCAN_STEPS}" if longest >= SCAN_STEPS else str(longest)
     return (
         f"no periodic gait in the range searched ({where}): of {ANGLES.size * RATES.size} starts the longest walk made "
-        f"{steps} steps, and Newton's method converged from none")
+        f"{steps} steps, and Newton's method converged from none; of {WIDE_ANGLES.size * WIDE_RATES.size} walks from "
+        f"up to {WIDE_ANGLES[-1]:g} rad and {WIDE_RATES[-1]:g} sqrt(g/L) none settled in {LONG_WALK} steps"
+        + (f"; {rigid}" if rigid else ""))
 
 
 def why_no_step(walker: Walker, p: Limited) -> str:
@@ -186,8 +174,12 @@ def find_gait(
 
     Raises NoGait with the reason if there is none in the range searched.
     """
-    walker = build_walker(biped, slope, friction)
+    design = DesignPoint(biped, slope, friction)
+    walker = design.walker()
     found = find_gaits(walker, tolerance, unstable=False)
-    if not found:
-        raise NoGait(why_no_gait(walker))
-    return walker, found[0]
+    if found:
+        return walker, found[0]
+    elsewhere = from_neighbours(design, attainable_tolerance(walker.p, tolerance)) if slope.angle > 0.0 else []
+    if isinstance(elsewhere, FixedPoint):
+        return walker, elsewhere
+    raise NoGait("; ".join([why_no_gait(walker), *map(str, elsewhere)]))

@@ -1,8 +1,8 @@
 """Where the search for gaits starts.
 
 Most starts lie on a grid over stance angle and stance rate just after heel strike. A walker with stiff springs or
-dampers takes too many integration steps for a grid; its legs hardly move along themselves, so it starts from the
-gaits of the same biped with rigid legs.
+dampers takes many integration steps; its legs hardly move along themselves, so it starts from the gaits of the same
+biped with rigid legs. A light foot makes the rates fast, but no stiff legs: where these lead nowhere the grid follows.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.poincare import FixedPoint, poincare_map
-from stages.analytic.model.kinds import Compliant, Limited, Rigid
+from stages.analytic.model.kinds import Compliant, Kind, Limited, Rigid, Stiff
+from stages.analytic.model.stiffness import STIFF_RATE, fastest_rate
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.flow import RIGID
 from stages.analytic.phases.transitions import heel_strike_reset
@@ -23,10 +24,24 @@ from stages.analytic.walk.recording import record
 ANGLES = np.linspace(0.05, 0.60, 12)
 RATES = np.linspace(0.05, 1.2, 24)
 SCAN_TOLERANCE = 1e-5
+#: Fastest axial rate, in 1 / pendulum time, up to which a grid is quicker than a detour over rigid legs.
+GRID_RATE = 400.0
 SCAN_STEPS = 3
+#: Walks that are to settle on a stable gait: their range, wider and with fewer starts, and their steps.
+WIDE_ANGLES, WIDE_RATES, LONG_WALK = np.linspace(0.02, 1.0, 15), np.linspace(0.05, 2.0, 20), 60
 #: Starts closer than this in angle and rate lead to the same gait.
 SAME_START = 0.01
 STEP_TIME = 2.6
+
+
+def is_quick(p: Kind) -> bool:
+    """Whether a grid of starts is the quickest search."""
+    return isinstance(p, Rigid) or fastest_rate(p) <= GRID_RATE
+
+
+def is_searched(p: Kind) -> bool:
+    """Whether a step costs so little that a grid of starts is walked: springs are slow, or implicit steps pass them."""
+    return isinstance(p, Rigid | Stiff) or fastest_rate(p) <= STIFF_RATE
 
 
 def lengths_after_heel_strike(p: Compliant) -> tuple[float, float]:
@@ -44,11 +59,15 @@ def lengths_after_heel_strike(p: Compliant) -> tuple[float, float]:
 def start_coordinates(walker: Walker, angle: float, rate: float) -> Vector:
     """Section coordinates of a plausible start: the hip moves across the new stance leg, the springs carry weight.
 
-    The hip's velocity, across the trailing leg before, has the part -rate sin(2 angle) along the new one.
+    The hip's velocity, across the trailing leg before, has the part -rate sin(2 angle) along the new one. On rigid
+    legs `rate` is that before the impact, at which the leading leg hangs still.
     """
     p = walker.p
     if isinstance(p, Rigid):
-        return np.array([-angle, rate, rate * np.cos(2 * angle) - rate])
+        y = np.array([angle, angle, rate, 0.0])
+        heel_strike_reset(y, p)
+        landing: Vector = y[[0, 2, 3]]
+        return landing
     across = -rate * np.sin(2 * angle) * p.M / (p.M + p.m)
     return np.array([-angle, *lengths_after_heel_strike(p), rate, across, *at_rest(p)])
 
@@ -58,10 +77,10 @@ def at_rest(p: Compliant) -> list[float]:
     return [0.0, 0.0] if isinstance(p, Limited) else []
 
 
-def grid(walker: Walker) -> Iterator[Vector]:
-    """All starts on the grid."""
-    for angle in ANGLES:
-        for rate in RATES:
+def grid(walker: Walker, angles: Vector = ANGLES, rates: Vector = RATES) -> Iterator[Vector]:
+    """All starts on a grid."""
+    for angle in angles:
+        for rate in rates:
             yield start_coordinates(walker, float(angle), float(rate))
 
 
@@ -82,20 +101,38 @@ def angle_and_rate(walker: Walker, z: Vector) -> Vector:
     return z[[0, 1]] if walker.rigid else z[[0, 3]]
 
 
-def ranked_starts(walker: Walker) -> tuple[list[Vector], int]:
-    """Starts on the grid and their images, those that move least in one step first; and the longest walk's steps."""
+def ranked_starts(walker: Walker, thinned: int = 1) -> tuple[list[Vector], int]:
+    """Starts on the grid, `thinned` or not, and their images, those that move least in one step first.
+
+    And how many steps the longest walk made.
+    """
     pairs: list[tuple[float, Vector]] = []
     longest = 0
-    for z in grid(walker):
+    for z in grid(walker, ANGLES[::thinned], RATES[::thinned]):
         trail = walk_forward(walker, z, SCAN_STEPS)
         longest = max(longest, len(trail))
         for before, after in zip([z, *trail], trail, strict=False):
-            pairs.append((float(np.abs(angle_and_rate(walker, after - before)).max()), before))
+            if before[0] < 0.0:
+                pairs.append((float(np.abs(angle_and_rate(walker, after - before)).max()), before))
     chosen: list[Vector] = []
     for _, z in sorted(pairs, key=lambda pair: pair[0]):
         if all(np.abs(angle_and_rate(walker, z - other)).max() > SAME_START for other in chosen):
             chosen.append(z)
     return chosen, longest
+
+
+def walked_on(walker: Walker) -> list[Vector]:
+    """Where long walks from a wide grid end that do not fall: a stable gait draws them in."""
+    ends: list[Vector] = []
+    for z in grid(walker, WIDE_ANGLES, WIDE_RATES):
+        for _ in range(LONG_WALK // SCAN_STEPS):
+            trail = walk_forward(walker, z, SCAN_STEPS)
+            if len(trail) < SCAN_STEPS or any(np.abs(trail[-1] - other).max() < SAME_START for other in ends):
+                break
+            z = trail[-1]
+        else:
+            ends.append(z)
+    return [z for z in ends if z[0] < 0.0]
 
 
 def landed(p: Compliant, rigid: Walker, point: FixedPoint) -> Vector:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from stages.analytic.compiled import by_kind, compiled
+from stages.analytic.compiled import ByKind, compiled
 from stages.analytic.integration import dop853_step, radau
 from stages.analytic.model.kinds import Kind, Stiff
 
@@ -13,10 +13,10 @@ STAGES = 12
 
 #: Advance `y` by `h` into `new`; how often the rates were evaluated: take_step(phase, y, h, p, stages, new). `stages`
 #: (12, size) holds dy/dt at `y` in its first row; the other rows are overwritten.
-take_step: Callable[..., int] = by_kind({Stiff: radau.take_step, Kind: dop853_step.take_step})
+take_step: Callable[..., int] = ByKind({Stiff: radau.take_step, Kind: dop853_step.take_step})
 #: Estimated error of the step just taken, in units of the tolerance; NaN if it is not finite:
 #: error_norm(y, new, h, p, stages, tolerance).
-error_norm: Callable[..., float] = by_kind({Stiff: radau.error_norm, Kind: dop853_step.error_norm})
+error_norm: Callable[..., float] = ByKind({Stiff: radau.error_norm, Kind: dop853_step.error_norm})
 
 
 @compiled

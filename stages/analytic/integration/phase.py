@@ -11,7 +11,7 @@ from math import cos
 
 import numpy as np
 
-from stages.analytic.compiled import by_kind, compiled, inlined
+from stages.analytic.compiled import ByKind, compiled, inlined
 from stages.analytic.integration.integrator import STAGES, error_norm, step_factor, take_step
 from stages.analytic.model.kinds import Compliant, Kind, Limited, Rigid, Rolling
 from stages.analytic.model.walker import Vector
@@ -57,7 +57,7 @@ def limited_failure(phase: int, y: Vector, p: Limited) -> int:
 
 
 #: The status that ends a phase before its event, or EVENT if nothing does: failure(phase, y, p).
-failure: Callable[..., int] = by_kind({Rigid: rigid_failure, Rolling: rolling_failure, Limited: limited_failure})
+failure: Callable[..., int] = ByKind({Rigid: rigid_failure, Rolling: rolling_failure, Limited: limited_failure})
 
 
 @inlined

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from stages.analytic.compiled import Constrained, Four, Jacobians, Numbers, by_kind, compiled, inlined
+from stages.analytic.compiled import ByKind, Constrained, Four, Jacobians, Numbers, compiled, inlined
 from stages.analytic.model import equations as eq
 from stages.analytic.model.elimination import dot, factor, factor_constrained, solve, solve_constrained
 from stages.analytic.model.kinds import Compliant, Limited, Rigid, Rolling
@@ -226,4 +226,4 @@ def limited_rates(phase: int, y: Vector, p: Limited, rates: Vector) -> None:
 
 
 #: Write dy/dt of the phase into `rates`: flow(phase, y, p, rates).
-flow: Callable[..., None] = by_kind({Rigid: rigid_rates, Rolling: rolling_rates, Limited: limited_rates})
+flow: Callable[..., None] = ByKind({Rigid: rigid_rates, Rolling: rolling_rates, Limited: limited_rates})

@@ -14,7 +14,7 @@ from math import acos, cos
 
 import numpy as np
 
-from stages.analytic.compiled import by_kind, compiled
+from stages.analytic.compiled import ByKind, compiled
 from stages.analytic.model import equations as eq
 from stages.analytic.model.elimination import dot
 from stages.analytic.model.kinds import Compliant, Limited, Rigid, Rolling
@@ -52,7 +52,7 @@ def compliant_state(z: Vector, p: Compliant) -> Vector:
 
 
 #: State y just after heel strike from its section coordinates: section_state(z, p).
-section_state: Callable[..., Vector] = by_kind({Rigid: rigid_state, Compliant: compliant_state})
+section_state: Callable[..., Vector] = ByKind({Rigid: rigid_state, Compliant: compliant_state})
 
 
 @compiled
@@ -76,7 +76,7 @@ def limited_coordinates(y: Vector, p: Limited) -> Vector:
 
 
 #: Section coordinates of a state just after heel strike: section_coordinates(y, p).
-section_coordinates: Callable[..., Vector] = by_kind({
+section_coordinates: Callable[..., Vector] = ByKind({
     Rigid: rigid_coordinates, Rolling: rolling_coordinates, Limited: limited_coordinates})
 
 
@@ -113,7 +113,7 @@ def compliant_tangent(z: Vector, y: Vector, p: Compliant) -> Vector:
 
 
 #: Derivative of `section_state` at its value y, columns one after another, (j * size,): section_tangent(z, y, p).
-section_tangent: Callable[..., Vector] = by_kind({Rigid: rigid_tangent, Compliant: compliant_tangent})
+section_tangent: Callable[..., Vector] = ByKind({Rigid: rigid_tangent, Compliant: compliant_tangent})
 
 
 @compiled

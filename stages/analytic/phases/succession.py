@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from stages.analytic.compiled import by_kind, compiled, inlined
+from stages.analytic.compiled import ByKind, compiled, inlined
 from stages.analytic.model.elimination import dot
 from stages.analytic.model.kinds import Kind, Limited, Rigid, Rolling
 from stages.analytic.model.walker import Vector
@@ -101,7 +101,7 @@ def rolling_phase(y: Vector, p: Rolling) -> Next:
 
 
 #: The phase just after heel strike, and whether it is decided: first_phase(y, p).
-first_phase: Callable[..., Next] = by_kind({Rigid: rigid_phase, Rolling: rolling_phase, Limited: contact_phase})
+first_phase: Callable[..., Next] = ByKind({Rigid: rigid_phase, Rolling: rolling_phase, Limited: contact_phase})
 
 
 @inlined
@@ -150,5 +150,5 @@ def limited_succession(phase: int, y: Vector, p: Limited) -> Next:
 
 #: Cross the event that ended `phase`, with the state and its variations in place; the phase that follows, and whether
 #: the laws of contact decide it: succeed(phase, y, p).
-succeed: Callable[..., Next] = by_kind({
+succeed: Callable[..., Next] = ByKind({
     Rigid: rigid_succession, Rolling: rolling_succession, Limited: limited_succession})

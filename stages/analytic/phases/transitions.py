@@ -10,7 +10,7 @@ from math import cos, sin
 
 import numpy as np
 
-from stages.analytic.compiled import Constrained, Four, Numbers, by_kind, compiled, inlined
+from stages.analytic.compiled import ByKind, Constrained, Four, Numbers, compiled, inlined
 from stages.analytic.model import equations as eq
 from stages.analytic.model.elimination import factor, factor_constrained, solve_constrained
 from stages.analytic.model.kinds import Compliant, Limited, Rigid, Rolling
@@ -52,7 +52,7 @@ def compliant_clearance(y: Vector, p: Compliant, dy: Vector, start: int) -> Clea
 
 #: Height of the swing foot above the ground, its change for the change of the coordinates stored in `dy` from `start`,
 #: and its advance on the stance foot, eq. (3): foot_clearance(y, p, dy, start).
-foot_clearance: Callable[..., Clearance] = by_kind({Rigid: rigid_clearance, Compliant: compliant_clearance})
+foot_clearance: Callable[..., Clearance] = ByKind({Rigid: rigid_clearance, Compliant: compliant_clearance})
 
 
 @inlined
@@ -138,7 +138,7 @@ def rigid_reset(y: Vector, p: Rigid) -> bool:
 
 #: State and variations just after heel strike, in the new names, in place; False if the impact is undecided:
 #: heel_strike_reset(y, p).
-heel_strike_reset: Callable[..., bool] = by_kind({Rigid: rigid_reset, Rolling: rolling_reset, Limited: limited_reset})
+heel_strike_reset: Callable[..., bool] = ByKind({Rigid: rigid_reset, Rolling: rolling_reset, Limited: limited_reset})
 
 
 @inlined

@@ -24,10 +24,14 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     from stages.analytic.gait.cycles import find_cycle
     from stages.analytic.gait.gait_report import report_gait
     from stages.analytic.gait.gait_search import find_gait, find_gaits
+    from stages.analytic.gait.newton import by_stability, is_new
 
     tolerance = parameters.settings.tolerance
     walker, point = find_gait(parameters.biped, parameters.slope, tolerance, parameters.limited_friction)
-    points = find_gaits(walker, tolerance, unstable=True) if options.every else [point]
+    points = [point]
+    if options.every:
+        every = find_gaits(walker, tolerance, unstable=True)
+        points = sorted([*(points if is_new(every, point) else []), *every], key=by_stability)
     found = [report_gait(walker, each, tolerance) for each in points]
     cycle = None
     if options.every and not found[0].gait.stable:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from stages.analytic.compiled import Four, by_kind, compiled, inlined
+from stages.analytic.compiled import ByKind, Four, compiled, inlined
 from stages.analytic.model import equations as eq
 from stages.analytic.model.kinds import Compliant, Kind, Limited, Rigid, Rolling
 from stages.analytic.model.walker import Vector, Walker
@@ -73,7 +73,7 @@ def limited_row(phase: int, y: Vector, p: Limited, row: Vector) -> None:
         rolling_row(phase, y, p, row)
 
 
-row_of: Callable[..., None] = by_kind({Rigid: rigid_row, Rolling: rolling_row, Limited: limited_row})
+row_of: Callable[..., None] = ByKind({Rigid: rigid_row, Rolling: rolling_row, Limited: limited_row})
 
 
 @compiled

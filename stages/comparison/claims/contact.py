@@ -186,15 +186,14 @@ class ContactSetFigure8(Measured):
 class FrictionVelocities(Measured):
     """What a change of a transition velocity from Adams' default does to the gait.
 
-    `turning` is the smallest factor, up or down, at which the gait changes by the limit (infinite if none tried does),
-    `velocity` the parameter; `halved` and `doubled` are the largest relative changes at these factors. `of` says what
-    changes; `creep` [m/s] is the standing foot's at the default.
+    `turning` is the smallest factor, up or down, at which period or step length changes by the limit (infinite if none
+    tried does), `velocity` the parameter; `halved` and `doubled` are the larger of their relative changes at these
+    factors. `creep` [m/s] is the standing foot's at the default.
     """
 
     ID = "friction_velocities"
     RESTS_ON = STUDIED
 
-    of: str
     velocity: str
     turning: float
     halved: float
@@ -208,8 +207,8 @@ class FrictionVelocities(Measured):
         limit = f"{100 * limits.unaffected_limit:g} %"
         turns = f"a factor of {self.turning:.2f} on the {self.velocity.replace('_', ' ')}"
         return Judgement(
-            f"from Adams' defaults, {self.of} changes by {percent(self.halved, 1)} at half and "
-            f"{percent(self.doubled, 1)} at twice the {self.velocity.replace('_', ' ')}"
+            f"from Adams' defaults, period and length of the gait's step change by up to {percent(self.halved, 1)} at "
+            f"half and {percent(self.doubled, 1)} at twice the {self.velocity.replace('_', ' ')}"
             + (f"; it reaches {limit} at {turns}" if math.isfinite(self.turning) else ""),
             verdict,
             (

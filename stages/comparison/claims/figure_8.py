@@ -17,6 +17,7 @@ from stages.comparison.claims.verdict import (
     OPEN,
     Cause,
     Judgement,
+    Parts,
     listed,
     mm,
     yes_or_no,
@@ -27,7 +28,6 @@ RESTS_ON = (
     "ground.static_friction", "ground.contact_stiffness", "ground.contact_damping", "ground.damping_depth",
     "ground.stiction_velocity", "error_budget.constraint_tolerance", "error_budget.penalty_tolerance",
 )  # fmt: skip
-Parts = tuple[tuple[str, float], ...]
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,10 @@ class HipDisplacement(Measured):
     """Largest differences of hip position [m]: of the limit over a step and over a stride of settled cycles, and of
     ground.yaml's set over one step, over two as figure 8 is drawn here, and over a settled stride.
 
-    `parts` are the contributions [m] of each effect at the end of the step, with that set.
+    `parts` are the contributions [m] of each effect at the end of the step, with that set, and by how much they depend
+    on the order of effects. `from_limit` [m] is how far
+    that set is from the limit over a step, `hardest` [m] that of the hardest set of the
+    study, with `share` left of creep and impact of the chosen one.
     """
 
     ID = "hip_displacement"
@@ -47,6 +50,9 @@ class HipDisplacement(Measured):
     two_steps: float
     cycle: float
     parts: Parts
+    from_limit: float
+    hardest: float
+    share: float
 
     def judge(self, limits: Settings) -> Judgement:
         allowed = limits.position_limit
@@ -56,7 +62,7 @@ class HipDisplacement(Measured):
             verdict = FAILS
         else:
             verdict = HOLDS if self.limit_cycle <= allowed else HOLDS_IF
-        cancels = max((abs(part) for _, part in self.parts), default=0.0) > self.step
+        cancels = max((abs(part) for _, part, _ in self.parts), default=0.0) > self.step
         return Judgement(
             f"in the limit {mm(self.limit_step)} over one step from a common state, {mm(self.limit_cycle)} over a "
             f"stride of settled cycles; with ground.yaml's set {mm(self.step)} over one step, {mm(self.two_steps)} "
@@ -70,7 +76,12 @@ class HipDisplacement(Measured):
                     f"in a step; cycles have periods of their own, and a stride later it is {mm(self.limit_cycle)}",
                 ),
                 Cause(verdict == FAILS, f"slip of the trailing foot alone makes {mm(self.limit_step)} in a step"),
-                Cause(verdict == OPEN, "a model on the way to the limit did not walk"),
+                Cause(verdict == OPEN, "the constraint model has no gait with Coulomb friction"),
+                Cause(
+                    self.hardest < self.from_limit,
+                    f"penalty contact tends to that limit: {1e3 * self.from_limit:.3f} mm away with ground.yaml's set, "
+                    f"{1e3 * self.hardest:.3f} mm with {self.share:.3g} of the chosen set's creep and impact",
+                ),
                 Cause(cancels, f"with ground.yaml's set effects cancel at the step's end: {listed(self.parts)}"),
             ),
             "it is measured over one step from a common state" if verdict == HOLDS_IF else "",
@@ -101,7 +112,7 @@ class HipVelocity(Measured):
             (
                 Cause(verdict == HOLDS, f"slip of the trailing foot changes it by {1e3 * worst:.1f} mm/s at most"),
                 Cause(verdict == FAILS, f"slip of the trailing foot alone makes {1e3 * worst:.1f} mm/s"),
-                Cause(verdict == OPEN, "a model on the way to the limit did not walk"),
+                Cause(verdict == OPEN, "the constraint model has no gait with Coulomb friction"),
                 Cause(
                     self.impact > allowed,
                     f"inside the impact, which constraints pass in no time, penalty contact is {1e3 * self.impact:.0f} "
@@ -134,7 +145,7 @@ class IntegrationTolerance(Measured):
         if not math.isfinite(self.whole):
             return Judgement(self.outcome, OPEN, (Cause(True, f"the difference could not be split: {self.outcome}"),))
         holds = self.integration > self.rest
-        larger = tuple((name, part) for name, part in self.parts if abs(part) > self.integration)
+        larger = tuple(part for part in self.parts if abs(part[1]) > self.integration)
         between = f", {100 * self.explained_cycle:.0f} % between cycles" if math.isfinite(self.explained_cycle) else ""
         return Judgement(
             f"at the paper's tolerances integration moves the hip by {1e3 * self.integration:.0e} mm of "

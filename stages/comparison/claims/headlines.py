@@ -5,18 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stages.comparison.claims.paper import FREQUENCY_HZ
-from stages.comparison.claims.verdict import mm
+from stages.comparison.claims.verdict import DOES_NOT_APPLY, mm
 from stages.comparison.result import Claim, counted
 from stages.comparison.summary import BipedSummary
 
 
 def headlines(biped: BipedSummary, claims: Sequence[Claim]) -> list[str]:
     """The sentences, each from the results."""
+    judged = all(claim.verdict != DOES_NOT_APPLY for claim in claims)
     return [
-        f"The constraint model takes {biped.step_frequency:.4f} steps a second, the paper's {FREQUENCY_HZ:g}, and is "
+        f"The constraint model takes {biped.step_frequency:.4f} steps a second"
+        f"{f', the paper has {FREQUENCY_HZ:g},' if judged else ''} and is "
         f"{'stable' if biped.multiplier < 1 else 'unstable'}: largest multiplier {biped.multiplier:.3f}.",
-        f"Over one step from a common state the hip of the penalty model differs from the constraint model's by "
-        f"{mm(biped.hip_difference)}; their settled steps differ by {1e3 * biped.period_difference:+.2f} ms and "
-        f"{1e3 * biped.length_difference:+.2f} mm.",
+        f"As penalty contact hardens, its hip comes to differ from the rolling constraint model's by "
+        f"{mm(biped.limit_difference)} over a step from a common state; with this study's contact set settled steps "
+        f"differ by {1e3 * biped.period_difference:+.2f} ms and {1e3 * biped.length_difference:+.2f} mm.",
         f"Sentences of the paper, judged by what is computed here: {counted([claim.verdict for claim in claims])}.",
     ]

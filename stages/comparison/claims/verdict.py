@@ -47,7 +47,14 @@ def percent(share: float, digits: int = 2) -> str:
     return f"{100 * share:+.{digits}f} %"
 
 
-def listed(parts: tuple[tuple[str, float], ...]) -> str:
-    """Named lengths [m] with their signs, largest first."""
-    ordered = sorted(parts, key=lambda part: -abs(part[1]))
-    return ", ".join(f"{name} {1e3 * value:+.2f} mm" for name, value in ordered)
+#: Named lengths [m] with their signs, and by how much each may be more or less.
+Parts = tuple[tuple[str, float, float], ...]
+
+
+def listed(parts: Parts) -> str:
+    """Parts in words, largest first."""
+    said = []
+    for name, value, spread in sorted(parts, key=lambda part: -abs(part[1])):
+        either = f" ± {1e3 * spread:.2f}" if spread > 0 else ""
+        said.append(f"{name} {1e3 * value:+.2f}{either} mm")
+    return ", ".join(said)

@@ -10,8 +10,10 @@ from stages.comparison.claims import contact, figure_8
 from stages.comparison.evidence import studies, walks
 from stages.comparison.evidence.evidence import NAN, Evidence
 from stages.comparison.hip_motion import overlay
+from stages.contact_study.limit_result import COMPLETED
 from stages.error_budget.effects import SLIP, UNEXPLAINED
 from stages.error_budget.split import POSITION
+from stages.multibody.result import changes, crossing
 
 
 def twice_differentiated(e: Evidence) -> contact.TwiceDifferentiated:
@@ -55,47 +57,52 @@ def contact_set_figure_8(e: Evidence) -> contact.ContactSetFigure8:
 
 
 def friction_velocities(e: Evidence) -> contact.FrictionVelocities:
-    limits, length, study = e.parameters.settings, e.results.analytic.gait.step_length_m, e.results.contact_study
+    variations, limit = e.results.multibody.default_friction_variations, e.parameters.settings.unaffected_limit
     found = []
     for key in ("stiction_velocity", "friction_velocity"):
-        factors, changes = studies.hip_changes(study, key, length)
-        turning = studies.turning_factor(factors, changes, limits.unaffected_limit)
-        halved, doubled = (studies.at(factors, changes, factor) for factor in (0.5, 2.0))
-        found.append(contact.FrictionVelocities(
-            "the hip's place after one step, in step lengths,", key, turning, halved, doubled,
-            study.default.creep_velocity,
-        ))  # fmt: skip
-    return min(found, key=lambda one: one.turning)
+        sides = [factor for factor in crossing(variations, key, limit) if math.isfinite(factor)]
+        turning = min((max(factor, 1 / factor) for factor in sides), default=math.inf)
+        moved = {one.factor: max(pair, key=abs) for one, *pair in changes(variations) if one.name == key}
+        halved, doubled = (studies.at(list(moved), list(moved.values()), factor) for factor in (0.5, 2.0))
+        creep = e.results.contact_study.default.creep_velocity
+        found.append(contact.FrictionVelocities(key, turning, halved, doubled, creep))
+    return min(found, key=lambda one: (one.turning, -max(abs(one.halved), abs(one.doubled))))
 
 
 def hip_displacement(e: Evidence) -> figure_8.HipDisplacement:
     analytic, multibody = e.results.analytic, e.results.multibody
     two = overlay(analytic.walk, multibody.walk, 2 * analytic.gait.period_s).position
-    step, cycle = slip_of_the_trailing_foot(e)
-    budget = e.results.error_budget.step
+    limit, cycle = e.results.contact_study.limit, slip_between_cycles(e)
+    budget, hardest = e.results.error_budget.step, None
+    if limit is not None:
+        known = [(share, one) for share, one in zip(limit.family_share, limit.family) if one.outcome == COMPLETED]
+        hardest = min(known, key=lambda pair: float(pair[0]), default=None)
     return figure_8.HipDisplacement(
-        step[0],
+        float(limit.hard.hip_position.max()) if limit is not None else NAN,
         cycle[0],
         float(e.models.same_start.position.max()),
         float(np.abs(two).max()),
         float(e.models.settled.position.max()),
         studies.ends(budget.split) if budget is not None else (),
+        float(limit.ground.hip_position.max()) if limit is not None else NAN,
+        float(hardest[1].hip_position.max()) if hardest is not None else NAN,
+        float(hardest[0]) if hardest is not None else NAN,
     )
 
 
 def hip_velocity(e: Evidence) -> figure_8.HipVelocity:
-    step, cycle = slip_of_the_trailing_foot(e)
-    inside = float(e.results.contact_study.ground.impact_velocity.max())
-    return figure_8.HipVelocity(step[1], cycle[1], float(e.models.same_start.velocity.max()), inside)
+    study = e.results.contact_study
+    step = float(study.limit.hard.hip_velocity.max()) if study.limit is not None else NAN
+    inside = float(study.ground.impact_velocity.max())
+    return figure_8.HipVelocity(step, slip_between_cycles(e)[1], float(e.models.same_start.velocity.max()), inside)
 
 
-def slip_of_the_trailing_foot(e: Evidence) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Largest differences of hip position [m] and velocity [m/s] between the two constraint models: step, cycle."""
-    found = []
-    for budget in (e.results.error_budget.step, e.results.error_budget.cycle):
-        sizes = np.abs(budget.split.part(SLIP)).max(axis=0) if budget is not None else np.full(4, NAN)
-        found.append((float(sizes[:2].max()), float(sizes[2:].max())))
-    return found[0], found[1]
+def slip_between_cycles(e: Evidence) -> tuple[float, float]:
+    """Largest differences of hip position [m] and velocity [m/s] between the cycles of the two constraint models, at
+    equal phase over a stride, impacts included."""
+    budget = e.results.error_budget.cycle
+    sizes = np.abs(budget.split.part(SLIP)).max(axis=0) if budget is not None else np.full(4, NAN)
+    return float(sizes[:2].max()), float(sizes[2:].max())
 
 
 def integration_tolerance(e: Evidence) -> figure_8.IntegrationTolerance:

@@ -17,9 +17,7 @@ def step_frequency(analytic: Analytic) -> gait.StepFrequency:
 
 
 def stable_gait(e: Evidence) -> gait.StableGait:
-    rung = next((rung for rung in e.results.twin_ladder.rungs if rung.found), None)
-    known = rung is not None and rung is e.results.twin_ladder.rungs[0]
-    planar = largest(rung.plane_multipliers) if rung is not None and known else NAN
+    planar = e.results.multibody.cycle.largest_multiplier
     return gait.StableGait(largest(e.results.analytic.gait.floquet_multipliers), planar)
 
 

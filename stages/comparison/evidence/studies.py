@@ -6,14 +6,14 @@ Numbers are NaN where a study has nothing to say.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from stages.analytic.gait.sensitivity import Variation
 from stages.campaign.result import RunTruth
 from stages.comparison.claims.paper import BIPED
-from stages.contact_study.result import Result as ContactStudy
+from stages.comparison.claims.verdict import Parts
 from stages.error_budget.effects import EFFECTS, UNEXPLAINED
 from stages.error_budget.split import Split
 from stages.tradeoff.result import Row, cost_at
@@ -56,41 +56,21 @@ def rounding(variations: Iterable[Variation]) -> float:
     return total
 
 
-def turning_factor(factors: Sequence[float], changes: Sequence[float], limit: float) -> float:
-    """The smallest factor, up or down, at which a change reaches the limit; infinite if no factor tried does.
-
-    Changes are taken as straight in the logarithm of the factor, from none at 1.
-    """
-    turns = [math.inf]
-    for side in (-1, 1):
-        ordered = sorted((abs(math.log(f)), abs(c)) for f, c in zip(factors, changes) if side * math.log(f) > 0)
-        before = (0.0, 0.0)
-        for step, change in ordered:
-            if math.isfinite(change) and change >= limit:
-                turns.append(math.exp(before[0] + (step - before[0]) * (limit - before[1]) / (change - before[1])))
-                break
-            before = step, change
-    return min(turns)
-
-
-def hip_changes(study: ContactStudy, key: str, length: float) -> tuple[list[float], list[float]]:
-    """Factors on a parameter of Adams' set, and how far the hip then is after a step, in step lengths [m] `length`."""
-    v, default = study.variations, study.default
-    rows = [row for row in v.rows(key) if np.isfinite(v.end_position[row, 0])]
-    factors = [float(v.value[row] / getattr(default.law, key)) for row in rows]
-    return factors, [float(v.end_position[row, 0] - default.end_position[0]) / length for row in rows]
-
-
 def at(factors: Sequence[float], changes: Sequence[float], factor: float) -> float:
     """The change at one factor."""
     return next((change for f, change in zip(factors, changes) if math.isclose(f, factor)), NAN)
 
 
-def ends(split: Split, names: Collection[str] = EFFECTS) -> tuple[tuple[str, float], ...]:
-    """Contributions [m] to the hip's place down the slope at the end of the step, without negligible ones."""
-    parts = [(name, float(split.part(name)[-1, 0])) for name in names if name != UNEXPLAINED]
-    largest = max(abs(part) for _, part in parts)
-    return tuple((name, part) for name, part in parts if abs(part) > NEGLIGIBLE * largest)
+def ends(split: Split) -> Parts:
+    """Contributions [m] to the hip's place down the slope at the end of the step, without negligible ones, each with
+    half the interval in which the order of effects lets it lie."""
+    parts = []
+    for name in EFFECTS:
+        least, most = (float(edge[-1, 0]) for edge in split.interval(name))
+        if name != UNEXPLAINED:
+            parts.append((name, (least + most) / 2, (most - least) / 2))
+    largest = max(abs(part) for _, part, _ in parts)
+    return tuple(part for part in parts if abs(part[1]) > NEGLIGIBLE * largest)
 
 
 def pushes_and_frequency(truths: Iterable[RunTruth], frequencies: dict[str, float]) -> tuple[float, float, float]:

@@ -40,7 +40,7 @@ def outside_the_cone(walk: Walk, friction: float) -> tuple[float, float]:
     """Shares of the last double stance, of its time and of the tangential impulse on the trailing foot, in which that
     foot needs more than `friction`; 0 where there is no double stance."""
     for strike, leg in zip(walk.heel_strike_time[::-1], walk.heel_strike_leg[::-1]):
-        after = walk.toe_off_time[(walk.toe_off_time > strike) & (walk.toe_off_leg != leg)]
+        after = walk.toe_off_time[(walk.toe_off_time >= strike) & (walk.toe_off_leg != leg)]
         if not len(after):
             continue
         inside = np.flatnonzero((walk.time >= strike) & (walk.time <= after[0]))

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stages.drawing import style
-from stages.error_budget.effects import COMPLIANCE, CREEP, RAMP, SLIP, UNEXPLAINED
+from stages.error_budget.effects import CREEP, IMPACT, SLIP, UNEXPLAINED
 from stages.error_budget.split import Split
 from stages.figures.inputs import Given
 
@@ -18,8 +18,7 @@ INPUTS = ("error_budget",)
 DRAWN = (
     (SLIP, style.SECOND, "-"),
     (CREEP, style.MULTIBODY, "-"),
-    (COMPLIANCE, style.THIRD, "-"),
-    (RAMP, style.ANALYTIC, "-"),
+    (IMPACT, style.ANALYTIC, "-"),
     (UNEXPLAINED, style.MEASURED, "--"),
 )
 ROWS = (
@@ -48,13 +47,15 @@ def draw(given: Given) -> Figure:
             for effect, colour, line in DRAWN:
                 part = curve(split, split.part(effect), column)
                 panel.plot(abscissa, part, line, color=colour, linewidth=1.0, label=effect)
+                least, most = (curve(split, end, column) for end in split.interval(effect))
+                panel.fill_between(abscissa, least, most, color=colour, alpha=0.3, linewidth=0.0)
             panel.set_ylabel(f"{name} {unit}")
             style.panel_label(panel, "abcdefgh"[2 * row + side])
         axes[0, side].set_title(title)
         axes[-1, side].set_xlabel(label)
     if not sides:
         axes[0, 0].set_title(budget.outcome)
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=6)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=5)
     return figure
 
 
@@ -66,6 +67,7 @@ def curve(split: Split, part: np.ndarray, column: int) -> np.ndarray:
 
 def caption(given: Given) -> str:
     return (
-        "Penalty model minus constraint model, split into signed contributions that add up to it; integration "
-        f"errors are too small to draw. {given.error_budget.summary()}."
+        "Penalty model minus constraint model, split into signed contributions that add up to it; bands reach from one "
+        "order to the other in which creep and impact can be switched on; integration errors are too small to draw. "
+        f"{given.error_budget.summary()}."
     )

@@ -17,9 +17,11 @@ TITLE = "Figure 5: contact parameters"
 PLACE = 5
 INPUTS = ("contact_study", "analytic")
 LANDING = 1
+CHOSEN, LIMIT = style.MULTIBODY, style.SECOND
+VALUES = (*style.SEQUENCE[:3], style.THIRD)  # from low to high; the last of the sequence is the chosen set's colour
 CONSTRAINT = "#B8CFE8"  # the constraint model as a broad pale band behind the curves
 #: Parameter, its symbol, the unit it is shown in and the factor to that unit.
-COLUMNS = (
+ROWS = (
     ("contact_stiffness", "$k_c$", "$10^5$ N/mm$^e$", 1e-5),
     ("contact_exponent", "$e$", "1", 1.0),
     ("contact_damping", "$c_{max}$", "N s/mm", 1e-3),
@@ -36,49 +38,48 @@ def constraint_force(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
 
 
 def draw(given: Given) -> Figure:
-    """A column for each parameter: the impact, the force after it, and the hip difference over the value."""
+    """A row for each parameter: the impact, the force after it, and the hip difference over the value."""
     study = given.contact_study
-    figure, axes = plt.subplots(
-        3, 4, figsize=(style.TWO_COLUMNS, 5.2), sharey="row", height_ratios=(1.2, 1.2, 1.0)
-    )
+    figure, axes = plt.subplots(4, 3, figsize=(style.TWO_COLUMNS, 8.8), sharey="col", width_ratios=(1.1, 1.1, 0.9))
     exact = constraint_force(given.analytic.walk)
-    for column, (key, symbol, unit, factor) in enumerate(COLUMNS):
-        impact, after, difference = axes[:, column]
+    for row, (key, symbol, unit, factor) in enumerate(ROWS):
+        impact, after, difference = axes[row]
         for panel in (impact, after):
-            panel.plot(1e3 * exact[0], exact[1][:, 1], color=CONSTRAINT, linewidth=4, label="constraint model")
+            panel.plot(1e3 * exact[0], exact[1][:, 1], color=CONSTRAINT, linewidth=4)
             panel.plot(1e3 * study.time, study.default_force[:, 1], color="black", label=_value(study, key, factor))
-        for row, colour in zip(study.variations.rows(key), style.SEQUENCE):
-            label = f"{factor * study.variations.value[row]:g}"
+        for variation, colour in zip(study.variations.rows(key), VALUES):
+            label = f"{factor * study.variations.value[variation]:g}"
+            force = study.variations.force[variation, :, 1]
             for panel in (impact, after):
-                panel.plot(
-                    1e3 * study.time, study.variations.force[row, :, 1], color=colour, linewidth=0.8, label=label
-                )
-        impact.set_yscale("log")
-        impact.set_ylim(1, 1e4)
-        impact.set_xlim(-0.8, 1.5)
-        after.set_ylim(-1, 40)
-        after.set_xlim(0, 40)
-        handles, labels = impact.get_legend_handles_labels()
-        impact.legend(
-            handles[1:], labels[1:], title=f"{symbol} [{unit}]", loc="upper right", ncols=2, fontsize=5.5,
-            title_fontsize=6.5, handlelength=0.9, columnspacing=0.6, labelspacing=0.2, borderaxespad=0.1,
-        )  # fmt: skip
+                panel.plot(1e3 * study.time, force, color=colour, linewidth=0.8, label=label)
+        for panel in (impact, after):
+            panel.plot(1e3 * study.time, study.chosen_force[:, 1], "--", color=CHOSEN, linewidth=1.2)
+        impact.legend(title=f"{symbol} [{unit}]", loc="upper right", handlelength=1.2, labelspacing=0.3)
         _differences(difference, study, key, factor)
-        impact.set_xlabel("time from heel strike [ms]")
-        after.set_xlabel("time from heel strike [ms]")
         difference.set_xlabel(f"{symbol} [{unit}]")
-        for row, panel in enumerate((impact, after, difference)):
-            style.panel_label(panel, "abcdefghijkl"[4 * row + column])
-    axes[0, 0].set_ylabel("normal force,\nheel strike [N]")
-    axes[1, 0].set_ylabel("normal force,\nafter it [N]")
-    axes[2, 0].set_ylabel("largest hip\ndifference [mm]")
+        impact.set_xlim(-0.8, 1.9)
+        after.set_xlim(0, 40)
+        impact.set_ylabel("normal force [N]")
+        difference.set_ylabel("hip difference [mm]")
+        for panel, letter in zip(axes[row], "abcdefghijkl"[3 * row :]):
+            style.panel_label(panel, letter)
+    impact, after, _ = axes[0]
+    impact.set_yscale("log")
+    impact.set_ylim(1, 1e4)
+    after.set_ylim(-1, 40)
+    for panel, title in zip(axes[0], ("heel strike", "after it", "largest over a step")):
+        panel.set_title(title)
+    for panel in axes[-1, :2]:
+        panel.set_xlabel("time from heel strike [ms]")
     figure.legend(
         handles=[
-            Line2D([], [], color=CONSTRAINT, linewidth=4, label="constraint model"),
+            Line2D([], [], color=CONSTRAINT, linewidth=4, label="constraint model, rolling feet"),
             Line2D([], [], color="black", label="starting set: Adams' defaults"),
+            Line2D([], [], color=CHOSEN, linestyle="--", label="chosen set"),
+            Line2D([], [], color=LIMIT, linestyle=":", label="rigid limit"),
         ],
         loc="outside upper center",
-        ncols=2,
+        ncols=4,
     )
     return figure
 
@@ -93,8 +94,13 @@ def differences(study: Result, key: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _differences(axes: Axes, study: Result, key: str, factor: float) -> None:
+    """Hip difference over the value; the chosen set where its value is, and the limit that no contact set passes."""
     values, found = differences(study, key)
     axes.plot(factor * values, 1e3 * found, "o-", color=style.TWIN, markersize=3)
+    chosen = factor * getattr(study.chosen.law, key), 1e3 * study.chosen.hip_position.max()
+    axes.plot(*chosen, "*", color=CHOSEN, markersize=9, zorder=3)
+    if study.limit is not None:
+        axes.axhline(1e3 * study.limit.hard.hip_position.max(), color=LIMIT, linestyle=":")
     if key != "contact_exponent":
         axes.set_xscale("log")
     axes.set_yscale("log")
@@ -107,8 +113,15 @@ def _value(study: Result, key: str, factor: float) -> str:
 
 def caption(given: Given) -> str:
     study = given.contact_study
-    return (
+    text = (
         "Each contact parameter changed alone. From Adams' defaults the hip differs from the constraint model's by "
         f"{1e3 * study.default.hip_position.max():.2f} mm over a step; with the set chosen from "
-        f"{len(study.candidates.outcome)} tried, by {1e3 * study.chosen.hip_position.max():.2f} mm."
+        f"{0 if study.candidates is None else len(study.candidates.outcome)} tried, by "
+        f"{1e3 * study.chosen.hip_position.max():.2f} mm"
+    )
+    if study.limit is None:
+        return f"{text}."
+    return (
+        f"{text}. The rigid limit, Coulomb's transition instead of rolling feet, differs by "
+        f"{1e3 * study.limit.hard.hip_position.max():.2f} mm: a set that is nearer has errors that cancel."
     )

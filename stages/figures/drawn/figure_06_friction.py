@@ -62,7 +62,8 @@ def draw(given: Given) -> Figure:
         speeds = np.array([study.default.creep_velocity, *study.variations.creep_velocity[rows]])
         order = np.argsort([getattr(default, key), *study.variations.value[rows]])
         creep.loglog(values, 1e3 * speeds[order], line, color=colour, markersize=3, label=f"{symbol} changed alone")
-    for panel in (hip, creep):
+    for panel, size in ((hip, study.chosen.hip_position.max()), (creep, study.chosen.creep_velocity)):
+        panel.plot(chosen.stiction_velocity, 1e3 * size, "*", color=style.TWIN, markersize=9, label="chosen set")
         panel.set_xlabel("transition velocity [m/s]")
         panel.legend(loc="lower right")
         style.round_ticks(panel.yaxis)

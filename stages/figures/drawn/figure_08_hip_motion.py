@@ -50,7 +50,7 @@ def draw(given: Given) -> Figure:
     for side in (0, 1):
         axes[3, side].set_xlabel("time from the common mid-stance state [s]")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
-    words = "grey: the paper's largest difference; dotted: largest over the first step"
+    words = "grey: the paper's; dotted: largest over one step"
     axes[1, 0].text(0.02, 0.04, words, transform=axes[1, 0].transAxes, fontsize=6)
     return figure
 

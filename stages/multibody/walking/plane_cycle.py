@@ -1,33 +1,32 @@
-"""The penalty model's cycle from a few steps of walking: its fixed point, hip motion and two largest multipliers.
+"""The penalty model's cycle from a few steps of walking.
 
-Of the multipliers at mid-stance only two are far from zero, so a walker near its cycle moves in a plane after one step:
-differences of successive states obey u_{k+1} = D u_k there, which gives D on that plane and with it the fixed point.
+Of the multipliers at mid-stance only two are far from zero, so a walker near its cycle comes into a plane after one
+step: there the differences of successive states obey u_{k+1} = D u_k, which tells where they lead. D is nearly the same
+for similar contact laws and is measured once, from two walkers on opposite sides of a guess.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
 from stages.multibody.walking.section import SCALES, NoLimitCycle, SectionStep
 
-#: Times the fixed point is extrapolated until it is given up, and steps of walking before the first time.
-ROUNDS, STEPS = 10, 3
+#: Times the fixed point is extrapolated until it is given up.
+ROUNDS = 10
 #: Swing angle and its rate among the section's numbers.
 SWING = [1, 7]
 
 
 @dataclass(frozen=True)
 class PlaneCycle:
-    """Fixed point in the section's scales (10,), its residual, the step on it, a direction in the plane (10,)."""
+    """Fixed point in the section's scales (10,), its residual, and the step on it."""
 
     state: np.ndarray
     residual: float
     step: SectionStep
-    direction: np.ndarray
 
 
 def plane_map(differences: list[np.ndarray]) -> np.ndarray:
@@ -36,59 +35,38 @@ def plane_map(differences: list[np.ndarray]) -> np.ndarray:
     return np.asarray(np.column_stack([second, third]) @ np.linalg.pinv(np.column_stack([first, second])))
 
 
+def follow(walk: Callable[[np.ndarray], SectionStep], state: np.ndarray, steps: int) -> list[np.ndarray]:
+    """The states (10,) after each of so many steps, in `SCALES`."""
+    states = [state]
+    for _ in range(steps):
+        states.append(walk(states[-1] * SCALES).numbers / SCALES)
+    return states[1:]
+
+
+def step_derivative(walk: Callable[[np.ndarray], SectionStep], guess: np.ndarray, size: float) -> np.ndarray:
+    """D (10, 10) from half the difference of two walks, begun `size` away in the swing leg.
+
+    So it is free of the second order, and after the first step of all that is not in the plane.
+    """
+    away = np.zeros(guess.size)
+    away[SWING] = size
+    sides = [follow(walk, guess + sign * away, 3) for sign in (1.0, -1.0)]
+    return plane_map([0.5 * (ahead - behind) for ahead, behind in zip(*sides)])
+
+
 def find_cycle(
-    walk: Callable[[np.ndarray], SectionStep],
-    guess: np.ndarray,
-    residual: float,
-    away: float,
-    derivative: np.ndarray | None = None,
+    walk: Callable[[np.ndarray], SectionStep], guess: np.ndarray, residual: float, derivative: np.ndarray
 ) -> PlaneCycle:
     """The cycle near `guess`; `walk` takes a step from section numbers (10,). Raises NoLimitCycle.
 
-    `guess` and the result are in `SCALES`. The search starts `away` from the guess in the swing leg: a walker on its
-    cycle would show no differences. `derivative` is D (10, 10) of a similar model; without it one step more shows it.
+    `guess` and the result are in `SCALES`; `derivative` is D (10, 10).
     """
-
-    def follow(state: np.ndarray, steps: int) -> list[np.ndarray]:
-        states = [state]
-        for _ in range(steps):
-            states.append(walk(states[-1] * SCALES).numbers / SCALES)
-        return states
-
-    start = guess.copy()
-    start[SWING] += away
-    states = follow(start, STEPS)
-    moves = [later - earlier for earlier, later in pairwise(states[1:])]
-    direction = moves[-1]
-    if derivative is None:
-        derivative = plane_map([*moves, walk(states[-1] * SCALES).numbers / SCALES - states[-1]])
+    before, after = follow(walk, guess, 2)
     for _ in range(ROUNDS):
-        move = states[-1] - states[-2]
-        state = states[-1] + derivative @ np.linalg.solve(np.eye(guess.size) - derivative, move)
+        state = after + derivative @ np.linalg.solve(np.eye(guess.size) - derivative, after - before)
         step = walk(state * SCALES)
-        after = step.numbers / SCALES
-        change = float(np.abs(after - state).max())
+        before, after = state, step.numbers / SCALES
+        change = float(np.abs(after - before).max())
         if change < residual:
-            return PlaneCycle(state, change, step, direction)
-        states = [after, *follow(after, 1)[1:]]
+            return PlaneCycle(state, change, step)
     raise NoLimitCycle(f"no fixed point within {ROUNDS} extrapolations, residual {change:.1e}")
-
-
-def plane_multipliers(
-    walk: Callable[[np.ndarray], SectionStep], cycle: PlaneCycle, size: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Real parts of the two largest multipliers, larger first, and D (10, 10), by walking from both sides of a cycle.
-
-    Half the difference of both walks, begun `size` away, is free of the second order.
-    """
-    sides = []
-    for sign in (1.0, -1.0):
-        states = [cycle.state + sign * size * cycle.direction / np.abs(cycle.direction).max()]
-        for _ in range(2):
-            states.append(walk(states[-1] * SCALES).numbers / SCALES)
-        sides.append(states)
-    moves = [0.5 * (ahead - behind) for ahead, behind in zip(*sides)]
-    derivative = plane_map(moves)
-    values = np.linalg.eigvals(derivative)
-    two = values[np.argsort(-np.abs(values))[:2]].real
-    return np.asarray(np.sort(two)[::-1]), derivative

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from stages.ground.coulomb import Coulomb, Frictionless
-from stages.ground.impact import Impact
-from stages.ground.restitution import Restitution
-from stages.ground.stribeck import Stribeck
+from stages.ground.laws.coulomb import Coulomb, Frictionless
+from stages.ground.laws.impact import Impact
+from stages.ground.laws.restitution import Restitution
+from stages.ground.laws.stribeck import Stribeck
 
 #: `force(penetration, rate, ops)` [N], never negative, and zero out of contact: penetration [m] is positive in contact,
 #: its rate in m/s. At rest every law carries eq. (9)'s spring force k_c p^e.

@@ -1,0 +1,136 @@
+"""Distance from the rigid limit: errors do not cancel in it, and it falls along a family as its parts' order says."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stages.contact_study import distance
+from stages.contact_study.constraint_models import constraint_model
+from stages.contact_study.distance import cycle_score, hard_limit, parts, step_score
+from stages.contact_study.limit_result import COMPLETED
+from stages.contact_study.one_step import measure, take_step
+from stages.ground.hardening import family_member
+from stages.multibody.walking.limit_cycle import NoLimitCycle
+
+TIME = np.linspace(0.0, 1.0, 101)
+
+
+def made_up(creep, impact, rest=0.0):
+    """Hip (n, 4) of a set, of the same with half its creep and with half its impact, less the limit; effects in m."""
+    shape = np.column_stack([TIME, 0.1 * TIME, np.ones(101), 0.1 * np.ones(101)])
+    whole, half = creep + impact + rest, (0.5 * creep + impact + rest, creep + 0.5 * impact + rest)
+    return whole * shape, half[0] * shape, half[1] * shape
+
+
+def scored(parameters, *effects):
+    split = np.abs(parts(*made_up(*effects))).max(axis=1)
+    return step_score(split[:, :2].max(axis=1), split[:, 2:].max(axis=1), parameters.settings)
+
+
+def test_parts_are_the_effects_and_add_up():
+    whole, *halves = made_up(-3e-4, 2e-4, 1e-5)
+    split = parts(whole, *halves)
+    assert split[:, -1, 0] == pytest.approx([-3e-4, 2e-4, 1e-5]) and split.sum(axis=0) == pytest.approx(whole)
+
+
+def test_errors_that_cancel_score_worse_than_smaller_ones_that_do_not(parameters):
+    """-.5 and +.5 mm leave nothing over a step; -.1 mm alone does, and is five times better or more."""
+    tuned, honest = made_up(-5e-4, 5e-4)[0], made_up(-1e-4, 0.0)[0]
+    assert np.abs(tuned).max() < 1e-15 < np.abs(honest).max()
+    assert scored(parameters, -5e-4, 5e-4) == pytest.approx(10.0 * scored(parameters, -1e-4, 0.0))
+
+
+@pytest.mark.parametrize("signs", [(1, 1), (1, -1), (-1, -1)])
+def test_the_distance_is_the_same_whatever_the_signs(parameters, signs):
+    assert scored(parameters, signs[0] * 5e-4, signs[1] * 3e-4) == pytest.approx(scored(parameters, 5e-4, 3e-4))
+
+
+def test_cycles_count_as_ways_of_the_hip(parameters):
+    settings = dataclasses.replace(parameters.settings, position_limit=1e-3)
+    assert cycle_score(np.array([1e-3, -2e-3, 0.0]), np.array([0.0, -1e-3, 1e-3]), 0.5, settings) == pytest.approx(3.5)
+
+
+@pytest.fixture(scope="module")
+def family(parameters, ruler):
+    return [ruler.over_a_step(family_member(parameters.contact, share)) for share in (1.0, 0.5, 0.25)]
+
+
+def test_the_distance_falls_along_the_family_at_first_order(family):
+    """What is left of both effects is the share, so each half is half as far; the limit itself is at none."""
+    lift = [one.hip_position[1] for one in family]
+    assert lift[:2] == pytest.approx([2 * one for one in lift[1:]], rel=0.02)
+    bounce = [one.hip_velocity[1] for one in family]
+    assert 2 * bounce[2] - bounce[1] == pytest.approx(0.0, abs=0.05 * bounce[2]), "extrapolated to the limit"
+    scores = [one.step_score for one in family]
+    assert np.log2(np.divide(scores[:-1], scores[1:])) == pytest.approx([1.0, 1.0], abs=0.3)
+
+
+def test_a_set_is_never_farther_from_the_limit_than_its_parts(family):
+    for one in family:
+        assert one.hip_position.max() <= one.position_parts.sum()
+        assert one.hip_velocity.max() <= one.velocity_parts.sum()
+
+
+def test_a_real_set_that_is_near_because_it_cancels_scores_worse(parameters, ruler, family):
+    """Softer and bouncier: half the net difference of the chosen set, from larger parts."""
+    tuned = ruler.over_a_step(dataclasses.replace(parameters.contact, contact_stiffness=1e5, contact_damping=1e4))
+    assert tuned.hip_position.max() < 0.5 * family[0].hip_position.max()
+    assert tuned.step_score > 1.1 * family[0].step_score
+
+
+def test_differences_from_limit_and_of_the_limit_add_up_to_those_of_figure_8(
+    parameters, constraints, beside_rolling, ruler, family
+):
+    hard = hard_limit(ruler.scene, *constraints)
+    step = measure(beside_rolling, parameters.contact, take_step(beside_rolling, parameters.contact))
+    assert family[0].end_position + hard.end_position == pytest.approx(step.end_position, abs=1e-9)
+    assert family[0].solver_steps == pytest.approx(step.solver_steps, abs=3)
+
+
+def test_the_limit_is_where_it_was_found_from_outside(constraints, ruler):
+    """By an integrator in maximal coordinates with Moreau impacts: .252 mm, then -.788 ms and +.225 mm a step."""
+    hard = hard_limit(ruler.scene, *constraints)
+    assert hard.hip_position.max() == pytest.approx(2.52e-4, abs=1e-6)
+    assert (hard.period, hard.step_length) == pytest.approx((-7.88e-4, 2.25e-4), abs=1e-6)
+    assert hard.limit_period == pytest.approx(0.4818941562, abs=1e-9)
+
+
+def test_cycles_are_where_they_were_found_from_outside(parameters, default, ruler, family):
+    for law, period, length in ((parameters.contact, -3.75e-4, 3.64e-4), (default, 1.14e-3, -1.10e-3)):
+        found = ruler.between_cycles(dataclasses.replace(family[0], law=law), split=False)
+        assert found.cycle_outcome == COMPLETED
+        assert (found.period, found.step_length) == pytest.approx((period, length), abs=6e-6)
+
+
+def test_a_cycle_that_is_not_found_says_why(ruler, family, monkeypatch):
+    def none(*given):
+        raise NoLimitCycle("no fixed point")
+
+    monkeypatch.setattr(distance, "find_cycle", none)
+    found = ruler.between_cycles(family[0], split=True)
+    assert found.cycle_outcome == "no fixed point" and np.isnan(found.period) and found.score == np.inf
+
+
+def test_a_set_that_does_not_walk_is_told(ruler, default):
+    found = ruler.over_a_step(dataclasses.replace(default, friction="none"))
+    assert found.outcome != COMPLETED and np.isnan(found.hip_position).all() and found.step_score == np.inf
+
+
+def test_rigid_legs_have_no_double_stance_in_which_a_foot_could_slip(parameters, constraints, ruler):
+    rigid = dataclasses.replace(parameters.biped, legs="rigid")
+    start = constraint_model(rigid, parameters.slope, None, constraints[0].mid_stance, 1e-10, 2000.0).mid_stance
+    both = [
+        constraint_model(rigid, parameters.slope, friction, start, 1e-10, 2000.0)
+        for friction in (None, parameters.contact.coefficients)
+    ]
+    scene = dataclasses.replace(ruler.scene, walk=both[1].walk, period=both[1].period)
+    hard = hard_limit(scene, *both)
+    assert hard.hip_position.max() == 0.0 and hard.period == 0.0 and hard.step_length == 0.0
+
+
+@pytest.mark.slow
+def test_the_family_ends_at_the_limit(parameters, ruler):
+    """A thirty-second of both effects is micrometres away: the order holds to the floor of the solver's tolerance."""
+    near = ruler.over_a_step(family_member(parameters.contact, 1 / 32), lambda found: False)
+    assert near.hip_position.max() < 3e-6 and near.hip_velocity.max() < 3e-4

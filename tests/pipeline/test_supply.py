@@ -1,0 +1,53 @@
+"""What is installed and run by others' hands is named exactly; what no machine has is said before it is tried."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from pipeline import wheels
+
+
+def test_actions_are_named_by_commit(repository):
+    for path in (repository / ".github/workflows").glob("*.yml"):
+        for line in path.read_text().splitlines():
+            if "uses:" in line:
+                assert re.search(r"uses: [\w-]+/[\w-]+@[0-9a-f]{40} # v\d+\.\d+\.\d+$", line), f"{path.name}: {line}"
+
+
+def test_every_install_is_by_hash_but_that_of_the_lowest_versions(repository):
+    files = [repository / "Makefile", repository / ".ci/run", *(repository / ".github/workflows").glob("*.yml")]
+    lines = [line.strip() for path in files for line in path.read_text().splitlines()]
+    installs = [line for line in lines if re.search(r"(pip\b|PIP\)) (.* )?install ", f"{line} ")]
+    exact = ("--require-hashes", "--no-deps --no-build-isolation")  # the second installs this checkout itself
+    loose = [line for line in installs if not any(words in line for words in exact)]
+    assert len(installs) == 8 and [line for line in loose if not line.startswith("$(FLOOR)")] == []
+
+
+@pytest.mark.parametrize("name", ["coverage", "audit"])
+def test_every_pinned_package_has_hashes(repository, name):
+    text = (repository / f"requirements/{name}.txt").read_text()
+    pins = re.split(r"^(?=\w)", text, flags=re.M)[1:]
+    assert pins and all("==" in pin and "--hash=sha256:" in pin for pin in pins)
+
+
+@pytest.mark.parametrize(
+    ("system", "machine", "libc", "said"),
+    [
+        ("linux", "x86_64", ("glibc", "2.27"), ""),
+        ("linux", "aarch64", ("glibc", "2.41"), ""),
+        ("linux", "x86_64", ("glibc", "2.17"), "this system has glibc 2.17, and Exudyn needs 2.27 or newer"),
+        ("linux", "x86_64", ("", ""), "there is no Exudyn for Linux without glibc"),
+        ("linux", "riscv64", ("glibc", "2.41"), "on riscv64: only on x86_64 and aarch64"),
+        ("win32", "ARM64", ("", ""), "on ARM64: only on AMD64"),
+        ("darwin", "arm64", ("", ""), ""),
+        ("freebsd14", "amd64", ("", ""), "there is no Exudyn for freebsd14"),
+    ],
+)
+def test_a_machine_without_wheels_is_told(monkeypatch, system, machine, libc, said):
+    monkeypatch.setattr(wheels.sys, "platform", system)
+    monkeypatch.setattr(wheels.platform, "machine", lambda: machine)
+    monkeypatch.setattr(wheels.platform, "libc_ver", lambda: libc)
+    found = wheels.missing()
+    assert said in found and bool(found) == bool(said)
