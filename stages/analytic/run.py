@@ -1,13 +1,14 @@
 """Analytic stage: the gait of the constraint model and a walk on it.
 
-Inputs: none. Settings: params/analytic.yaml. Output: `Result`, eqs. (1)-(8) of the paper.
+Inputs: none. Settings: params/analytic.yaml, the rubber of twin.yaml. Output: `Result`, eqs. (1)-(8) of the paper.
 """
 
 from __future__ import annotations
 
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import find_gait
-from stages.analytic.gait.sensitivity import vary_design
+from stages.analytic.gait.outsole_effect import outsole_effect
+from stages.analytic.gait.sensitivity import Neighbours, vary_design
 from stages.analytic.parameters import Parameters
 from stages.analytic.result import Result
 from stages.analytic.walk.recording import constraint_drift, crossing_state, walk_on
@@ -34,6 +35,7 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
     report = report_gait(walker, point, tolerance)
     upright = crossing_state(walker, point.z, tolerance)
     segments = walk_on(walker, upright, parameters.settings.steps, tolerance)
+    near = Neighbours(parameters.biped, parameters.slope, point.z, tolerance, friction)
     return Result(
         gait=report.gait,
         mid_stance=walker.stance_state(upright),
@@ -41,7 +43,8 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
         monodromy_matrix=point.monodromy_matrix,
         energy=report.energy,
         constraint_drift=constraint_drift(walker, report.segments),
-        variations=vary_design(parameters.biped, parameters.slope, point.z, tolerance, friction),
+        variations=vary_design(near),
+        outsole=outsole_effect(near, parameters.rubber, parameters.settings.outsole),
         validity=report.validity,
         walk=sample_walk(walker, segments, parameters.settings.sampling_rate_hz),
     )

@@ -144,7 +144,7 @@ class OutsoleSlows(Measured):
     leg; `turning` [kg] is the mass at which the frequency stays the same. NaN if not computed."""
 
     ID = "outsole_slows"
-    RESTS_ON = ("analytic.tolerance",)
+    RESTS_ON = ("analytic.tolerance", "analytic.outsole", "twin.outsole_arc", "twin.outsole_density")
 
     thickness: float
     length_alone: float
