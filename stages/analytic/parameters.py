@@ -8,6 +8,7 @@ from typing import ClassVar
 
 from stages.biped.accuracy import Accuracy, accuracy
 from stages.biped.design import Biped
+from stages.biped.outsole.rubber import Rubber
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
@@ -33,6 +34,8 @@ class Settings:
     transition: str = parameter(
         "-", "trailing foot from heel strike to toe-off: rolls whatever it takes, or has Coulomb friction and no pull",
         choices=("rolling", "coulomb"), default="rolling")
+    outsole: float = parameter(
+        "m", "rubber under the feet, whose effect on the gait is told", bound=Bound(above=0), default=0.002)
     accuracy: str | Accuracy = accuracy("tolerance")
 
     def broken_rules(self) -> Iterator[Broken]:
@@ -48,6 +51,7 @@ class Parameters:
     biped: Biped
     slope: Slope
     friction: Friction
+    rubber: Rubber
     settings: Settings
 
     @property

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.analytic.gait.outsole_effect import OutsoleEffect
 from stages.analytic.gait.sensitivity import Variation
 from stages.analytic.walk.energy import EnergyAudit
 from stages.analytic.walk.validity import Validity
@@ -27,6 +28,7 @@ class Result:
     constraint_drift: np.ndarray = quantity(
         "1", "clearance, normal and slip velocity of the trailing foot at toe-off, dimensionless, shape (3,)")
     variations: tuple[Variation, ...] = quantity("-", "largest multiplier with one design parameter changed")
+    outsole: OutsoleEffect = quantity("-", "the gait with rubber under the feet")
     validity: Validity = quantity("-", "what the gait asks of the ground")
     walk: Walk = quantity("-", "walk from mid-stance, leg 0 standing")
     errors: tuple[ErrorEstimate, ...] = quantity("-", "errors of gait and walk, where an accuracy was asked for")

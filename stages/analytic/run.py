@@ -1,6 +1,6 @@
 """Analytic stage: the gait of the constraint model and a walk on it.
 
-Inputs: none. Settings: params/analytic.yaml. Output: `Result`, eqs. (1)-(8) of the paper.
+Inputs: none. Settings: params/analytic.yaml, the rubber of twin.yaml. Output: `Result`, eqs. (1)-(8) of the paper.
 """
 
 from __future__ import annotations
@@ -14,8 +14,9 @@ import numpy as np
 from stages.analytic.errors import NoGait
 from stages.analytic.gait.gait_report import GaitReport, report_gait
 from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.gait.outsole_effect import outsole_effect
 from stages.analytic.gait.poincare import FixedPoint, fixed_point
-from stages.analytic.gait.sensitivity import vary_design
+from stages.analytic.gait.sensitivity import Neighbours, vary_design
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.parameters import FINEST, Parameters, Settings
@@ -58,6 +59,7 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
     settings, kept, errors = to_accuracy(
         settings.accuracy, settings, solved_with, partial(finer, walker), differences)
     point, report, upright, walk = kept
+    near = Neighbours(parameters.biped, parameters.slope, point.z, settings.tolerance, friction)
     return Result(
         gait=report.gait,
         mid_stance=walker.stance_state(upright),
@@ -65,7 +67,8 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
         monodromy_matrix=point.monodromy_matrix,
         energy=report.energy,
         constraint_drift=constraint_drift(walker, report.segments),
-        variations=vary_design(parameters.biped, parameters.slope, point.z, settings.tolerance, friction),
+        variations=vary_design(near),
+        outsole=outsole_effect(near, parameters.rubber, settings.outsole),
         validity=report.validity,
         walk=walk,
         errors=errors,

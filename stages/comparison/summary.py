@@ -15,6 +15,9 @@ class BipedSummary:
     step_length: float = quantity("m", "step length of the constraint model")
     period_difference: float = quantity("s", "step period of the penalty model less the constraint model's")
     length_difference: float = quantity("m", "step length of the penalty model less the constraint model's")
+    limit_difference: float = quantity(
+        "m", "largest hip difference over one step of the constraint model with Coulomb friction from the rolling one"
+    )
     hip_difference: float = quantity("m", "largest hip difference of these models over one step from a common state")
     twin_frequency: float = quantity("Hz", "step frequency of the twin")
     multiplier: float = quantity("1", "largest multiplier of the constraint model")

@@ -8,6 +8,7 @@ from typing import ClassVar
 
 from stages.biped.accuracy import Accuracy, accuracy
 from stages.biped.design import Biped
+from stages.biped.outsole.rubber import Rubber
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
@@ -24,7 +25,7 @@ READ_LATER = (GROUND_REACTION, IMU)
 
 
 @dataclass(frozen=True)
-class Settings:
+class Settings(Rubber):
     """How the twin is built, sampled and integrated. Positions as in `stages.twin.machine.parts.Part`."""
 
     FILE: ClassVar[str] = "twin"
@@ -43,7 +44,6 @@ class Settings:
     )
     inner_lane: float = parameter("m", "distance of each inner foot's middle from the mid-plane", bound=Bound(above=0))
     outer_lane: float = parameter("m", "distance of each outer foot's middle from the mid-plane", bound=Bound(above=0))
-    foot_width: float = parameter("m", "width of each foot's cylinder", bound=Bound(above=0))
     hip_socket: tuple[float, ...] = parameter("m", "place of the hip sensor on the inner frame, x, y, z")
     foot_socket: tuple[float, ...] = parameter("m", "place of the foot sensor on an inner foot, x, y, z")
     bearing_friction: float = parameter("N m s", "viscous friction of the outer legs' bearings", bound=Bound(minimum=0))

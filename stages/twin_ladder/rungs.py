@@ -49,7 +49,7 @@ def rungs(biped: Biped, settings: Settings, outsole: float) -> list[Rung]:
         found.append(("joint friction", "friction in bearings and sliders", rubbed))
     rubber = settings.outsole or outsole
     soled = build(biped, dataclasses.replace(settings, outsole=rubber))
-    found.append(("rubber outsoles", f"{1e3 * rubber:g} mm of rubber lengthen the legs and widen the feet", soled))
+    found.append(("rubber outsoles", f"{1e3 * rubber:g} mm of rubber: longer legs, wider feet, and its mass", soled))
     twin = build(biped, settings)
     return [Rung(name, added, machine, same(machine, twin)) for name, added, machine in found]
 

@@ -11,6 +11,7 @@ from stages.analytic.model.walker import Vector, Walker, build_walker
 from stages.analytic.phases.section import section_state
 from stages.analytic.phases.transitions import foot_clearance
 from stages.biped.design import Biped
+from stages.biped.outsole.rubber import Rubber
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 
@@ -23,6 +24,7 @@ TABLE_1_RIGID = dataclasses.replace(TABLE_1, legs="rigid")
 HEAVY_LEGS = dataclasses.replace(TABLE_1, leg_inertia=2e-3)
 SLOPE = Slope(slope_deg=2.0, gravity=9.81)
 FRICTION = Friction(static_friction=1.1, dynamic_friction=1.0)
+RUBBER = Rubber(foot_width=0.02, outsole_arc=0.112, outsole_density=1100.0)
 
 
 def changed(design: Biped, **values: object) -> Biped:

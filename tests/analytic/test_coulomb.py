@@ -26,7 +26,7 @@ from stages.analytic.walk.recording import record, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces, sample_walk
 from stages.analytic.walk.validity import dense_states
 from stages.ground.friction_coefficients import Friction
-from tests.analytic.designs import FRICTION, HEAVY_LEGS, SLOPE, TABLE_1, TABLE_1_RIGID, clearance, walker_of
+from tests.analytic.designs import FRICTION, HEAVY_LEGS, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID, clearance, walker_of
 from tests.analytic.test_transitions import landing_states
 
 SLIDES = {SLIDING_FORWARD: 1.0, SLIDING_BACK: -1.0}
@@ -385,7 +385,7 @@ def test_rigid_legs_do_not_ask_for_friction():
 def test_stage_walks_with_limited_friction(gait):
     """From the parameters to the result: the same gait, its walk from mid-stance, and its neighbours' multipliers."""
     settings = Settings(tolerance=1e-10, steps=2, sampling_rate_hz=1000.0, transition="coulomb")
-    result = run(Parameters(TABLE_1, SLOPE, FRICTION, settings))
+    result = run(Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, settings))
     walker, point = gait
     assert result.gait.period_s == pytest.approx(point.steps[0].period * walker.time, rel=1e-8)
     assert result.monodromy_matrix.shape == (7, 7) and abs(result.energy.residual) <= 1e-9

@@ -12,9 +12,9 @@ from stages.analytic.parameters import Parameters, Settings
 from stages.analytic.questions import basin, continue_gait, design, gait
 from stages.biped.quantity import faults
 from stages.biped.question import WrongOption, interval
-from tests.analytic.designs import FRICTION, SLOPE, TABLE_1
+from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1
 
-PARAMETERS = Parameters(TABLE_1, SLOPE, FRICTION, Settings(tolerance=1e-10, steps=2, sampling_rate_hz=100.0))
+PARAMETERS = Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, Settings(tolerance=1e-10, steps=2, sampling_rate_hz=100.0))
 
 
 class Listener:

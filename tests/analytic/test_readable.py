@@ -11,7 +11,7 @@ from stages.analytic.parameters import Parameters, Settings
 from stages.analytic.phases.section import section_state
 from stages.analytic.phases.transitions import heel_strike_reset
 from stages.analytic.run import run
-from tests.analytic.designs import FRICTION, HEAVY_LEGS, SLOPE, TABLE_1, random_states, walker_of
+from tests.analytic.designs import FRICTION, HEAVY_LEGS, RUBBER, SLOPE, TABLE_1, random_states, walker_of
 
 
 @pytest.mark.parametrize("kind", ["table_1_gait", "rigid_gait"])
@@ -49,7 +49,7 @@ def test_stage_runs_on_the_readable_path():
     """`integrator: scipy` gives the same result to the accuracy of its finite differences."""
     names = ("compiled", "scipy")
     both = [Settings(tolerance=1e-10, steps=1, sampling_rate_hz=100.0, integrator=name) for name in names]
-    results = [run(Parameters(TABLE_1, SLOPE, FRICTION, settings)) for settings in both]
+    results = [run(Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, settings)) for settings in both]
     gaits = [result.gait for result in results]
     assert gaits[0].period_s == pytest.approx(gaits[1].period_s, rel=1e-8)
     assert np.abs(gaits[0].floquet_multipliers[:2] - gaits[1].floquet_multipliers[:2]).max() <= 1e-4

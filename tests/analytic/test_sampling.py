@@ -10,7 +10,7 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.parameters import Parameters, Settings
 from stages.analytic.run import run
 from stages.analytic.walk.recording import ROOM
-from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID
+from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID
 
 RATE = 20_000.0
 
@@ -18,7 +18,7 @@ RATE = 20_000.0
 @pytest.fixture(scope="module", params=["compliant", "rigid"])
 def result(request):
     biped = TABLE_1 if request.param == "compliant" else TABLE_1_RIGID
-    return run(Parameters(biped, SLOPE, FRICTION, Settings(tolerance=1e-11, steps=4, sampling_rate_hz=RATE)))
+    return run(Parameters(biped, SLOPE, FRICTION, RUBBER, Settings(tolerance=1e-11, steps=4, sampling_rate_hz=RATE)))
 
 
 def smooth(walk):
@@ -95,7 +95,7 @@ def test_step_length_is_the_advance_of_the_hip(result):
 
 def test_two_runs_give_the_same_bits(result):
     biped = TABLE_1 if result.gait.double_stance_s else TABLE_1_RIGID
-    again = run(Parameters(biped, SLOPE, FRICTION, Settings(tolerance=1e-11, steps=4, sampling_rate_hz=RATE)))
+    again = run(Parameters(biped, SLOPE, FRICTION, RUBBER, Settings(tolerance=1e-11, steps=4, sampling_rate_hz=RATE)))
     assert again.walk.hip_specific_force.tobytes() == result.walk.hip_specific_force.tobytes()
     assert again.gait.floquet_multipliers.tobytes() == result.gait.floquet_multipliers.tobytes()
 

@@ -90,6 +90,7 @@ UNDECIDED = [
     (CASES[21][0], {"origin": "synthetic"}, "synthetic"),
     (CASES[21][0], {"upper": 0.01}, "holds zero"),
     (CASES[22][0], {"length_alone": nan}, "no gait was found with an outsole"),
+    (CASES[22][0], {"length_alone": 1e-3, "with_mass": nan}, "mass does was not computed"),
     (CASES[23][0], {"origin": "synthetic"}, "synthetic"),
     (CASES[23][0], {"correlation": nan}, "holds no pushes"),
     (CASES[24][0], {"intervals": ()}, "must be estimated"),

@@ -17,10 +17,16 @@ def test_each_rung_differs_from_the_one_before(machines):
 
 
 def test_no_rung_changes_the_masses_of_table_1(machines, parameters):
-    for rung in machines:
+    """But the outsole, which comes on top of them."""
+    for rung in machines[:-1]:
         assert rung.machine.mass == pytest.approx(parameters.biped.total_mass, abs=1e-4)
         for pair in (rung.machine.bodies[1:3], rung.machine.bodies[4:6]):
             assert join(pair).mass == pytest.approx(parameters.biped.foot_mass, abs=5e-5)
+
+
+def test_the_outsoles_weigh_what_their_rubber_does(machines, parameters):
+    rubber = parameters.twin.mass(parameters.biped.foot_radius, parameters.settings.outsole)
+    assert machines[-1].machine.mass - machines[-2].machine.mass == pytest.approx(4.0 * rubber) and rubber > 0.004
 
 
 def test_the_twin_is_one_of_them(machines, parameters):

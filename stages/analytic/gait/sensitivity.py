@@ -13,10 +13,6 @@ from stages.biped.quantity import quantity
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 
-#: Name of the change that puts a layer under the feet: leg length, foot radius and height of the mass grow alike.
-OUTSOLE = "outsole"
-#: Its thickness over the leg length: 2 mm on the leg of Table 1.
-OUTSOLE_SHARE = 0.006
 DESIGN = ("hip_mass", "foot_mass", "leg_length", "foot_radius", "foot_com", "stiffness", "damping")
 
 
@@ -24,7 +20,7 @@ DESIGN = ("hip_mass", "foot_mass", "leg_length", "foot_radius", "foot_com", "sti
 class Variation:
     """One design parameter changed alone, by the same share down and up."""
 
-    name: str = quantity("-", "design parameter, or outsole")
+    name: str = quantity("-", "design parameter")
     change: float = quantity("1", "relative change")
     multiplier_below: float = quantity("1", "largest multiplier with the parameter lowered; NaN without a gait")
     multiplier_above: float = quantity("1", "largest multiplier with the parameter raised; NaN without a gait")
@@ -32,29 +28,31 @@ class Variation:
     frequency_above: float = quantity("Hz", "step frequency with the parameter raised; NaN without a gait")
 
 
-def neighbour(
-    biped: Biped, slope: Slope, z: Vector, tolerance: float, friction: Friction | None
-) -> tuple[float, float]:
-    """Largest multiplier and step frequency [Hz] of the gait near section coordinates `z`; NaN if there is none."""
-    walker = build_walker(biped, slope, friction)
-    point = fixed_point(walker, z, tolerance)
-    if point is None:
-        return float("nan"), float("nan")
-    return by_stability(point), 1 / (point.steps[0].period * walker.time)
+@dataclass(frozen=True)
+class Neighbours:
+    """Gaits of designs near `biped`, whose own gait has section coordinates `z`."""
+
+    biped: Biped
+    slope: Slope
+    z: Vector
+    tolerance: float
+    friction: Friction | None = None
+
+    def of(self, biped: Biped) -> tuple[float, float]:
+        """Largest multiplier and step frequency [Hz] of another design's gait; NaN if there is none."""
+        walker = build_walker(biped, self.slope, self.friction)
+        point = fixed_point(walker, self.z, self.tolerance)
+        if point is None:
+            return float("nan"), float("nan")
+        return by_stability(point), 1 / (point.steps[0].period * walker.time)
 
 
-def vary_design(
-    biped: Biped, slope: Slope, z: Vector, tolerance: float, friction: Friction | None = None, change: float = 0.05
-) -> tuple[Variation, ...]:
-    """The gait with each design parameter lowered and raised by `change`, the others fixed, and with an outsole."""
+def vary_design(near: Neighbours, change: float = 0.05) -> tuple[Variation, ...]:
+    """The gait with each design parameter lowered and raised by `change`, the others fixed."""
+    biped = near.biped
 
     def with_factor(name: str, factor: float) -> tuple[float, float]:
-        changed = dataclasses.replace(biped, **{name: getattr(biped, name) * factor})
-        return neighbour(changed, slope, z, tolerance, friction)
-
-    def with_layer(thickness: float) -> tuple[float, float]:
-        grown = {name: getattr(biped, name) + thickness for name in ("leg_length", "foot_radius", "foot_com")}
-        return neighbour(dataclasses.replace(biped, **grown), slope, z, tolerance, friction)
+        return near.of(dataclasses.replace(biped, **{name: getattr(biped, name) * factor}))
 
     variations = []
     for name in DESIGN:
@@ -62,6 +60,4 @@ def vary_design(
             continue
         below, above = with_factor(name, 1 - change), with_factor(name, 1 + change)
         variations.append(Variation(name, change, below[0], above[0], below[1], above[1]))
-    multiplier, frequency = with_layer(OUTSOLE_SHARE * biped.leg_length)
-    variations.append(Variation(OUTSOLE, OUTSOLE_SHARE, float("nan"), multiplier, float("nan"), frequency))
     return tuple(variations)

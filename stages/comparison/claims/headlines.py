@@ -17,8 +17,8 @@ def headlines(biped: BipedSummary, claims: Sequence[Claim]) -> list[str]:
         f"The constraint model takes {biped.step_frequency:.4f} steps a second"
         f"{f', the paper has {FREQUENCY_HZ:g},' if judged else ''} and is "
         f"{'stable' if biped.multiplier < 1 else 'unstable'}: largest multiplier {biped.multiplier:.3f}.",
-        f"Over one step from a common state the hip of the penalty model differs from the constraint model's by "
-        f"{mm(biped.hip_difference)}; their settled steps differ by {1e3 * biped.period_difference:+.2f} ms and "
-        f"{1e3 * biped.length_difference:+.2f} mm.",
+        f"As penalty contact hardens, its hip comes to differ from the rolling constraint model's by "
+        f"{mm(biped.limit_difference)} over a step from a common state; with this study's contact set settled steps "
+        f"differ by {1e3 * biped.period_difference:+.2f} ms and {1e3 * biped.length_difference:+.2f} mm.",
         f"Sentences of the paper, judged by what is computed here: {counted([claim.verdict for claim in claims])}.",
     ]

@@ -144,7 +144,7 @@ class OutsoleSlows(Measured):
     leg; `turning` [kg] is the mass at which the frequency stays the same. NaN if not computed."""
 
     ID = "outsole_slows"
-    RESTS_ON = ("analytic.tolerance",)
+    RESTS_ON = ("analytic.tolerance", "analytic.outsole", "twin.outsole_arc", "twin.outsole_density")
 
     thickness: float
     length_alone: float
@@ -155,7 +155,8 @@ class OutsoleSlows(Measured):
     def judge(self, limits: Settings) -> Judgement:
         known = math.isfinite(self.length_alone)
         by_length, by_mass = self.length_alone < 0, self.with_mass < 0
-        verdict = OPEN if not known else HOLDS if by_length else HOLDS_IF if by_mass else FAILS
+        undecided = known and not by_length and not math.isfinite(self.with_mass)
+        verdict = OPEN if undecided or not known else HOLDS if by_length else HOLDS_IF if by_mass else FAILS
         grams, weighed = f"{1e3 * self.mass:.1f} g", math.isfinite(self.with_mass)
         more = f", by {percent(self.with_mass)} with the {grams} of rubber a leg" if weighed else ""
         above = f"more than {1e3 * self.turning:.1f} g a leg" if math.isfinite(self.turning) else f"{grams} a leg"
@@ -166,13 +167,13 @@ class OutsoleSlows(Measured):
             (
                 Cause(verdict == HOLDS, "the longer leg is the slower pendulum, without any mass"),
                 Cause(
-                    verdict in (HOLDS_IF, FAILS),
+                    verdict in (HOLDS_IF, FAILS) or undecided,
                     "length alone quickens the gait: it also raises the leg's mass and widens the foot",
                 ),
                 Cause(verdict == HOLDS_IF, f"the rubber's mass alone: {percent(self.with_mass - self.length_alone)}"),
-                Cause(verdict == FAILS and weighed, "its mass does not outweigh that"),
-                Cause(verdict == FAILS and not weighed, "its mass was not computed"),
-                Cause(verdict == OPEN, "no gait was found with an outsole"),
+                Cause(verdict == FAILS, "its mass does not outweigh that"),
+                Cause(undecided, "what the rubber's mass does was not computed"),
+                Cause(not known, "no gait was found with an outsole"),
             ),
             f"the rubber's mass is meant with its length, and is {above}" if verdict == HOLDS_IF else "",
         )  # fmt: skip

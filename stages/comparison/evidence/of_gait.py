@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 
-from stages.analytic.gait.sensitivity import OUTSOLE
 from stages.analytic.result import Result as Analytic
 from stages.comparison.claims import gait
 from stages.comparison.evidence import studies
@@ -26,7 +25,6 @@ def multipliers_minimised(analytic: Analytic) -> gait.MultipliersMinimised:
     options = [
         (value, f"{variation.name} {sign}{100 * variation.change:.0f} %")
         for variation in analytic.variations
-        if variation.name != OUTSOLE
         for value, sign in ((variation.multiplier_below, "-"), (variation.multiplier_above, "+"))
         if math.isfinite(value)
     ]

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 
-from stages.analytic.gait.sensitivity import OUTSOLE
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.comparison.claims import measurement
 from stages.comparison.claims.paper import STANDARD_GRAVITY
@@ -44,10 +43,14 @@ def slower(measured: MeasurementAgreement) -> measurement.MeasurementSlower:
 
 
 def outsole_slows(e: Evidence) -> measurement.OutsoleSlows:
-    analytic = e.results.analytic
-    layer = next(v for v in analytic.variations if v.name == OUTSOLE)
-    change = layer.frequency_above / analytic.gait.step_frequency_hz - 1
-    return measurement.OutsoleSlows(layer.change * e.parameters.biped.leg_length, change, NAN, NAN, NAN)
+    layer, usual = e.results.analytic.outsole, e.results.analytic.gait.step_frequency_hz
+    return measurement.OutsoleSlows(
+        layer.thickness,
+        layer.frequency_without_mass / usual - 1,
+        layer.frequency_with_mass / usual - 1,
+        layer.mass,
+        layer.turning_mass,
+    )
 
 
 def push_slows(e: Evidence) -> measurement.PushSlows:

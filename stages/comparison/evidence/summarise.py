@@ -12,12 +12,13 @@ from stages.comparison.summary import BipedSummary
 def summarise(e: Evidence) -> BipedSummary:
     """The summary of the study's biped."""
     analytic, validity, rung = e.results.analytic, e.results.analytic.validity, e.results.twin_ladder.twin
-    models, work = e.models, constraints_reduce_effort(e)
+    models, work, limit = e.models, constraints_reduce_effort(e), e.results.contact_study.limit
     return BipedSummary(
         analytic.gait.step_frequency_hz,
         analytic.gait.step_length_m,
         models.period_difference,
         models.step_length_difference,
+        float(limit.hard.hip_position.max()) if limit is not None else NAN,
         float(models.same_start.position.max()),
         e.twin.step_frequency,
         largest(analytic.gait.floquet_multipliers),

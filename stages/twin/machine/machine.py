@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.design import Biped
-from stages.twin.machine.bill import Body, bodies
+from stages.twin.machine.bill import Body, bodies, join
 from stages.twin.machine.table_one import check
 from stages.twin.parameters import Settings
 
@@ -68,7 +68,10 @@ AS_DRAWN = Build()
 
 
 def build(biped: Biped, settings: Settings, departure: Build = AS_DRAWN) -> Machine:
-    """The machine of the settings; raises ValueError if its parts do not add up to the biped's design parameters."""
+    """The machine of the settings, on an outsole if they or the departure have one.
+
+    Raises ValueError if its parts do not add up to the biped's design parameters.
+    """
     if settings.inertia == "planar":
         drawn = planar_equivalent(biped, settings)
     else:
@@ -79,6 +82,11 @@ def build(biped: Biped, settings: Settings, departure: Build = AS_DRAWN) -> Mach
         for factor, body in zip(departure.body_mass, drawn, strict=True)
     )
     rubber = settings.outsole + departure.outsole
+    if rubber > 0.0:
+        scaled = tuple(
+            join([body, under_foot(index, biped, settings, rubber)]) if index in FOOT_BODY else body
+            for index, body in enumerate(scaled)
+        )
     inner, outer = settings.inner_lane, settings.outer_lane
     return Machine(
         bodies=scaled,
@@ -93,6 +101,16 @@ def build(biped: Biped, settings: Settings, departure: Build = AS_DRAWN) -> Mach
         drawn_foot_com=biped.foot_com - biped.leg_length,
         rigid=biped.legs == "rigid",
     )
+
+
+def under_foot(index: int, biped: Biped, settings: Settings, thickness: float) -> Body:
+    """The outsole under the foot that is body `index`, on top of the drawing."""
+    layer = settings.sector(biped.foot_radius, thickness)
+    mass = settings.mass(biped.foot_radius, thickness)
+    lane = (settings.inner_lane, settings.outer_lane)[index // 3] * (1.0 if index % 3 == 1 else -1.0)
+    x2, y2, z2 = layer.across, layer.along, settings.foot_width**2 / 12
+    centre = np.array([0.0, biped.foot_radius - biped.leg_length - layer.depth, lane])
+    return Body(mass, centre, mass * np.diag([y2 + z2, z2 + x2, x2 + y2]))
 
 
 def planar_equivalent(biped: Biped, settings: Settings) -> tuple[Body, ...]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from stages.biped.outsole.ring_sector import ring_sector
+
 Triple = tuple[float, float, float]
 
 #: What the entries of a part's size mean, by shape [m].
@@ -70,11 +72,5 @@ def solid(shape: str, size: tuple[float, ...], axis: str = "z") -> Solid:
 
 
 def _arc(outer: float, thickness: float, width: float, chord: float) -> Solid:
-    inner = outer - thickness
-    half = math.asin(0.5 * chord / outer)
-    area = half * (outer**2 - inner**2)
-    centre = 2.0 * math.sin(half) * (outer**3 - inner**3) / (3.0 * area)
-    polar = 0.5 * (outer**2 + inner**2)
-    share = math.sin(2.0 * half) / (4.0 * half)
-    squares = polar * (0.5 - share), polar * (0.5 + share) - centre**2, width**2 / 12
-    return Solid(area * width, (0.0, -centre, 0.0), squares)
+    rim = ring_sector(outer, thickness, math.asin(0.5 * chord / outer))
+    return Solid(rim.area * width, (0.0, -rim.depth, 0.0), (rim.across, rim.along, width**2 / 12))
