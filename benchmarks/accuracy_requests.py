@@ -19,7 +19,7 @@ import numpy as np
 from pipeline.study import Study
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.run import run as run_analytic
-from stages.biped.error_estimate import NotMet, walk_differences
+from stages.biped.accuracy.estimate import NotMet, walk_differences
 from stages.biped.walk import Walk
 from stages.multibody.assembly.state import rolling_state
 from stages.multibody.run import walk_to_accuracy

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stages.biped.accuracy import Accuracy, accuracy
+from stages.biped.accuracy.asked import Accuracy, accuracy
 from stages.biped.design import Biped
 from stages.biped.outsole.rubber import Rubber
 from stages.biped.quantity import Bound, Broken, parameter

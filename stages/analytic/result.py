@@ -10,7 +10,7 @@ from stages.analytic.gait.outsole_effect import OutsoleEffect
 from stages.analytic.gait.sensitivity import Variation
 from stages.analytic.walk.energy import EnergyAudit
 from stages.analytic.walk.validity import Validity
-from stages.biped.error_estimate import ErrorEstimate
+from stages.biped.accuracy.estimate import ErrorEstimate
 from stages.biped.gait import Gait, StanceState
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk

@@ -23,8 +23,8 @@ from stages.analytic.parameters import FINEST, Parameters, Settings
 from stages.analytic.result import Result
 from stages.analytic.walk.recording import constraint_drift, crossing_state, walk_on
 from stages.analytic.walk.sampling import sample_walk
-from stages.biped.accuracy import CUSTOM
-from stages.biped.error_estimate import to_accuracy, walk_differences
+from stages.biped.accuracy.asked import CUSTOM
+from stages.biped.accuracy.estimate import to_accuracy, walk_differences
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import Walk
 

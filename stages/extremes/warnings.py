@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from stages.biped.accuracy import CUSTOM
+from stages.biped.accuracy.asked import CUSTOM
 from stages.extremes.engines import engine_of
 from stages.extremes.envelope.place import Place, Tried, place_of, warning
 

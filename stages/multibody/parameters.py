@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stages.biped.accuracy import Accuracy, accuracy
+from stages.biped.accuracy.asked import Accuracy, accuracy
+from stages.biped.accuracy.estimate import finer_explicit
 from stages.biped.design import Biped
-from stages.biped.error_estimate import finer_explicit
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.default_set import DefaultSet

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from stages.biped.error_estimate import ErrorEstimate
+from stages.biped.accuracy.estimate import ErrorEstimate
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.multibody.assembly.inventory import Inventory

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from stages.analytic.result import Result as Analytic
-from stages.biped.error_estimate import ErrorEstimate, to_accuracy, walk_differences
+from stages.biped.accuracy.estimate import ErrorEstimate, to_accuracy, walk_differences
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import Walk
 from stages.ground.blocks import lanes

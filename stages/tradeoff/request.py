@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from stages.biped.accuracy import CUSTOM, WORDS
+from stages.biped.accuracy.asked import CUSTOM, WORDS
 from stages.tradeoff.accuracy import choice
 from stages.tradeoff.accuracy.choice import FILES, KEYS, Choice
 from stages.tradeoff.accuracy.reached import line, verified

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stages.biped.error_estimate import ErrorEstimate
+from stages.biped.accuracy.estimate import ErrorEstimate
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.multibody.assembly.inventory import Inventory

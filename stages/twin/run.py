@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.analytic.result import Result as Analytic
-from stages.biped.error_estimate import finer_explicit, to_accuracy, walk_differences
+from stages.biped.accuracy.estimate import finer_explicit, to_accuracy, walk_differences
 from stages.biped.progress import Progress, ignore
 from stages.biped.sampling_times import refined_times
 from stages.biped.walk import Walk

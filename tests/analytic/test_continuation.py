@@ -60,6 +60,11 @@ def test_a_doubling_has_a_multiplier_of_minus_one(cascade):
     assert np.abs(point.floquet_multipliers + 1).min() < 1e-9
 
 
+def test_a_doubling_is_no_turning_point(cascade):
+    """A doubled family is upright where it leaves the old one, but no two gaits meet and vanish there."""
+    assert not [special for branch in cascade for special in branch.special if special.kind == TURNING_POINT]
+
+
 def test_longer_cycles_do_not_close_earlier(cascade):
     for branch in cascade[1:]:
         point = branch.points[len(branch.points) // 2]

@@ -3,10 +3,13 @@
 import numpy as np
 import pytest
 
+from benchmarks.missed_gaits import drawn
 from stages.analytic.errors import NoGait, StepFailed
+from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import by_stability, describe, find_gait, find_gaits
-from stages.analytic.gait.poincare import poincare_map
+from stages.analytic.gait.neighbours import from_neighbours
+from stages.analytic.gait.poincare import FixedPoint, poincare_map
 from stages.ground.slope import Slope
 from tests.analytic.designs import SLOPE, TABLE_1, TABLE_1_RIGID, changed, walker_of
 
@@ -91,3 +94,44 @@ def test_a_walker_that_rocks_back_has_no_gait():
     rocking = np.array([-0.02412, 0.99866, 0.99858, 0.00764, -0.2301])
     with pytest.raises(StepFailed, match="hip is behind both feet"):
         poincare_map(walker, rocking, 1e-10)
+
+
+def test_a_light_foot_is_no_stiff_leg():
+    """Rates are fast where the foot is light; 0.1.0 took such legs for stiff and refused this design, which walks."""
+    design = changed(TABLE_1, hip_mass=0.98255662144, foot_mass=0.0017216892784, damping=15.69421022747663)
+    walker, point = find_gait(design, Slope(slope_deg=0.35019307606455136, gravity=9.81), 1e-10)
+    assert describe(walker, point).period_s == pytest.approx(0.60211493576, abs=1e-10)
+    assert by_stability(point) == pytest.approx(0.677, abs=1e-3)
+    assert closes(walker, point) <= 1e-9
+
+
+def test_the_unstable_gait_of_rigid_legs_is_found():
+    walker = walker_of(TABLE_1_RIGID)
+    points = find_gaits(walker, 1e-10, unstable=True)
+    stable, *unstable = (describe(walker, point) for point in points)
+    assert stable.stable and not any(gait.stable for gait in unstable)
+    assert unstable[0].step_frequency_hz == pytest.approx(2.5759, abs=5e-5)
+    assert max(closes(walker, point) for point in points) <= 1e-9
+
+
+@pytest.mark.parametrize("index", [238, 260, 446, 460, 313])
+def test_gaits_that_were_missed_before(index):
+    """Designs of benchmarks/missed_gaits.py with a stable gait that the search once did not find."""
+    _, point = find_gait(*drawn(1, index), 1e-10)
+    assert by_stability(point) < 1
+
+
+@pytest.mark.parametrize("damping, slope_deg, fold", [(190.0, 2.0, "2.00284"), (300.0, 2.0, "2.10382")])
+def test_a_refusal_says_where_the_family_turns_back(damping, slope_deg, fold):
+    """The gait of steeper slopes ends at a fold before the design's slope; at its other side a gait is found."""
+    design = changed(TABLE_1, damping=damping)
+    with pytest.raises(NoGait, match=rf"ground\.slope_deg = .* turns back at {fold} deg, a fold"):
+        find_gait(design, Slope(slope_deg=slope_deg, gravity=9.81), 1e-10)
+    find_gait(design, Slope(slope_deg=float(fold) + 0.01, gravity=9.81), 1e-10)
+
+
+def test_a_neighbour_leads_to_the_design():
+    """With its own search switched off, a design's gait still comes from other slopes."""
+    point = from_neighbours(DesignPoint(TABLE_1, SLOPE), 1e-10)
+    assert isinstance(point, FixedPoint)
+    assert by_stability(point) == pytest.approx(0.640340343, abs=1e-8)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from stages.analytic.gait.poincare import poincare_derivative, poincare_map
 from stages.analytic.integration.phase import EVENT, NO_NODES, integrate
 from stages.analytic.model import equations as eq
 from stages.analytic.phases.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE, flow
@@ -223,3 +224,13 @@ def test_derivative_of_the_reset(design):
         for state in (both, plus, minus):
             heel_strike_reset(state, walker.p)
         assert np.abs(both[size:] - (plus - minus) / (2 * h)).max() <= 1e-8
+
+
+@pytest.mark.parametrize("angle", [-0.196, -0.19559929, -0.19519993])
+def test_rigid_legs_that_pass_each_other_land_no_foot(angle):
+    """Clearance falls through zero with both feet in one place: no tolerance may take that for a heel strike."""
+    walker = walker_of(TABLE_1_RIGID)
+    z = np.array([angle, 0.3543684, -0.33596808])
+    periods = [take(walker, z, tolerance).period for tolerance in (1e-5, 1e-6, 1e-8, 1e-10, 1e-12)
+               for take in (poincare_map, lambda *given: poincare_derivative(*given)[0])]  # fmt: skip
+    assert max(periods) - min(periods) < 1e-5 and min(periods) > 2.0

@@ -19,7 +19,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from stages.biped.accuracy import errors_asked
+from stages.biped.accuracy.asked import errors_asked
 
 TABLE = Path(__file__).with_name("table.json")
 #: Parameter files whose settings an accuracy decides; each is its stage's name.

@@ -2,7 +2,7 @@
 
 A stage's settings hold the request beside the solver's own settings. Before the stage runs, the pipeline puts in the
 solver settings that were measured to keep it on Table 1; the stage's run checks them on the design it has, and refines
-them (`stages.biped.error_estimate`). With `custom` they stay as they stand.
+them (`stages.biped.accuracy.estimate`). With `custom` they stay as they stand.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from stages.biped.accuracy import Accuracy, errors_asked
+from stages.biped.accuracy.asked import Accuracy, errors_asked
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 
