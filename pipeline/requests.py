@@ -3,13 +3,12 @@
 A stage's module `request` declares one: NAME of the option and of the key it stands for, METAVAR, HELP, FORM and
 `words()` for messages, FILES it decides settings of, `parsed(text)`, `decide(file, section)`, which gives a decision
 with the `settings` to take (None: nothing is asked), and `decided(file, values)`, the names of those settings. With
-VERIFY_HELP, `verified(decision, result, rerun)` and `line(found)` a second run can tell what was reached.
+VERIFY_HELP, `verified(decision, result)` and `line(found)` tell what a run reached.
 """
 
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
@@ -50,9 +49,9 @@ def to_verify(study: Study, stages: Iterable[str]) -> list[Decision]:
 
 
 def verify(study: Study, chosen: list[Decision], *, told: bool) -> None:
-    """Run each stage once more at other settings; keep what that shows beside the artefact and, if `told`, print it.
+    """Keep what each stage's result tells of its request beside the artefact and, if `told`, print it.
 
-    An artefact's bytes follow from its key alone and do not depend on whether it was verified. Holds the lock.
+    Holds the lock.
     """
     import click
     import yaml
@@ -62,15 +61,9 @@ def verify(study: Study, chosen: list[Decision], *, told: bool) -> None:
     from pipeline.study import shown
 
     with lock.held(study.results, shown(study.results), "bipedstudy --verify", True, click.echo):
-        for request, stage, decision, values in chosen:
+        for request, stage, decision, _ in chosen:
             direct = Direct(study, stage)
-            name = next(name for name, section in vars(values).items() if stage == section.FILE)
-
-            def rerun(settings: Mapping[str, float], direct: Any = direct, name: str = name, own: Any = values) -> Any:
-                section = dataclasses.replace(getattr(own, name), **settings)
-                return direct.run(dataclasses.replace(own, **{name: section}))
-
-            found = {"stage": stage, "artefact_key": direct.key, **request.verified(decision, direct.result, rerun)}
+            found = {"stage": stage, "artefact_key": direct.key, **request.verified(decision, direct.result)}
             place = record_of(study, request, stage)
             regular.inside(study.results, place, shown(place))
             text = yaml.safe_dump(found, sort_keys=False)

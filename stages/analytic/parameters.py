@@ -13,6 +13,9 @@ from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 
+#: Finest tolerance that is allowed.
+FINEST = 1e-14
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -22,7 +25,7 @@ class Settings:
 
     tolerance: float = parameter(
         "1", "absolute and relative tolerance of a step, in leg lengths and pendulum times",
-        bound=Bound(minimum=1e-14, maximum=1e-3))
+        bound=Bound(minimum=FINEST, maximum=1e-3))
     steps: int = parameter("1", "steps of the recorded walk", bound=Bound(minimum=1, maximum=10_000))
     sampling_rate_hz: float = parameter("Hz", "sampling rate of the recorded walk", bound=Bound(above=0, maximum=1e6))
     integrator: str = parameter(

@@ -10,6 +10,7 @@ from stages.analytic.gait.outsole_effect import OutsoleEffect
 from stages.analytic.gait.sensitivity import Variation
 from stages.analytic.walk.energy import EnergyAudit
 from stages.analytic.walk.validity import Validity
+from stages.biped.error_estimate import ErrorEstimate
 from stages.biped.gait import Gait, StanceState
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
@@ -30,6 +31,7 @@ class Result:
     outsole: OutsoleEffect = quantity("-", "the gait with rubber under the feet")
     validity: Validity = quantity("-", "what the gait asks of the ground")
     walk: Walk = quantity("-", "walk from mid-stance, leg 0 standing")
+    errors: tuple[ErrorEstimate, ...] = quantity("-", "errors of gait and walk, where an accuracy was asked for")
 
     def summary(self) -> str:
         """What was found, in one line."""

@@ -5,37 +5,61 @@ Inputs: none. Settings: params/analytic.yaml, the rubber of twin.yaml. Output: `
 
 from __future__ import annotations
 
-from stages.analytic.gait.gait_report import report_gait
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from stages.analytic.errors import NoGait
+from stages.analytic.gait.gait_report import GaitReport, report_gait
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.outsole_effect import outsole_effect
+from stages.analytic.gait.poincare import FixedPoint, fixed_point
 from stages.analytic.gait.sensitivity import Neighbours, vary_design
-from stages.analytic.parameters import Parameters
+from stages.analytic.model.stiffness import attainable_tolerance
+from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.parameters import FINEST, Parameters, Settings
 from stages.analytic.result import Result
 from stages.analytic.walk.recording import constraint_drift, crossing_state, walk_on
 from stages.analytic.walk.sampling import sample_walk
+from stages.biped.accuracy import CUSTOM
+from stages.biped.error_estimate import to_accuracy, walk_differences
 from stages.biped.progress import Progress, ignore
+from stages.biped.walk import Walk
+
+
+class Solved(NamedTuple):
+    """The gait at one tolerance, and a walk on it."""
+
+    point: FixedPoint
+    report: GaitReport
+    upright: Vector
+    walk: Walk
 
 
 def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore) -> Result:
     """Find the gait, audit it and record a walk.
 
-    Raises NoGait if the design has no gait, StepFailed if the recorded walk does not get to its end.
+    Raises NoGait if the design has no gait, StepFailed if the recorded walk does not get to its end, NotMet if an
+    accuracy is asked for that the finest tolerance does not keep.
     """
-    tolerance = parameters.settings.tolerance
+    settings = parameters.settings
     progress(0.0, "looking for gaits")
     friction = parameters.limited_friction
-    walker, point = find_gait(parameters.biped, parameters.slope, tolerance, friction)
-    if parameters.settings.integrator == "scipy":
-        from stages.analytic.integration.readable import (
-            refine,  # its SymPy takes longer to load than the whole compiled search
-        )
-
-        point = refine(walker, point.z, tolerance)
+    walker, found = find_gait(parameters.biped, parameters.slope, settings.tolerance, friction)
     progress(0.6, "recording the walk")
-    report = report_gait(walker, point, tolerance)
-    upright = crossing_state(walker, point.z, tolerance)
-    segments = walk_on(walker, upright, parameters.settings.steps, tolerance)
-    near = Neighbours(parameters.biped, parameters.slope, point.z, tolerance, friction)
+    if settings.accuracy != CUSTOM:  # two tolerances that round-off makes one would not differ
+        settings = replace(settings, tolerance=max(settings.tolerance, 10 * attainable_tolerance(walker.p, 0.0)))
+
+    def solved_with(at: Settings) -> Solved:
+        as_found = at.tolerance == parameters.settings.tolerance and at.integrator == "compiled"
+        return solved(walker, found if as_found else solve(walker, found.z, at), at)
+
+    settings, kept, errors = to_accuracy(
+        settings.accuracy, settings, solved_with, partial(finer, walker), differences)
+    point, report, upright, walk = kept
+    near = Neighbours(parameters.biped, parameters.slope, point.z, settings.tolerance, friction)
     return Result(
         gait=report.gait,
         mid_stance=walker.stance_state(upright),
@@ -44,7 +68,47 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
         energy=report.energy,
         constraint_drift=constraint_drift(walker, report.segments),
         variations=vary_design(near),
-        outsole=outsole_effect(near, parameters.rubber, parameters.settings.outsole),
+        outsole=outsole_effect(near, parameters.rubber, settings.outsole),
         validity=report.validity,
-        walk=sample_walk(walker, segments, parameters.settings.sampling_rate_hz),
+        walk=walk,
+        errors=errors,
     )
+
+
+def solve(walker: Walker, z: Vector, settings: Settings) -> FixedPoint:
+    """The gait found near `z`, at the settings' tolerance. Raises NoGait."""
+    if settings.integrator == "scipy":
+        from stages.analytic.integration.readable import (
+            refine,  # its SymPy takes longer to load than the whole compiled search
+        )
+
+        return refine(walker, z, settings.tolerance)
+    point = fixed_point(walker, z, settings.tolerance)
+    if point is None:
+        raise NoGait(f"the gait found is lost at a tolerance of {settings.tolerance:g}")
+    return point
+
+
+def solved(walker: Walker, point: FixedPoint, settings: Settings) -> Solved:
+    """The gait with its measures and a walk on it. Raises StepFailed."""
+    tolerance = settings.tolerance
+    upright = crossing_state(walker, point.z, tolerance)
+    segments = walk_on(walker, upright, settings.steps, tolerance)
+    walk = sample_walk(walker, segments, settings.sampling_rate_hz)
+    return Solved(point, report_gait(walker, point, tolerance), upright, walk)
+
+
+def finer(walker: Walker, settings: Settings) -> Settings | None:
+    """A tenth of the tolerance; None below round-off or below what the parameter files allow."""
+    tolerance = settings.tolerance / 10
+    if tolerance < 0.99 * max(FINEST, attainable_tolerance(walker.p, 0.0)):
+        return None
+    return replace(settings, tolerance=tolerance)
+
+
+def differences(one: Solved, other: Solved) -> dict[str, float]:
+    """How far two solutions differ, by the names of `Accuracy`."""
+    leading = [float(np.hypot(*solved.report.gait.floquet_multipliers[0])) for solved in (one, other)]
+    found = walk_differences(one.walk, other.walk)
+    period = abs(one.report.gait.period_s - other.report.gait.period_s)
+    return {**found, "period_s": max(period, found.get("period_s", 0.0)), "multiplier": abs(leading[0] - leading[1])}

@@ -1,7 +1,8 @@
 """How accurate a walk is asked to be: a word, or the largest error of something that is measured.
 
 A stage's settings hold the request beside the solver's own settings. Before the stage runs, the pipeline puts in the
-solver settings that were measured to keep it; with `custom` they stay as they stand.
+solver settings that were measured to keep it on Table 1; the stage's run checks them on the design it has, and refines
+them (`stages.biped.error_estimate`). With `custom` they stay as they stand.
 """
 
 from __future__ import annotations
@@ -13,6 +14,9 @@ from typing import Any
 from stages.biped.quantity import Bound, Broken, parameter
 
 CUSTOM, DRAFT, PAPER, REFERENCE = WORDS = ("custom", "draft", "paper", "reference")
+#: Errors of the hip's position [m] that the words stand for. That of `paper` was measured, benchmarks/tradeoff.py: the
+#: paper's setting for its constraint model, tolerance 1e-7, over four steps of Table 1.
+HIP_ERRORS = {DRAFT: 1e-3, PAPER: 6e-7, REFERENCE: 1e-8}
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,13 @@ class Accuracy:
         """Something is asked for."""
         if not self.errors:
             yield Broken("hip_position_m", "at least one of " + ", ".join(vars(self)))
+
+
+def errors_asked(asked: str | Accuracy) -> dict[str, float]:
+    """The errors that an accuracy stands for, by the keys of `Accuracy`; none for `custom`."""
+    if not isinstance(asked, str):
+        return asked.errors
+    return {} if asked == CUSTOM else {"hip_position_m": HIP_ERRORS[asked]}
 
 
 def accuracy(chosen: str) -> Any:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.accuracy import Accuracy, accuracy
 from stages.biped.design import Biped
+from stages.biped.error_estimate import finer_explicit
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.default_set import DefaultSet
@@ -73,6 +75,14 @@ class Settings:
             longest_step=3.0,
             most_solver_steps=most_solver_steps,
         )
+
+    def finer(self) -> Settings | None:
+        """The next finer settings of the solver; None beyond the finest tolerance or steps of 100 ns."""
+        if self.assembly == "tree":
+            return finer_explicit(self)
+        if self.impact_step < 2e-7:
+            return None
+        return dataclasses.replace(self, rolling_step=self.rolling_step / 2, impact_step=self.impact_step / 2)
 
     def broken_rules(self) -> Iterator[Broken]:
         """The fine step is not coarser than the coarse one; a signal is named once."""

@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from stages.biped.error_estimate import ErrorEstimate
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.multibody.assembly.inventory import Inventory
@@ -84,6 +85,7 @@ class Result:
     default_friction_variations: tuple[FrictionVariation, ...] = quantity(
         "-", "the same from Adams' default contact set instead of ground.yaml's"
     )
+    errors: tuple[ErrorEstimate, ...] = quantity("-", "errors of the walk, where an accuracy was asked for")
     facts: Facts = quantity("1", "how the run was made")
     inventory: Inventory = quantity("-", "what the scene held, counted in the assembled system")
 

@@ -9,14 +9,15 @@ from functools import partial
 import numpy as np
 
 from stages.analytic.result import Result as Analytic
+from stages.biped.error_estimate import ErrorEstimate, to_accuracy, walk_differences
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import Walk
 from stages.ground.blocks import lanes
 from stages.multibody.assembly.inventory import bytes_of, take_inventory
 from stages.multibody.assembly.quiet_exudyn import VERSION
 from stages.multibody.assembly.signals import PENETRATION, SLIP
-from stages.multibody.assembly.solver import Run
-from stages.multibody.assembly.state import rolling_state
+from stages.multibody.assembly.solver import Assembly, Run
+from stages.multibody.assembly.state import PlanarState, rolling_state
 from stages.multibody.parameters import Parameters, Settings
 from stages.multibody.result import Facts, Result
 from stages.multibody.walking.cycle import Model, solve
@@ -37,18 +38,15 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     """Walk and measure. The analytic gait gives the mid-stance state, the normal force of its first sample and, for
     stepping blocks, the step length.
 
-    A fall or a failed solver is a result whose `outcome` says so, with the walk up to there.
+    A fall or a failed solver is a result whose `outcome` says so, with the walk up to there. Raises NotMet if an
+    accuracy is asked for that the walk does not keep with the finest settings.
     """
     analytic = inputs.analytic
-    biped, slope, contact, settings = parameters.biped, parameters.slope, parameters.contact, parameters.settings
-    standing_force = analytic.walk.standing_force
-    state = rolling_state(biped, contact, analytic.mid_stance, standing_force)
-    progress(0.0, f"walking {settings.steps} steps in Exudyn ({settings.assembly})")
-    blocks = lanes(analytic.gait.step_length_m, settings.block_length) if settings.scene == "blocks" else None
-    assembly = build(biped, slope, contact, settings, blocks, signals=settings.signals)
-    walked = simulate(biped, slope, contact, state, settings, lanes=blocks, assembly=assembly)
-    progress(0.3, "sampling the walk")
-    walk = sample(walked.trajectory, slope, biped.foot_radius, settings.sampling_rate_hz)
+    biped, slope, contact = parameters.biped, parameters.slope, parameters.contact
+    progress(0.0, f"walking {parameters.settings.steps} steps in Exudyn ({parameters.settings.assembly})")
+    state = rolling_state(biped, contact, analytic.mid_stance, analytic.walk.standing_force)
+    settings, (assembly, walked, walk), errors = walk_to_accuracy(parameters, state, analytic.gait.step_length_m)
+    progress(0.3, "measuring the walk")
     penetration, slip = contact_signals(walked, walk, biped.foot_radius, settings.signals)
     inventory = take_inventory(assembly.mbs, sampled_bytes=bytes_of(walk, penetration, slip))
     progress(0.4, "solving for the gait")
@@ -69,9 +67,29 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         energy=_last_step_energy(walked, walk, parameters),
         friction_variations=vary(contact),
         default_friction_variations=vary(parameters.default_set.law(contact)),
+        errors=errors,
         facts=_facts(walked, settings),
         inventory=inventory,
     )
+
+
+def walk_to_accuracy(
+    parameters: Parameters, state: PlanarState, step_length: float
+) -> tuple[Settings, tuple[Assembly, Run, Walk], tuple[ErrorEstimate, ...]]:
+    """The walk from `state` with the settings that keep the accuracy asked for, and its estimated errors.
+
+    Blocks, if any, lie `step_length` [m] apart. Raises NotMet.
+    """
+    biped, slope, contact, settings = parameters.biped, parameters.slope, parameters.contact, parameters.settings
+    blocks = lanes(step_length, settings.block_length) if settings.scene == "blocks" else None
+
+    def walked(settings: Settings) -> tuple[Assembly, Run, Walk]:
+        assembly = build(biped, slope, contact, settings, blocks, signals=settings.signals)
+        run = simulate(biped, slope, contact, state, settings, lanes=blocks, assembly=assembly)
+        return assembly, run, sample(run.trajectory, slope, biped.foot_radius, settings.sampling_rate_hz)
+
+    return to_accuracy(
+        settings.accuracy, settings, walked, Settings.finer, lambda one, other: walk_differences(one[2], other[2]))
 
 
 def contact_signals(

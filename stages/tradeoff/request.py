@@ -8,7 +8,7 @@ from typing import Any
 from stages.biped.accuracy import CUSTOM, WORDS
 from stages.tradeoff.accuracy import choice
 from stages.tradeoff.accuracy.choice import FILES, KEYS, Choice
-from stages.tradeoff.accuracy.second_run import line, verified
+from stages.tradeoff.accuracy.reached import line, verified
 
 NAME = "accuracy"
 METAVAR = "WORD|KEY=VALUE"
@@ -17,9 +17,8 @@ HELP = (
     "Goes before the key accuracy of the parameter files."
 )
 VERIFY_HELP = (
-    "Estimate the hip's error by a second run: the best setting measured at no more than half the cost, or else the "
-    "next finer one. The estimate is kept beside the artefact, in results/accuracy: an artefact's bytes do not depend "
-    "on it."
+    "Show the errors that the run estimated, and keep them in results/accuracy. Every run that an accuracy is asked of "
+    "walks a second time with coarser settings; what it cannot show to be met it refuses, and the command ends with 3."
 )
 FORM = "custom, draft, paper, reference, or an error as in hip_position_m=1e-5"
 __all__ = ["FILES", "FORM", "HELP", "METAVAR", "NAME", "VERIFY_HELP", "decide", "decided", "line", "parsed", "verified",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stages.biped.error_estimate import ErrorEstimate
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.multibody.assembly.inventory import Inventory
@@ -55,6 +56,7 @@ class Result:
     snapshots: Snapshots = quantity("-", "poses in the settled gait")
     parts: tuple[PartRow, ...] = quantity("-", "bill of parts")
     sums: tuple[SumRow, ...] = quantity("-", "sums of the bill beside Table 1")
+    errors: tuple[ErrorEstimate, ...] = quantity("-", "errors of the walk, where an accuracy was asked for")
     solver_steps: int = quantity("1", "number of solver steps")
     inventory: Inventory = quantity("-", "what the scene held, counted in the assembled system")
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.analytic.result import Result as Analytic
+from stages.biped.error_estimate import finer_explicit, to_accuracy, walk_differences
 from stages.biped.progress import Progress, ignore
 from stages.biped.sampling_times import refined_times
 from stages.biped.walk import Walk
@@ -16,13 +17,14 @@ from stages.twin.machine.parts import Part
 from stages.twin.machine.shapes import solid
 from stages.twin.machine.table_one import sums
 from stages.twin.machine.tree import SpatialTree
-from stages.twin.parameters import Parameters
+from stages.twin.parameters import Parameters, Settings
 from stages.twin.ramp import lay_blocks
 from stages.twin.result import PartRow, Result, SumRow
 from stages.twin.walking.energy import EnergyBalance, energy_balance
 from stages.twin.walking.events import find_events
+from stages.twin.walking.record import Record
 from stages.twin.walking.settling import settling
-from stages.twin.walking.signals import sample
+from stages.twin.walking.signals import Signals, sample
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 from stages.twin.walking.snapshots import snapshots
 
@@ -42,7 +44,8 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     step length for which the ramp's blocks are laid.
 
     A fall or a failed solver is a result whose `outcome` says so, with the walk up to there. Raises ValueError if the
-    parts do not add up to the design, BlocksDoNotFit if the ramp has no room for its blocks.
+    parts do not add up to the design, BlocksDoNotFit if the ramp has no room for its blocks, NotMet if an accuracy is
+    asked for that the walk does not keep with the finest settings.
     """
     biped, slope, contact, settings = parameters.biped, parameters.slope, parameters.contact, parameters.settings
     analytic = inputs.analytic
@@ -50,13 +53,18 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     start = rolling_start(machine, contact, analytic.mid_stance, analytic.walk.standing_force)
     ramp = lay_blocks(settings, analytic.gait.step_length_m) if settings.scene == "ramp" else None
     progress(0.0, f"walking {settings.steps} steps in space")
-    tree = SpatialTree(machine, slope, contact)
-    record = simulate_twin(machine, slope, contact, start, settings, ramp=ramp, tree=tree)
-    progress(0.8, "sampling the walk")
-    times = refined_times(
-        float(record.time[-1]), settings.sampling_rate_hz, find_events(record).heel_strike_time
-    )
-    signals = sample(record, times, settings)
+
+    def walked_with(settings: Settings) -> tuple[SpatialTree, Record, Signals]:
+        tree = SpatialTree(machine, slope, contact)
+        record = simulate_twin(machine, slope, contact, start, settings, ramp=ramp, tree=tree)
+        strikes = find_events(record).heel_strike_time
+        times = refined_times(float(record.time[-1]), settings.sampling_rate_hz, strikes)
+        return tree, record, sample(record, times, settings)
+
+    settings, (tree, record, signals), errors = to_accuracy(
+        settings.accuracy, settings, walked_with, finer_explicit,
+        lambda one, other: walk_differences(one[2].walk, other[2].walk))
+    progress(0.8, "measuring the walk")
     strikes = signals.walk.heel_strike_time
     last_step = tuple(strikes[-2:]) if len(strikes) > 1 else ()
     closed = energy_balance(record, *last_step) if last_step else EnergyBalance(*[np.nan] * 6)
@@ -70,6 +78,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         snapshots=snapshots(record, pose_times(signals.walk)),
         parts=tuple(part_row(part) for part in settings.parts),
         sums=tuple(SumRow(what, found, wanted) for what, found, wanted in sums(settings.parts, biped)),
+        errors=errors,
         solver_steps=len(record.time) - 1,
         inventory=take_inventory(tree.mbs, len(tree.feet), bytes_of(signals)),
     )
