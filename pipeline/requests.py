@@ -15,8 +15,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from pipeline.cache import durable, regular
-from pipeline.errors import StudyError, nearest
-from pipeline.parameters import yaml_text
+from pipeline.errors import StudyError
 
 if TYPE_CHECKING:
     from pipeline.study import Study
@@ -25,22 +24,6 @@ _SEAL = "seal: "
 Request = ModuleType
 #: Of one stage: the request, what it decided, and the stage's parameters.
 Decision = tuple[Request, str, Any, Any]
-
-
-def node_of(request: Request, text: str) -> yaml_text.Node:
-    """The text after the option as it would stand in a file. Raises `StudyError`."""
-    said = f"--{request.NAME} {text}"
-    try:
-        asked = request.parsed(text)
-    except KeyError as unknown:
-        raise StudyError(f"{said}: the form is {request.FORM}{nearest(unknown.args[0], request.words())}") from None
-    if isinstance(asked, str):
-        return yaml_text.Node(asked, 0)
-    values = {key: yaml_text.scalar(value) for key, value in asked.items()}
-    for key, value in values.items():
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise StudyError(f"{said}: {key} = {asked[key]!r} is not a number; allowed: > 0")
-    return yaml_text.Node({key: yaml_text.Node(float(value), 0) for key, value in values.items()}, 0)
 
 
 def decisions(study: Study, values: Mapping[str, Any]) -> Iterator[Decision]:

@@ -8,14 +8,13 @@ from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
 
-_NAME_OF_MODULE = {"sksundae": "scikit-sundae", "PIL": "pillow", "yaml": "pyyaml", "mpl_toolkits": "matplotlib"}
+_NAME_OF_MODULE = {"PIL": "pillow", "yaml": "pyyaml", "mpl_toolkits": "matplotlib"}
 _BENEATH = {
     "numba": ("llvmlite", "numpy"),
     "scipy": ("numpy",),
     "sympy": ("mpmath",),
     "matplotlib": ("contourpy", "numpy", "pillow"),
     "exudyn": ("numpy",),
-    "scikit-sundae": ("numpy",),
     "h5py": ("numpy",),
 }
 

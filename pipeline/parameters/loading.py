@@ -13,10 +13,9 @@ from typing import Any
 
 from pipeline.errors import StudyError, nearest
 from pipeline.parameters import yaml_text
-from pipeline.parameters.overrides import Override, applied, parsed
+from pipeline.parameters.overrides import Override, applied, node_of, parsed
 from pipeline.parameters.value import Refused, allowed, broken_rules, declared, shown, value_of, with_unit
 from pipeline.parameters.yaml_text import Node
-from pipeline.requests import node_of
 
 
 def load(

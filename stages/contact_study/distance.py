@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
+from contextlib import suppress
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from stages.contact_study.parameters import Settings
 from stages.ground.contact_law import ContactLaw
 from stages.ground.hardening import with_creep, with_impact
 from stages.multibody.assembly.state import PlanarState, rolling_state
-from stages.multibody.walking.plane_cycle import find_cycle, step_derivative
+from stages.multibody.walking.plane_cycle import PlaneCycle, find_cycle, follow, step_derivative
 from stages.multibody.walking.section import (
     SCALES,
     NoLimitCycle,
@@ -35,6 +36,8 @@ from stages.multibody.walking.walk import build, simulate
 #: What is left of a part when it is measured.
 HALF = 0.5
 NOT_SOUGHT = "not sought"
+#: Steps by which a walker comes nearer to a cycle: with multipliers of .64 to a fifteenth of the distance.
+NEARER = 6
 
 
 def parts(difference: np.ndarray, less_creep: np.ndarray, less_impact: np.ndarray) -> np.ndarray:
@@ -76,6 +79,7 @@ class Ruler:
 
     def __init__(self, scene: Scene, limit: ConstraintModel, settings: Settings) -> None:
         self.scene, self.limit, self.settings = scene, limit, settings
+        self.derivative: np.ndarray | None = None
 
     def over_a_step(self, law: ContactLaw, worth: Callable[[Distance], bool] = lambda found: True) -> Distance:
         """Distance over one step; in parts if the set is `worth` two steps more."""
@@ -121,8 +125,12 @@ class Ruler:
         return dataclasses.replace(known, period_parts=periods, length_parts=lengths, cycle_score=score)
 
     def _cycle(self, law: ContactLaw) -> np.ndarray:
-        """Period [s] and length [m] of a set's cycle less the limit's, (2,). Raises NoLimitCycle."""
-        scene, settings = self.scene, self.settings
+        """Period [s] and length [m] of a set's cycle less the limit's, (2,). Raises NoLimitCycle.
+
+        The step's derivative is kept from the set before. If it does not lead to the cycle, the walker comes nearer by
+        some steps of its own, and the derivative is measured there.
+        """
+        scene, residual = self.scene, self.settings.residual
         start: PlanarState = rolling_state(scene.biped, law, self.limit.mid_stance, scene.walk.standing_force)
         machine = build(scene.biped, scene.slope, law, scene.solver, signals=())
 
@@ -133,9 +141,15 @@ class Ruler:
             )
 
         guess = section_numbers(start) / SCALES
-        derivative = step_derivative(walk, guess, settings.perturbation)
-        step = find_cycle(walk, guess, settings.residual, derivative).step
-        return np.array([step.duration - self.limit.period, step.length - self.limit.length])
+        if self.derivative is not None:
+            with suppress(NoLimitCycle):
+                return self._less_limit(find_cycle(walk, guess, residual, self.derivative))
+            guess = follow(walk, guess, NEARER)[-1]
+        self.derivative = step_derivative(walk, guess, self.settings.perturbation)
+        return self._less_limit(find_cycle(walk, guess, residual, self.derivative))
+
+    def _less_limit(self, cycle: PlaneCycle) -> np.ndarray:
+        return np.array([cycle.step.duration - self.limit.period, cycle.step.length - self.limit.length])
 
 
 def _sizes(difference: np.ndarray, impact: np.ndarray) -> np.ndarray:

@@ -41,7 +41,7 @@ def from_rigid_limit(
     beside = dataclasses.replace(scene, walk=coulomb.walk)
     ruler = Ruler(beside, coulomb, settings)
     law = parameters.default_set.law(parameters.contact)
-    default = ruler.between_cycles(ruler.over_a_step(law), split=False)
+    default = ruler.over_a_step(law)
     dear = math.ceil(max(LEAST_STEPS, REPEATED * settings.cost_limit * default.solver_steps))
     frugal = dataclasses.replace(scene.solver, most_solver_steps=dear)
     search = Ruler(dataclasses.replace(beside, solver=frugal), coulomb, settings)
@@ -60,7 +60,7 @@ def from_rigid_limit(
     ground = parameters.contact
     return RigidLimit(
         hard=hard_limit(beside, rolling, coulomb),
-        default=default,
+        default=ruler.between_cycles(default, split=False),
         chosen=chosen,
         ground=chosen if same_set(ground, chosen.law) else ruler.between_cycles(ruler.over_a_step(ground), split=True),
         most_solver_steps=settings.cost_limit * default.solver_steps,

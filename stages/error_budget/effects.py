@@ -5,14 +5,7 @@ With share s an effect that is off keeps about the part s of its size, and so do
 - creep: a foot at rest slips below v_s; off, s v_s. The fall from static to dynamic friction over the slip speed up
   to v_d goes with it; off, v_d = 2 s v_s. Alone it moves the hip by less than 1e-5 mm.
 - an impact of finite stiffness: the landing foot sinks in and comes back, and a standing foot sinks in as the force on
-  it grows. Static penetration is ~ k_c^(-1/e); off, s^(-e) k_c. An impact stops where damping has taken the momentum,
-  at a depth ~ (m v d^2 / c_max)^(1/3); off, c_max / s and s d. What is left of the speed is ~ k_c p^e over the damping
-  at depth p, so that it is ~ s too, and the limit is as plastic as the constraint model's impact. (The law Restitution
-  returns at most a speed ~ its impact_speed; off, s of it.)
-
-Stiffness and damping are one effect, not two: with the damping as it was, a stiffer contact throws the foot back. If
-damping grows only as the depth of an undamped impact shrinks, by s^(-e/(e+1)), the foot is as elastic in the limit as
-in the law itself; it then flies for a time that no share shortens, and nothing falls as a power of s.
+  it grows. Stiffness and damping are one effect, not two, see `stages.ground.hardening`.
 """
 
 from __future__ import annotations
@@ -21,6 +14,7 @@ import dataclasses
 from collections.abc import Collection
 
 from stages.ground.contact_law import ContactLaw
+from stages.ground.hardening import with_impact
 
 CREEP, IMPACT = "creep below v_s", "impact of finite stiffness"
 #: Effects of penalty contact in the order in which the path switches them on; then the same path backwards.
@@ -38,11 +32,5 @@ def switched(law: ContactLaw, on: Collection[str], share: float) -> ContactLaw:
         stiction = share * law.stiction_velocity
         law = dataclasses.replace(law, stiction_velocity=stiction, friction_velocity=2.0 * stiction)
     if IMPACT not in on:
-        law = dataclasses.replace(
-            law,
-            contact_stiffness=law.contact_stiffness * share**-law.contact_exponent,
-            contact_damping=law.contact_damping / share,
-            damping_depth=law.damping_depth * share,
-            impact_speed=law.impact_speed * share,
-        )
+        law = with_impact(law, share)
     return law

@@ -8,8 +8,9 @@ With the share s an effect of penalty contact keeps about the part s of its size
   of the speed is ~ k_c p^e over the damping at depth p, so that it is ~ s too: the limit's impact is plastic, as the
   constraint model's is. (The law Restitution returns at most a speed ~ its impact_speed, which shrinks as s.)
 
-With stiffness alone, or with damping that grows only as an undamped impact gets shallower, by s^(-e/(e+1)), the foot
-rebounds more than before or as it did, and the limit is another.
+Stiffness and damping are one effect, not two: with the damping as it was, a stiffer contact throws the foot back. If
+damping grows only as the depth of an undamped impact shrinks, by s^(-e/(e+1)), the foot is as elastic in the limit as
+in the law itself; it then flies for a time that no share shortens, and nothing falls as a power of s.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ from typing import TypeVar
 
 import numba
 
-from stages.biped import numba_cache
+from stages.biped.machine_code import numba_cache
 
 D = TypeVar("D")
 PROGRAM = "bipedstudy"
