@@ -29,10 +29,13 @@ def test_gait_closes_and_keeps_its_books(name):
     segments = record(walker, section_state(point.z, walker.p), 1, 1e-12, RIGID)
     assert abs(audit(walker, segments, step_length(walker, point)).residual) <= 1e-9
     _, exact = poincare_derivative(walker, point.z, 1e-13)
-    h = 1e-5
-    found = np.column_stack([
-        (poincare_map(walker, point.z + e, 1e-13).z - poincare_map(walker, point.z - e, 1e-13).z) / (2 * h)
-        for e in h * np.eye(3)])
+
+    def differences(h):
+        return np.column_stack([
+            (poincare_map(walker, point.z + e, 1e-13).z - poincare_map(walker, point.z - e, 1e-13).z) / (2 * h)
+            for e in h * np.eye(3)])  # fmt: skip
+
+    found = (4 * differences(5e-6) - differences(1e-5)) / 3  # the second order cancels
     assert np.abs(found - exact).max() <= 1e-5 * max(1.0, np.abs(exact).max())
 
 
