@@ -55,7 +55,7 @@ def results(biped, slope, contact, rough, settings):
     """The stage's result for all signals, for all but one, and for none."""
     loose = dataclasses.replace(settings, tolerance=1e-5, sampling_rate_hz=500.0)
     force = SimpleNamespace(standing_force=9.4)
-    inputs = Inputs(SimpleNamespace(walk=force, mid_stance=rough))
+    inputs = Inputs(SimpleNamespace(walk=force, mid_stance=rough, gait=SimpleNamespace(step_length_m=0.16)))
     chosen = {name: tuple(other for other in SIGNALS if other != name) for name in SIGNALS}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("stages.multibody.run.vary_friction", lambda *_, **__: ())  # of no interest here, as is the cycle

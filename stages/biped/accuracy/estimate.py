@@ -11,13 +11,13 @@ import dataclasses
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, TypeVar
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from stages.biped.accuracy.asked import Accuracy, errors_asked
 from stages.biped.quantity import quantity
-from stages.biped.walk import Walk
+
+if TYPE_CHECKING:
+    from stages.biped.walk import Walk
 
 #: Places to which times count as equal [s].
 PLACES = 9
@@ -97,6 +97,8 @@ def changed(one: Any, other: Any) -> str:
 
 def walk_difference(one: Any, other: Any) -> float:
     """Largest distance [m] of two walks' hips at the times both have sampled; NaN without any."""
+    import numpy as np  # parameters are read without it
+
     times = (np.round(walk.time, PLACES) for walk in (one, other))
     _, first, second = np.intersect1d(*times, return_indices=True)
     if not len(first):
@@ -108,6 +110,8 @@ def walk_differences(one: Walk, other: Walk) -> dict[str, float]:
     """How far two walks differ, by the names of `Accuracy`; infinite if they do not make the same steps."""
     if len(one.heel_strike_time) != len(other.heel_strike_time):
         return dict.fromkeys(("hip_position_m", "period_s", "peak_force_n"), math.inf)
+    import numpy as np
+
     durations = [np.diff(walk.heel_strike_time) for walk in (one, other)]
     found = {"hip_position_m": walk_difference(one, other)}
     if durations[0].size:
