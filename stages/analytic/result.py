@@ -10,6 +10,7 @@ from stages.analytic.gait.outsole_effect import OutsoleEffect
 from stages.analytic.gait.sensitivity import Variation
 from stages.analytic.walk.energy import EnergyAudit
 from stages.analytic.walk.validity import Validity
+from stages.analytic.walk.without_impact import WithoutImpact
 from stages.biped.accuracy.estimate import ErrorEstimate
 from stages.biped.gait import Gait, StanceState
 from stages.biped.quantity import quantity
@@ -28,6 +29,7 @@ class Result:
     constraint_drift: np.ndarray = quantity(
         "1", "clearance, normal and slip velocity of the trailing foot at toe-off, dimensionless, shape (3,)")
     variations: tuple[Variation, ...] = quantity("-", "largest multiplier with one design parameter changed")
+    without_impact: WithoutImpact = quantity("-", "the landing foot in double stance if no impact stopped it")
     outsole: OutsoleEffect = quantity("-", "the gait with rubber under the feet")
     validity: Validity = quantity("-", "what the gait asks of the ground")
     walk: Walk = quantity("-", "walk from mid-stance, leg 0 standing")

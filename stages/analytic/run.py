@@ -23,6 +23,7 @@ from stages.analytic.parameters import FINEST, Parameters, Settings
 from stages.analytic.result import Result
 from stages.analytic.walk.recording import constraint_drift, crossing_state, walk_on
 from stages.analytic.walk.sampling import sample_walk
+from stages.analytic.walk.without_impact import without_impact
 from stages.biped.accuracy.asked import CUSTOM
 from stages.biped.accuracy.estimate import to_accuracy, walk_differences
 from stages.biped.progress import Progress, ignore
@@ -54,7 +55,8 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
 
     def solved_with(at: Settings) -> Solved:
         as_found = at.tolerance == parameters.settings.tolerance and at.integrator == "compiled"
-        return solved(walker, found if as_found else solve(walker, found.z, at), at)
+        point = found if as_found else solve(walker, found.z, at)
+        return solved(walker, point, parameters.friction.static_friction, at)
 
     settings, kept, errors = to_accuracy(
         settings.accuracy, settings, solved_with, partial(finer, walker), differences)
@@ -69,6 +71,7 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
         constraint_drift=constraint_drift(walker, report.segments),
         variations=vary_design(near),
         outsole=outsole_effect(near, parameters.rubber, settings.outsole),
+        without_impact=without_impact(walker, report.segments),
         validity=report.validity,
         walk=walk,
         errors=errors,
@@ -89,13 +92,13 @@ def solve(walker: Walker, z: Vector, settings: Settings) -> FixedPoint:
     return point
 
 
-def solved(walker: Walker, point: FixedPoint, settings: Settings) -> Solved:
-    """The gait with its measures and a walk on it. Raises StepFailed."""
+def solved(walker: Walker, point: FixedPoint, friction: float, settings: Settings) -> Solved:
+    """The gait with its measures on ground with this static friction, and a walk on it. Raises StepFailed."""
     tolerance = settings.tolerance
     upright = crossing_state(walker, point.z, tolerance)
     segments = walk_on(walker, upright, settings.steps, tolerance)
     walk = sample_walk(walker, segments, settings.sampling_rate_hz)
-    return Solved(point, report_gait(walker, point, tolerance), upright, walk)
+    return Solved(point, report_gait(walker, point, tolerance, friction), upright, walk)
 
 
 def finer(walker: Walker, settings: Settings) -> Settings | None:

@@ -48,11 +48,26 @@ class RunTruth:
 
 
 @dataclass(frozen=True)
+class SetSpike:
+    """What the twin's planar sensors feel in the first steps on one member of the contact set's family; NaN if it fell.
+
+    A component counts: forward or up the leg, as a sensor's range does.
+    """
+
+    share: float = quantity("1", "member of the contact set's family; 1 is the set itself, 0 the rigid limit")
+    contact_stiffness: float = quantity("N/mm^e", "stiffness of the normal force", symbol="k_c")
+    hip_peak: float = quantity("m/s^2", "largest specific force at the hip")
+    foot_peak: float = quantity("m/s^2", "largest specific force at the foot")
+    time_above_range: float = quantity("s", "time a step that a component is above the accelerometer's range")
+
+
+@dataclass(frozen=True)
 class Result:
     """The synthetic campaign: the truth of every run, and the database a lab would have."""
 
     origin: str = quantity("-", "always synthetic")
     runs: tuple[RunTruth, ...] = quantity("-", "all runs")
+    spikes: tuple[SetSpike, ...] = quantity("-", "what the sensors would feel on other members of the contact's family")
     files: dict[str, bytes] = quantity("-", "measurements.sqlite, the synthetic measurements")
 
     def summary(self) -> str:
@@ -65,10 +80,19 @@ class Result:
 
     def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
         """What the sensor makes of the spike at heel strike: (title, columns, rows)."""
-        rows = []
+        rows: list[tuple[str, ...]] = []
         for place in ("hip", "foot"):
             sensors = [getattr(run, place) for run in self.runs]
             peaks = [(s.peak, s.peak_filtered, s.peak_sampled) for s in sensors]
             rows.append((place, *(f"{value:.1f}" for value in np.median(peaks, axis=0))))
+        felt: list[tuple[str, ...]] = [
+            (f"{one.share:g}", f"{one.contact_stiffness:.3g}", f"{one.hip_peak:.0f}", f"{one.foot_peak:.0f}",
+             f"{1e3 * one.time_above_range:.2f}")
+            for one in self.spikes
+        ]  # fmt: skip
+        sets = ("share", "k_c N/mm^e", "hip m/s^2", "foot m/s^2", "above range, ms a step")
         columns = ("sensor", "simulated m/s^2", "behind the low pass m/s^2", "in the samples m/s^2")
-        return [("Spike at heel strike (synthetic)", columns, rows)]
+        return [
+            ("Spike at heel strike (synthetic)", columns, rows),
+            ("The twin's spike on the family of the contact set towards the rigid limit", sets, felt),
+        ]

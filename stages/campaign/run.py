@@ -14,6 +14,7 @@ from stages.campaign.database import database_bytes
 from stages.campaign.parameters import Parameters
 from stages.campaign.radio import Transmitted, transmit
 from stages.campaign.result import Result, RunTruth, SensorTruth
+from stages.campaign.sensor_range import spikes
 from stages.campaign.twin_run import TwinRun, first_state, walk_twin
 from stages.campaign.variation import generator
 from stages.campaign.virtual_sensor import (
@@ -61,7 +62,12 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         progress(len(truths) / (count + 1), f"synthetic run {len(truths)} of {count}")
     devices = [device(place, parameters) for place in MOUNTING]
     database = database_bytes(devices, (stored[number] for number in range(count)))
-    return Result(SYNTHETIC, tuple(truths[number] for number in range(count)), {"measurements.sqlite": database})
+    return Result(
+        origin=SYNTHETIC,
+        runs=tuple(truths[number] for number in range(count)),
+        spikes=spikes(state, normal_force, parameters),
+        files={"measurements.sqlite": database},
+    )
 
 
 def device(place: str, parameters: Parameters) -> Device:

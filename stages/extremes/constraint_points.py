@@ -63,7 +63,7 @@ def gait(here: Parameters, friction: Friction | None, limit: float) -> Finding:
     except NoGait as reason:
         return refused(str(reason))
     try:
-        audit = abs(report_gait(walker, point, tolerance).energy.residual)
+        audit = abs(report_gait(walker, point, tolerance, here.friction.static_friction).energy.residual)
     except StepFailed as reason:
         return failed(f"the gait is found but not recorded: {reason}")
     try:

@@ -11,7 +11,7 @@ from stages.analytic.gait.gait_search import by_stability, describe, find_gait, 
 from stages.analytic.gait.neighbours import from_neighbours
 from stages.analytic.gait.poincare import FixedPoint, poincare_map
 from stages.ground.slope import Slope
-from tests.analytic.designs import SLOPE, TABLE_1, TABLE_1_RIGID, changed, walker_of
+from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID, changed, walker_of
 
 
 def closes(walker, point):
@@ -84,7 +84,7 @@ def test_every_corner_has_an_answer(slope_deg, stiffness, damping):
     assert slope_deg > 0
     noise = 1e3 * np.finfo(float).eps * walker.p.k
     assert np.abs(poincare_map(walker, point.z, 1e-11).z - point.z).max() <= max(1e-7, noise)
-    assert abs(report_gait(walker, point, 1e-10).energy.residual) <= max(1e-7, noise)
+    assert abs(report_gait(walker, point, 1e-10, FRICTION.static_friction).energy.residual) <= max(1e-7, noise)
 
 
 def test_a_walker_that_rocks_back_has_no_gait():

@@ -13,7 +13,7 @@ from stages.analytic.integration.readable import take_step as readable_step
 from stages.analytic.model.kinds import Stiff
 from stages.analytic.model.stiffness import axial_rates
 from stages.analytic.phases.flow import SINGLE_STANCE, flow
-from tests.analytic.designs import SLOPE, TABLE_1, changed, random_states, walker_of
+from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, changed, random_states, walker_of
 from tests.analytic.test_dop853 import fixed_steps
 
 STATE = np.array([-0.2, 0.995, -0.25, 1.001, 0.4, -0.1, -0.3, 0.05])
@@ -86,7 +86,7 @@ def test_stiff_legs_take_implicit_steps_and_few_of_them(design):
     walker, point = find_gait(design, SLOPE, 1e-9)
     assert isinstance(walker.p, Stiff)
     assert point.residual <= max(1e-10, np.finfo(float).eps * walker.p.k)  # the spring force's round-off
-    assert abs(report_gait(walker, point, 1e-9).energy.residual) <= 1e-7
+    assert abs(report_gait(walker, point, 1e-9, FRICTION.static_friction).energy.residual) <= 1e-7
     rate, _ = axial_rates(walker.p)
     stability_limit = point.steps[0].period * rate / 6 * STAGES  # what explicit steps would need at least
     assert poincare_map(walker, point.z, 1e-9).evaluations < stability_limit

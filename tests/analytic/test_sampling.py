@@ -104,7 +104,7 @@ def test_a_stiff_phase_is_recorded_whole():
     """Stiff legs, damped little, take more steps than there is room for at first; energy balances over all of them."""
     stiff = dataclasses.replace(TABLE_1, stiffness=1e9, damping=500.0)
     walker, point = find_gait(stiff, SLOPE, 1e-10)
-    report = report_gait(walker, point, 1e-10)
+    report = report_gait(walker, point, 1e-10, FRICTION.static_friction)
     longest = max(len(segment.times) for segment in record_step(walker, point, 1e-10))
     assert longest > ROOM
     assert abs(report.energy.residual) < 1e-9

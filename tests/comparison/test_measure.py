@@ -79,36 +79,6 @@ def test_what_a_gait_does_not_tell_stays_empty():
     assert of_walk(make_walk(steps=2), RADIUS, 0.333, 9.81).speed_variation != 0, "NaN"
 
 
-def test_a_foot_lands_with_the_velocity_of_its_contact_point():
-    """The made-up landing leg swings by a known rate; its contact point slips and sinks as the kinematics say."""
-    leg, strike = 0, 1.0303
-    walk = dataclasses.replace(make_walk(), heel_strike_time=np.array([strike]), heel_strike_leg=np.array([leg]))
-    at = {name: np.array([np.interp(strike, walk.time, column) for column in np.atleast_2d(getattr(walk, name).T)])
-          for name in ("hip_velocity", "leg_angle", "leg_rate", "leg_length", "leg_length_rate")}  # fmt: skip
-    angle, rate, centre = at["leg_angle"][leg], at["leg_rate"][leg], at["leg_length"][leg] - RADIUS
-    along = np.array([np.sin(angle), -np.cos(angle)])
-    across = np.array([np.cos(angle), np.sin(angle)])
-    velocity = at["hip_velocity"] + at["leg_length_rate"][leg] * along + centre * rate * across
-    slip, descent = walks.landing_velocity(walk, RADIUS)
-    assert slip == pytest.approx(abs(velocity[0] + RADIUS * rate), rel=1e-3)
-    assert descent == pytest.approx(-velocity[1], rel=1e-3)
-
-
-def test_shares_outside_of_the_friction_cone_are_those_of_a_known_ramp():
-    """The trailing foot's normal force falls to nothing while the tangential one stays: outside for half the time."""
-    walk = make_walk()
-    strike, leg = walk.heel_strike_time[-1], int(walk.heel_strike_leg[-1])
-    share = np.clip((walk.time - strike) / 0.02, 0, 1)
-    force = np.zeros((len(walk.time), 2, 2))
-    force[:, 1 - leg, 0], force[:, 1 - leg, 1] = 1.0, 2.0 * (1 - share)
-    walk = dataclasses.replace(walk, ground_reaction=force)
-    time, impulse = walks.outside_the_cone(walk, 1.0)
-    assert time == pytest.approx(0.5, abs=0.03) and impulse == pytest.approx(time, abs=1e-9)
-    assert walks.outside_the_cone(walk, 1e9)[0] < 0.01
-    never = dataclasses.replace(walk, toe_off_time=walk.toe_off_time - 10)
-    assert walks.outside_the_cone(never, 1.0) == (0.0, 0.0)
-
-
 def friction(key, factor, length):
     return FrictionVariation(key, factor, 0.48, length)
 

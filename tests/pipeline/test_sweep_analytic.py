@@ -41,6 +41,6 @@ def test_a_sweep_of_slopes(repository, tmp_path):
         for row, slope in enumerate((2.0, 3.0)):
             inclined = dataclasses.replace(values.slope, slope_deg=slope)
             walker, point = find_gait(values.biped, inclined, values.settings.tolerance, None)
-            gait = report_gait(walker, point, values.settings.tolerance).gait
+            gait = report_gait(walker, point, values.settings.tolerance, values.friction.static_friction).gait
             assert file["table/gait.period_s"][row] == gait.period_s
             assert file["table/gait.floquet_multipliers.0.0"][row] == gait.floquet_multipliers[0, 0]

@@ -24,7 +24,7 @@ def gait(*settings: str, study: str | Path | None = None) -> GaitReport:
     """
     own = parameters("analytic", *settings, study=study)
     walker, point = find_gait(own.biped, own.slope, own.settings.tolerance, own.limited_friction)
-    return report_gait(walker, point, own.settings.tolerance)
+    return report_gait(walker, point, own.settings.tolerance, own.friction.static_friction)
 
 
 def walk(*settings: str, steps: int | None = None, study: str | Path | None = None) -> Walk:

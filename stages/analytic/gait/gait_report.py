@@ -30,8 +30,8 @@ def record_step(walker: Walker, point: FixedPoint, tolerance: float) -> list[Seg
     return record(walker, start, 1, tolerance)
 
 
-def report_gait(walker: Walker, point: FixedPoint, tolerance: float) -> GaitReport:
-    """Measures, audit and validity of a gait of one step."""
+def report_gait(walker: Walker, point: FixedPoint, tolerance: float, friction: float) -> GaitReport:
+    """Measures, audit and validity of a gait of one step on ground with this static friction."""
     segments = record_step(walker, point, tolerance)
     energy = audit(walker, segments, step_length(walker, point))
-    return GaitReport(describe(walker, point), energy, assess(walker, segments), segments)
+    return GaitReport(describe(walker, point), energy, assess(walker, segments, friction), segments)

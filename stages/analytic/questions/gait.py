@@ -32,7 +32,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     if options.every:
         every = find_gaits(walker, tolerance, unstable=True)
         points = sorted([*(points if is_new(every, point) else []), *every], key=by_stability)
-    found = [report_gait(walker, each, tolerance) for each in points]
+    found = [report_gait(walker, each, tolerance, parameters.friction.static_friction) for each in points]
     cycle = None
     if options.every and not found[0].gait.stable:
         cycle = find_cycle(walker, points[0].z, tolerance)

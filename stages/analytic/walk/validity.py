@@ -28,16 +28,29 @@ SAMPLES_PER_STEP = 6
 ENOUGH_STEPS = 2000
 #: A sliding foot uses all the friction there is, up to this share.
 ROUND_OFF = 1e-9
+#: A foot is loaded above this part of its largest normal force. Points of a phase by which shares of it are told.
+LOADED, POINTS = 0.1, 2000
+#: Columns of the forces on the leading and on the trailing foot.
+FEET = (slice(0, 2), slice(2, 4))
 
 
 @dataclass(frozen=True)
 class Validity:
-    """Forces the gait asks of the ground, and its scuffing. Friction is |tangential| / normal; infinite for a pull."""
+    """Forces the gait asks of the ground, and its scuffing. Friction is |tangential| / normal; infinite for a pull.
+
+    In double stance friction has no largest value: towards toe-off the trailing foot's normal force vanishes before the
+    tangential one. So it is told how long the foot is outside of the friction cone, and what it needs while loaded.
+    """
 
     least_normal_force_stance: float = quantity("N", "least normal force of the leading or only stance foot")
     least_normal_force_trailing: float = quantity("N", "least normal force of the trailing foot in double stance")
     friction_single_stance: float = quantity("1", "largest friction used in single stance")
-    friction_double_stance: float = quantity("1", "largest friction used by either foot in double stance")
+    friction_double_stance_loaded: float = quantity(
+        "1", "largest friction used in double stance by a foot that bears a tenth of its largest normal force there"
+    )
+    friction_there_is: float = quantity("1", "static friction of the ground, by which the next two are judged")
+    time_outside_cone: float = quantity("1", "part of double stance in which the trailing foot needs more friction")
+    impulse_outside_cone: float = quantity("1", "part of its tangential impulse in double stance that falls in then")
     impulse_friction_landing: float = quantity("1", "friction the impulse needs at the landing foot")
     impulse_friction_trailing: float = quantity("1", "friction the impulse needs at the trailing foot")
     impulse_normal_trailing: float = quantity("N s", "normal impulse on the trailing foot; negative is a pull")
@@ -45,21 +58,23 @@ class Validity:
     deepest_scuff_angle: float = quantity("rad", "stance angle at the deepest scuff")
     feet_push_only: bool = quantity("1", "whether every normal force and impulse pushes")
 
-    def broken_assumptions(self, friction: float) -> list[str]:
-        """The assumptions that do not hold on ground with the given friction coefficient, in words."""
-        broken = []
+    def broken_assumptions(self) -> list[str]:
+        """The assumptions that do not hold on this ground, in words."""
+        broken, friction = [], self.friction_there_is
         if self.least_normal_force_stance < 0:
             broken.append(f"the ground would pull the stance foot with {-self.least_normal_force_stance:.3g} N")
         if self.impulse_normal_trailing < 0:
             broken.append("the impact would need the ground to pull the trailing foot")
         for needed, where in (
             (self.friction_single_stance, "single stance"),
-            (self.friction_double_stance, "double stance"),
             (self.impulse_friction_landing, "the impulse on the landing foot"),
             (self.impulse_friction_trailing, "the impulse on the trailing foot"),
         ):
             if needed > friction * (1 + ROUND_OFF):
                 broken.append(f"{where} needs friction {needed:.3g}, the ground has {friction:.3g}")
+        if self.time_outside_cone > 0:
+            share = 100 * self.time_outside_cone
+            broken.append(f"in {share:.3g} % of double stance the trailing foot needs friction beyond {friction:.3g}")
         if self.deepest_scuff > 0:
             depth = 1e3 * self.deepest_scuff
             broken.append(f"the swing foot passes {depth:.2g} mm below ground: it needs stepping blocks")
@@ -119,8 +134,37 @@ def impulses(walker: Walker, before: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return landing, momentum(after, p) - landing
 
 
-def assess(walker: Walker, segments: list[Segment]) -> Validity:
-    """Report on the segments of one step, from heel strike to heel strike."""
+def loaded(forces: np.ndarray) -> np.ndarray:
+    """The forces (n, 2) whose normal part is above the `LOADED` part of the largest."""
+    return np.asarray(forces[forces[:, 1] > LOADED * forces[:, 1].max(initial=0.0)])
+
+
+def in_double_stance(walker: Walker, segments: list[Segment]) -> tuple[np.ndarray, np.ndarray]:
+    """Evenly over each phase with both feet down: the time for which a row stands (n,), forces on both feet (n, 4).
+
+    Dimensionless; columns are tangential and normal on the leading foot, then on the trailing one.
+    """
+    spans, forces = [np.zeros(0)], [np.zeros((0, 4))]
+    for segment in segments:
+        if in_contact(segment.phase):
+            times = segment.duration * (np.arange(POINTS) + 0.5) / POINTS
+            states = states_at(segment.phase, segment.times, segment.states, times, walker.p)
+            spans.append(np.full(POINTS, segment.duration / POINTS))
+            forces.append(accelerations_and_forces(segment.phase, states, walker.p)[:, 4:8])
+    return np.concatenate(spans), np.concatenate(forces)
+
+
+def outside_the_cone(spans: np.ndarray, forces: np.ndarray, friction: float) -> tuple[float, float]:
+    """Parts of the time (n,) and of the tangential impulse in which forces (n, 2) need more than `friction`."""
+    tangential, normal = np.abs(forces).T
+    outside, impulse = tangential > friction * (1.0 + ROUND_OFF) * normal, tangential * spans
+    if not impulse.sum() > 0.0:
+        return 0.0, 0.0
+    return float(outside @ spans / spans.sum()), float(outside @ impulse / impulse.sum())
+
+
+def assess(walker: Walker, segments: list[Segment], friction: float) -> Validity:
+    """Report on the segments of one step, from heel strike to heel strike, on ground with this static friction."""
     single = segments[-1]
     states = dense_states(walker, single)
     alone = accelerations_and_forces(single.phase, states, walker.p)[:, 4:6]
@@ -131,18 +175,22 @@ def assess(walker: Walker, segments: list[Segment]) -> Validity:
     both = np.concatenate(together) if together else np.zeros((0, 4))
     pressed = [rows for rows, segment in zip(together, segments, strict=False) if in_contact(segment.phase)]
     trailing_force = np.concatenate(pressed)[:, 2:] if pressed else np.zeros((0, 2))
+    spans, evenly = in_double_stance(walker, segments[:-1])
+    time_outside, impulse_outside = outside_the_cone(spans, evenly[:, 2:], friction)
     landing, trailing = impulses(walker, single.end)
     p = walker.p
     stance, psi, swing = (p.L_nat, states[:, 1], p.L_nat) if walker.rigid else states[:, 1:4].T
     clearance = (stance - p.r) * np.cos(states[:, 0]) - (swing - p.r) * np.cos(psi)
     lowest = int(np.argmin(clearance))
     unit = walker.force
-    # At toe-off the trailing foot's normal force is zero by definition: the last sample says nothing on friction.
     return Validity(
         least_normal_force_stance=float(min(alone[:, 1].min(), both[:, 1].min(initial=np.inf)) * unit),
         least_normal_force_trailing=float(trailing_force[:, 1].min() * unit) if trailing_force.size else 0.0,
         friction_single_stance=friction_used(alone),
-        friction_double_stance=max(friction_used(both[:, :2]), friction_used(trailing_force[:-1])),
+        friction_double_stance_loaded=max(friction_used(loaded(evenly[:, foot])) for foot in FEET),
+        friction_there_is=friction,
+        time_outside_cone=time_outside,
+        impulse_outside_cone=impulse_outside,
         impulse_friction_landing=friction_used(landing[None, :]),
         impulse_friction_trailing=friction_used(trailing[None, :]),
         impulse_normal_trailing=float(trailing[1] * walker.mass * walker.length / walker.time),

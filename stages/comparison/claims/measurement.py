@@ -34,7 +34,8 @@ def made_up(origin: str) -> Cause:
 class SensorRange(Measured):
     """The twin's largest specific forces [g] and rate [deg/s], and the time [s] a step of `period` [s] above the range.
 
-    `spread` are the least and the largest peak force [N] on a landing foot over the contact sets of the study;
+    `spread` and `times` are the least and the largest peak at the hip [g] and time above the range [s] over members of
+    the contact set's family towards the rigid limit;
     `filtered` [g] is the peak at the hip behind the low pass of the campaign's sensors.
     """
 
@@ -47,6 +48,7 @@ class SensorRange(Measured):
     above: float
     period: float
     spread: tuple[float, float]
+    times: tuple[float, float]
     filtered: float
 
     def judge(self, limits: Settings) -> Judgement:
@@ -66,8 +68,9 @@ class SensorRange(Measured):
                 ),
                 Cause(
                     self.above > 0 and self.spread[1] > 2 * self.spread[0],
-                    "how high the spike is belongs to the contact set, not to the gait: the force on a landing foot is "
-                    f"{self.spread[0]:.0f} to {self.spread[1]:.0f} N over those of the study",
+                    "how high the spike is belongs to the contact set, not to the gait: "
+                    f"{self.spread[0]:.0f} to {self.spread[1]:.0f} g at the hip over its family, for "
+                    f"{1e3 * self.times[0]:.1f} to {1e3 * self.times[1]:.1f} ms a step above the range",
                 ),
                 Cause(
                     self.above > 0 and self.filtered <= ACCELEROMETER_G,

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from stages.comparison.claims import contact, figure_8
-from stages.comparison.evidence import studies, walks
+from stages.comparison.evidence import studies
 from stages.comparison.evidence.evidence import NAN, Evidence
 from stages.comparison.hip_motion import overlay
 from stages.contact_study.limit_result import COMPLETED
@@ -17,15 +17,20 @@ from stages.multibody.result import changes, crossing
 
 
 def twice_differentiated(e: Evidence) -> contact.TwiceDifferentiated:
-    slip, descent = walks.landing_velocity(e.results.analytic.walk, e.parameters.biped.foot_radius)
-    return contact.TwiceDifferentiated(float(np.abs(e.results.analytic.constraint_drift).max()), slip, descent)
+    analytic = e.results.analytic
+    drift, kept = float(np.abs(analytic.constraint_drift).max()), analytic.without_impact
+    return contact.TwiceDifferentiated(drift, abs(kept.slip_at_end), kept.descent_at_end)
 
 
 def rolling_without_slip(e: Evidence) -> contact.RollingWithoutSlip:
-    analytic, friction = e.results.analytic, e.parameters.contact.static_friction
-    strike = max(analytic.validity.impulse_friction_trailing, analytic.validity.impulse_friction_landing)
-    outside = walks.outside_the_cone(analytic.walk, friction)
-    return contact.RollingWithoutSlip(friction, analytic.validity.friction_single_stance, strike, *outside)
+    validity = e.results.analytic.validity
+    return contact.RollingWithoutSlip(
+        validity.friction_there_is,
+        validity.friction_single_stance,
+        max(validity.impulse_friction_trailing, validity.impulse_friction_landing),
+        validity.time_outside_cone,
+        validity.impulse_outside_cone,
+    )
 
 
 def contact_set(e: Evidence) -> contact.ContactSet:

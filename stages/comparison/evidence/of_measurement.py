@@ -15,9 +15,8 @@ from stages.comparison.measurement import MeasurementAgreement
 
 
 def sensor_range(e: Evidence) -> measurement.SensorRange:
-    force = e.results.contact_study.variations.peak_force
-    known = force[np.isfinite(force)]
-    spread = (float(known.min()), float(known.max())) if len(known) else (NAN, NAN)
+    known = [one for one in e.results.campaign.spikes if math.isfinite(one.hip_peak)]
+    peaks = tuple(one.hip_peak / STANDARD_GRAVITY for one in known)
     behind = [run.hip.peak_filtered for run in e.results.campaign.runs]
     return measurement.SensorRange(
         e.twin.peak_specific_force / STANDARD_GRAVITY,
@@ -25,9 +24,11 @@ def sensor_range(e: Evidence) -> measurement.SensorRange:
         math.degrees(e.twin.peak_rate),
         e.twin.time_above_range,
         1 / e.twin.step_frequency,
-        spread,
+        (min(peaks, default=NAN), max(peaks, default=NAN)),
+        (min((one.time_above_range for one in known), default=NAN),
+         max((one.time_above_range for one in known), default=NAN)),
         float(np.median(behind)) / STANDARD_GRAVITY if behind else NAN,
-    )
+    )  # fmt: skip
 
 
 def encloses(measured: MeasurementAgreement) -> measurement.MeasurementEncloses:

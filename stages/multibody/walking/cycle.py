@@ -30,7 +30,7 @@ SETTLED_WITHIN = 0.01
 #: Derivatives, and the way to the fixed point, need no finer tolerance of the solver than this; with these differences,
 #: in the section's scales, multipliers are then within 0.001. Residual to which the fixed point is found with it.
 COARSE, DIFFERENCE, NEAR = 1e-7, 5e-4, 1e-5
-#: Residual at a finer tolerance of the solver: the period is then known to about 1e-7 s.
+#: Residual at a finer tolerance of the solver: the period is then known to a few 1e-7 s.
 RESIDUAL = 1e-6
 
 

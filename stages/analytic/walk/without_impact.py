@@ -1,0 +1,64 @@
+"""What constraints differentiated twice describe if no impact first stops the landing foot.
+
+They ask for s'' = 0 only, so they keep whatever s' the foot lands with: its slip and its descent. The paper names no
+impact map. Here, integrated from the state before heel strike, the foot that has stood goes on rolling, and the landing
+foot moves on as it came.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.analytic.integration.integrator import STAGES, take_step
+from stages.analytic.model.kinds import Rigid
+from stages.analytic.model.walker import Walker
+from stages.analytic.phases.flow import DOUBLE_STANCE, contact_directions, flow
+from stages.analytic.phases.succession import in_contact
+from stages.analytic.phases.transitions import foot_clearance
+from stages.analytic.walk.recording import Segment
+from stages.biped.quantity import quantity
+
+STEPS = 100
+
+
+@dataclass(frozen=True)
+class WithoutImpact:
+    """The landing foot at acceleration level without an impact; zero for legs without double stance."""
+
+    duration: float = quantity("s", "time integrated, that of the gait's double stance")
+    slip_at_landing: float = quantity("m/s", "slip of the landing foot just before heel strike, downhill positive")
+    descent_at_landing: float = quantity("m/s", "descent of the landing foot just before heel strike")
+    slip_at_end: float = quantity("m/s", "its slip after double stance, were there no impact")
+    descent_at_end: float = quantity("m/s", "its descent after double stance, were there no impact")
+    depth_at_end: float = quantity("m", "how far it has come into the ground by then")
+
+
+def without_impact(walker: Walker, segments: list[Segment]) -> WithoutImpact:
+    """From the segments of one step, heel strike to heel strike: the landing foot before and after."""
+    p, single = walker.p, segments[-1]
+    duration = sum(segment.duration for segment in segments if in_contact(segment.phase))
+    if isinstance(p, Rigid) or not duration > 0.0:
+        return WithoutImpact(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    state, new, stages = single.end.copy(), np.empty(walker.size), np.empty((STAGES, walker.size))
+
+    def landing_foot(y: np.ndarray) -> tuple[float, float, float]:
+        clearance, rate, _ = foot_clearance(y, p, y, 4)
+        return float(np.dot(contact_directions(y, p)[1], y[4:8])), -float(rate), -float(clearance)
+
+    slip, descent, _ = landing_foot(state)
+    for _ in range(STEPS):  # far below a hundredth of the legs' own period: exact to round-off without error control
+        flow(DOUBLE_STANCE, state, p, stages[0])
+        take_step(DOUBLE_STANCE, state, duration / STEPS, p, stages, new)
+        state, new = new, state
+    slip_then, descent_then, depth = landing_foot(state)
+    speed = walker.length / walker.time
+    return WithoutImpact(
+        duration=duration * walker.time,
+        slip_at_landing=slip * speed,
+        descent_at_landing=descent * speed,
+        slip_at_end=slip_then * speed,
+        descent_at_end=descent_then * speed,
+        depth_at_end=depth * walker.length,
+    )
