@@ -32,6 +32,15 @@ class Node:
     value: Any
     line: int
 
+    @classmethod
+    def of(cls, plain: Any) -> Node:
+        """A plain value as if it had been read; it stands on no line."""
+        if isinstance(plain, (list, tuple)):
+            return cls([cls.of(item) for item in plain], 0)
+        if isinstance(plain, dict):
+            return cls({key: cls.of(item) for key, item in plain.items()}, 0)
+        return cls(plain, 0)
+
     def plain(self) -> Any:
         """The value without its line numbers."""
         if isinstance(self.value, dict):
