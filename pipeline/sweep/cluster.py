@@ -84,7 +84,7 @@ def compute(client: Any, job: Job, chunks: Chunks, name: str) -> Iterator[tuple[
     from distributed import as_completed
     from distributed.scheduler import KilledWorker
 
-    carried = None  # the job, which goes to each worker once and not with each chunk
+    carried: Any = None  # the job, which goes to each worker once and not with each chunk
     sent: dict[Any, list[Task]] = {}
     attempts: dict[int, int] = {}
     done = as_completed(with_results=False, raise_errors=False)
