@@ -66,7 +66,8 @@ class Sweeping:
         self.cluster.start_workers(WORKERS)
 
     def kill(self, victim: str, client: subprocess.Popen[str], chance: random.Random) -> None:
-        """kill -9."""
+        """kill -9. Workers end by themselves soon after their scheduler, so there may be none."""
+        self.cluster.start_workers(WORKERS)
         workers = [worker for worker in self.cluster.workers if worker.poll() is None]
         chosen: Any = {"scheduler": self.cluster.scheduler, "client": client}.get(victim) or chance.choice(workers)
         chosen.kill()
