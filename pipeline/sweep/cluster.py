@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import logging
 import platform
 import threading
 from collections.abc import Iterator, Mapping
@@ -44,6 +45,8 @@ def connected(address: str, certificates: Mapping[str, str]) -> Any:
         from distributed.security import Security
     except ImportError:
         raise StudyError("--cluster needs the extra cluster: pip install 'bipedstudy[cluster]'") from None
+    for name in ("distributed", "distributed.client"):  # it logs a traceback for a connection that was lost
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     encrypted = urlsplit(address).scheme == "tls"
     if certificates and not encrypted:
         raise StudyError(f"--cluster {address}: certificates are for an address that begins with tls://")
