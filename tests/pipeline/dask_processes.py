@@ -17,6 +17,7 @@ import pytest
 from tests.pipeline.toy import HOME
 
 _STARTS_S = 60.0
+_LOOKS_S = 3.0
 _NEW_KEY = ("-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes")
 
 
@@ -85,14 +86,20 @@ class Cluster:
                                             "--no-dashboard", "--local-directory", str(self.folder)))  # fmt: skip
 
     def wait_for_workers(self, count: int) -> None:
-        """Wait until the scheduler knows `count` workers."""
+        """Wait until the scheduler knows `count` workers; those that end meanwhile are replaced."""
         from distributed import Client
         from distributed.security import Security
 
         files = self.secured and {"tls_ca_file": str(self.secured.authority), "tls_client_key": str(self.secured.key),
                                   "tls_client_cert": str(self.secured.certificate)}  # fmt: skip
         with Client(self.address, security=Security(**(files or {})), timeout=_STARTS_S) as client:
-            client.wait_for_workers(count, timeout=_STARTS_S)
+            end = time.monotonic() + _STARTS_S
+            while True:
+                self.start_workers(count)
+                try:
+                    return client.wait_for_workers(count, timeout=_LOOKS_S)
+                except TimeoutError:
+                    assert time.monotonic() < end, "no workers come"
 
     def close(self) -> None:
         """End all of it."""
