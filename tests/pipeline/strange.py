@@ -57,8 +57,9 @@ _INGEST = "ingest"  # is asked of the real study
 PLACES = (
     Place("parameter file", "params/fall.yaml", (("status",), ("run", "fall")), strange_files.YAML),
     Place("file of a sweep", "strange.yaml", (("sweep", "strange.yaml", "--dry-run"),), strange_files.YAML),
-    Place("file that a parameter names", "lab.txt", (("run", "side", "--set", "side.table=lab.txt"),),
-          strange_files.ANY),
+    Place(
+        "file that a parameter names", "lab.txt", (("run", "side", "--set", "side.table=lab.txt"),), strange_files.ANY
+    ),
     Place("artefact", "results/fall.h5", (("show", "fall"), ("status",), ("run-all",)), strange_files.ARTEFACT, True),
     Place("manifest", "results/.cache/KEY/manifest.json", (("status",), ("run-all",)), strange_files.JSON, True),
     Place("record", "results/.cache/current/fall.json", (("status",), ("run-all",)), strange_files.JSON, True),

@@ -156,8 +156,11 @@ DATABASE: dict[str, Maker] = {
     "empty": written(b""),
     "cut short": written(b"SQLite format 3\0" + bytes(40)),
     "another schema": _database("CREATE TABLE sample (x)"),
-    "view without an end": _database(f"CREATE VIEW experiment AS {_ENDLESS}", f"CREATE VIEW device AS {_ENDLESS}",
-                                     f"CREATE VIEW sample AS {_ENDLESS}"),
+    "view without an end": _database(
+        f"CREATE VIEW experiment AS {_ENDLESS}",
+        f"CREATE VIEW device AS {_ENDLESS}",
+        f"CREATE VIEW sample AS {_ENDLESS}",
+    ),
     "tables without columns that are needed": _database(
         "CREATE TABLE experiment (experiment_id)", "CREATE TABLE device (device_id)", "CREATE TABLE sample (sample_id)"
     ),

@@ -1,4 +1,4 @@
-"""Strange files and strange graphs: refused with a sentence, or harmless; never a hang, a traceback or a wrong result."""
+"""Strange files and graphs: refused with a sentence, or harmless; never a hang, a traceback or a wrong result."""
 
 from __future__ import annotations
 
