@@ -15,6 +15,7 @@ FEW = {
     ("parameter file", "deeply nested"), ("parameter file", "pipe"), ("file of a sweep", "alias bomb"),
     ("artefact", "HDF5 with links in a circle"), ("artefact", "HDF5 with a link to another file"),
     ("manifest", "folder"), ("record", "number of ten thousand digits"), ("log", "one line without an end"),
+    ("graph", "stage called by a step up"),
 }  # fmt: skip
 
 
@@ -38,5 +39,6 @@ def test_strange_files(toy_with_commands, place):
     assert suffered(toy_with_commands, [(place, kind) for kind in place.makers]) == len(place.makers)
 
 
-def test_there_are_a_hundred():
-    assert len(list(everything())) >= 100
+def test_there_are_a_hundred_files_and_fifty_graphs():
+    graphs = sum(place.name == "graph" for place, _ in everything())
+    assert graphs >= 50 and len(list(everything())) - graphs >= 100
