@@ -1,13 +1,15 @@
 """Kills the real study, many times to one run: kill -9, resume, kill again at a random moment of the stage under way.
 
-Run: python -m benchmarks.killed_study [kills] [file for the table]; the whole of it takes most of an hour. First the
-study of the working folder is run undisturbed, one stage at a time. Then a run into another folder is killed until
-every artefact is there, and each file must be the undisturbed run's byte for byte; one more folder takes the kills that
-came too late. Ends with 1 if anything was lost or wrong. `docs/faults.md` has the table.
+Run: python -m benchmarks.killed_study [kills] [file for the table] [results]; the whole of it takes most of an hour.
+First the study of the working folder is run undisturbed, one stage at a time, unless its results are given. Then a run
+into another folder is killed until every artefact is there, and each file must be the undisturbed run's byte for byte;
+one more folder takes the kills that came too late. Ends with 1 if anything was lost or wrong. `docs/faults.md` has the
+table.
 
 Each stage is killed ten times at a moment drawn evenly from its time (but for the last kill from its first four fifths,
 as a stage that is done can be killed no more); the kills that are left come at moments whose logarithm is drawn evenly,
-so that starts and short stages are hit often. One in five takes the worker process, the others the run itself. Results
+so that starts and short stages are hit often. One in five takes the worker process first, and the run when it has
+noticed (it would go on with stages that do not need the lost one); the others take the run. Results
 are *lost* if a stage that had finished computes again, *wrong* if a file in the results folder is ever another one than
 in the undisturbed run.
 """
@@ -122,7 +124,10 @@ class Killed:
                     self.seconds[words[0]] = time.monotonic() - began
         workers = children(process.pid)
         if moment < float("inf"):
-            self._kill(process, workers if victim == "worker" else [process.pid])
+            if victim == "worker":
+                _kill(workers)
+                self._notice(under_way, events)
+            _kill([process.pid])
             kills_of[under_way] = max(0, kills_of.get(under_way, 0) - 1)
         code = process.wait()
         listening.join()
@@ -146,10 +151,20 @@ class Killed:
             return self.chance.uniform(0.0, longest)
         return float(_SHORTEST_S * (longest / _SHORTEST_S) ** self.chance.random())
 
-    def _kill(self, process: subprocess.Popen[str], victims: list[int]) -> None:
-        for pid in victims or [process.pid]:
-            with contextlib.suppress(OSError):
-                os.kill(pid, signal.SIGKILL)
+    def _notice(self, stage: str, events: queue.SimpleQueue[str]) -> None:
+        """Wait until the run tells that a stage failed, or finished just before its worker was killed."""
+        with contextlib.suppress(queue.Empty):
+            while words := events.get(timeout=_GONE_S).split():
+                if words[0] == stage and words[1:2] != ["failed"]:
+                    self.finished.add(stage)
+                if words[0] == stage:
+                    return
+
+
+def _kill(pids: list[int]) -> None:
+    for pid in pids:
+        with contextlib.suppress(OSError):
+            os.kill(pid, signal.SIGKILL)
 
 
 def start(results: Path) -> subprocess.Popen[str]:
@@ -193,10 +208,12 @@ def main() -> None:
     table = Path(sys.argv[2]) if sys.argv[2:] else None
     stages = tuple(locate(None, None, ()).graph.stages)
     with tempfile.TemporaryDirectory(prefix="bipedstudy-killed-") as folder:
-        undisturbed = start(right := Path(folder, "undisturbed"))
-        undisturbed.communicate()
-        if undisturbed.returncode:
-            sys.exit("the undisturbed run failed")
+        right = Path(sys.argv[3]) if sys.argv[3:] else Path(folder, "undisturbed")
+        if not sys.argv[3:]:
+            undisturbed = start(right)
+            undisturbed.communicate()
+            if undisturbed.returncode:
+                sys.exit("the undisturbed run failed")
         killed = Killed(right, Path(folder), random.Random(1))
         most, more = divmod(max(0, kills - _EVENLY * len(stages)), len(stages))
         evenly = min(_EVENLY, -(-kills // len(stages)))
