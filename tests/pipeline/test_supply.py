@@ -62,3 +62,9 @@ def test_a_python_or_macos_without_wheels_is_told(monkeypatch):
     for version in ((3, 9, 1), (3, 15, 0)):
         monkeypatch.setattr(wheels.sys, "version_info", version)
         assert "only for 3.10 to 3.14" in wheels.missing()
+
+
+def test_an_audit_that_could_not_ask_is_no_success(repository):
+    """Without --strict, pip-audit ends with 0 when the index does not answer for any package."""
+    lines = [line for line in (repository / "Makefile").read_text().splitlines() if "pip-audit " in line]
+    assert lines and all("--strict" in line for line in lines)
