@@ -1,4 +1,4 @@
-"""The whole ingest, blind, against the truth of stand-in runs: what issue E asks for."""
+"""The whole ingest, blind, against the truth of stand-in runs."""
 
 import dataclasses
 from pathlib import Path
@@ -30,7 +30,7 @@ def ingested(request, tmp_path_factory) -> tuple[Result, tuple[RunTruth, ...]]:
 @pytest.fixture(scope="module")
 def scores(ingested) -> IngestScore:
     result, truth = ingested
-    found = score_ingest(Campaign("synthetic", truth, {}), result, SETTINGS.skipped_steps)
+    found = score_ingest(Campaign("synthetic", truth, (), {}), result, SETTINGS.skipped_steps)
     assert found is not None
     return found
 
