@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
+import platform
 import random
+import time
 
 import pytest
 
 from pipeline.cache import fingerprint
+from pipeline.execution.display import Display
 from pipeline.execution.job import Job, engine_code, job_of, task_of
 from pipeline.parameters import loading
 from pipeline.study import locate
+from pipeline.sweep import cluster
+from pipeline.sweep import spec as specs
+from pipeline.sweep.sweep import Sweep
 
 
 @pytest.mark.parametrize("settings", [
@@ -53,3 +60,42 @@ def test_jobs_come_back_whole(toy):
 def test_what_the_engine_is_made_of_includes_every_module_that_a_worker_runs():
     files = {f"pipeline/{name}.py" for name in ("sweep/cluster", "execution/worker", "cache/artefact")}
     assert files <= {*engine_code()}
+
+
+@pytest.mark.parametrize(("address", "leaves_open"), [
+    ("tcp://10.0.0.1:8786", True), ("scheduler:8786", True), ("tls://10.0.0.1:8786", False),
+    ("tcp://127.0.0.1:8786", False), ("localhost:8786", False), ("tcp://[::1]:8786", False), ("inproc://x/1", False),
+])  # fmt: skip
+def test_an_unencrypted_way_to_another_machine_is_told(address, leaves_open):
+    assert cluster.is_open(address) == leaves_open
+
+
+@pytest.fixture
+def sweep(toy):
+    (toy.root / "sweep.yaml").write_text("stage: side\nkind: grid\nvary: {side.seed: [1, 2]}\n")
+    return Sweep(toy.study(), specs.read(toy.root / "sweep.yaml"), Display())
+
+
+def test_a_bench_of_a_cluster_that_nobody_asks_any_more_ends_and_starts_again(sweep, monkeypatch):
+    """The client may have been killed."""
+    monkeypatch.setattr(cluster, "_IDLE_S", 0.5)
+    job = sweep._job().text()
+    first = json.loads(cluster.work("name", job, json.dumps([sweep._task(0)])))
+    (bench,) = cluster._benches["name"]
+    assert first["rows"][0][1]["outcome"] == "computed" and bench._worker is not None
+    end = time.monotonic() + 20
+    while bench._worker is not None and time.monotonic() < end:
+        time.sleep(0.1)
+    assert bench._worker is None and not cluster._benches["name"]
+    again = json.loads(cluster.work("name", job, json.dumps([sweep._task(0)])))
+    assert again["rows"][0][1]["values"] == first["rows"][0][1]["values"]
+    cluster.forget("name")
+    assert "name" not in cluster._benches
+
+
+def test_what_a_machine_refuses_is_told_with_its_name(sweep):
+    job = Job.of(sweep._job().text())
+    other = dataclasses.replace(job, versions={**job.versions, "h5py": "0.1"})
+    told = json.loads(cluster.work("other", other.text(), json.dumps([sweep._task(0)])))
+    cluster.forget("other")
+    assert told["refused"].startswith(f"the machine {platform.node()}: ") and "instead of 0.1" in told["refused"]
