@@ -25,7 +25,7 @@ from tests.pipeline.strange_files import Maker, written
 from tests.pipeline.strange_graphs import graphs
 from tests.pipeline.toy import HOME, TEMPLATE, TEMPLATE_PACKAGE, Toy
 
-_LONGEST_S = 60
+_LONGEST_S = 180
 _MEMORY = 6_000_000_000
 _DROP_FROM_BOUNDS, _MAY_READ_ALL = 24, (1, 2)  # prctl; CAP_DAC_OVERRIDE and CAP_DAC_READ_SEARCH
 _NO_SENTENCE = re.compile("Traceback|unexpected|Segmentation")
