@@ -1,0 +1,79 @@
+"""Exact derivatives of a gait by the parameters of its design.
+
+A gait P(z, p) = z moves by dz = (1 - dP/dz)^-1 dP/dp; its period and step length move with z and with p. All are
+carried by the one step that `step_map` takes. Multipliers are in `multipliers`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.analytic.derivatives.numbers import Changes, changes_of
+from stages.analytic.derivatives.section import section_change
+from stages.analytic.derivatives.step_map import VariedStep, varied_step
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.gait_search import step_length
+from stages.analytic.gait.poincare import FixedPoint
+from stages.analytic.model.varied import varied
+from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.phases.section import section_state, section_tangent
+
+
+@dataclass(frozen=True)
+class VariedGait:
+    """A gait of one step and its derivatives for whole shares of the parameters in `changes`, dimensionless.
+
+    `z` (j, n) of the section coordinates, `period` (n,), `step_length` (n,), in the units of the design's own walker.
+    """
+
+    walker: Walker
+    point: FixedPoint
+    changes: Changes
+    step: VariedStep
+    z: np.ndarray
+    period: Vector
+    step_length: Vector
+
+    def elasticities(self) -> dict[str, Vector]:
+        """Shares by which measures change for a share of each parameter, d ln measure / d ln parameter, (n,) each.
+
+        For a parameter that is zero a whole share is its `scale`.
+        """
+        period = self.period / self.point.steps[0].period
+        length = self.step_length / step_length(self.walker, self.point)
+        return {"period_s": period, "step_length_m": length, "speed_m_s": length - period, "step_frequency_hz": -period}
+
+
+def gait_derivatives(design: DesignPoint, point: FixedPoint, names: tuple[str, ...], tolerance: float) -> VariedGait:
+    """Derivatives of the design's gait `point`, of one step, by the parameters `names`.
+
+    Raises KeyError for a name that the design's gait does not depend on, StepFailed like `poincare_map`.
+    """
+    walker, changes = design.walker(), changes_of(design, names)
+    step = varied_step(walker, point.z, changes.along, tolerance)
+    dz = np.linalg.solve(np.eye(point.z.size) - step.by_state, step.along)
+    period = step.period_along + step.period_by_state @ dz
+    return VariedGait(walker, point, changes, step, dz, period, step_length_change(walker, point.z, changes.along, dz))
+
+
+def step_length_change(walker: Walker, z: Vector, along: np.ndarray, dz: np.ndarray) -> Vector:
+    """Derivatives (n,) of the step length of a gait at `z` that moves by `dz` (j, n), see `gait_search.step_length`."""
+    y, size = section_state(z, walker.p), walker.size
+    tangent = section_tangent(z, y, walker.p).reshape(-1, size)
+    dy = tangent.T @ dz + section_change(y, varied(walker.p, along, len(along))).reshape(-1, size).T
+    numbers = dict(zip(walker.p._fields, along.T, strict=True))
+    radius, dr = walker.p.r, numbers["r"]
+    if walker.rigid:
+        (theta, psi), (dtheta, dpsi) = y[:2], dy[:2]
+        stance = swing = walker.p.L_nat
+        dstance = dswing = numbers["L_nat"]
+    else:
+        (theta, stance, psi, swing), (dtheta, dstance, dpsi, dswing) = y[:4], dy[:4]
+    change: Vector = (
+        -(stance - radius) * np.cos(theta) * dtheta - (dstance - dr) * np.sin(theta)
+        - (swing - radius) * np.cos(psi) * dpsi - (dswing - dr) * np.sin(psi)
+        - radius * (dtheta + dpsi) - dr * (theta + psi)
+    )  # fmt: skip
+    return change
