@@ -1,4 +1,4 @@
-"""The whole ingest, blind, against the truth of stand-in runs: what issue E asks for."""
+"""The whole ingest, blind, against the truth of stand-in runs."""
 
 import dataclasses
 from pathlib import Path
@@ -30,7 +30,7 @@ def ingested(request, tmp_path_factory) -> tuple[Result, tuple[RunTruth, ...]]:
 @pytest.fixture(scope="module")
 def scores(ingested) -> IngestScore:
     result, truth = ingested
-    found = score_ingest(Campaign("synthetic", truth, {}), result, SETTINGS.skipped_steps)
+    found = score_ingest(Campaign("synthetic", truth, (), {}), result, SETTINGS.skipped_steps)
     assert found is not None
     return found
 
@@ -63,12 +63,12 @@ def test_step_frequency(scores: IngestScore) -> None:
 def test_the_score_sees_what_is_wrong(ingested) -> None:
     """Each measure moves when the truth is moved by as much."""
     result, (first, *others) = ingested
-    before = score_ingest(Campaign("synthetic", (first, *others), {}), result, SETTINGS.skipped_steps)
+    before = score_ingest(Campaign("synthetic", (first, *others), (), {}), result, SETTINGS.skipped_steps)
     turned = dataclasses.replace(first.hip, rotation=Rotation.from_rotvec([0, 0, 0.1]).as_matrix() @ first.hip.rotation)
     stretched = dataclasses.replace(first.foot, sample_time=first.foot.sample_time * 1.01)
     late = first.heel_strike_time + 0.03 * (np.arange(len(first.heel_strike_time)) % 4 == 1)
     wrong = dataclasses.replace(first, hip=turned, foot=stretched, heel_strike_time=late * 1.002)
-    after = score_ingest(Campaign("synthetic", (wrong, *others), {}), result, SETTINGS.skipped_steps)
+    after = score_ingest(Campaign("synthetic", (wrong, *others), (), {}), result, SETTINGS.skipped_steps)
     assert before is not None and after is not None
     assert after.frame_angle[0] == pytest.approx(np.degrees(0.1), abs=0.5)
     assert after.clock_error[0] > 0.02
@@ -76,7 +76,7 @@ def test_the_score_sees_what_is_wrong(ingested) -> None:
     assert after.frequency_error[0] > before.frequency_error[0] + 1e-3
     assert after.frame_angle[1:].tolist() == before.frame_angle[1:].tolist()
     stranger = dataclasses.replace(first, name="another")
-    assert score_ingest(Campaign("synthetic", (stranger, *others), {}), result, SETTINGS.skipped_steps) is None
+    assert score_ingest(Campaign("synthetic", (stranger, *others), (), {}), result, SETTINGS.skipped_steps) is None
 
 
 def test_origin_is_passed_on(ingested) -> None:
