@@ -11,7 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stages.analytic.derivatives.gait import gait_derivatives
+from stages.analytic.derivatives.numbers import sensitive_names
+from stages.analytic.derivatives.uncertainty import elasticities_of, uncertainties_of
 from stages.analytic.errors import NoGait
+from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import GaitReport, report_gait
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.outsole_effect import outsole_effect
@@ -61,6 +65,9 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
     settings, kept, errors = to_accuracy(
         settings.accuracy, settings, solved_with, partial(finer, walker), differences)
     point, report, upright, walk = kept
+    progress(0.8, "derivatives by the parameters")
+    design = DesignPoint(parameters.biped, parameters.slope, friction)
+    varied = gait_derivatives(design, point, sensitive_names(design), settings.tolerance)
     near = Neighbours(parameters.biped, parameters.slope, point.z, settings.tolerance, friction)
     return Result(
         gait=report.gait,
@@ -70,6 +77,8 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
         energy=report.energy,
         constraint_drift=constraint_drift(walker, report.segments),
         variations=vary_design(near),
+        elasticities=elasticities_of(varied, parameters.half_widths),
+        uncertainties=uncertainties_of(varied, parameters.half_widths),
         outsole=outsole_effect(near, parameters.rubber, settings.outsole),
         without_impact=without_impact(walker, report.segments),
         validity=report.validity,

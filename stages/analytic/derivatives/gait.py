@@ -6,7 +6,8 @@ carried by the one step that `step_map` takes. Multipliers are in `multipliers`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,7 +26,8 @@ from stages.analytic.phases.section import section_state, section_tangent
 class VariedGait:
     """A gait of one step and its derivatives for whole shares of the parameters in `changes`, dimensionless.
 
-    `z` (j, n) of the section coordinates, `period` (n,), `step_length` (n,), in the units of the design's own walker.
+    `z` (j, n) of the section coordinates, `state` (size, n) of the state just after heel strike, `period` (n,) and
+    `step_length` (n,), in the units of the design's own walker.
     """
 
     walker: Walker
@@ -33,6 +35,7 @@ class VariedGait:
     changes: Changes
     step: VariedStep
     z: np.ndarray
+    state: np.ndarray
     period: Vector
     step_length: Vector
 
@@ -45,6 +48,12 @@ class VariedGait:
         length = self.step_length / step_length(self.walker, self.point)
         return {"period_s": period, "step_length_m": length, "speed_m_s": length - period, "step_frequency_hz": -period}
 
+    def only(self, names: Collection[str]) -> VariedGait:
+        """The same by some of the parameters."""
+        rows = [row for row, name in enumerate(self.changes.names) if name in names]
+        return replace(self, changes=self.changes.only(rows), z=self.z[:, rows], state=self.state[:, rows],
+                       period=self.period[rows], step_length=self.step_length[rows])
+
 
 def gait_derivatives(design: DesignPoint, point: FixedPoint, names: tuple[str, ...], tolerance: float) -> VariedGait:
     """Derivatives of the design's gait `point`, of one step, by the parameters `names`.
@@ -55,14 +64,18 @@ def gait_derivatives(design: DesignPoint, point: FixedPoint, names: tuple[str, .
     step = varied_step(walker, point.z, changes.along, tolerance)
     dz = np.linalg.solve(np.eye(point.z.size) - step.by_state, step.along)
     period = step.period_along + step.period_by_state @ dz
-    return VariedGait(walker, point, changes, step, dz, period, step_length_change(walker, point.z, changes.along, dz))
+    y, size = section_state(point.z, walker.p), walker.size
+    tangent = section_tangent(point.z, y, walker.p).reshape(-1, size)
+    own = section_change(y, varied(walker.p, changes.along, len(changes.along))).reshape(-1, size)
+    dy = tangent.T @ dz + own.T
+    return VariedGait(walker, point, changes, step, dz, dy, period, step_length_change(walker, y, dy, changes.along))
 
 
-def step_length_change(walker: Walker, z: Vector, along: np.ndarray, dz: np.ndarray) -> Vector:
-    """Derivatives (n,) of the step length of a gait at `z` that moves by `dz` (j, n), see `gait_search.step_length`."""
-    y, size = section_state(z, walker.p), walker.size
-    tangent = section_tangent(z, y, walker.p).reshape(-1, size)
-    dy = tangent.T @ dz + section_change(y, varied(walker.p, along, len(along))).reshape(-1, size).T
+def step_length_change(walker: Walker, y: Vector, dy: np.ndarray, along: np.ndarray) -> Vector:
+    """Derivatives (n,) of the step length of a gait that starts at state `y`, which moves by `dy` (size, n).
+
+    See `gait_search.step_length`.
+    """
     numbers = dict(zip(walker.p._fields, along.T, strict=True))
     radius, dr = walker.p.r, numbers["r"]
     if walker.rigid:

@@ -33,6 +33,12 @@ class Changes:
     scales: Vector
     along: np.ndarray
 
+    def only(self, rows: Sequence[int]) -> Changes:
+        """Some of the parameters."""
+        names, units = (tuple(each[row] for row in rows) for each in (self.names, self.units))
+        chosen = list(rows)
+        return Changes(names, self.values[chosen], units, self.scales[chosen], self.along[chosen])
+
 
 def sensitive_names(design: DesignPoint) -> tuple[str, ...]:
     """Every parameter on which the gait of a design of this kind depends."""

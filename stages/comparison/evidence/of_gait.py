@@ -8,12 +8,13 @@ import numpy as np
 
 from stages.analytic.result import Result as Analytic
 from stages.comparison.claims import gait
-from stages.comparison.evidence import studies
 from stages.comparison.evidence.evidence import NAN, Evidence, largest
 
 
 def step_frequency(analytic: Analytic) -> gait.StepFrequency:
-    return gait.StepFrequency(analytic.gait.step_frequency_hz, studies.rounding(analytic.variations))
+    digits = next((one for one in analytic.uncertainties if one.name == "step_frequency_hz"), None)
+    known = (digits.worst, digits.decisive, digits.decisive_part, digits.slope) if digits else (0.0, "", 0.0, 0.0)
+    return gait.StepFrequency(analytic.gait.step_frequency_hz, *known)
 
 
 def stable_gait(e: Evidence) -> gait.StableGait:
