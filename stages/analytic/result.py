@@ -30,7 +30,7 @@ class Result:
     constraint_drift: np.ndarray = quantity(
         "1", "clearance, normal and slip velocity of the trailing foot at toe-off, dimensionless, shape (3,)")
     variations: tuple[Variation, ...] = quantity("-", "largest multiplier with one design parameter changed")
-    elasticities: tuple[Elasticities, ...] = quantity("-", "how the gait answers to each parameter")
+    elasticities: tuple[Elasticities, ...] = quantity("-", "how the gait answers to each parameter; none on a fold")
     uncertainties: tuple[Uncertainty, ...] = quantity(
         "-", "how far the gait's numbers may be off for the last digits of the parameters; none if all are exact")
     without_impact: WithoutImpact = quantity("-", "the landing foot in double stance if no impact stopped it")

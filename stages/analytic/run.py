@@ -13,8 +13,8 @@ import numpy as np
 
 from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.derivatives.numbers import sensitive_names
-from stages.analytic.derivatives.uncertainty import elasticities_of, uncertainties_of
-from stages.analytic.errors import NoGait
+from stages.analytic.derivatives.uncertainty import Elasticities, Uncertainty, elasticities_of, uncertainties_of
+from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import GaitReport, report_gait
 from stages.analytic.gait.gait_search import find_gait
@@ -66,8 +66,7 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
         settings.accuracy, settings, solved_with, partial(finer, walker), differences)
     point, report, upright, walk = kept
     progress(0.8, "derivatives by the parameters")
-    design = DesignPoint(parameters.biped, parameters.slope, friction)
-    varied = gait_derivatives(design, point, sensitive_names(design), settings.tolerance)
+    elasticities, uncertainties = answers(parameters, point, settings.tolerance)
     near = Neighbours(parameters.biped, parameters.slope, point.z, settings.tolerance, friction)
     return Result(
         gait=report.gait,
@@ -77,14 +76,26 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
         energy=report.energy,
         constraint_drift=constraint_drift(walker, report.segments),
         variations=vary_design(near),
-        elasticities=elasticities_of(varied, parameters.half_widths),
-        uncertainties=uncertainties_of(varied, parameters.half_widths),
+        elasticities=elasticities,
+        uncertainties=uncertainties,
         outsole=outsole_effect(near, parameters.rubber, settings.outsole),
         without_impact=without_impact(walker, report.segments),
         validity=report.validity,
         walk=walk,
         errors=errors,
     )
+
+
+def answers(
+    parameters: Parameters, point: FixedPoint, tolerance: float
+) -> tuple[tuple[Elasticities, ...], tuple[Uncertainty, ...]]:
+    """How the gait answers to its parameters, and what their digits leave open; nothing where it has no derivatives."""
+    design = DesignPoint(parameters.biped, parameters.slope, parameters.limited_friction)
+    try:
+        varied = gait_derivatives(design, point, sensitive_names(design), tolerance)
+    except (StepFailed, np.linalg.LinAlgError):  # a step at the edge of the walkable, a gait on a fold
+        return (), ()
+    return elasticities_of(varied, parameters.half_widths), uncertainties_of(design, varied, parameters.half_widths)
 
 
 def solve(walker: Walker, z: Vector, settings: Settings) -> FixedPoint:

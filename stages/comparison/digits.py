@@ -1,4 +1,4 @@
-"""What rounding in the paper's digits leaves open in each model's gait.
+"""What rounding in the paper's digits leaves open in each model's gait, in the design's and in the slope's.
 
 The constraint model has exact derivatives. The models of Exudyn have none; their gaits are within some percent of the
 constraint model's, so they are given its elasticities: the same share of their own numbers.
@@ -24,12 +24,15 @@ NUMBERS = {"step_frequency": "step_frequency_hz", "step_length": "step_length_m"
 class Digits:
     """By how much a gait's numbers may be off; NaN where nothing is known of it."""
 
-    step_frequency: float = quantity("Hz", "step frequency, by the design's digits", default=NAN)
-    step_length: float = quantity("m", "step length, by the design's digits", default=NAN)
-    speed: float = quantity("m/s", "speed, by the design's digits", default=NAN)
-    slope_step_frequency: float = quantity("Hz", "step frequency, by the slope's digit", default=NAN)
-    slope_step_length: float = quantity("m", "step length, by the slope's digit", default=NAN)
-    slope_speed: float = quantity("m/s", "speed, by the slope's digit", default=NAN)
+    step_frequency: float = quantity("Hz", "step frequency, +- by the design's digits", default=NAN)
+    step_length: float = quantity("m", "step length, +- by the design's digits", default=NAN)
+    speed: float = quantity("m/s", "speed, +- by the design's digits", default=NAN)
+    least_step_frequency: float = quantity("Hz", "least step frequency on slopes rounded alike", default=NAN)
+    most_step_frequency: float = quantity("Hz", "greatest step frequency there", default=NAN)
+    least_step_length: float = quantity("m", "least step length there", default=NAN)
+    most_step_length: float = quantity("m", "greatest step length there", default=NAN)
+    least_speed: float = quantity("m/s", "least speed there", default=NAN)
+    most_speed: float = quantity("m/s", "greatest speed there", default=NAN)
 
 
 def digits_of(uncertainties: Iterable[Uncertainty], determinants: Mapping[str, Determinants]) -> dict[str, Digits]:
@@ -42,6 +45,7 @@ def digits_of(uncertainties: Iterable[Uncertainty], determinants: Mapping[str, D
             if name in known:
                 share = getattr(own, field) / known[name].value
                 numbers[field] = share * known[name].worst
-                numbers[f"slope_{field}"] = share * known[name].slope
+                numbers[f"least_{field}"] = share * known[name].slope_least
+                numbers[f"most_{field}"] = share * known[name].slope_most
         found[model] = Digits(**numbers)
     return found

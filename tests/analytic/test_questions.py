@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stages.analytic.gait.gait_search import find_gait
-from stages.analytic.parameters import Parameters, Settings
+from stages.analytic.parameters import DesignDigits, Parameters, Settings, SlopeDigits
 from stages.analytic.questions import basin, continue_gait, design, gait, sensitivity
 from stages.biped.quantity import faults
 from stages.biped.question import WrongOption, interval
@@ -133,8 +133,21 @@ def test_sensitivity_tells_elasticities_and_derivatives_that_agree():
         assert share == pytest.approx(derivative[0] * entry["value"] / multiplier[0], rel=1e-12)
     assert entries["biped.leg_inertia"]["elasticities"] is None
     assert entries["biped.leg_inertia"]["derivatives"]["step_frequency_hz"] < -100
-    assert max(map(len, answer.lines)) <= 80
+    assert max(map(len, answer.lines)) <= 80 and answer.plain["uncertainties"] == []
     assert any(line.startswith("biped.leg_inertia is 0;") for line in answer.lines)
+
+
+def test_sensitivity_tells_which_digit_decides():
+    digits = DesignDigits({"foot_com": 5e-4, "leg_length": 5e-4}), SlopeDigits({"slope_deg": 0.5})
+    rounded = Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, PARAMETERS.settings, *digits)
+    answer = sensitivity.ask(rounded, sensitivity.Options(), Listener())
+    own = next(one for one in answer.plain["uncertainties"] if one["name"] == "step_frequency_hz")
+    by = {name: abs(entry["derivatives"]["step_frequency_hz"]) for name, entry in answer.plain["parameters"].items()}
+    assert own["decisive"] == "biped.foot_com" and own["decisive_part"] == pytest.approx(5e-4 * by["biped.foot_com"])
+    assert own["worst"] == pytest.approx(5e-4 * (by["biped.foot_com"] + by["biped.leg_length"]))
+    assert own["slope_least"] < own["value"] - 0.02
+    assert max(map(len, answer.lines)) <= 80
+    assert any(line.startswith("step_frequency_hz") and "  foot_com  " in line for line in answer.lines)
 
 
 def test_sensitivity_carries_and_shows_only_what_is_asked_for_and_draws_it(tmp_path):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from stages.analytic.derivatives.gait import gait_derivatives
+from stages.analytic.derivatives.multipliers import multiplier_derivatives
 from stages.analytic.derivatives.numbers import sensitive_names
 from stages.analytic.derivatives.uncertainty import elasticities_of, numbers_of, uncertainties_of
 from stages.analytic.gait.design_point import DesignPoint
@@ -31,7 +32,7 @@ def gait():
 
 @pytest.fixture(scope="module")
 def uncertainties(gait):
-    return {one.name: one for one in uncertainties_of(gait, WIDTHS)}
+    return {one.name: one for one in uncertainties_of(DESIGN, gait, WIDTHS)}
 
 
 def measures(design, z):
@@ -50,11 +51,12 @@ def test_each_parameter_moves_every_number_as_far_as_gaits_at_its_edges_say(name
     parameter, width = f"biped.{name}", DIGITS[name]
     upper, lower = (measures(DESIGN.with_value(parameter, DESIGN.value(parameter) + sign * width), gait.point.z)
                     for sign in (1, -1))
-    alone = {one.name: one for one in uncertainties_of(gait, {parameter: width})}
-    every = {one.name: one for one in uncertainties_of(gait, WIDTHS)}
+    alone = {one.name: one for one in uncertainties_of(DESIGN, gait, {parameter: width})}
+    every = {one.name: one for one in uncertainties_of(DESIGN, gait, WIDTHS)}
     for each, one in alone.items():
         found = abs(upper[each] - lower[each]) / 2
-        assert one.worst == one.independent == one.decisive_part and one.decisive == parameter and one.slope == 0.0
+        assert one.worst == one.independent == one.decisive_part and one.decisive == parameter
+        assert one.slope_least == one.slope_most == one.value
         assert abs(one.worst - found) <= 0.01 * max(found, every[each].worst), each
     assert len(alone) == 4 + 2 + 8
 
@@ -64,29 +66,46 @@ def test_the_frequency_of_table_1_and_the_digit_that_decides(uncertainties):
     found = uncertainties["step_frequency_hz"]
     assert found.worst == pytest.approx(6.8e-3, abs=5e-5) and found.independent == pytest.approx(4.2e-3, abs=5e-5)
     assert found.decisive == "biped.foot_com" and found.decisive_part == pytest.approx(3.25e-3, abs=1e-5)
-    assert found.slope == pytest.approx(0.026, abs=5e-4) and found.unit == "Hz"
+    assert found.unit == "Hz" and found.slope_least < found.value < found.slope_most
+
+
+def test_the_slopes_half_degree_is_solved_for(gait, uncertainties):
+    """Linear it would be +-.026 Hz; to 1.5 degrees the frequency hardly changes. Least and most are those of gaits."""
+    design = DESIGN.with_value("ground.slope_deg", 2.5)
+    walker, point = find_gait(design.biped, design.slope, 1e-10)
+    steeper = describe(walker, point)
+    assert uncertainties["step_frequency_hz"].slope_least == pytest.approx(steeper.step_frequency_hz, rel=1e-6)
+    assert uncertainties["step_length_m"].slope_most == pytest.approx(steeper.step_length_m, rel=1e-6)
+    largest = uncertainties["multiplier_1"]
+    assert largest.slope_least < largest.value < largest.slope_most < 1
+    lost = next(iter(uncertainties_of(DESIGN, gait, {"ground.slope_deg": 1.999})))
+    assert np.isnan([lost.slope_least, lost.slope_most]).all(), "no gait on slopes of nearly nothing"
 
 
 def test_exact_values_leave_nothing_open_and_are_not_derived_by_twice(gait):
-    assert uncertainties_of(gait, {}) == ()
-    alone = uncertainties_of(gait, {"ground.slope_deg": 0.5})
-    assert all(one.worst == 0.0 and one.decisive == "" and one.slope > 0 for one in alone)
-    assert len(numbers_of(gait.only(["biped.foot_com"]))[0][3]) == 1
+    assert uncertainties_of(DESIGN, gait, {}) == ()
+    alone = uncertainties_of(DESIGN, gait, {"ground.slope_deg": 0.5})
+    assert all(one.worst == 0.0 and one.decisive == "" and one.slope_least < one.slope_most for one in alone)
+    alone = gait.only(["biped.foot_com"])
+    assert len(numbers_of(alone, multiplier_derivatives(alone))[0][3]) == 1
 
 
 def test_a_parameter_that_is_zero_may_be_uncertain_too(gait):
-    one = next(each for each in uncertainties_of(gait, {"biped.leg_inertia": 1e-5}) if each.name == "step_frequency_hz")
+    every = uncertainties_of(DESIGN, gait, {"biped.leg_inertia": 1e-5})
+    one = next(each for each in every if each.name == "step_frequency_hz")
     heavier = measures(DESIGN.with_value("biped.leg_inertia", 1e-5), gait.point.z)
     assert one.worst == pytest.approx(one.value - heavier["step_frequency_hz"], rel=0.02)
 
 
-def test_the_stage_tells_elasticities_of_all_and_uncertainties_of_what_is_given():
+def test_the_stage_tells_elasticities_of_all_and_uncertainties_of_what_is_given(gait):
     settings = Settings(tolerance=1e-9, steps=1, sampling_rate_hz=200.0)
     result = run(Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, settings, DesignDigits(DIGITS), SlopeDigits()))
     assert [one.parameter for one in result.elasticities] == list(sensitive_names(DESIGN))
     assert {one.parameter: one.half_width for one in result.elasticities if one.half_width} == {
         f"biped.{name}": width for name, width in DIGITS.items()}
-    assert {one.slope for one in result.uncertainties} == {0.0}
+    assert all(one.slope_least == one.slope_most == one.value for one in result.uncertainties)
+    again = uncertainties_of(DESIGN, gait, WIDTHS, multiplier_derivatives(gait))
+    assert again == uncertainties_of(DESIGN, gait, WIDTHS), "multipliers known already are not derived again"
     assert result.uncertainties[0].value == result.gait.period_s
     exact = run(Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, settings))
     assert exact.uncertainties == () and len(exact.elasticities) == len(result.elasticities)
@@ -105,18 +124,20 @@ def test_linear_uncertainty_is_that_of_ten_thousand_designs(gait, uncertainties)
     """Every digit rounded anew, evenly: spread, extremes and every design, of measures and multipliers."""
     rng, names = np.random.default_rng(7), list(DIGITS)
     draws = rng.uniform(-1, 1, (10_000, len(names)))
-    linear = {name: (value, row) for name, _, value, row in numbers_of(gait.only([f"biped.{name}" for name in names]))}
+    inexact = gait.only([f"biped.{name}" for name in names])
+    numbers = numbers_of(inexact, multiplier_derivatives(inexact))
+    linear = {name: (value, row) for name, _, value, row in numbers}
     scales = np.array([TABLE_1.__dict__[name] for name in names])
     shares = draws * np.array([DIGITS[name] for name in names]) / scales
-    dz = gait.only([f"biped.{name}" for name in names]).z
+    dz = inexact.z
     wanted = ("period_s", "step_frequency_hz", "step_length_m", "speed_m_s", "multiplier_1", "multiplier_2")
     found = {name: np.empty(len(draws)) for name in wanted}
     for index, share in enumerate(shares):
         design = dataclasses.replace(DESIGN, biped=dataclasses.replace(
             TABLE_1, **dict(zip(names, (scales * (1 + share)).tolist()))))
-        numbers = measures(design, gait.point.z + dz @ share)
+        solved = measures(design, gait.point.z + dz @ share)
         for name in wanted:
-            found[name][index] = numbers[name]
+            found[name][index] = solved[name]
     for name in wanted:
         value, row = linear[name]
         one, moved = uncertainties[name], found[name] - value

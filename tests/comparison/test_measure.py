@@ -102,10 +102,11 @@ def test_step_frequency_takes_its_uncertainty_from_the_model():
 
     period = SimpleNamespace(name="period_s")
     own = SimpleNamespace(
-        name="step_frequency_hz", worst=7e-3, decisive="biped.foot_com", decisive_part=3e-3, slope=0.03)
+        name="step_frequency_hz", worst=7e-3, decisive="biped.foot_com", decisive_part=3e-3,
+        slope_least=2.05, slope_most=2.08)
     found = of_gait.step_frequency(given(period, own))
-    assert (found.frequency, found.rounding, found.decisive, found.part, found.slope) == (
-        2.07, 7e-3, "biped.foot_com", 3e-3, 0.03)
+    assert (found.frequency, found.rounding, found.decisive, found.part, found.slopes) == (
+        2.07, 7e-3, "biped.foot_com", 3e-3, (2.05, 2.08))
     assert of_gait.step_frequency(given()).rounding == 0.0, "all values are exact"
 
 
@@ -141,13 +142,14 @@ def test_pushes_correlate_with_frequencies_that_follow_them():
 
 
 def test_digits_leave_the_same_share_of_every_model_open():
-    def one(name, value, worst, slope):
-        return SimpleNamespace(name=name, value=value, worst=worst, slope=slope)
+    def one(name, value, worst, least, most):
+        return SimpleNamespace(name=name, value=value, worst=worst, slope_least=least, slope_most=most)
 
     determinants = {"constraint model": Determinants(step_frequency=2.0, step_length=0.16),
                     "twin": Determinants(step_frequency=2.2, step_length=0.08)}
-    found = digits_of([one("step_frequency_hz", 2.0, 0.01, 0.03), one("step_length_m", 0.16, 8e-4, 0.02)], determinants)
+    numbers = [one("step_frequency_hz", 2.0, 0.01, 1.9, 2.1), one("step_length_m", 0.16, 8e-4, 0.12, 0.18)]
+    found = digits_of(numbers, determinants)
     assert (found["constraint model"].step_frequency, found["twin"].step_frequency) == pytest.approx((0.01, 0.011))
-    assert found["twin"].slope_step_length == pytest.approx(0.01) and math.isnan(found["twin"].speed)
+    assert found["twin"].least_step_length == pytest.approx(0.06) and math.isnan(found["twin"].speed)
     exact = digits_of([], determinants)["twin"]
     assert math.isnan(exact.step_frequency), "nothing is left open"

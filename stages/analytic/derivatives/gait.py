@@ -17,6 +17,7 @@ from stages.analytic.derivatives.step_map import VariedStep, varied_step
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import step_length
 from stages.analytic.gait.poincare import FixedPoint
+from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.varied import varied
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_state, section_tangent
@@ -48,9 +49,13 @@ class VariedGait:
         length = self.step_length / step_length(self.walker, self.point)
         return {"period_s": period, "step_length_m": length, "speed_m_s": length - period, "step_frequency_hz": -period}
 
+    def rows(self, names: Collection[str]) -> list[int]:
+        """Places of some of the parameters."""
+        return [row for row, name in enumerate(self.changes.names) if name in names]
+
     def only(self, names: Collection[str]) -> VariedGait:
         """The same by some of the parameters."""
-        rows = [row for row, name in enumerate(self.changes.names) if name in names]
+        rows = self.rows(names)
         return replace(self, changes=self.changes.only(rows), z=self.z[:, rows], state=self.state[:, rows],
                        period=self.period[rows], step_length=self.step_length[rows])
 
@@ -58,10 +63,11 @@ class VariedGait:
 def gait_derivatives(design: DesignPoint, point: FixedPoint, names: tuple[str, ...], tolerance: float) -> VariedGait:
     """Derivatives of the design's gait `point`, of one step, by the parameters `names`.
 
-    Raises KeyError for a name that the design's gait does not depend on, StepFailed like `poincare_map`.
+    Raises KeyError for a name that the design's gait does not depend on, StepFailed like `poincare_map`, LinAlgError on
+    a fold of the gait's family, where there are none.
     """
     walker, changes = design.walker(), changes_of(design, names)
-    step = varied_step(walker, point.z, changes.along, tolerance)
+    step = varied_step(walker, point.z, changes.along, attainable_tolerance(walker.p, tolerance))
     dz = np.linalg.solve(np.eye(point.z.size) - step.by_state, step.along)
     period = step.period_along + step.period_by_state @ dz
     y, size = section_state(point.z, walker.p), walker.size

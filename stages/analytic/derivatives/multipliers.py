@@ -8,7 +8,8 @@ eigenvalue, w dD v / (w v), which needs the others at a distance.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -42,6 +43,11 @@ class MultiplierDerivatives:
     derivatives: np.ndarray
     errors: Vector
     refused: tuple[str, ...]
+
+    def only(self, rows: Sequence[int]) -> MultiplierDerivatives:
+        """The same by some of the parameters."""
+        chosen = list(rows)
+        return replace(self, derivatives=self.derivatives[:, chosen], errors=self.errors[chosen])
 
     def elasticities(self) -> np.ndarray:
         """Shares by which the magnitudes change for a share of each parameter, (m, n)."""

@@ -1,7 +1,8 @@
 """How far the numbers of a gait may be off because the values of its design are known to a last digit only.
 
-Linear, by exact derivatives. All half-widths at their worst together, and as independent errors (root of the sum of
-squares); the slope, which is not the design's, apart. Multipliers are derived only by values that are not exact.
+Linear, by exact derivatives: all half-widths at their worst together, and as independent errors (root of the sum of
+squares). The slope, which is not the design's, apart and solved for. Multipliers are derived only by values that are
+not exact.
 """
 
 from __future__ import annotations
@@ -12,15 +13,13 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from stages.analytic.derivatives.gait import VariedGait
-from stages.analytic.derivatives.multipliers import multiplier_derivatives
+from stages.analytic.derivatives.multipliers import MultiplierDerivatives, multiplier_derivatives
+from stages.analytic.derivatives.slope_range import MEASURES, SLOPE, over_slopes
+from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import describe
 from stages.analytic.model.walker import Vector
 from stages.biped.gait import Gait, StanceState
 from stages.biped.quantity import quantity
-
-SLOPE = "ground.slope_deg"
-#: The numbers of a gait with an elasticity.
-MEASURES = ("period_s", "step_frequency_hz", "step_length_m", "speed_m_s")
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,8 @@ class Uncertainty:
     independent: float = quantity("-", "the same as independent errors: root of the sum of squares")
     decisive: str = quantity("-", "the parameter of the design that may move it most")
     decisive_part: float = quantity("-", "by how much that one may move it")
-    slope: float = quantity("-", "the slope off by its half-width")
+    slope_least: float = quantity("-", "its least on slopes within the slope's half-width; NaN: no gait on some")
+    slope_most: float = quantity("-", "its most there")
 
 
 def elasticities_of(gait: VariedGait, half_widths: Mapping[str, float]) -> tuple[Elasticities, ...]:
@@ -72,34 +72,44 @@ def elasticities_of(gait: VariedGait, half_widths: Mapping[str, float]) -> tuple
     )
 
 
-def uncertainties_of(gait: VariedGait, half_widths: Mapping[str, float]) -> tuple[Uncertainty, ...]:
-    """How far the gait's measures, leading multipliers and fixed point may be off; none where all values are exact."""
-    inexact = gait.only([name for name in gait.changes.names if half_widths.get(name)])
-    if not inexact.changes.names:
+def uncertainties_of(
+    design: DesignPoint, gait: VariedGait, half_widths: Mapping[str, float],
+    multipliers: MultiplierDerivatives | None = None,
+) -> tuple[Uncertainty, ...]:  # fmt: skip
+    """How far measures, leading multipliers and fixed point of the design's gait may be off; none if all is exact.
+
+    `multipliers` are its derivatives by the same parameters where they are known already.
+    """
+    names = [name for name in gait.changes.names if half_widths.get(name)]
+    inexact = gait.only(names)
+    if not names:
         return ()
+    known = multiplier_derivatives(inexact) if multipliers is None else multipliers.only(gait.rows(names))
     widths = np.array([half_widths[name] for name in inexact.changes.names]) / inexact.changes.scales
+    slopes = over_slopes(design, inexact, half_widths[SLOPE], len(known.values)) if SLOPE in names else {}
     return tuple(
-        uncertainty(name, unit, value, change * widths, inexact.changes.names)
-        for name, unit, value, change in numbers_of(inexact))
+        uncertainty(name, unit, value, dict(zip(inexact.changes.names, change * widths, strict=True)),
+                    slopes.get(name, (value, value)))
+        for name, unit, value, change in numbers_of(inexact, known))
 
 
-def uncertainty(name: str, unit: str, value: float, parts: Vector, names: tuple[str, ...]) -> Uncertainty:
-    """One number that the parameters `names` may move by `parts` (n,) each."""
-    sizes = {each: abs(float(part)) for each, part in zip(names, parts, strict=True)}
-    slope = sizes.pop(SLOPE, 0.0)
+def uncertainty(
+    name: str, unit: str, value: float, parts: Mapping[str, float], slopes: tuple[float, float]
+) -> Uncertainty:
+    """One number that each parameter may move by its part, and that lies between `slopes` on slopes that may be."""
+    sizes = {each: abs(float(part)) for each, part in parts.items() if each != SLOPE}
     of_design = np.array(list(sizes.values()))
     decisive = max(sizes, key=lambda each: sizes[each], default="")
     return Uncertainty(name, unit, value, float(of_design.sum()), float(np.sqrt((of_design**2).sum())), decisive,
-                       sizes.get(decisive, 0.0), slope)
+                       sizes.get(decisive, 0.0), *slopes)
 
 
-def numbers_of(gait: VariedGait) -> list[tuple[str, str, float, Vector]]:
+def numbers_of(gait: VariedGait, multipliers: MultiplierDerivatives) -> list[tuple[str, str, float, Vector]]:
     """Name, unit, value and derivatives (n,) for whole shares of the parameters, of every number that has them."""
     described, shares = describe(gait.walker, gait.point), gait.elasticities()
     units = {field.name: field.metadata["unit"] for cls in (Gait, StanceState) for field in fields(cls)}
     found = [(name, units[name], float(getattr(described, name))) for name in MEASURES]
     numbers = [(name, unit, value, value * shares[name]) for name, unit, value in found]
-    multipliers = multiplier_derivatives(gait)
     for index, (value, row) in enumerate(zip(multipliers.values, multipliers.elasticities(), strict=True), 1):
         numbers.append((f"multiplier_{index}", "1", float(abs(value)), float(abs(value)) * row))
     names = [field.name for field in fields(StanceState)]

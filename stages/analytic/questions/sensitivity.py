@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from stages.analytic.parameters import Parameters
 from stages.biped.question import Answer, Asking, Question, WrongOption, option
+from stages.biped.question import as_plain as plain
 
 if TYPE_CHECKING:
     from stages.analytic.derivatives.gait import VariedGait
     from stages.analytic.derivatives.multipliers import MultiplierDerivatives
+    from stages.analytic.derivatives.uncertainty import Uncertainty
 
 #: Measures with a word for the head of their column, and their units.
 HEADS = {"period_s": "period", "step_frequency_hz": "freq.", "step_length_m": "length", "speed_m_s": "speed"}
@@ -37,6 +39,7 @@ class Sensitivity:
     multipliers: MultiplierDerivatives
     measures: dict[str, float]
     left: float | None
+    uncertainties: tuple[Uncertainty, ...]
 
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
@@ -44,6 +47,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     from stages.analytic.derivatives.gait import gait_derivatives
     from stages.analytic.derivatives.multipliers import multiplier_derivatives
     from stages.analytic.derivatives.numbers import sensitive_names
+    from stages.analytic.derivatives.uncertainty import uncertainties_of
     from stages.analytic.gait.design_point import DesignPoint
     from stages.analytic.gait.gait_search import describe, find_gait
 
@@ -60,7 +64,9 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     asking.progress(0.8, "multipliers")
     described = describe(walker, point)
     measures = {name: float(getattr(described, name)) for name in HEADS}
-    found = Sensitivity(gait, multiplier_derivatives(gait), measures, what_is_left(gait) if names == every else None)
+    multipliers = multiplier_derivatives(gait)
+    open_to = uncertainties_of(design, gait, parameters.half_widths, multipliers)
+    found = Sensitivity(gait, multipliers, measures, what_is_left(gait) if names == every else None, open_to)
 
     def draw(save: Any) -> None:
         from stages.analytic.pictures import elasticities
@@ -112,6 +118,18 @@ def lines(found: Sensitivity) -> Iterator[str]:
     if found.left is not None:
         yield f"dimensions: masses, lengths and times add up as they must, to {found.left:.1g}"
     yield from multipliers.refused
+    of_gait = [one for one in found.uncertainties if one.name in UNITS or one.name.startswith("multiplier")]
+    if of_gait:
+        yield ""
+        yield "What rounded or uncertain values leave open: +- for all at their worst, and as"
+        yield "independent errors (linear); which leaves most; the range over slopes (solved)."
+        yield f"{'':17}{'value':>9}{'worst':>9}{'indep.':>9}  {'most by':18}{'over slopes'}"
+    for one in of_gait:
+        name = one.name.replace("multiplier_", "|mu") + ("|" if one.name not in UNITS else "")
+        slopes = "" if one.slope_least == one.slope_most else f"{one.slope_least:.4g} .. {one.slope_most:.4g}"
+        key = one.decisive.partition(".")[2]
+        of_design = f"{one.worst:>9.2g}{one.independent:>9.2g}  {key:18}" if key else f"{'':38}"
+        yield f"{name:17}{one.value:>9.4g}{of_design}{slopes}".rstrip()
 
 
 def as_plain(found: Sensitivity) -> dict[str, Any]:
@@ -138,6 +156,7 @@ def as_plain(found: Sensitivity) -> dict[str, Any]:
         "parameters": by_parameter,
         "refused": list(multipliers.refused),
         "left_by_dimensions": found.left,
+        "uncertainties": [plain(one) for one in found.uncertainties],
     }
 
 
@@ -153,7 +172,8 @@ QUESTION = Question(
     Period, step frequency, step length, speed and the leading multipliers of the most stable gait, by every parameter
     of the design, slope, gravity and, with analytic.transition=coulomb, friction. Derivatives are carried through flow,
     events and impacts; the multipliers' are differences of exact ones, and refused where two multipliers meet.
-    --json adds derivatives in SI units.
+    Last comes what rounded or uncertain parameters leave open of these numbers, and which of them decides. --json adds
+    derivatives in SI units.
     """,
     Options,
     ask,

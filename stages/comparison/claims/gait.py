@@ -19,7 +19,7 @@ class StepFrequency(Measured):
     """The constraint model's step frequency [Hz], and by how much [Hz] rounding may move it.
 
     `rounding` in all digits of Table 1, at the worst; `part` of it in the last digit of the parameter `decisive`, which
-    moves it most; `slope` in the digit of the slope.
+    moves it most; on `slopes` that are rounded alike it lies between these.
     """
 
     ID = "step_frequency"
@@ -29,7 +29,7 @@ class StepFrequency(Measured):
     rounding: float
     decisive: str
     part: float
-    slope: float
+    slopes: tuple[float, float]
 
     def judge(self, limits: Settings) -> Judgement:
         off = self.frequency - FREQUENCY_HZ
@@ -48,7 +48,11 @@ class StepFrequency(Measured):
                     f"to be printed as {FREQUENCY_HZ} it needs {needed:.4f} Hz of these; {most} "
                     + (f"decides: alone it leaves {self.part:.4f} Hz" if enough else f"has most, {self.part:.4f} Hz"),
                 ),
-                Cause(self.slope > 0, f"the slope's own digit leaves {self.slope:.3f} Hz more"),
+                Cause(
+                    self.slopes[0] < self.slopes[1],
+                    f"on slopes that round to the paper's it lies between {self.slopes[0]:.4f} and "
+                    f"{self.slopes[1]:.4f} Hz",
+                ),
                 Cause(
                     holds and not abs(off) <= allowed,
                     f"{abs(off):.4f} Hz is within {100 * limits.frequency_tolerance:g} %, though more than {digits}",

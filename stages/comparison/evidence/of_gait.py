@@ -13,8 +13,11 @@ from stages.comparison.evidence.evidence import NAN, Evidence, largest
 
 def step_frequency(analytic: Analytic) -> gait.StepFrequency:
     digits = next((one for one in analytic.uncertainties if one.name == "step_frequency_hz"), None)
-    known = (digits.worst, digits.decisive, digits.decisive_part, digits.slope) if digits else (0.0, "", 0.0, 0.0)
-    return gait.StepFrequency(analytic.gait.step_frequency_hz, *known)
+    frequency = analytic.gait.step_frequency_hz
+    if digits is None:  # all values are exact
+        return gait.StepFrequency(frequency, 0.0, "", 0.0, (frequency, frequency))
+    slopes = digits.slope_least, digits.slope_most
+    return gait.StepFrequency(frequency, digits.worst, digits.decisive, digits.decisive_part, slopes)
 
 
 def stable_gait(e: Evidence) -> gait.StableGait:
