@@ -13,7 +13,7 @@ from typing import Any
 from pipeline.cache import durable, fingerprint
 from pipeline.errors import StudyError
 from pipeline.execution.job import Job, beneath, engine_code
-from pipeline.parameters import loading
+from pipeline.parameters import loading, uncertainty
 from pipeline.parameters.overrides import Override, applied, parsed
 from pipeline.parameters.value import Refused, broken_rules, checked, declared, shown, with_unit
 from pipeline.parameters.yaml_text import Node
@@ -131,13 +131,15 @@ class Chain:
         changed = {}
         for field, section in vars(values).items():
             new: dict[str, Any] = {}
+            keys = {self._overrides[name].key for name in point if self._overrides[name].file == section.FILE}
+            exact = uncertainty.without(section, keys)
             for name, value in point.items():
                 override = self._overrides[name]
                 if override.file == section.FILE and override.key in declared(section.__class__):
                     whole = dataclasses.replace(section, **new) if new else section
                     new[override.key] = self._value(whole, name, value)
-            if new:
-                changed[field] = dataclasses.replace(section, **new)
+            if new or exact != section:
+                changed[field] = dataclasses.replace(exact, **new)
                 _keep_rules(changed[field])
         if not changed:
             return values
