@@ -8,7 +8,22 @@ from typing import Any
 import numpy as np
 
 from stages.biped.design import Biped
-from stages.extremes.engines import COULOMB, ENGINES, GAIT, JOINTS, LIMIT, MARCH, STEP, TOGETHER, TREE, TWIN, USUAL
+from stages.extremes.engines import (
+    COULOMB,
+    DERIVATIVES,
+    ENGINES,
+    ESTIMATE,
+    GAIT,
+    JOINTS,
+    LIMIT,
+    MARCH,
+    OF_A_GAIT,
+    STEP,
+    TOGETHER,
+    TREE,
+    TWIN,
+    USUAL,
+)
 from stages.extremes.parameters import Parameters
 
 MASS_RATIO, SIZE, LEG_LENGTH, FRICTION = "hip to foot mass", "size, similar", "leg length", "friction"
@@ -64,9 +79,9 @@ AXES: tuple[tuple[str, float, float, tuple[float, ...], tuple[str, ...]], ...] =
 )
 #: Points an axis has for each engine in the full map, engines of which the coarse map has the middle one of each axis,
 #: and draws of all parameters together. All points of the coarse map are points of the full one.
-FULL = {GAIT: 14, COULOMB: 10, STEP: 13, TREE: 7, JOINTS: 5, TWIN: 5}
+FULL = {GAIT: 14, COULOMB: 10, STEP: 13, DERIVATIVES: 7, ESTIMATE: 7, TREE: 7, JOINTS: 5, TWIN: 5}
 COARSE = (GAIT, COULOMB, STEP)
-FULL_DRAWS = {GAIT: 30, COULOMB: 20, STEP: 1250, TREE: 30, TWIN: 8}
+FULL_DRAWS = {GAIT: 30, COULOMB: 20, STEP: 1250, DERIVATIVES: 30, ESTIMATE: 30, TREE: 30, TWIN: 8}
 COARSE_DRAWS = {STEP: 12, TREE: 4, TWIN: 1}
 FULL_MARCHES = ((1e2, 1e-10), (1e3, 1e-10), (1e4, 1e-6), (1e4, 1e-8), (1e4, 1e-10), (1e5, 1e-10))
 COARSE_MARCHES = ((1e2, 1e-10), (1e3, 1e-10))
@@ -79,7 +94,7 @@ def points(parameters: Parameters) -> tuple[Point, ...]:
     draws = FULL_DRAWS if full else COARSE_DRAWS
     found = [Point(engine, USUAL, 1.0, ()) for engine in (FULL if full else COARSE)]
     for axis, low, high, more, engines in AXES:
-        for engine in engines:
+        for engine in (*engines, *(OF_A_GAIT if full and GAIT in engines else ())):
             even = decades(low, high, FULL[engine])
             middle = [even[len(even) // 2]] if engine in COARSE else []
             values = sorted({*even, *more}) if full else middle
@@ -119,7 +134,7 @@ def changes(biped: Biped, axis: str, value: float) -> tuple[tuple[str, Any], ...
 def drawn(biped: Biped, engine: str, number: int) -> list[Point]:
     """Draws of every parameter the engine has, by turns within a factor 2 of the study's and over the whole axes."""
     generator = np.random.default_rng([SEED, len(engine)])
-    own = [row for row in AXES if (GAIT if engine == STEP else engine) in row[4]]
+    own = [row for row in AXES if (GAIT if engine in (STEP, *OF_A_GAIT) else engine) in row[4]]
     axes = [row for row in own if row[0] not in ALONE and row[0].split(".")[-1] not in ("tolerance", "largest_step")]
     found = []
     for draw in range(number):

@@ -8,15 +8,17 @@ from __future__ import annotations
 import numpy as np
 
 from stages.biped.progress import Progress, ignore
-from stages.extremes import constraint_points, penalty_points
-from stages.extremes.engines import COULOMB, GAIT, MARCH, STEP, TWIN
+from stages.extremes import constraint_points, gait_accounts, penalty_points
+from stages.extremes.engines import COULOMB, GAIT, MARCH, OF_A_GAIT, STEP, TWIN
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import Point, points
 from stages.extremes.result import Result
 from stages.extremes.verdict import CRASHED, Finding
 from stages.extremes.watchdog import compute
 
-CONSTRAINT = (GAIT, COULOMB, STEP, MARCH)
+#: What gives the verdicts on an engine's points.
+EVALUATED = dict.fromkeys((GAIT, COULOMB, STEP, MARCH), constraint_points.evaluate) | dict.fromkeys(
+    OF_A_GAIT, gait_accounts.evaluate)
 
 
 def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore) -> Result:
@@ -35,15 +37,15 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
 
 def compile_once(parameters: Parameters) -> None:
     """Leave compiled code on the disk before the clock of a point runs: compiling takes longer than any point."""
-    for engine in (GAIT, COULOMB, STEP, TWIN):
+    accounts = OF_A_GAIT if parameters.settings.resolution == "full" else ()
+    for engine in (GAIT, COULOMB, STEP, *accounts, TWIN):
         evaluate(parameters, Point(engine, "none", 0.0, ()))
 
 
 def evaluate(parameters: Parameters, point: Point) -> Finding:
     """The verdict on one point. An exception that the engine did not mean to raise counts as a crash."""
-    own = constraint_points if point.engine in CONSTRAINT else penalty_points
     try:
-        finding: Finding = own.evaluate(parameters, point)
+        finding: Finding = EVALUATED.get(point.engine, penalty_points.evaluate)(parameters, point)
         return finding
     except Exception as error:
         return Finding(CRASHED, reason=f"{type(error).__name__}: {' '.join(str(error).split())[:200]}")
