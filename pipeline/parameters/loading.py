@@ -15,7 +15,7 @@ from typing import Any
 from pipeline.errors import StudyError, nearest
 from pipeline.parameters import uncertainty, yaml_text
 from pipeline.parameters.overrides import Override, applied, node_of, parsed
-from pipeline.parameters.value import Refused, allowed, broken_rules, declared, shown, value_of, with_unit
+from pipeline.parameters.value import Refused, allowed, broken_rules, checked, declared, shown, value_of, with_unit
 from pipeline.parameters.yaml_text import Node
 
 
@@ -47,6 +47,24 @@ def as_plain(parameters: Any) -> dict[str, dict[str, Any]]:
             values |= {f"{key} half-width": width for key, width in getattr(section, name).items()}
         plain.setdefault(section.FILE, {}).update(values)
     return plain
+
+
+def from_plain(cls: type, plain: Mapping[str, Mapping[str, Any]]) -> Any:
+    """The parameters of class `cls` that `as_plain` made `plain` of, also by way of JSON, to the last bit.
+
+    Raises `StudyError` for a value that the class does not take; rules between values are not looked at again.
+    """
+    return cls(**{name: _section(kind, plain[kind.FILE]) for name, (_, kind) in declared(cls).items()})
+
+
+def _section(cls: type, plain: Mapping[str, Any]) -> Any:
+    values = {}
+    for key, (field, kind) in declared(cls).items():
+        try:
+            values[key] = checked(Node.of(plain[key]), field, kind)
+        except Refused as refused:
+            raise StudyError(refused.of(key)) from None
+    return cls(**values)
 
 
 def files(parameters: Any) -> dict[str, tuple[str, str]]:

@@ -36,8 +36,8 @@ SURE = 1e-6
 class MultiplierDerivatives:
     """The leading multipliers (m,), largest first, and their derivatives (m, n) for whole shares of the parameters.
 
-    `errors` (n,): what extrapolation leaves of them at most, by parameter. A derivative that is not to be had is NaN, and
-    `refused` says why.
+    `errors` (n,): what extrapolation leaves of them at most, by parameter. A derivative that is not to be had is NaN,
+    and `refused` says why.
     """
 
     values: np.ndarray
