@@ -10,6 +10,7 @@ from stages.analytic.derivatives.uncertainty import Elasticities, Uncertainty
 from stages.analytic.gait.outsole_effect import OutsoleEffect
 from stages.analytic.gait.sensitivity import Variation
 from stages.analytic.walk.energy import EnergyAudit
+from stages.analytic.walk.error_estimate import NumericalError
 from stages.analytic.walk.validity import Validity
 from stages.analytic.walk.without_impact import WithoutImpact
 from stages.biped.accuracy.estimate import ErrorEstimate
@@ -37,6 +38,7 @@ class Result:
     outsole: OutsoleEffect = quantity("-", "the gait with rubber under the feet")
     validity: Validity = quantity("-", "what the gait asks of the ground")
     walk: Walk = quantity("-", "walk from mid-stance, leg 0 standing")
+    numerical_error: NumericalError = quantity("-", "estimated errors of gait and walk")
     errors: tuple[ErrorEstimate, ...] = quantity("-", "errors of gait and walk, where an accuracy was asked for")
 
     def summary(self) -> str:

@@ -25,6 +25,7 @@ from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.parameters import FINEST, Parameters, Settings
 from stages.analytic.result import Result
+from stages.analytic.walk.error_estimate import NumericalError, estimate_errors, not_given
 from stages.analytic.walk.recording import constraint_drift, crossing_state, walk_on
 from stages.analytic.walk.sampling import sample_walk
 from stages.analytic.walk.without_impact import without_impact
@@ -32,6 +33,9 @@ from stages.biped.accuracy.asked import CUSTOM
 from stages.biped.accuracy.estimate import to_accuracy, walk_differences
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import Walk
+
+#: An error estimate is taken that many times: it is right to a part of itself, see `walk.error_estimate.OFF`.
+MARGIN = 1.5
 
 
 class Solved(NamedTuple):
@@ -41,6 +45,7 @@ class Solved(NamedTuple):
     report: GaitReport
     upright: Vector
     walk: Walk
+    error: NumericalError
 
 
 def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore) -> Result:
@@ -64,7 +69,7 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
 
     settings, kept, errors = to_accuracy(
         settings.accuracy, settings, solved_with, partial(finer, walker), differences)
-    point, report, upright, walk = kept
+    point, report, upright, walk, error = kept
     progress(0.8, "derivatives by the parameters")
     elasticities, uncertainties = answers(parameters, point, settings.tolerance)
     near = Neighbours(parameters.biped, parameters.slope, point.z, settings.tolerance, friction)
@@ -82,6 +87,7 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
         without_impact=without_impact(walker, report.segments),
         validity=report.validity,
         walk=walk,
+        numerical_error=error,
         errors=errors,
     )
 
@@ -118,7 +124,11 @@ def solved(walker: Walker, point: FixedPoint, friction: float, settings: Setting
     upright = crossing_state(walker, point.z, tolerance)
     segments = walk_on(walker, upright, settings.steps, tolerance)
     walk = sample_walk(walker, segments, settings.sampling_rate_hz)
-    return Solved(point, report_gait(walker, point, tolerance, friction), upright, walk)
+    if settings.integrator == "scipy":
+        error = not_given("the gait is SciPy's, the estimate is of compiled steps")
+    else:
+        error = estimate_errors(walker, point, settings.steps, tolerance)
+    return Solved(point, report_gait(walker, point, tolerance, friction), upright, walk, error)
 
 
 def finer(walker: Walker, settings: Settings) -> Settings | None:
@@ -130,8 +140,14 @@ def finer(walker: Walker, settings: Settings) -> Settings | None:
 
 
 def differences(one: Solved, other: Solved) -> dict[str, float]:
-    """How far two solutions differ, by the names of `Accuracy`."""
+    """Errors of `other`, by the names of `Accuracy`: what it differs by from `one`, which is coarser, or, where it has
+    error estimates, these and a margin.
+    """
     leading = [float(np.hypot(*solved.report.gait.floquet_multipliers[0])) for solved in (one, other)]
     found = walk_differences(one.walk, other.walk)
     period = abs(one.report.gait.period_s - other.report.gait.period_s)
-    return {**found, "period_s": max(period, found.get("period_s", 0.0)), "multiplier": abs(leading[0] - leading[1])}
+    found |= {"period_s": max(period, found.get("period_s", 0.0)), "multiplier": abs(leading[0] - leading[1])}
+    if other.error.given:
+        found["hip_position_m"] = MARGIN * other.error.hip_position
+        found["period_s"] = MARGIN * max(other.error.step_duration, abs(np.nan_to_num(other.error.period)))
+    return found
