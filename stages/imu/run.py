@@ -15,7 +15,7 @@ import numpy as np
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.imu.errors import SourceRefused
-from stages.imu.parameters import Parameters, Settings
+from stages.imu.parameters import Parameters
 from stages.imu.result import Result, Run, SensorSignals
 from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.sources.source_sqlite import SqliteSource
@@ -39,19 +39,19 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     Raises SourceRefused, in one sentence.
     """
     with SqliteSource(inputs.database or inputs.measurements) as source:
-        return collect(trials(source.runs(), parameters.settings, progress), parameters.settings)
+        return collect(trials(source.runs(), parameters, progress))
 
 
 def trials(
-    runs: Iterable[tuple[Experiment, tuple[Recording, ...]]], settings: Settings, progress: Progress = ignore
+    runs: Iterable[tuple[Experiment, tuple[Recording, ...]]], parameters: Parameters, progress: Progress = ignore
 ) -> Iterator[Trial]:
     """Each run of a source as a trial, one at a time."""
     for number, (experiment, recordings) in enumerate(runs):
         progress(1 - 1 / (1 + number / 10), f"run {experiment.name}")
-        yield read_trial(experiment, recordings, settings)
+        yield read_trial(experiment, recordings, parameters.settings, parameters.limits)
 
 
-def collect(found: Iterable[Trial], settings: Settings) -> Result:
+def collect(found: Iterable[Trial]) -> Result:
     """All trials as one result. Raises SourceRefused if none can be used."""
     reports: list[SensorReport] = []
     rejected: list[RunReport] = []

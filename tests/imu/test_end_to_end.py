@@ -10,10 +10,9 @@ from scipy.spatial.transform import Rotation
 from stages.campaign.result import Result as Campaign
 from stages.campaign.result import RunTruth
 from stages.comparison.ingest_score import IngestScore, score_ingest
-from stages.imu.parameters import Parameters
 from stages.imu.result import Result
 from stages.imu.run import Inputs, run
-from tests.imu.stand_in import RADIO, ROUGH_RADIO, SETTINGS, make_database, make_run
+from tests.imu.stand_in import PARAMETERS, RADIO, ROUGH_RADIO, SETTINGS, make_database, make_run
 
 RUNS = 10
 
@@ -24,13 +23,13 @@ def ingested(request, tmp_path_factory) -> tuple[Result, tuple[RunTruth, ...]]:
     runs = [make_run(seed, radio) for seed in range(RUNS)]
     path: Path = tmp_path_factory.mktemp("log") / "measurements.sqlite"
     path.write_bytes(make_database(runs))
-    return run(Parameters(SETTINGS), Inputs(path)), tuple(truth.run for _, truth in runs)
+    return run(PARAMETERS, Inputs(path)), tuple(truth.run for _, truth in runs)
 
 
 @pytest.fixture(scope="module")
 def scores(ingested) -> IngestScore:
     result, truth = ingested
-    found = score_ingest(Campaign("synthetic", truth, {}), result, SETTINGS.skipped_steps)
+    found = score_ingest(Campaign("synthetic", truth, (), {}), result, SETTINGS.skipped_steps)
     assert found is not None
     return found
 
@@ -63,12 +62,12 @@ def test_step_frequency(scores: IngestScore) -> None:
 def test_the_score_sees_what_is_wrong(ingested) -> None:
     """Each measure moves when the truth is moved by as much."""
     result, (first, *others) = ingested
-    before = score_ingest(Campaign("synthetic", (first, *others), {}), result, SETTINGS.skipped_steps)
+    before = score_ingest(Campaign("synthetic", (first, *others), (), {}), result, SETTINGS.skipped_steps)
     turned = dataclasses.replace(first.hip, rotation=Rotation.from_rotvec([0, 0, 0.1]).as_matrix() @ first.hip.rotation)
     stretched = dataclasses.replace(first.foot, sample_time=first.foot.sample_time * 1.01)
     late = first.heel_strike_time + 0.03 * (np.arange(len(first.heel_strike_time)) % 4 == 1)
     wrong = dataclasses.replace(first, hip=turned, foot=stretched, heel_strike_time=late * 1.002)
-    after = score_ingest(Campaign("synthetic", (wrong, *others), {}), result, SETTINGS.skipped_steps)
+    after = score_ingest(Campaign("synthetic", (wrong, *others), (), {}), result, SETTINGS.skipped_steps)
     assert before is not None and after is not None
     assert after.frame_angle[0] == pytest.approx(np.degrees(0.1), abs=0.5)
     assert after.clock_error[0] > 0.02
@@ -76,7 +75,7 @@ def test_the_score_sees_what_is_wrong(ingested) -> None:
     assert after.frequency_error[0] > before.frequency_error[0] + 1e-3
     assert after.frame_angle[1:].tolist() == before.frame_angle[1:].tolist()
     stranger = dataclasses.replace(first, name="another")
-    assert score_ingest(Campaign("synthetic", (stranger, *others), {}), result, SETTINGS.skipped_steps) is None
+    assert score_ingest(Campaign("synthetic", (stranger, *others), (), {}), result, SETTINGS.skipped_steps) is None
 
 
 def test_origin_is_passed_on(ingested) -> None:
@@ -109,7 +108,7 @@ def test_registered_strides_are_the_motion(ingested) -> None:
 def test_same_database_same_bits(ingested, tmp_path: Path) -> None:
     path = tmp_path / "again.sqlite"
     path.write_bytes(make_database([make_run(3)]))
-    first, second = (run(Parameters(SETTINGS), Inputs(path)) for _ in range(2))
+    first, second = (run(PARAMETERS, Inputs(path)) for _ in range(2))
     assert first.ensemble.mean.tobytes() == second.ensemble.mean.tobytes()
     assert first.step_frequency == second.step_frequency
 

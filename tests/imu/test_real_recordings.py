@@ -12,14 +12,14 @@ from stages.imu.sources.source_csv import CsvSource
 from stages.imu.trial.report import SensorReport
 from stages.imu.trial.trial import read_sensor
 from tests.imu.real_recordings import FOLDER, ipol, xio
-from tests.imu.stand_in import SETTINGS
+from tests.imu.stand_in import LIMITS, SETTINGS
 
 pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason=f"the real recordings are not at {FOLDER.name}")
 
 
 def reports(description: dict) -> dict[str, SensorReport]:
     ((_, recordings),) = CsvSource(description, FOLDER).runs()
-    return {one.device.place: read_sensor(one, SETTINGS)[1] for one in recordings}
+    return {one.device.place: read_sensor(one, SETTINGS, LIMITS)[1] for one in recordings}
 
 
 @pytest.mark.parametrize(("name", "fewest", "most"), [("8-5", 572, 783), ("3-3", 532, 651), ("7-4", 0, 0)])
