@@ -1,4 +1,4 @@
-"""The whole ingest, blind, against the truth of stand-in runs: what issue E asks for."""
+"""The whole ingest, blind, against the truth of stand-in runs."""
 
 import dataclasses
 from pathlib import Path
