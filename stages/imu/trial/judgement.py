@@ -184,8 +184,9 @@ def _on_what_is_there(
     if len(sensors) == 1:
         (place,) = sensors
         yield _remark(
-            f"only the {place}'s sensor: nothing confirms which leg it rides on, its frame, or the scale of its rate",
-            LEGS, STRIKES, f"{place} {RATE}", f"{place} {FRAME}",
+            f"only the {place}'s sensor: nothing confirms that it is this run's, which leg it rides on, its "
+            "frame, or the scale of its rate",
+            LEGS, STRIKES, FREQUENCY, f"{place} {RATE}", f"{place} {FRAME}",
         )  # fmt: skip
     if experiment.slope_deg is None:
         about = [f"{place} {what}" for place in sensors for what in (FRAME, FORCE)]
