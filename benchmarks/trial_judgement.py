@@ -41,26 +41,20 @@ def good(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
     return log
 
 
-def walks_of(seed: int, runs: int) -> tuple[Parameters, list[TwinRun]]:
-    """The campaign's parameters with another seed, and its walks: a second or two each."""
+def campaign(seed: int, runs: int, file: Path | None) -> tuple[Parameters, list[TwinRun]]:
+    """The campaign's parameters with another seed, and its walks: a second or two each, or out of `file`."""
     wanted = {"analytic": AnalyticParameters, "campaign": Parameters}
     every = load(ROOT / "params", (), wanted, wanted.values())
-    parameters = every["campaign"]
-    settings = dataclasses.replace(parameters.runs, seed=seed, runs=runs)
-    parameters = dataclasses.replace(parameters, runs=settings)
-    state, force = first_state(run_analytic(every["analytic"]).walk)
-    return parameters, [walk_twin(number, state, force, parameters) for number in range(runs)]
-
-
-def kept(file: Path | None, seed: int, runs: int) -> tuple[Parameters, list[TwinRun]]:
-    """The walks from a file of this machine, which is written if it is not there."""
+    parameters: Parameters = every["campaign"]
+    parameters = dataclasses.replace(parameters, runs=dataclasses.replace(parameters.runs, seed=seed, runs=runs))
     if file is not None and file.exists():
-        found: tuple[Parameters, list[TwinRun]] = pickle.loads(file.read_bytes())
-        return found
-    made = walks_of(seed, runs)
+        walks: list[TwinRun] = pickle.loads(file.read_bytes())
+        return parameters, walks
+    state, force = first_state(run_analytic(every["analytic"]).walk)
+    walks = [walk_twin(number, state, force, parameters) for number in range(runs)]
     if file is not None:
-        file.write_bytes(pickle.dumps(made))
-    return made
+        file.write_bytes(pickle.dumps(walks))
+    return parameters, walks
 
 
 def judged(
@@ -108,7 +102,7 @@ def main() -> None:
     parser.add_argument("--walks", type=Path)
     parser.add_argument("family", nargs="*")
     chosen = parser.parse_args()
-    parameters, walks = kept(chosen.walks, chosen.seed, chosen.runs)
+    parameters, walks = campaign(chosen.seed, chosen.runs, chosen.walks)
     imu = load(ROOT / "params", (), {"imu": ImuParameters}, [ImuParameters])["imu"]
     families = [good, *wrong_logs.WRONG, *wrong_logs.LATER, *wrong_logs.CLOCKS]
     families = [one for one in families if not chosen.family or one.__name__ in chosen.family]
