@@ -43,7 +43,7 @@ def good(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
 
 def campaign(seed: int, runs: int, file: Path | None) -> tuple[Parameters, list[TwinRun]]:
     """The campaign's parameters with another seed, and its walks: a second or two each, or out of `file`."""
-    wanted = {"analytic": AnalyticParameters, "campaign": Parameters}
+    wanted = {"analytic": AnalyticParameters, "campaign": Parameters, "imu": ImuParameters}
     every = load(ROOT / "params", (), wanted, wanted.values())
     parameters: Parameters = every["campaign"]
     parameters = dataclasses.replace(parameters, runs=dataclasses.replace(parameters.runs, seed=seed, runs=runs))
@@ -65,7 +65,7 @@ def judged(
     for number, walked in enumerate(walks):
         rng = np.random.default_rng([parameters.runs.seed, number])
         log = family(made_log(number, walked, with_errors(parameters, times)), walks, rng)
-        trial = read_trial(log.experiment, log.recordings, imu.settings, imu.limits)
+        trial = read_trial(log.experiment, log.recordings, imu)
         count[trial.verdict.outcome] += 1
         wrong = set(wrong_quantities(log, trial)) if trial.accepted else set()
         count["wrong"] += bool(wrong)

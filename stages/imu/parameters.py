@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stages.biped.quantity import Bound, parameter
+from stages.biped.quantity import Bound, Broken, parameter
 
 POSITIVE, NOT_NEGATIVE = Bound(above=0), Bound(minimum=0)
 
@@ -90,8 +91,31 @@ class Limits:
 
 
 @dataclass(frozen=True)
+class Drawing:
+    """What the ingest must know of the robot to turn angles into lengths, and how well."""
+
+    FILE: ClassVar[str] = "imu"
+
+    leg_length: float = parameter("m", "leg from the hip to the bottom of the foot, outsole included", symbol="L",
+                                  bound=POSITIVE)  # fmt: skip
+    foot_radius: float = parameter("m", "radius of the foot, outsole included", symbol="r", bound=NOT_NEGATIVE)
+    leg_length_error: float = parameter("1", "standard error of the leg's length, relative", bound=NOT_NEGATIVE)
+    rolling_error: float = parameter("1", "what a step departs from rolling on a rigid leg, relative, standard "
+                                     "deviation", bound=NOT_NEGATIVE)  # fmt: skip
+    rate_gain_error: float = parameter("1", "standard error of a gyroscope's gain, relative", bound=NOT_NEGATIVE)
+    strike_error_s: float = parameter("s", "standard error of a heel strike's time", bound=NOT_NEGATIVE)
+    stand_error_deg: float = parameter("deg", "standard error of rest_leg_angle_deg", bound=NOT_NEGATIVE)
+
+    def broken_rules(self) -> Iterator[Broken]:
+        """The foot is smaller than the leg."""
+        if self.foot_radius >= self.leg_length:
+            yield Broken("foot_radius", f"< leg_length = {self.leg_length:g} m")
+
+
+@dataclass(frozen=True)
 class Parameters:
     """All the ingest depends on besides the measurements."""
 
     settings: Settings
     limits: Limits
+    drawing: Drawing

@@ -5,6 +5,7 @@ Knows nothing of where the measurements come from, synthetic or not: it reads th
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -48,7 +49,7 @@ def trials(
     """Each run of a source as a trial, one at a time."""
     for number, (experiment, recordings) in enumerate(runs):
         progress(1 - 1 / (1 + number / 10), f"run {experiment.name}")
-        yield read_trial(experiment, recordings, parameters.settings, parameters.limits)
+        yield read_trial(experiment, recordings, parameters)
 
 
 def collect(found: Iterable[Trial]) -> Result:
@@ -94,6 +95,12 @@ def run_of(trial: Trial) -> Run:
         heel_strike_time=trial.strikes.time - start,
         heel_strike_leg=trial.strikes.leg,
         strides=trial.strides,
+        leg=dataclasses.replace(
+            trial.leg,
+            time=trial.leg.time - start,
+            stance_start=trial.leg.stance_start - start,
+            stance_end=trial.leg.stance_end - start,
+        ),
     )
 
 

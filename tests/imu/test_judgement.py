@@ -16,7 +16,7 @@ from tests.imu import wrong_logs
 from tests.imu.log_truth import wrong_quantities
 from tests.imu.made_logs import Log, made_log, replaced, with_errors
 from tests.imu.made_walks import campaign_parameters, stand_in_walks
-from tests.imu.stand_in import LIMITS, SETTINGS
+from tests.imu.stand_in import PARAMETERS
 
 RUNS = 3
 
@@ -32,7 +32,7 @@ def walks(parameters: Parameters) -> list[TwinRun]:
 
 
 def trial_of(log: Log) -> Trial:
-    return read_trial(log.experiment, log.recordings, SETTINGS, LIMITS)
+    return read_trial(log.experiment, log.recordings, PARAMETERS)
 
 
 def done(family: wrong_logs.Family, number: int, walks: Sequence[TwinRun], parameters: Parameters) -> Log:

@@ -11,7 +11,7 @@ import numpy as np
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.imu.clock.resample import resample
 from stages.imu.errors import printable
-from stages.imu.parameters import Limits, Settings
+from stages.imu.parameters import Limits, Parameters, Settings
 from stages.imu.sources.schema import Device, Experiment, Recording
 from stages.imu.trial.events import NO_STRIKES, HeelStrikes, StepFrequency, filled, find_heel_strikes, step_frequency
 from stages.imu.trial.events import step_period as period_of
@@ -27,7 +27,7 @@ from stages.imu.trial.evidence import (
 )
 from stages.imu.trial.frames import Frame, find_frame
 from stages.imu.trial.judgement import Refusal, Verdict, refusals_of, verdict_on
-from stages.imu.trial.leg_angle import leg_angle
+from stages.imu.trial.leg_motion import LegMotion, leg_angle, leg_motion, nothing
 from stages.imu.trial.registration import register, stride_bounds
 from stages.imu.trial.report import SensorReport, report_sensor
 from stages.imu.trial.run_report import RunReport
@@ -67,6 +67,7 @@ class Trial:
     frequency: StepFrequency
     bounds: np.ndarray
     strides: np.ndarray
+    leg: LegMotion
     evidence: Evidence
     verdict: Verdict
 
@@ -99,9 +100,10 @@ class Trial:
 
 
 def read_trial(
-    experiment: Experiment, recordings: tuple[Recording, ...], settings: Settings, limits: Limits
+    experiment: Experiment, recordings: tuple[Recording, ...], parameters: Parameters
 ) -> Trial:
     """Take one run from raw rows to registered strides and a verdict."""
+    settings, limits = parameters.settings, parameters.limits
     sensors: dict[str, BodySensor] = {}
     reports, left_out = [], []
     for recording in recordings:
@@ -141,6 +143,7 @@ def read_trial(
         frequency=frequency,
         bounds=bounds,
         strides=registered(sensors, bounds, settings),
+        leg=leg_of(sensors, used, parameters),
         evidence=evidence,
         verdict=verdict_on(
             experiment, judged, left_out, overlap, lever, at_edge, len(strikes.time), frequency.value, evidence,
@@ -281,6 +284,34 @@ def evidence_of(
         spacing=spacing,
         alternating=alternating,
     )
+
+
+def leg_of(sensors: dict[str, BodySensor], strikes: HeelStrikes, parameters: Parameters) -> LegMotion:
+    """The leg's motion from the rates of all sensors, where several see it from their mean."""
+    settings = parameters.settings
+    first = next((place for place in PLACES if place in sensors), None)
+    grid = common_grid(sensors, settings) if sensors else np.empty(0)
+    if first is None or len(grid) < 2:
+        return nothing()
+    seen = {place: on_grid(sensor, grid, settings) for place, sensor in sensors.items()}
+    angles = [angle_on(grid, place, seen, sensor, settings) for place, sensor in sensors.items()]
+    errors = [bias_error(sensor) for sensor in sensors.values()]
+    return leg_motion(
+        grid,
+        np.mean(angles, axis=0),
+        math.radians(settings.rest_leg_angle_deg),
+        math.sqrt(sum(error**2 for error in errors)) / len(errors),
+        len(sensors),
+        strikes,
+        parameters.drawing,
+    )
+
+
+def bias_error(sensor: BodySensor) -> float:
+    """Standard error of a sensor's lateral bias, from the scatter of its still stand [rad/s]; 0 without one."""
+    still = sensor.rate[sensor.trace.rest, LATERAL]
+    still = still[np.isfinite(still)]
+    return float(np.std(still) / math.sqrt(len(still))) if len(still) else 0.0
 
 
 def angle_on(
