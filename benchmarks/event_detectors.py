@@ -23,7 +23,8 @@ import numpy as np
 
 from stages.imu.sources.source_csv import CsvSource
 from stages.imu.trial.events import INNER, filled
-from stages.imu.trial.trial import FORWARD, LATERAL, UP, BodySensor, common_grid, on_grid, read_sensor, strikes_of
+from stages.imu.trial.places import FORWARD, LATERAL, UP, BodySensor, common_grid, on_grid
+from stages.imu.trial.trial import read_sensor, strikes_of
 from tests.imu.real_recordings import FOLDER, ipol
 from tests.imu.stand_in import STUDY
 

@@ -25,8 +25,8 @@ from stages.analytic.parameters import Parameters as AnalyticParameters
 from stages.analytic.run import run as run_analytic
 from stages.campaign.parameters import Parameters
 from stages.campaign.twin_run import TwinRun, first_state, walk_twin
+from stages.imu.judgement.verdict import ACCEPTED, REFUSED, WITH_REMARKS
 from stages.imu.parameters import Parameters as ImuParameters
-from stages.imu.trial.judgement import ACCEPTED, REFUSED, WITH_REMARKS
 from stages.imu.trial.sensor import trace_sensor
 from stages.imu.trial.trial import read_trial
 from tests.imu import wrong_logs

@@ -21,9 +21,10 @@ from stages.imu.result import Result, Run, SensorSignals
 from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.sources.source_sqlite import SqliteSource
 from stages.imu.trial.ensemble import ensemble_of
+from stages.imu.trial.places import BodySensor
 from stages.imu.trial.report import SensorReport
 from stages.imu.trial.run_report import RunReport, origin_of
-from stages.imu.trial.trial import BodySensor, Trial, read_trial
+from stages.imu.trial.trial import Trial, read_trial
 
 
 @dataclass(frozen=True)

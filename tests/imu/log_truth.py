@@ -6,7 +6,8 @@ import numpy as np
 
 from stages.imu.trial.events import HeelStrikes, step_frequency
 from stages.imu.trial.frames import angle_between
-from stages.imu.trial.trial import FORWARD, LATERAL, UP, Trial
+from stages.imu.trial.places import FORWARD, LATERAL, UP
+from stages.imu.trial.trial import Trial
 from tests.imu.made_logs import Log, true_signals
 
 STRIKE_S = 0.015

@@ -10,7 +10,7 @@ import pytest
 
 from stages.campaign.parameters import Parameters
 from stages.campaign.twin_run import TwinRun
-from stages.imu.trial.judgement import ACCEPTED, REFUSED, WITH_REMARKS
+from stages.imu.judgement.verdict import ACCEPTED, REFUSED, WITH_REMARKS
 from stages.imu.trial.trial import Trial, read_trial
 from tests.imu import wrong_logs
 from tests.imu.log_truth import wrong_quantities

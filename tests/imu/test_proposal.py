@@ -11,10 +11,10 @@ import pytest
 import yaml
 
 from stages.imu.errors import SourceRefused
+from stages.imu.judgement.verdict import REFUSED
 from stages.imu.sources.proposal import proposal
 from stages.imu.sources.source_csv import CsvSource
 from stages.imu.sources.units import scale_of
-from stages.imu.trial.judgement import REFUSED
 from stages.imu.trial.trial import read_trial
 from tests.imu.made_logs import Log, made_log
 from tests.imu.made_walks import campaign_parameters, stand_in_walks

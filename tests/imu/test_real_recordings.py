@@ -9,9 +9,9 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.signal import find_peaks
 
 from stages.imu.clock.packet_index import index_samples
+from stages.imu.judgement.verdict import REFUSED
 from stages.imu.sources.source_csv import CsvSource
 from stages.imu.trial.events import INNER
-from stages.imu.trial.judgement import REFUSED
 from stages.imu.trial.report import SensorReport
 from stages.imu.trial.trial import read_sensor, read_trial, strikes_of
 from tests.imu.real_recordings import FOLDER, ipol, xio

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from stages.biped.walk import SENSOR_SIGNALS
-from stages.imu.trial.evidence import Evidence
+from stages.imu.judgement.evidence import Evidence
 from stages.imu.trial.run_report import RunReport
 from stages.imu.trial.trial import Trial
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from stages.imu.clock.clock import packet_arrivals
 from stages.imu.clock.packet_index import arrival_stamp
-from stages.imu.trial.trial import FORWARD, LATERAL, UP, Trial
+from stages.imu.trial.places import FORWARD, LATERAL, UP
+from stages.imu.trial.trial import Trial
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -6,18 +6,18 @@ import math
 from dataclasses import dataclass
 
 from stages.biped.quantity import quantity
-from stages.imu.parameters import Settings
-from stages.imu.sources.units import implied_acceleration_unit
-from stages.imu.trial.frames import Frame
-from stages.imu.trial.judgement import Refusal
-from stages.imu.trial.sensor import SensorTrace
-from stages.imu.trial.sensor_evidence import (
+from stages.imu.judgement.sensor_evidence import (
     angular_rate_unit,
     batch_sizes,
     dead_axes,
     quantisation_step,
     static_reading,
 )
+from stages.imu.judgement.verdict import Refusal
+from stages.imu.parameters import Settings
+from stages.imu.sources.units import implied_acceleration_unit
+from stages.imu.trial.frames import Frame
+from stages.imu.trial.sensor import SensorTrace
 
 NOT_OBSERVABLE = -1
 

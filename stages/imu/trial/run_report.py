@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from stages.biped.quantity import quantity
-from stages.imu.trial.evidence import Evidence
-from stages.imu.trial.judgement import REFUSED
+from stages.imu.judgement.evidence import Evidence
+from stages.imu.judgement.verdict import REFUSED
 from stages.imu.trial.report import NOT_OBSERVABLE, SensorReport
 
 Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]

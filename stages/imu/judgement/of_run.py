@@ -1,144 +1,31 @@
-"""Where a trial's evidence becomes a verdict: accepted, accepted with remarks, or refused.
-
-Each rule holds one piece of evidence against its limit (`params/imu.yaml`, with the source of each) and says in a
-sentence where to look. A remark names the quantities that are not to be trusted; a refusal needs no such list. What
-cannot be known from the recording is a remark as well: it is said, not guessed.
-"""
+"""The verdict on a run: what it holds, its clocks, its two places together, the walk, and each place."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 
 from stages.imu.clock.packet_index import BY_ROWS
+from stages.imu.judgement.evidence import Evidence
+from stages.imu.judgement.sensor_evidence import flat_tops, static_reading
+from stages.imu.judgement.verdict import (
+    CLOCK,
+    FORCE,
+    FRAME,
+    FREQUENCY,
+    LAG,
+    LEGS,
+    LEVER,
+    RATE,
+    STRIKES,
+    Finding,
+    Refusal,
+    Verdict,
+)
 from stages.imu.parameters import Limits, Settings
 from stages.imu.sources.schema import Experiment
-from stages.imu.sources.units import agrees_with_gravity, implied_acceleration_unit
-from stages.imu.trial.evidence import Evidence
 from stages.imu.trial.frames import Frame, is_mounting_declared
 from stages.imu.trial.sensor import SensorTrace
-from stages.imu.trial.sensor_evidence import (
-    FEWEST_ROWS,
-    angular_rate_unit,
-    dead_axes,
-    declared_rate_unit,
-    flat_tops,
-    missing_share,
-    static_reading,
-)
-
-ACCEPTED, WITH_REMARKS, REFUSED = "accepted", "accepted with remarks", "refused"
-
-# Quantities a remark can be about; a sensor's own bear its place before them.
-CLOCK, FREQUENCY, STRIKES, LEGS, LAG, LEVER = (
-    "clock", "step frequency", "heel strikes", "legs", "foot lag", "lever arm",
-)  # fmt: skip
-FRAME, FORCE, RATE = "frame", "force", "rate"
-
-
-@dataclass(frozen=True)
-class Finding:
-    """What one piece of evidence says against a trial; `about` are the quantities not to be trusted."""
-
-    refused: bool
-    about: tuple[str, ...]
-    sentence: str
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """The findings against a trial, put together."""
-
-    findings: tuple[Finding, ...]
-
-    @property
-    def outcome(self) -> str:
-        """One of ACCEPTED, WITH_REMARKS, REFUSED."""
-        if any(one.refused for one in self.findings):
-            return REFUSED
-        return WITH_REMARKS if self.findings else ACCEPTED
-
-    @property
-    def accepted(self) -> bool:
-        """Whether the trial is used, with or without remarks."""
-        return self.outcome != REFUSED
-
-    @property
-    def not_trusted(self) -> tuple[str, ...]:
-        """Quantities that the remarks are about, each once."""
-        return tuple(dict.fromkeys(name for one in self.findings if not one.refused for name in one.about))
-
-    def sentences(self, refused: bool) -> tuple[str, ...]:
-        """Of the refusals, or of the remarks."""
-        return tuple(one.sentence for one in self.findings if one.refused == refused)
-
-
-@dataclass(frozen=True)
-class Refusal:
-    """Why a sensor's recording is not used. `meaning`: it is read otherwise than it was meant, so that the run's other
-    sensor, described by the same hand, is not to be believed alone."""
-
-    meaning: bool
-    sentence: str
-
-
-def refusals_of(trace: SensorTrace, frame: Frame | None, settings: Settings, limits: Limits) -> Iterator[Refusal]:
-    """Every reason not to use one sensor's recording."""
-    if trace.indexed.recording.rows < FEWEST_ROWS:
-        yield Refusal(False, f"only {trace.indexed.recording.rows} usable rows")
-        return
-    yield from (Refusal(True, sentence) for sentence in _unit_refusals(trace))
-    yield from (Refusal(False, sentence) for sentence in _clock_refusals(trace, settings))
-    if frame is not None:
-        yield from (Refusal(True, sentence) for sentence in _frame_refusals(frame, limits))
-
-
-def _unit_refusals(trace: SensorTrace) -> Iterator[str]:
-    device, dead, reading = trace.indexed.recording.device, dead_axes(trace), static_reading(trace)
-    unit, rate_unit = implied_acceleration_unit(reading, device), angular_rate_unit(trace)
-    if dead:
-        yield f"dead axes: {', '.join(dead)}"
-    if not math.isfinite(reading):
-        yield "no specific force to compare with gravity"
-    elif not agrees_with_gravity(unit, device):
-        says = f"it is gravity in {unit}" if unit != "none" else "it is gravity in no known unit"
-        yield f"static reading {reading:.4g} is not gravity in {device.accelerometer_unit}: {says}"
-    if rate_unit not in ("unclear", declared_rate_unit(device.gyroscope_unit)):
-        yield f"gravity turns with the angular rate read as {rate_unit}, not as {device.gyroscope_unit}"
-
-
-def _clock_refusals(trace: SensorTrace, settings: Settings) -> Iterator[str]:
-    indexed, clock, nominal = trace.indexed, trace.clock, trace.indexed.recording.device.rate_hz
-    if not abs(clock.rate_ppm) < settings.rate_tolerance * 1e6:
-        yield f"rate of {clock.rate_hz:.4g} Hz is not the nominal {nominal:g} Hz"
-    if clock.error > settings.clock_tolerance_s:
-        yield (
-            f"the clock cannot be repaired: the floor of lateness is uneven by {clock.error * 1e3:.2g} ms "
-            + ("(lost samples are not numbered: store a packet counter or the sensor's own stamps)"
-               if indexed.numbered_by == BY_ROWS else f"(was the clock of the {clock.stamp} stamps set?)")
-        )  # fmt: skip
-    share = missing_share(trace)
-    if share > settings.loss_tolerance:
-        yield f"{share:.0%} of the samples are lost"
-
-
-def _frame_refusals(frame: Frame, limits: Limits) -> Iterator[str]:
-    if frame.swing_share < limits.swing_share:
-        yield (
-            f"only {frame.swing_share:.0%} of the motion turns about one axis: not a walk in a plane, or gyroscope "
-            "columns of different scale"
-        )
-    if abs(frame.swing_residual_deg) > limits.swing_residual_deg:
-        yield (
-            f"the swing axis lies {frame.swing_residual_deg:.0f} degrees off level: look for exchanged columns of "
-            "gyroscope or accelerometer"
-        )
-    if frame.mounting_deg > limits.mounting_deg:
-        yield (
-            f"the frame found is {frame.mounting_deg:.0f} degrees from the declared mounting: look at forward_axis, "
-            "up_axis, the signs of the accelerometer and the order of the gyroscope's columns"
-        )
 
 
 def verdict_on(
