@@ -98,7 +98,7 @@ def bars(panel: Axes, ways: np.ndarray) -> None:
 
 def caption(given: Given) -> str:
     said = [
-        f"{name}: the hips differ by {1e3 * split.rms(split.total, POSITION):.2f} mm rms, of which "
+        f"over {name} the hips differ by {1e3 * split.rms(split.total, POSITION):.2f} mm rms, of which "
         f"{1e3 * split.rms(split.part(UNEXPLAINED), POSITION):.3f} mm rms are left"
         for name, split in ((name, budget.split) for name, budget in given.error_budget.known())
     ]
