@@ -4,7 +4,8 @@
 
 The walks are those of the campaign with another seed than the study's; --walks keeps them in a file of this machine
 for the next time. Each run's sensors have their errors so many times as large. A family (tests/imu/wrong_logs.py) does
-one wrong thing to each log. A run is *unsaid* if it is accepted and a quantity is wrong (tests/imu/log_truth.py) that
+one wrong thing to each log. Cells: accepted / accepted with remarks / refused; the last two columns have a count for
+each size of the errors. A run is *unsaid* if it is accepted and a quantity is wrong (tests/imu/log_truth.py) that
 no remark names. The second table is of the clocks alone: the true error of the sample times less their mean, and the
 error that is reported.
 """
@@ -106,12 +107,13 @@ def main() -> None:
     imu = load(ROOT / "params", (), {"imu": ImuParameters}, [ImuParameters])["imu"]
     families = [good, *wrong_logs.WRONG, *wrong_logs.LATER, *wrong_logs.CLOCKS]
     families = [one for one in families if not chosen.family or one.__name__ in chosen.family]
-    print("| family | errors | accepted | with remarks | refused | wrong and accepted | unsaid |\n" + "|---" * 7 + "|")
+    sizes = " | ".join(f"errors x {times:g}" for times in chosen.times)
+    print(f"| family | {sizes} | wrong and accepted | unsaid |\n" + "|---" * (len(chosen.times) + 3) + "|")
     for family in families:
-        for times in chosen.times:
-            count = judged(family, times, parameters, walks, imu)
-            cells = [str(count[one]) for one in (ACCEPTED, WITH_REMARKS, REFUSED, "wrong", "unsaid")]
-            print(f"| {family.__name__.replace('_', ' ')} | {times:g} | {' | '.join(cells)} |", flush=True)
+        counts = [judged(family, times, parameters, walks, imu) for times in chosen.times]
+        cells = [" / ".join(str(count[one]) for one in (ACCEPTED, WITH_REMARKS, REFUSED)) for count in counts]
+        cells += [" / ".join(str(count[one]) for count in counts) for one in ("wrong", "unsaid")]
+        print(f"| {family.__name__.replace('_', ' ')} | {' | '.join(cells)} |", flush=True)
     print("\n| clock | recordings | used | true ms, worst | reported ms, median | true over reported, worst | falsely "
           "confident |\n|---|---|---|---|---|---|---|")  # fmt: skip
     for family in families:
