@@ -40,11 +40,11 @@ coverage: $(TEST)
 	$(BIN)/python -m coverage run --source pipeline,stages -m pytest -q
 	$(BIN)/python -m coverage report --skip-covered --sort cover
 
-# Known vulnerabilities of what is pinned: asks PyPI, and ends with an error if there are any.
+# Known vulnerabilities of what is pinned: asks PyPI, and ends with an error if there are any, or if it cannot be asked.
 audit: | $(BIN)/python
 	$(PYTHON) -m venv .venv-audit
 	.venv-audit/bin/python -m pip --disable-pip-version-check --quiet install --require-hashes -r requirements/audit.txt
-	for file in requirements/*.txt; do .venv-audit/bin/pip-audit --require-hashes --disable-pip -r $$file || exit; done
+	for file in requirements/*.txt; do .venv-audit/bin/pip-audit --strict --require-hashes --disable-pip -r $$file || exit; done
 
 # The quick tests with the lowest versions that pyproject.toml allows, in an environment of their own. The one install
 # without hashes: it takes what the package index has for these bounds, so run it where that may be trusted.

@@ -44,7 +44,7 @@ def examine(study: Study) -> Iterator[Finding]:
     yield free_space(Path.cwd() if study.borrowed else study.results)
     count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     yield Finding("cores", GOOD, f"{count}")
-    yield Finding("linear algebra", GOOD, processor.words())
+    yield Finding("processor", GOOD, processor.words())
 
 
 def wheels() -> Finding:

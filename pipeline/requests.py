@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 _SEAL = "seal: "
 Request = ModuleType
-#: Of one stage: the request, what it decided, and the stage's parameters.
-Decision = tuple[Request, str, Any, Any]
+#: The request, a stage, and what was decided of it.
+Decision = tuple[Request, str, Any]
 
 
 def decisions(study: Study, values: Mapping[str, Any]) -> Iterator[Decision]:
@@ -34,7 +34,7 @@ def decisions(study: Study, values: Mapping[str, Any]) -> Iterator[Decision]:
             if section is not None and stage in request.FILES:
                 decision = request.decide(stage, section)
                 if decision is not None:
-                    yield request, stage, decision, own
+                    yield request, stage, decision
 
 
 def to_verify(study: Study, stages: Iterable[str]) -> list[Decision]:
@@ -61,7 +61,7 @@ def verify(study: Study, chosen: list[Decision], *, told: bool) -> None:
     from pipeline.study import shown
 
     with lock.held(study.results, shown(study.results), "bipedstudy --verify", True, click.echo):
-        for request, stage, decision, _ in chosen:
+        for request, stage, decision in chosen:
             direct = Direct(study, stage)
             found = {"stage": stage, "artefact_key": direct.key, **request.verified(decision, direct.result)}
             place = record_of(study, request, stage)

@@ -56,11 +56,18 @@ def read(path: Path, largest: float = math.inf) -> bytes | None:
 def opened_at_end(path: Path) -> IO[bytes]:
     """The file opened to read it and to write at its end; made if it is missing.
 
-    Raises OSError also for a link, whose target may be anybody's, and for a pipe or device.
+    Raises OSError also for a link, whose target may be anybody's, and for a pipe or device. A file that has a second
+    name elsewhere is copied first, so that what that name stands for stays as it is.
     """
     if path.is_symlink() or (path.exists() and not path.is_file()):
         raise OSError(errno.EINVAL, "a link or no plain file stands there", str(path))
     path.parent.mkdir(parents=True, exist_ok=True)
+    file = open(path, "a+b")  # noqa: SIM115 - the caller closes it
+    if os.fstat(file.fileno()).st_nlink <= 1:
+        return file
+    with file:
+        file.seek(0)
+        write(path, file.read())
     return open(path, "a+b")
 
 

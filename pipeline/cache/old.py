@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipeline.cache.store import Store
+from pipeline.cache.store import QUESTIONS, SWEEPS, Store
 
 #: Earlier results of this size are worth a word [bytes].
 WORTH_A_WORD = 2_000_000_000
@@ -21,9 +21,21 @@ def entries(store: Store) -> list[tuple[Path, str]]:
     return found
 
 
-def size(folder: Path) -> int:
-    """Bytes of all files in a folder; links are not followed."""
-    return sum(path.lstat().st_size for path in folder.rglob("*") if not path.is_dir())
+def journals(store: Store) -> list[tuple[Path, str]]:
+    """Every file in which questions and sweeps keep what they computed, and what to call it; no link is followed."""
+    places = (
+        (store.folder / QUESTIONS, "what a question keeps"),
+        (store.folder.parent / SWEEPS / ".cache", "what sweeps keep"),
+    )
+    return [(path, what) for folder, what in places
+            if not any(each.is_symlink() for each in (folder, folder.parent)) and folder.is_dir()
+            for path in sorted(folder.glob("*.jsonl")) if not path.is_symlink() and path.is_file()]  # fmt: skip
+
+
+def size(place: Path) -> int:
+    """Bytes of a file, or of all files in a folder; links are not followed."""
+    paths = place.rglob("*") if place.is_dir() else (place,)
+    return sum(path.lstat().st_size for path in paths if not path.is_dir())
 
 
 def told(number: int) -> str:

@@ -2,8 +2,9 @@
 
 OpenBLAS has other kernels for each kind of processor, and they round differently: of 95 numerical fields of an analytic
 result 15 differ between its kernels for SkylakeX and Haswell, by rounding errors. So all workers are told to take those
-of one kind, where the processor has what they need. What is left is the mathematical library of the system and NumPy's
-own choice of vector instructions: between machines, results are the same within rounding errors, not bit by bit.
+of one kind, where the processor has what they need. What is left is the mathematical library of the system and the
+choice of vector instructions, by NumPy, by that library and in machine code: between machines, results are the same
+within rounding errors, not bit by bit. `words` says all of this, so that results can tell where bits may differ.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from pathlib import Path
 VARIABLE = "OPENBLAS_CORETYPE"
 _KERNELS = {"x86_64": "Haswell", "AMD64": "Haswell", "aarch64": "ARMV8"}
 _AVX2_ON_WINDOWS = 40
+_SWITCHES = ("NPY_DISABLE_CPU_FEATURES", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES")
+_WIDEST = {"avx512f": "AVX-512", "avx2": "AVX2", "avx": "AVX"}  # by the names in /proc/cpuinfo, the widest first
 
 
 def settings() -> dict[str, str]:
@@ -27,9 +30,12 @@ def settings() -> dict[str, str]:
 
 
 def words() -> str:
-    """Whose kernels are taken, for people: OpenBLAS Haswell."""
+    """What decides last bits here, for people: OpenBLAS Haswell, x86_64 with AVX-512, glibc 2.36, and what was set."""
     kernels = settings().get(VARIABLE)
-    return f"OpenBLAS {kernels}" if kernels else "OpenBLAS as the processor has it, if it is used at all"
+    switched = [f"{name}={os.environ[name]}" for name in _SWITCHES if os.environ.get(name)]
+    library = " ".join(platform.libc_ver())
+    parts = [f"OpenBLAS {kernels or 'as the processor has it'}", _instructions(), library, *switched]
+    return ", ".join(part for part in parts if part)
 
 
 @lru_cache(maxsize=1)
@@ -45,9 +51,21 @@ def _has_avx2() -> bool:
             import ctypes
 
             return bool(ctypes.windll.kernel32.IsProcessorFeaturePresent(_AVX2_ON_WINDOWS))
-        flags = next((line for line in _described() if line.startswith("flags")), "").split()
-        return "avx2" in flags and "fma" in flags
+        return {"avx2", "fma"} <= _flags()
     return False
+
+
+def _instructions() -> str:
+    """Kind of processor, with the widest vector instructions where the system tells them."""
+    found = set[str]()
+    with contextlib.suppress(OSError):
+        found = _flags()
+    widest = next((name for flag, name in _WIDEST.items() if flag in found), "")
+    return f"{platform.machine()} with {widest}" if widest else platform.machine()
+
+
+def _flags() -> set[str]:
+    return set(next((line for line in _described() if line.startswith("flags")), "").split())
 
 
 def _described() -> list[str]:

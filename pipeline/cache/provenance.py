@@ -1,4 +1,4 @@
-"""What an artefact says of its own making: nothing of time, folder or machine, but whose linear algebra was taken."""
+"""What an artefact says of its own making: nothing of time, or folder, but what of the processor decides last bits."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from pipeline.cache import fingerprint, processor
+from pipeline.cache.distributions import versions
 from pipeline.cache.fingerprint import Ingredients, compact
 
 
@@ -18,10 +19,17 @@ def attributes(parts: Ingredients, requests: Iterable[Any] = ()) -> dict[str, st
         "parameters": parameter_text(parts["parameters"]),
         **{request.NAME: said for request in requests if (said := _asked(parts, request))},
         "versions": _lines(parts["versions"]),
-        "linear algebra": processor.words(),
+        "processor": processor.words(),
         "inputs": _lines(parts["inputs"]),
         "code": json.dumps(parts["code"], indent=1, sort_keys=True),
     }
+
+
+def made_as_here(about: Mapping[str, str]) -> bool:
+    """Whether an artefact, by what it says of its making, would be made here with the same last bits."""
+    named = [line.partition(" ")[0] for line in about.get("versions", "").splitlines()]
+    same = about.get("versions") == _lines(versions(name for name in named if name != "python"))
+    return same and about.get("processor") == processor.words()
 
 
 def _asked(parts: Ingredients, request: Any) -> str:

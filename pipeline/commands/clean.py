@@ -1,7 +1,9 @@
-"""`bipedstudy clean`: earlier results and old machine code, with their sizes."""
+"""`bipedstudy clean`: earlier results, old machine code, and if asked for what questions and sweeps keep."""
 
 from __future__ import annotations
 
+import contextlib
+import functools
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,6 +11,7 @@ from pathlib import Path
 import click
 
 from pipeline.cache import lock, old
+from pipeline.cache.store import SWEEPS
 from pipeline.commands import options
 from pipeline.study import Study, shown
 
@@ -16,21 +19,27 @@ from pipeline.study import Study, shown
 @click.command("clean")
 @options.own_study
 @click.option("--dry-run", is_flag=True, help="Say what would be removed; remove nothing.")
+@click.option("--journals", is_flag=True, help="Also what questions and sweeps keep: asked again, they compute anew.")
 @click.option("--wait", is_flag=True, help="Wait for another run in the same results folder.")
 @options.as_json
-def command(study: Study, dry_run: bool, wait: bool, as_json: bool) -> None:
+def command(study: Study, dry_run: bool, journals: bool, wait: bool, as_json: bool) -> None:
     """Remove earlier results from the cache, and machine code of earlier sources; the current results stay.
 
-    After this an undone edit is computed again. What questions and sweeps keep stays as well.
+    After this an undone edit is computed again. What questions and sweeps keep stays, unless --journals is given.
     """
-    name = shown(study.results)
-    with lock.held(study.results, name, "bipedstudy clean", wait, lambda said: click.echo(said, err=True)):
+    with contextlib.ExitStack() as locks:
+        for folder in (study.results, *([study.results / SWEEPS] if (study.results / SWEEPS).is_dir() else [])):
+            said = functools.partial(click.echo, err=True)
+            locks.enter_context(lock.held(folder, shown(folder), "bipedstudy clean", wait, said))
         if not dry_run:
             study.store.sweep()
-        found = [(folder, what, old.size(folder)) for folder, what in _old(study)]
+        kept = old.journals(study.store) if journals else ()
+        found = [(folder, what, old.size(folder)) for folder, what in (*_old(study), *kept)]
         for folder, what, size in found:
-            if not dry_run:
+            if not dry_run and folder.is_dir():
                 shutil.rmtree(folder, ignore_errors=True)
+            elif not dry_run:
+                folder.unlink(missing_ok=True)
             if not as_json:
                 click.echo(f"{old.told(size):>9}  {what}: {shown(folder)}")
     if as_json:
@@ -38,7 +47,7 @@ def command(study: Study, dry_run: bool, wait: bool, as_json: bool) -> None:
             {"folder": shown(folder), "what": what, "bytes": size} for folder, what, size in found]})  # fmt: skip
         return
     total = old.told(sum(size for _, _, size in found))
-    click.echo(f"{total:>9}  in {len(found)} folders {'would be removed' if dry_run else 'removed'}")
+    click.echo(f"{total:>9}  in {len(found)} places {'would be removed' if dry_run else 'removed'}")
 
 
 def _old(study: Study) -> Iterator[tuple[Path, str]]:

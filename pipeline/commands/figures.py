@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import tempfile
 from pathlib import Path
 
 import click
 
+from pipeline.cache import processor, provenance, regular
 from pipeline.commands import options
 from pipeline.errors import FAILED, StudyError
 from pipeline.report.pictures import TOLERANCE, compare
@@ -32,20 +34,20 @@ from pipeline.study import Study, shown
 @click.option(
     "--tolerance",
     type=click.FloatRange(min=0),
-    default=TOLERANCE,
-    show_default=True,
-    help="Largest rms difference of pixels, in grey levels of 255.",
+    help=f"Largest rms difference of pixels, in grey levels of 255 (default: {TOLERANCE:g}, or none at all for figures "
+    "made by such a processor and by such versions as there are here).",
 )
-@click.option("--exact", is_flag=True, help="Any other byte is a difference, also in PDF: for results of this machine.")
+@click.option("--exact", is_flag=True, help="Any other byte is a difference, also in PDF.")
 def command(
-    study: Study, names: tuple[str, ...], into: Path | None, check: bool, against: Path | None, tolerance: float,
-    exact: bool,
+    study: Study, names: tuple[str, ...], into: Path | None, check: bool, against: Path | None,
+    tolerance: float | None, exact: bool,
 ) -> None:  # fmt: skip
     """Draw the figures that are named, in seconds and from the artefacts alone; the beginning of a name is enough.
 
     Without names list all figures, or with --check draw them anew and compare. Differences are drawn into
     results/differences.
     """
+    os.environ.update(processor.settings())  # before NumPy is loaded: draw by what stage figures drew by
     from pipeline.report.drawing import FIGURES, draw
 
     if names:
@@ -62,14 +64,40 @@ def command(
         for name in present:
             click.echo(shown(expected / name))
         return
+    how, exact = _strictness(study, exact, tolerance, against)
     with tempfile.TemporaryDirectory(prefix="bipedstudy-") as folder:
         for _ in draw(study, [""], Path(folder)):
             pass
-        found = compare(expected, Path(folder), study.results / "differences", tolerance)
+        found = compare(
+            expected, Path(folder), study.results / "differences", TOLERANCE if tolerance is None else tolerance
+        )
     for difference in found:
         place = f"; see {shown(difference.picture)}" if difference.picture else ""
         click.echo(f"{difference.name} {difference.what}{place}")
     failed = [difference for difference in found if difference.fails or exact]
-    click.echo(f"{len(present)} files, {len(found)} differ, {len(failed)} of them beyond what is allowed")
+    click.echo(f"{len(present)} files, {len(found)} differ, {len(failed)} of them beyond what is allowed: {how}")
     if failed:
         sys.exit(FAILED)
+
+
+def _strictness(study: Study, exact: bool, tolerance: float | None, against: Path | None) -> tuple[str, bool]:
+    """How figures are compared, in words, and whether byte by byte: as they were made here, or as it was asked for."""
+    if exact:
+        return "byte by byte, as asked for", True
+    if tolerance is not None:
+        return f"{tolerance:g} of 255 rms, as asked for", False
+    allowed = f"{TOLERANCE:g} of 255 rms"
+    if against is not None:
+        return f"{allowed}, as nothing tells what processor made those in {shown(against)}", False
+    from pipeline.cache import artefact
+    from pipeline.report.drawing import FIGURES
+
+    stage = next(stage for stage in study.graph.stages.values() if FIGURES in stage.outs)
+    place = study.store.place(stage.artefact)
+    if not place.exists():
+        return f"{allowed}, as {shown(place)} is not there to tell what made them", False
+    about = artefact.provenance(regular.content(place, shown(place)), shown(place))
+    if provenance.made_as_here(about):
+        return "byte by byte, as they were made by such a processor and such versions as there are here", True
+    made, here = about.get("processor", "an unknown processor"), processor.words()
+    return f"{allowed}, as they were made by {made if made != here else 'other versions'}, and here is {here}", False

@@ -25,9 +25,11 @@ if TYPE_CHECKING:
 def command(study: Study, artefact: str, as_json: bool) -> None:
     """Print the fields of ARTEFACT, a stage's name or a file, with units, shapes and values, and its tables."""
     from pipeline.cache import artefact as artefacts
+    from pipeline.cache import links
 
     path = _path(study, artefact)
     content = regular.content(path, shown(path))
+    links.check(content, shown(path))
     fields = artefacts.tree(content, shown(path))
     about = artefacts.provenance(content, shown(path))
     if as_json:

@@ -1,16 +1,24 @@
-"""What a worker process is asked for: a chain of stages at one point after another. A run is one stage at one point."""
+"""What a worker process is asked for: a chain of stages at one point after another. A run is one stage at one point.
+
+It is told in JSON: names of stages, values and digests. No object of this program is pickled, so that whoever receives
+a job runs no code that came with it.
+"""
 
 from __future__ import annotations
 
 import base64
+import dataclasses
+import json
 import math
-import pickle
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from pipeline.cache import durable
 from pipeline.cache.provenance import attributes
 from pipeline.graph import Stage
+from pipeline.home import engine
+from pipeline.parameters import loading
 
 if TYPE_CHECKING:
     from pipeline.cache.fingerprint import Ingredients
@@ -18,10 +26,10 @@ if TYPE_CHECKING:
 
 #: A file and the SHA-256 it must have.
 File = tuple[str, str]
-#: Of each stage its parameters, and the files that they name, by key.
-Point = Mapping[str, tuple[Any, Mapping[str, File]]]
-#: A point's number and the point as text.
-Task = tuple[int, str]
+#: Of each stage its parameters, file -> key -> plain value, and the files that they name, by key.
+Point = Mapping[str, tuple[Mapping[str, Mapping[str, Any]], Mapping[str, File]]]
+#: A point's number and the point.
+Task = tuple[int, Point]
 
 
 @dataclass(frozen=True)
@@ -29,8 +37,8 @@ class Job:
     """All a worker needs to compute points, on this machine or, where `files` is empty, on another.
 
     `files` are results as they lie here, `contents` results that are carried along, both by their paths in the study.
-    `code` (file -> meaning) is what the results' keys were made from. With `provenance` the last stage's files are
-    written into the worker's folder; without it, its numbers are told.
+    `code` (file -> meaning) is what the results' keys were made from, `engine` what this program itself is made of.
+    With `provenance` the last stage's files are written into the worker's folder; without it, its numbers are told.
     """
 
     package: str
@@ -42,9 +50,23 @@ class Job:
     provenance: Mapping[str, str] | None = None
     contents: Mapping[str, bytes] = field(default_factory=dict)
     versions: Mapping[str, str] = field(default_factory=dict)
-    writer: str = ""
+    engine: Mapping[str, str] = field(default_factory=dict)
     time_limit_s: float = math.inf
     start_limit_s: float = 0.0
+
+    def text(self) -> str:
+        """The job as one line of JSON."""
+        contents = {path: base64.b64encode(content).decode() for path, content in self.contents.items()}
+        return json.dumps({**dataclasses.asdict(self), "contents": contents})
+
+    @classmethod
+    def of(cls, text: str) -> Job:
+        """The job of a line that `text` gave."""
+        plain = json.loads(text)
+        plain["stages"] = tuple(_stage(each) for each in plain["stages"])
+        plain["files"] = {path: (place, sha256) for path, (place, sha256) in plain["files"].items()}
+        plain["contents"] = {path: base64.b64decode(content) for path, content in plain["contents"].items()}
+        return cls(**plain)
 
 
 def job_of(study: Study, parts: Ingredients, files: Mapping[str, File]) -> Job:
@@ -56,17 +78,21 @@ def job_of(study: Study, parts: Ingredients, files: Mapping[str, File]) -> Job:
 
 def task_of(study: Study, values: Mapping[str, Any], index: int = 0) -> Task:
     """The task to compute the stages in `values` (name -> parameters) as point number `index`."""
-    return index, packed({name: (each, study.named_files(each)) for name, each in values.items()})
+    return index, {name: (loading.as_plain(each), study.named_files(each)) for name, each in values.items()}
 
 
-def packed(value: Any) -> str:
-    """A value as one line of text for another process of this program."""
-    return base64.b64encode(pickle.dumps(value)).decode()
+def engine_code() -> dict[str, str]:
+    """What this program is made of: file -> digest, whatever ends its lines."""
+    home = engine()
+    files = (path for path in sorted((home / "pipeline").rglob("*.py")) if "face" not in path.relative_to(home).parts)
+    return {path.relative_to(home).as_posix(): durable.digest(path.read_bytes().replace(b"\r\n", b"\n"))[:16]
+            for path in files}  # fmt: skip
 
 
-def unpacked(text: str | bytes) -> Any:
-    """The value of a line that `packed` made."""
-    return pickle.loads(base64.b64decode(text))
+def _stage(plain: Mapping[str, Any]) -> Stage:
+    parameters = {file: None if keys is None else tuple(keys) for file, keys in plain["parameters"].items()}
+    code, inputs, outs = (tuple(plain[name]) for name in ("code", "inputs", "outs"))
+    return Stage(plain["name"], code, inputs, parameters, outs)
 
 
 def beneath(name: str, paths: Iterable[str]) -> list[str]:

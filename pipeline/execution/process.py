@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.cache import processor
-from pipeline.execution.job import Job, Task, packed
+from pipeline.execution.job import Job, Task
 from pipeline.home import engine
 
 Message = dict[str, Any]
@@ -52,7 +52,7 @@ class Worker:
                 start_new_session=os.name == "posix",
             )
         threading.Thread(target=self._listen, args=(tell,), daemon=True).start()
-        self._send(packed((job, str(folder))))
+        self._send(json.dumps([str(folder), job.text()]))
 
     def compute(self, tasks: Sequence[Task]) -> None:
         """Hand over points."""

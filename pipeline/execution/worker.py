@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import pickle
 import queue
 import sys
 import threading
@@ -20,15 +19,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pipeline.cache import artefact, durable, fingerprint
+from pipeline.cache import artefact, durable
 from pipeline.cache.distributions import versions
 from pipeline.errors import StudyError, is_answer
 from pipeline.execution.columns import columns
 from pipeline.execution.inputs import check_unchanged, given
-from pipeline.execution.job import File, Job, Point, beneath, unpacked
+from pipeline.execution.job import File, Job, Point, beneath, engine_code
 from pipeline.execution.observed_import import ObservedSources
 from pipeline.execution.process import continue_when_parent_ends, end_group
 from pipeline.graph import Stage, is_inside
+from pipeline.parameters import loading
 from pipeline.stage_modules import home_of, importable, stage_module
 
 _REPORT_EVERY_S = 0.1
@@ -71,13 +71,14 @@ def main() -> None:
     threading.Thread(target=_listen, args=(lines,), daemon=True).start()
     package = ""
     try:
-        job, folder = unpacked(lines.get())
+        folder, text = json.loads(lines.get())
+        job = Job.of(text)
         package = job.package
         computing = Computing(job, Path(folder), messages)
         while True:
-            for index, text in json.loads(lines.get()):
+            for index, point in json.loads(lines.get()):
                 messages.send(began=index)
-                messages.send(index=index, **computing.answer(unpacked(text)))
+                messages.send(index=index, **computing.answer(point))
     except BaseException as error:
         messages.send(failed=failure(error, package))
     os._exit(1)  # no library's exit handler may come between
@@ -115,7 +116,7 @@ class Computing:
         *above, stage = self.job.stages
         files, token = dict(self.files), ""
         for each in above:
-            token = durable.digest(token.encode() + pickle.dumps(point[each.name]))
+            token = durable.digest(token.encode() + json.dumps(point[each.name]).encode())
             if self.kept.get(each.name, ("", {}))[0] != token:
                 made = _files(each, self._result(each, point, files), {})
                 for file, _ in self.kept.pop(each.name, ("", {}))[1].values():
@@ -127,7 +128,8 @@ class Computing:
 
     def _result(self, stage: Stage, point: Point, files: dict[str, File]) -> Any:
         module = stage_module(self.job.package, stage.name, "run")
-        parameters, named = point[stage.name]
+        plain, named = point[stage.name]
+        parameters = loading.from_plain(stage_module(self.job.package, stage.name, "parameters").Parameters, plain)
         inputs, open_files = given(self.job.package, stage, parameters, named, files)
         result = module.run(parameters, inputs, self.messages.progress)
         check_unchanged(open_files)
@@ -160,9 +162,10 @@ class Computing:
             if here.get(name) != version:
                 raise Unfit(f"this machine has {name} {here.get(name)} instead of {version}; "
                             "all machines of a sweep need the same versions")  # fmt: skip
-        writer = self.observed.sources.memo.meaning(fingerprint.WRITER.read_bytes()).tree
-        if self.job.writer not in ("", writer):
-            raise Unfit("pipeline/cache/artefact.py differs from the one the sweep was started with")
+        own = engine_code() if self.job.engine else {}
+        for name in sorted(own.keys() | self.job.engine.keys()):
+            if own.get(name) != self.job.engine.get(name):
+                raise Unfit(f"{name} differs from what the sweep was started with")
 
     def _check_code(self) -> None:
         """The code that ran must be the code the results' keys were made from."""

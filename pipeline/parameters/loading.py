@@ -6,15 +6,16 @@ may share a file. A key is known if a class of any stage declares it.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from pipeline.errors import StudyError, nearest
-from pipeline.parameters import yaml_text
+from pipeline.parameters import uncertainty, yaml_text
 from pipeline.parameters.overrides import Override, applied, node_of, parsed
-from pipeline.parameters.value import Refused, allowed, broken_rules, declared, shown, value_of, with_unit
+from pipeline.parameters.value import Refused, allowed, broken_rules, checked, declared, shown, value_of, with_unit
 from pipeline.parameters.yaml_text import Node
 
 
@@ -42,8 +43,28 @@ def as_plain(parameters: Any) -> dict[str, dict[str, Any]]:
     for field in dataclasses.fields(parameters):
         section = getattr(parameters, field.name)
         values = {name: plain_value(getattr(section, name)) for name in declared(section.__class__)}
+        for name in uncertainty.derived(section.__class__):
+            values |= {f"{key} half-width": width for key, width in getattr(section, name).items()}
         plain.setdefault(section.FILE, {}).update(values)
     return plain
+
+
+def from_plain(cls: type, plain: Mapping[str, Mapping[str, Any]]) -> Any:
+    """The parameters of class `cls` that `as_plain` made `plain` of, also by way of JSON, to the last bit.
+
+    Raises `StudyError` for a value that the class does not take; rules between values are not looked at again.
+    """
+    return cls(**{name: _section(kind, plain[kind.FILE]) for name, (_, kind) in declared(cls).items()})
+
+
+def _section(cls: type, plain: Mapping[str, Any]) -> Any:
+    values = {}
+    for key, (field, kind) in declared(cls).items():
+        try:
+            values[key] = checked(Node.of(plain[key]), field, kind)
+        except Refused as refused:
+            raise StudyError(refused.of(key)) from None
+    return cls(**values)
 
 
 def files(parameters: Any) -> dict[str, tuple[str, str]]:
@@ -151,10 +172,21 @@ class _Loading:
                 self._problem(file, refused.line, refused.of(name), name)
         if not complete:
             return None
+        values |= dict.fromkeys(uncertainty.derived(cls), self._half_widths(entries))
         instance = self._decided(cls(**values), file, entries)
         for broken in broken_rules(instance) if instance is not None else ():
             self._broken(file, broken, instance, entries)
         return instance
+
+    def _half_widths(self, entries: Mapping[str, Node]) -> dict[str, float]:
+        """Half-widths of a file's values, by key, of those that are not exact; what is refused is so with its value."""
+        found = {}
+        for key, entry in entries.items():
+            with contextlib.suppress(ValueError):
+                width = uncertainty.half_width(entry.plain()) if isinstance(entry.value, dict) else None
+                if width is not None:
+                    found[key] = width
+        return found
 
     def _decided(self, instance: Any, file: str, entries: dict[str, Node]) -> Any:
         """The instance with the settings that requests decide, or None if what is asked cannot be had."""

@@ -29,7 +29,8 @@ def rewritten(folder: Path, values: Mapping[str, Any], settings: Sequence[str], 
             raise StudyError(f"{name}: an entry of a table cannot be written; change it in its file instead")
         described = entry.plain() if entry is not None else None
         unit = {"unit": described["unit"]} if isinstance(described, dict) and "unit" in described else {}
-        parts = {"value": value, **unit, "source": source}
+        whole = isinstance(value, dict) and "value" in value  # an entry of its own, with an uncertainty
+        parts = {**(value if whole else {"value": value}), **unit, "source": source}
         line = f"{key}: {{{', '.join(f'{part}: {json.dumps(said)}' for part, said in parts.items())}}}\n"
         # an entry goes on over lines that are indented or close it
         stands = re.search(rf"^{re.escape(key)}\s*:.*\n?(?:[ \t}}\]-].*\n?)*", files[file], re.MULTILINE)

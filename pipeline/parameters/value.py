@@ -1,7 +1,8 @@
 """One parameter: from what stands in the YAML file to a checked Python value.
 
 A parameter is declared by a dataclass field whose metadata carries unit, bound and choices. In the file it is
-`key: {value: 0.3, unit: kg, source: "..."}`, or `key: 0.3`; a table is `key: {source: "...", rows: [{...}, ...]}`.
+`key: {value: 0.3, unit: kg, source: "..."}`, or `key: 0.3`; a table is `key: {source: "...", rows: [{...}, ...]}`. A
+number may say how far it may be off, see `uncertainty`.
 """
 
 from __future__ import annotations
@@ -14,9 +15,10 @@ from functools import cache
 from typing import Any
 
 from pipeline.errors import nearest
+from pipeline.parameters import uncertainty
 from pipeline.parameters.yaml_text import Node
 
-_ENTRY_KEYS = ("value", "rows", "unit", "source")
+_ENTRY_KEYS = ("value", "rows", "unit", "source", *uncertainty.PARTS)
 
 
 class Refused(Exception):
@@ -33,9 +35,10 @@ class Refused(Exception):
 
 @cache
 def declared(cls: type) -> dict[str, tuple[dataclasses.Field[Any], Any]]:
-    """Name -> (field, type) of a parameter dataclass."""
+    """Name -> (field, type) of a parameter dataclass; without what follows from parameters (`uncertainty.derived`)."""
     hints = typing.get_type_hints(cls)
-    return {field.name: (field, hints[field.name]) for field in dataclasses.fields(cls)}
+    fields = (field for field in dataclasses.fields(cls) if field.name not in uncertainty.derived(cls))
+    return {field.name: (field, hints[field.name]) for field in fields}
 
 
 def value_of(entry: Node, field: dataclasses.Field[Any], kind: Any) -> Any:
@@ -109,11 +112,15 @@ def _unwrapped(entry: Node, field: dataclasses.Field[Any], kind: Any) -> Node:
     parts: dict[str, Node] = entry.value
     for key, node in parts.items():
         if key not in _ENTRY_KEYS:
-            raise Refused(f'has a part "{key}" that means nothing here (only value, unit, source, rows)'
+            raise Refused(f'has a part "{key}" that means nothing here (only {", ".join(_ENTRY_KEYS)})'
                           f"{nearest(key, _ENTRY_KEYS)}", node.line)  # fmt: skip
     unit = parts.get("unit")
     if unit is not None and str(unit.value) != field.metadata["unit"]:
         raise Refused(f'has the unit "{unit.value}"; it must be given in "{field.metadata["unit"]}"', unit.line)
+    try:
+        uncertainty.half_width(entry.plain())
+    except ValueError as reason:
+        raise Refused(str(reason), entry.line) from None
     values = [parts[key] for key in ("value", "rows") if key in parts]
     if len(values) != 1:
         raise Refused("has no value; write it as {value: ..., unit: ..., source: ...}", entry.line)

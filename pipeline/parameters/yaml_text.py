@@ -22,6 +22,7 @@ _SPECIAL = re.compile(r"([-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN))$")
 _WORDS = {"null": None, "Null": None, "NULL": None, "~": None, "": None}
 #: Most values of a document: through aliases a short text can mean more than any memory holds.
 _MOST_VALUES = 200_000
+_DEEPEST = 1000
 _BOOLEANS = {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
 
 
@@ -31,6 +32,15 @@ class Node:
 
     value: Any
     line: int
+
+    @classmethod
+    def of(cls, plain: Any) -> Node:
+        """A plain value as if it had been read; it stands on no line."""
+        if isinstance(plain, (list, tuple)):
+            return cls([cls.of(item) for item in plain], 0)
+        if isinstance(plain, dict):
+            return cls({key: cls.of(item) for key, item in plain.items()}, 0)
+        return cls(plain, 0)
 
     def plain(self) -> Any:
         """The value without its line numbers."""
@@ -49,6 +59,7 @@ def parse(text: str, where: str, *, with_lines: bool = True) -> Node:
     """
     problems: list[str] = []
     try:
+        _check_depth(text)
         if "!" in text:
             problems += _tags(text, where, with_lines)
         root = yaml.compose(text, Loader=_Loader)
@@ -61,7 +72,7 @@ def parse(text: str, where: str, *, with_lines: bool = True) -> Node:
         raise StudyError(f"{where}{line}: not valid YAML: {reason}") from None
     except yaml.YAMLError as error:
         raise StudyError(f"{where}: not valid YAML: {str(error).splitlines()[0]}") from None
-    except RecursionError:
+    except (RecursionError, _TooDeep):
         raise StudyError(f"{where}: not valid YAML: nested too deeply, or an alias inside itself") from None
     if problems:
         raise StudyError(problems)
@@ -78,6 +89,21 @@ def read(path: Any, where: str) -> Node:
     except OSError as error:
         raise StudyError(f"{where}: cannot be read: {error.strerror}") from None
     return parse(text, where)
+
+
+class _TooDeep(Exception):
+    """The text is nested deeper than the C library can compose without running out of stack."""
+
+
+def _check_depth(text: str) -> None:
+    """Raises `_TooDeep`; a text with few brackets, dashes and question marks cannot be."""
+    if sum(text.count(sign) for sign in "[{-?") <= _DEEPEST:
+        return
+    depth = 0
+    for event in yaml.parse(text, Loader=_Loader):
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if depth > _DEEPEST:
+            raise _TooDeep
 
 
 def scalar(text: str) -> Any:

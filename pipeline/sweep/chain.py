@@ -12,8 +12,8 @@ from typing import Any
 
 from pipeline.cache import durable, fingerprint
 from pipeline.errors import StudyError
-from pipeline.execution.job import Job, beneath
-from pipeline.parameters import loading
+from pipeline.execution.job import Job, beneath, engine_code
+from pipeline.parameters import loading, uncertainty
 from pipeline.parameters.overrides import Override, applied, parsed
 from pipeline.parameters.value import Refused, broken_rules, checked, declared, shown, with_unit
 from pipeline.parameters.yaml_text import Node
@@ -62,17 +62,16 @@ class Chain:
 
         The code is read here, once: what the workers really import is held against it.
         """
-        study, code, versions, writer = self.study, {}, {}, ""
+        study, code, versions = self.study, {}, {}
         stages = tuple(study.graph.stages[name] for name in self.touched)
         for stage in stages:
             inputs = {path: contents[path] for name in stage.inputs for path in beneath(name, contents)}
             parts = self.ground[stage.name] = fingerprint.ingredients(stage, study.sources, {}, inputs)
             code.update(parts["code"])
             versions.update(parts["versions"])
-            writer = parts["writer"]
         study.sources.memo.save()
         return Job(study.package, str(study.code_root), str(study.root), stages, code, contents=fixed,
-                   versions=versions, writer=writer, time_limit_s=self.spec.time_limit_s,
+                   versions=versions, engine=engine_code(), time_limit_s=self.spec.time_limit_s,
                    start_limit_s=self.spec.start_limit_s)  # fmt: skip
 
     def fixed(self) -> dict[str, Any]:
@@ -132,13 +131,15 @@ class Chain:
         changed = {}
         for field, section in vars(values).items():
             new: dict[str, Any] = {}
+            keys = {self._overrides[name].key for name in point if self._overrides[name].file == section.FILE}
+            exact = uncertainty.without(section, keys)
             for name, value in point.items():
                 override = self._overrides[name]
                 if override.file == section.FILE and override.key in declared(section.__class__):
                     whole = dataclasses.replace(section, **new) if new else section
                     new[override.key] = self._value(whole, name, value)
-            if new:
-                changed[field] = dataclasses.replace(section, **new)
+            if new or exact != section:
+                changed[field] = dataclasses.replace(exact, **new)
                 _keep_rules(changed[field])
         if not changed:
             return values
@@ -148,11 +149,11 @@ class Chain:
 
     def _value(self, section: Any, name: str, value: Any) -> Any:
         """The checked value of a section's parameter with this override, which may reach into a table."""
-        override = dataclasses.replace(self._overrides[name], value=_node(value))
+        override = dataclasses.replace(self._overrides[name], value=Node.of(value))
         if override.key not in declared(section.__class__):
             return None
         field, kind = declared(section.__class__)[override.key]
-        entry = _node(loading.plain_value(getattr(section, override.key)))
+        entry = Node.of(loading.plain_value(getattr(section, override.key)))
         try:
             return checked(applied(override, entry), field, kind)
         except Refused as refused:
@@ -167,11 +168,3 @@ def _keep_rules(instance: Any) -> None:
             field = declared(instance.__class__)[key][0]
             value = f" = {with_unit(shown(loading.plain_value(getattr(instance, key))), field)}"
         raise StudyError(f"{key}{value} is not allowed; allowed: {broken.allowed}")
-
-
-def _node(value: Any) -> Node:
-    if isinstance(value, (list, tuple)):
-        return Node([_node(item) for item in value], 0)
-    if isinstance(value, dict):
-        return Node({key: _node(item) for key, item in value.items()}, 0)
-    return Node(value, 0)

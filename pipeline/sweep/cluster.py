@@ -1,46 +1,77 @@
 """The points of a sweep on a dask cluster: dask carries chunks of points, a bench beside each of its threads computes.
 
 The benches are worker processes of their own, so a point that hangs or crashes costs that process and not dask's; a
-dask worker that dies costs its chunks, which dask gives to another.
+dask worker that dies costs its chunks, which dask gives to another. What dask carries are texts in JSON and the name
+of the function `work`, none of this program's objects.
 """
 
 from __future__ import annotations
 
 import contextlib
+import json
+import logging
+import platform
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
+from urllib.parse import urlsplit
 
-from pipeline.errors import StudyError
+from pipeline.errors import StageFailed, StudyError
 from pipeline.execution.job import Job, Task
 from pipeline.sweep.bench import Bench
 from pipeline.sweep.chunks import Chunks
 from pipeline.sweep.row import CRASH, Row
 
 _AHEAD = 3  # chunks for each thread that dask holds, so that none waits for the next
-_PLUGIN = "bipedstudy-sweep"
 _CONNECT_S = 15
 _ATTEMPTS = 3
+_IDLE_S = 60.0  # after which a bench that nobody asks any more ends: its client may have been killed
+_SAME = "every machine of a cluster needs this program, in the same version"
+_OWN_HOSTS = ("127.0.0.1", "::1", "localhost")
 
-_here = threading.local()
-_benches: dict[str, list[Bench]] = {}
-_jobs: dict[str, Job] = {}
+_benches: dict[str, set[Bench]] = {}
+_resting: dict[tuple[str, int], tuple[Bench, threading.Timer]] = {}  # of a job and a thread
 
 
-def connected(address: str) -> Any:
-    """A client of the scheduler at `address`. Raises `StudyError` if dask is not installed or nobody answers."""
+def connected(address: str, certificates: Mapping[str, str]) -> Any:
+    """A client of the scheduler at `address`.
+
+    `certificates` are dask's `tls_ca_file`, `tls_client_cert` and `tls_client_key`; what is not among them is taken
+    from dask's own configuration (`distributed.comm.tls`). Raises `StudyError` if dask is not installed, the
+    certificates cannot be used, or nobody answers.
+    """
     try:
         from distributed import Client
+        from distributed.security import Security
     except ImportError:
         raise StudyError("--cluster needs the extra cluster: pip install 'bipedstudy[cluster]'") from None
+    for name in ("distributed", "distributed.client"):  # it logs a traceback for a connection that was lost
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    encrypted = urlsplit(address).scheme == "tls"
+    if certificates and not encrypted:
+        raise StudyError(f"--cluster {address}: certificates are for an address that begins with tls://")
     try:
-        client = Client(address, timeout=_CONNECT_S)
-    except (OSError, TimeoutError, ValueError) as error:
-        raise StudyError(f"--cluster {address}: no dask scheduler answers there ({error})") from None
+        security = Security(**certificates, **({"require_encryption": True} if encrypted else {}))
+        usable = security.get_connection_args("client")["ssl_context"] is not None
+    except (OSError, ValueError) as error:
+        raise StudyError(f"--cluster {address}: the certificates cannot be used: {error}") from None
+    if encrypted and not usable:
+        raise StudyError(f"--cluster {address}: needs certificates: --tls-ca-file, --tls-cert and --tls-key, or dask's "
+                         "configuration distributed.comm.tls")  # fmt: skip
+    try:
+        client = Client(address, timeout=_CONNECT_S, security=security)
+    except (OSError, TimeoutError, ValueError, TypeError, RuntimeError) as error:
+        raise StudyError(f"--cluster {address}: no dask scheduler answers there ({_first_line(error)})") from None
     if not client.scheduler_info(n_workers=-1)["workers"]:
         client.close()
         raise StudyError(f"--cluster {address}: the scheduler has no workers")
     return client
+
+
+def is_open(address: str) -> bool:
+    """Whether what goes to `address` leaves this machine unencrypted."""
+    parts = urlsplit(address if "://" in address else f"tcp://{address}")
+    return parts.scheme not in ("tls", "inproc") and parts.hostname not in _OWN_HOSTS
 
 
 def threads(client: Any) -> int:
@@ -49,18 +80,23 @@ def threads(client: Any) -> int:
 
 
 def compute(client: Any, job: Job, chunks: Chunks, name: str) -> Iterator[tuple[int, Row]]:
-    """Yield the row of each point of `chunks`, as their chunks come back. `name` tells this job from others."""
+    """Yield the row of each point of `chunks`, as their chunks come back. `name` tells this job from others.
+
+    Raises `StageFailed` if a worker refuses the job, or the scheduler is lost.
+    """
     from distributed import as_completed
     from distributed.scheduler import KilledWorker
 
-    plugin = f"{_PLUGIN}-{name}"
-    client.register_plugin(_plugin(name, job), name=plugin)
+    carried: Any = None  # the job, which goes to each worker once and not with each chunk
     sent: dict[Any, list[Task]] = {}
     attempts: dict[int, int] = {}
     done = as_completed(with_results=False, raise_errors=False)
 
     def send(tasks: list[Task]) -> None:
-        future = client.submit(work, name, tasks, pure=False)
+        nonlocal carried
+        if carried is None or carried.status == "error":  # every worker that had it was lost
+            carried = client.submit(str, job.text(), pure=False)
+        future = client.submit(work, name, carried, json.dumps(tasks), pure=False)
         sent[future] = tasks
         done.add(future)
 
@@ -71,20 +107,38 @@ def compute(client: Any, job: Job, chunks: Chunks, name: str) -> Iterator[tuple[
         while sent:
             future = next(done)
             tasks = sent.pop(future)
-            if future.status == "finished":
-                rows = future.result()
-                chunks.took(len(rows), sum(row.seconds for _, row in rows))
-                yield from rows
-            elif isinstance(future.exception(), KilledWorker) or future.cancelled():
+            if isinstance(_error(future), KilledWorker):
                 yield from _again(tasks, attempts, send)
             else:
-                raise future.exception()
+                rows = _rows(future)
+                chunks.took(len(rows), sum(row.seconds for _, row in rows))
+                yield from rows
             if more := chunks.take():
                 send(more)
     finally:
         with contextlib.suppress(Exception):
-            client.cancel(list(sent))
-            client.unregister_worker_plugin(plugin)
+            client.cancel([carried, *sent])
+            client.run(forget, name, on_error="ignore")
+
+
+def _error(future: Any) -> BaseException | None:
+    error: BaseException | None = future.exception() if future.status == "error" else None
+    return error
+
+
+def _rows(future: Any) -> list[tuple[int, Row]]:
+    """The rows of a chunk that came back. Raises `StageFailed`."""
+    from distributed import CancelledError
+
+    if error := _error(future):
+        raise StageFailed(f"a machine of the cluster cannot compute this: {_first_line(error)}; {_SAME}")
+    try:
+        told = json.loads(future.result())
+    except (CancelledError, OSError):  # the one that a lost connection raises is a CancelledError
+        raise StageFailed("the dask scheduler was lost; what came back is kept: run the sweep again") from None
+    if "refused" in told:
+        raise StageFailed(told["refused"])
+    return [(index, Row(**row)) for index, row in told["rows"]]
 
 
 def _again(tasks: list[Task], attempts: dict[int, int], send: Any) -> Iterator[tuple[int, Row]]:
@@ -97,39 +151,40 @@ def _again(tasks: list[Task], attempts: dict[int, int], send: Any) -> Iterator[t
             yield task[0], Row(CRASH, "the machines that computed it were lost, again and again")
 
 
-def work(name: str, tasks: list[Task]) -> list[tuple[int, Row]]:
-    """Compute a chunk in the bench of this thread of this dask worker."""
-    job = _jobs.get(name)
-    if job is None:
-        raise RuntimeError("this dask worker does not know the sweep's job")
-    mine: dict[str, Bench] = _here.__dict__.setdefault("benches", {})
-    if name not in mine:
-        mine[name] = Bench(job)
-        _benches.setdefault(name, []).append(mine[name])
-    return list(mine[name].work(tasks))
-
-
-def remember(name: str, job: Job) -> None:
-    """Know the job on this dask worker."""
-    _jobs[name] = job
+def work(name: str, job: str, tasks: str) -> str:
+    """On a dask worker: compute a chunk in the bench of this thread, and tell its rows, or why it refuses."""
+    place = name, threading.get_ident()
+    bench, ending = _resting.pop(place, (None, None))
+    try:
+        if ending is not None:
+            ending.cancel()
+        if bench is None:
+            bench = Bench(Job.of(job))
+            _benches.setdefault(name, set()).add(bench)
+        rows = [(index, vars(row)) for index, row in bench.work([(index, point) for index, point in json.loads(tasks)])]
+        return json.dumps({"rows": rows})
+    except StudyError as error:
+        return json.dumps({"refused": f"the machine {platform.node()}: {error}"})
+    finally:
+        if bench is not None:
+            ending = threading.Timer(_IDLE_S, _end_idle, (place,))
+            ending.daemon = True
+            _resting[place] = bench, ending
+            ending.start()
 
 
 def forget(name: str) -> None:
-    """End the job's benches on this dask worker; other sweeps go on."""
-    _jobs.pop(name, None)
-    for bench in _benches.pop(name, []):
+    """On a dask worker: end the job's benches; other sweeps go on."""
+    for bench in _benches.pop(name, set()):
         bench.close()
 
 
-def _plugin(name: str, job: Job) -> Any:
-    """What dask installs on every worker, also on those that come later."""
-    from distributed.diagnostics.plugin import WorkerPlugin
+def _end_idle(place: tuple[str, int]) -> None:
+    if place in _resting:
+        bench, _ = _resting.pop(place)
+        _benches.get(place[0], set()).discard(bench)
+        bench.close()
 
-    class Install(WorkerPlugin):  # type: ignore[misc]
-        def setup(self, worker: Any) -> None:
-            remember(name, job)
 
-        def teardown(self, worker: Any) -> None:
-            forget(name)
-
-    return Install()
+def _first_line(error: BaseException) -> str:
+    return next(iter(str(error).splitlines()), type(error).__name__)

@@ -83,6 +83,12 @@ class ByKind:
         return self.of(type(arguments[self.place]))(*arguments)
 
 
+def extend(function: Callable[..., Any], choices: Mapping[Any, Callable[..., Any]]) -> None:
+    """Let a `ByKind` know functions for further kinds of walkers, from modules that import the one it stands in."""
+    assert isinstance(function, ByKind)
+    function.choices = {**function.choices, **choices}
+
+
 class ByKindType(types.Callable, types.Opaque):
     """How compiled code sees a `ByKind`: as the dispatcher of the function that the type of `p` asks for."""
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.accuracy.asked import Accuracy, accuracy
 from stages.biped.design import Biped
 from stages.biped.outsole.rubber import Rubber
-from stages.biped.quantity import Bound, Broken, parameter
+from stages.biped.quantity import Bound, Broken, half_widths, parameter
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 
@@ -45,6 +45,24 @@ class Settings:
 
 
 @dataclass(frozen=True)
+class DesignDigits:
+    """How far the values of the design may be off, in their units: half of a last digit printed, or what is given."""
+
+    FILE: ClassVar[str] = Biped.FILE
+
+    half_widths: Mapping[str, float] = half_widths("half-widths of the design's values")
+
+
+@dataclass(frozen=True)
+class SlopeDigits:
+    """The same for the slope and what else the ground's file has."""
+
+    FILE: ClassVar[str] = Slope.FILE
+
+    half_widths: Mapping[str, float] = half_widths("half-widths of the slope's values")
+
+
+@dataclass(frozen=True)
 class Parameters:
     """Parameters of the analytic stage."""
 
@@ -53,6 +71,14 @@ class Parameters:
     friction: Friction
     rubber: Rubber
     settings: Settings
+    design_digits: DesignDigits = DesignDigits()
+    slope_digits: SlopeDigits = SlopeDigits()
+
+    @property
+    def half_widths(self) -> dict[str, float]:
+        """How far parameters may be off, in their units, by file.key; exact ones are not in it."""
+        digits = (self.design_digits, self.slope_digits)
+        return {f"{each.FILE}.{key}": width for each in digits for key, width in each.half_widths.items()}
 
     @property
     def limited_friction(self) -> Friction | None:

@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.analytic.derivatives.uncertainty import Elasticities, Uncertainty
 from stages.analytic.gait.outsole_effect import OutsoleEffect
 from stages.analytic.gait.sensitivity import Variation
 from stages.analytic.walk.energy import EnergyAudit
+from stages.analytic.walk.error_estimate import NumericalError
 from stages.analytic.walk.validity import Validity
 from stages.analytic.walk.without_impact import WithoutImpact
 from stages.biped.accuracy.estimate import ErrorEstimate
@@ -29,10 +31,14 @@ class Result:
     constraint_drift: np.ndarray = quantity(
         "1", "clearance, normal and slip velocity of the trailing foot at toe-off, dimensionless, shape (3,)")
     variations: tuple[Variation, ...] = quantity("-", "largest multiplier with one design parameter changed")
+    elasticities: tuple[Elasticities, ...] = quantity("-", "how the gait answers to each parameter; none on a fold")
+    uncertainties: tuple[Uncertainty, ...] = quantity(
+        "-", "how far the gait's numbers may be off for the last digits of the parameters; none if all are exact")
     without_impact: WithoutImpact = quantity("-", "the landing foot in double stance if no impact stopped it")
     outsole: OutsoleEffect = quantity("-", "the gait with rubber under the feet")
     validity: Validity = quantity("-", "what the gait asks of the ground")
     walk: Walk = quantity("-", "walk from mid-stance, leg 0 standing")
+    numerical_error: NumericalError = quantity("-", "estimated errors of gait and walk")
     errors: tuple[ErrorEstimate, ...] = quantity("-", "errors of gait and walk, where an accuracy was asked for")
 
     def summary(self) -> str:

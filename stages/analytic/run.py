@@ -11,7 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stages.analytic.errors import NoGait
+from stages.analytic.derivatives.gait import gait_derivatives
+from stages.analytic.derivatives.numbers import sensitive_names
+from stages.analytic.derivatives.uncertainty import Elasticities, Uncertainty, elasticities_of, uncertainties_of
+from stages.analytic.errors import NoGait, StepFailed
+from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import GaitReport, report_gait
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.outsole_effect import outsole_effect
@@ -21,6 +25,7 @@ from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.parameters import FINEST, Parameters, Settings
 from stages.analytic.result import Result
+from stages.analytic.walk.error_estimate import NumericalError, estimate_errors, not_given
 from stages.analytic.walk.recording import constraint_drift, crossing_state, walk_on
 from stages.analytic.walk.sampling import sample_walk
 from stages.analytic.walk.without_impact import without_impact
@@ -28,6 +33,9 @@ from stages.biped.accuracy.asked import CUSTOM
 from stages.biped.accuracy.estimate import to_accuracy, walk_differences
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import Walk
+
+#: An error estimate is taken that many times: it is right to a part of itself, see `walk.error_estimate.OFF`.
+MARGIN = 1.5
 
 
 class Solved(NamedTuple):
@@ -37,6 +45,7 @@ class Solved(NamedTuple):
     report: GaitReport
     upright: Vector
     walk: Walk
+    error: NumericalError
 
 
 def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore) -> Result:
@@ -60,7 +69,9 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
 
     settings, kept, errors = to_accuracy(
         settings.accuracy, settings, solved_with, partial(finer, walker), differences)
-    point, report, upright, walk = kept
+    point, report, upright, walk, error = kept
+    progress(0.8, "derivatives by the parameters")
+    elasticities, uncertainties = answers(parameters, point, settings.tolerance)
     near = Neighbours(parameters.biped, parameters.slope, point.z, settings.tolerance, friction)
     return Result(
         gait=report.gait,
@@ -70,12 +81,27 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
         energy=report.energy,
         constraint_drift=constraint_drift(walker, report.segments),
         variations=vary_design(near),
+        elasticities=elasticities,
+        uncertainties=uncertainties,
         outsole=outsole_effect(near, parameters.rubber, settings.outsole),
         without_impact=without_impact(walker, report.segments),
         validity=report.validity,
         walk=walk,
+        numerical_error=error,
         errors=errors,
     )
+
+
+def answers(
+    parameters: Parameters, point: FixedPoint, tolerance: float
+) -> tuple[tuple[Elasticities, ...], tuple[Uncertainty, ...]]:
+    """How the gait answers to its parameters, and what their digits leave open; nothing where it has no derivatives."""
+    design = DesignPoint(parameters.biped, parameters.slope, parameters.limited_friction)
+    try:
+        varied = gait_derivatives(design, point, sensitive_names(design), tolerance)
+    except (StepFailed, np.linalg.LinAlgError):  # a step at the edge of the walkable, a gait on a fold
+        return (), ()
+    return elasticities_of(varied, parameters.half_widths), uncertainties_of(design, varied, parameters.half_widths)
 
 
 def solve(walker: Walker, z: Vector, settings: Settings) -> FixedPoint:
@@ -98,7 +124,11 @@ def solved(walker: Walker, point: FixedPoint, friction: float, settings: Setting
     upright = crossing_state(walker, point.z, tolerance)
     segments = walk_on(walker, upright, settings.steps, tolerance)
     walk = sample_walk(walker, segments, settings.sampling_rate_hz)
-    return Solved(point, report_gait(walker, point, tolerance, friction), upright, walk)
+    if settings.integrator == "scipy":
+        error = not_given("the gait is SciPy's, the estimate is of compiled steps")
+    else:
+        error = estimate_errors(walker, point, settings.steps, tolerance)
+    return Solved(point, report_gait(walker, point, tolerance, friction), upright, walk, error)
 
 
 def finer(walker: Walker, settings: Settings) -> Settings | None:
@@ -110,8 +140,14 @@ def finer(walker: Walker, settings: Settings) -> Settings | None:
 
 
 def differences(one: Solved, other: Solved) -> dict[str, float]:
-    """How far two solutions differ, by the names of `Accuracy`."""
+    """Errors of `other`, by the names of `Accuracy`: what it differs by from `one`, which is coarser, or, where it has
+    error estimates, these and a margin.
+    """
     leading = [float(np.hypot(*solved.report.gait.floquet_multipliers[0])) for solved in (one, other)]
     found = walk_differences(one.walk, other.walk)
     period = abs(one.report.gait.period_s - other.report.gait.period_s)
-    return {**found, "period_s": max(period, found.get("period_s", 0.0)), "multiplier": abs(leading[0] - leading[1])}
+    found |= {"period_s": max(period, found.get("period_s", 0.0)), "multiplier": abs(leading[0] - leading[1])}
+    if other.error.given:
+        found["hip_position_m"] = MARGIN * other.error.hip_position
+        found["period_s"] = MARGIN * max(other.error.step_duration, abs(np.nan_to_num(other.error.period)))
+    return found

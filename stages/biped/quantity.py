@@ -88,6 +88,16 @@ def parameter(
     return dataclasses.field(metadata=metadata, default=default)
 
 
+def half_widths(description: str) -> Any:
+    """A field of a parameter dataclass that the engine fills: how far the values of its file may be off, by key.
+
+    Values that are exact are not in it. See `docs/contributing.md` on a parameter.
+    """
+    metadata = {"unit": "-", "description": description, "symbol": "", "bound": Bound(), "choices": (),
+                "half_widths": True}
+    return dataclasses.field(metadata=metadata, default_factory=dict)
+
+
 def quantity(unit: str, description: str, *, symbol: str = "", default: Any = dataclasses.MISSING) -> Any:
     """A field of a result dataclass: what is stored, in which unit, under which symbol."""
     metadata = {"unit": unit, "description": description, "symbol": symbol}

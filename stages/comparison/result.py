@@ -8,6 +8,7 @@ from stages.biped.quantity import quantity
 from stages.comparison.agreement import ModelAgreement, TwinAgreement
 from stages.comparison.claims.verdict import VERDICTS
 from stages.comparison.determinants import Determinants
+from stages.comparison.digits import TITLE, Digits
 from stages.comparison.ingest_score import IngestScore
 from stages.comparison.measurement import MeasurementAgreement
 from stages.comparison.summary import BipedSummary
@@ -38,6 +39,7 @@ class Result:
     measurement: MeasurementAgreement = quantity("-", "measurements against twin")
     ingest: IngestScore | None = quantity("-", "the ingest against the synthetic truth; empty for other measurements")
     determinants: dict[str, Determinants] = quantity("-", "determinants of gait, by model")
+    digits: dict[str, Digits] = quantity("-", "what rounded parameters leave open of each model's gait")
     biped: BipedSummary = quantity("-", "what the study says of this biped")
     claims: tuple[Claim, ...] = quantity("-", "the paper's claims")
     files: dict[str, bytes] = quantity("-", "the claims, by path in the results folder")
@@ -48,15 +50,16 @@ class Result:
 
     def tables(self) -> list[Table]:
         """This biped, its determinants, and how well the ingest reads what is known: (title, columns, rows)."""
-        own = tables_of(self.biped, self.determinants)
+        own = tables_of(self.biped, self.determinants, self.digits)
         return [*own, self.ingest.table()] if self.ingest is not None else own
 
 
-def tables_of(biped: BipedSummary, determinants: dict[str, Determinants]) -> list[Table]:
+def tables_of(biped: BipedSummary, determinants: dict[str, Determinants], digits: dict[str, Digits]) -> list[Table]:
     """What stands beside the claims."""
     return [
         side_by_side("This biped", {"value": biped}),
         side_by_side("Determinants of gait, from the walks", determinants),
+        side_by_side(TITLE, digits),
     ]
 
 

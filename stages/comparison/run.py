@@ -13,6 +13,7 @@ from stages.comparison.claims.as_yaml import as_yaml
 from stages.comparison.claims.headlines import headlines
 from stages.comparison.claims.judge import judge
 from stages.comparison.determinants import Determinants, of_walk
+from stages.comparison.digits import digits_of
 from stages.comparison.evidence.evidence import Evidence
 from stages.comparison.evidence.measure import measure
 from stages.comparison.evidence.summarise import summarise
@@ -44,9 +45,11 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     progress(0.8, "judging the claims")
     evidence = Evidence(parameters, inputs, models, twin, measured)
     determined, biped = determinants(evidence), summarise(evidence)
+    models_alone = {name: one for name, one in determined.items() if not name.startswith("runs")}
+    digits = digits_of(inputs.analytic.uncertainties, models_alone)
     claims = judge(parameters, measure(evidence))
-    files = {"claims.yaml": as_yaml(claims, tables_of(biped, determined), headlines(biped, claims))}
-    return Result(models, twin, measured, score, determined, biped, claims, files)
+    files = {"claims.yaml": as_yaml(claims, tables_of(biped, determined, digits), headlines(biped, claims))}
+    return Result(models, twin, measured, score, determined, digits, biped, claims, files)
 
 
 def determinants(e: Evidence) -> dict[str, Determinants]:

@@ -6,14 +6,21 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from stages.analytic.derivatives import equations
 from stages.analytic.integration import dop853_step
 from stages.analytic.model import derivation as d
 from stages.analytic.model.formulas import document, tidy
-from stages.analytic.model.generate import compact, step_source
+from stages.analytic.model.generate import step_source
+from stages.analytic.model.generate_derivatives import derivatives_source
+from stages.analytic.model.generated_source import compact
 
 
 def test_sums_of_the_integrator_are_current():
     assert Path(dop853_step.__file__).read_text(encoding="utf-8") == step_source()
+
+
+def test_derivatives_by_the_walkers_numbers_are_current():
+    assert Path(equations.__file__).read_text(encoding="utf-8") == derivatives_source()
 
 
 def test_page_of_formulas_is_current():

@@ -63,26 +63,38 @@ def test_a_step_calls_only_what_its_kind_of_walker_needs():
     assert not {name for name in names[Rolling] if "sliding" in name or "rigid" in name}
     assert not {name for name in names[Rigid] if "compliant" in name or "double" in name}
     assert of_module(step[StiffRolling], "radau") and not of_module(step[Rolling], "radau")
+    assert not any(of_module(functions, "derivatives") for functions in step.values())
 
 
-def test_compiler_follows_the_kind(tmp_path):
-    """Heel strike of a rolling walker, compiled afresh in a process of its own: nothing of Coulomb's is compiled."""
-    program = """
+@pytest.mark.parametrize("numbers, reset", [
+    ("walker_of().p", "phases.transitions.rolling_reset"),
+    ("varied(walker_of().p, numpy.ones((1, 10)), 1)", "derivatives.impacts.rolling_varied_reset"),
+])
+def test_compiler_follows_the_kind(tmp_path, numbers, reset):
+    """Heel strike of a rolling walker, compiled afresh in a process of its own: nothing of Coulomb's is compiled.
+
+    Nor is what carries changes of the walker's numbers, unless they are asked for.
+    """
+    program = f"""
 import numpy
 from numba.core import event
+from stages.analytic.derivatives import walking
+from stages.analytic.model.varied import varied
 from stages.analytic.phases.succession import succeed
 from tests.analytic.designs import walker_of
-y = numpy.array([0.28, 1.0, 0.27, 1.0, 0.5, 0.0, 0.4, 0.0])
+y, p = numpy.array([0.28, 1.0, 0.27, 1.0, 0.5, 0.0, 0.4, 0.0]), {numbers}
+y = numpy.concatenate([y, 0 * y]) if type(p) is not type(walker_of().p) else y
 with event.install_recorder("numba:compile") as recorder:
-    succeed(1, y, walker_of().p)
-functions = {record.data["dispatcher"].py_func for _, record in recorder.buffer}
-print(*sorted({f"{f.__module__}.{f.__name__}" for f in functions if f.__module__.startswith("stages")}))
+    succeed(1, y, p)
+functions = {{record.data["dispatcher"].py_func for _, record in recorder.buffer}}
+print(*sorted({{f"{{f.__module__}}.{{f.__name__}}" for f in functions if f.__module__.startswith("stages")}}))
 """
     done = subprocess.run(
         [sys.executable, "-c", program], cwd=Path(__file__).parents[2], capture_output=True, text=True, check=True,
         env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)})  # fmt: skip
     names = done.stdout.split()
-    assert "stages.analytic.phases.transitions.rolling_reset" in names
+    assert f"stages.analytic.{reset}" in names
+    assert any("derivatives" in name for name in names) == reset.startswith("derivatives")
     assert not [name for name in names if "coulomb" in name or "rigid" in name or "limited" in name]
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from stages.analytic.gait.gait_search import find_gait
-from stages.analytic.parameters import Parameters, Settings
-from stages.analytic.questions import basin, continue_gait, design, gait
+from stages.analytic.parameters import DesignDigits, Parameters, Settings, SlopeDigits
+from stages.analytic.questions import basin, continue_gait, design, gait, sensitivity
 from stages.biped.quantity import faults
 from stages.biped.question import WrongOption, interval
 from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1
@@ -117,6 +117,55 @@ def test_design_leaves_the_parameters_of_the_best_gait_it_found():
 def test_design_refuses_what_cannot_be_searched(options, words):
     with pytest.raises(WrongOption, match=words):
         answered(design, **options)
+
+
+def test_sensitivity_tells_elasticities_and_derivatives_that_agree():
+    answer, _ = answered(sensitivity)
+    measures, entries = answer.plain["gait"], answer.plain["parameters"]
+    assert next(iter(entries)) == "biped.hip_mass" and list(entries)[-1] == "ground.gravity"
+    assert answer.plain["left_by_dimensions"] < 1e-8 and answer.plain["refused"] == []
+    entry = entries["biped.foot_com"]
+    for name, share in entry["elasticities"].items():
+        if name != "multipliers":
+            assert share == pytest.approx(entry["derivatives"][name] * entry["value"] / measures[name], rel=1e-12)
+    for share, derivative, multiplier in zip(
+            entry["elasticities"]["multipliers"], entry["derivatives"]["multipliers"], answer.plain["multipliers"]):
+        assert share == pytest.approx(derivative[0] * entry["value"] / multiplier[0], rel=1e-12)
+    assert entries["biped.leg_inertia"]["elasticities"] is None
+    assert entries["biped.leg_inertia"]["derivatives"]["step_frequency_hz"] < -100
+    assert max(map(len, answer.lines)) <= 80 and answer.plain["uncertainties"] == []
+    assert any(line.startswith("biped.leg_inertia is 0;") for line in answer.lines)
+
+
+def test_sensitivity_tells_which_digit_decides():
+    digits = DesignDigits({"foot_com": 5e-4, "leg_length": 5e-4}), SlopeDigits({"slope_deg": 0.5})
+    rounded = Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, PARAMETERS.settings, *digits)
+    answer = sensitivity.ask(rounded, sensitivity.Options(), Listener())
+    own = next(one for one in answer.plain["uncertainties"] if one["name"] == "step_frequency_hz")
+    by = {name: abs(entry["derivatives"]["step_frequency_hz"]) for name, entry in answer.plain["parameters"].items()}
+    assert own["decisive"] == "biped.foot_com" and own["decisive_part"] == pytest.approx(5e-4 * by["biped.foot_com"])
+    assert own["worst"] == pytest.approx(5e-4 * (by["biped.foot_com"] + by["biped.leg_length"]))
+    assert own["slope_least"] < own["value"] - 0.02
+    assert max(map(len, answer.lines)) <= 80
+    assert any(line.startswith("step_frequency_hz") and "  foot_com  " in line for line in answer.lines)
+
+
+def test_sensitivity_carries_and_shows_only_what_is_asked_for_and_draws_it(tmp_path):
+    answer, _ = answered(sensitivity, parameters=("ground.slope_deg", "biped.hip_mass"))
+    assert list(answer.plain["parameters"]) == ["ground.slope_deg", "biped.hip_mass"]
+    assert answer.plain["left_by_dimensions"] is None
+    drawn = []
+    answer.draw(drawn.append)
+    axes = drawn[0].axes
+    assert [label.get_text() for label in axes[0].get_yticklabels()] == ["slope", "hip mass"]
+    widths = [bar.get_width() for bar in axes[0].patches]
+    expected = [entry["elasticities"]["step_frequency_hz"] for entry in answer.plain["parameters"].values()]
+    assert widths == pytest.approx(expected) and len(axes) == 3 + 2
+
+
+def test_sensitivity_refuses_what_the_gait_does_not_depend_on():
+    with pytest.raises(WrongOption, match=r"ground\.static_friction: this gait depends on biped\.hip_mass"):
+        answered(sensitivity, parameters=("ground.static_friction",))
 
 
 @pytest.mark.parametrize("text", ["1", "1:", "2:1", "1:1", "nan:2", "1:inf", "a:b", "1:2:3"])

@@ -8,6 +8,7 @@ import pickle
 import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -39,6 +40,16 @@ answer = times(7.0)
 hits = sum(times.stats.cache_hits.values())
 print(json.dumps({"answer": answer, "hits": hits, "folder": str(CODE.folder), "refusal": CODE.refusal}))
 """
+AS_USER = """
+import os, runpy
+import numba
+if {user} is not None:
+    numba.njit(lambda x: 2.0 * x)(1.0)  # loads what that user may not be able to read: this Python's own library
+    os.setgroups([])
+    os.setgid({user})
+    os.setuid({user})
+runpy.run_module("toy.used", run_name="__main__")
+"""
 OTHER = "from toy.here import compiled\n@compiled\ndef factor():\n    return 2.0\n"
 
 
@@ -52,12 +63,13 @@ def package(tmp_path: Path) -> Path:
     return folder
 
 
-def used(package: Path, repository: Path, **environment: object) -> dict[str, object]:
-    """What a new process finds: the answer, how many functions were loaded, from where, or why not."""
+def used(package: Path, repository: Path, user: int | None = None, **environment: object) -> dict[str, object]:
+    """What a new process, of this user or another, finds: the answer, how many functions were loaded, from where."""
     search = os.pathsep.join([str(package.parent), str(repository)])
     clean = {name: value for name, value in os.environ.items() if name not in ("XDG_CACHE_HOME", "NUMBA_CACHE_DIR")}
     done = subprocess.run(
-        [sys.executable, "-B", "-m", "toy.used"], text=True, capture_output=True, cwd=package.parent, check=False,
+        [sys.executable, "-B", "-c", AS_USER.format(user=user)], text=True, capture_output=True, cwd=package.parent,
+        check=False,
         env={**clean, "PYTHONPATH": search, **{name: str(value) for name, value in environment.items()}})  # fmt: skip
     assert done.returncode == 0, done.stderr
     found: dict[str, object] = json.loads(done.stdout)
@@ -126,6 +138,34 @@ def test_a_folder_of_somebody_else_is_refused(package: Path, repository: Path, t
     assert not mark.exists()
     edit(package)
     assert used(package, repository, NUMBA_CACHE_DIR=cache)["answer"] == 21.0
+
+
+@root
+def test_two_real_users_of_one_installation_that_both_can_only_read(package: Path, repository: Path) -> None:
+    """Neither may read, write or be given the other's code, nor change the installation's."""
+    with tempfile.TemporaryDirectory() as name:  # pytest's own folders are closed to others
+        folder = Path(name)
+        folder.chmod(0o755)
+        shutil.copytree(package.parent, folder / "installed")
+        homes = {user: folder / str(user) for user in (SOMEBODY_ELSE, SOMEBODY_ELSE + 1)}
+        for user, place in homes.items():
+            place.mkdir()
+            os.chown(place, user, user)
+        own = {}
+        for answer in (14.0, 21.0):
+            for user, place in homes.items():
+                for hits in (0, 1):
+                    found = used(folder / "installed/toy", repository, user=user, HOME=place)
+                    assert (found["answer"], found["hits"], found["refusal"]) == (answer, hits, "")
+                own[user] = Path(str(found["folder"]))
+                assert own[user].is_relative_to(place) and own[user].stat().st_uid == user
+            edit(folder / "installed/toy")
+        one, other = homes
+        plant(own[other], homes[other] / "ran")
+        theirs = {"HOME": homes[one], "XDG_CACHE_HOME": homes[other] / ".cache"}
+        found = used(folder / "installed/toy", repository, user=one, **theirs)
+        assert found["hits"] == 0 and found["refusal"] and not (homes[other] / "ran").exists()
+        assert not [path for path in (folder / "installed").rglob("*") if path.stat().st_uid != os.geteuid()]
 
 
 @unix

@@ -47,7 +47,7 @@ CASES = [
     (twin.TwinSettles(1, 0.496, 0.49, 0.77), {"steps": -1}),
     (twin.RampLength(0.161, 1.69, 0.024, 0.042, 0.08), {"step": 0.2, "needed": 2.08}),
     (twin.PushConverges(0, 30, (("speed to the side", "m/s", 0.2, inf),), 0.77, 0.99), {"failed": 3}),
-    (gait.StepFrequency(2.0718, 0.0068), {"frequency": 2.2}),
+    (gait.StepFrequency(2.0718, 0.0068, "biped.foot_com", 0.0032, (2.047, 2.075)), {"frequency": 2.2}),
     (measurement.SensorRange(3.0, 3.5, 169.0, 0.0, 0.48, (15.0, 160.0), (1.5e-3, 2.2e-3), 2.4),
      {"above": 0.02, "hip": 80.0}),
     (twin.TwinLikeSimple(0.017, 0.017, 0.005, (("inertia", 0.026), ("leg", -0.018)), 0.48, False), {"up": 0.2}),

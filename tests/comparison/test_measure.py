@@ -11,7 +11,8 @@ import pytest
 from made_up import make_budget, make_step, make_walk
 
 from stages.comparison.determinants import Determinants, of_walk
-from stages.comparison.evidence import of_contact, studies, walks
+from stages.comparison.digits import digits_of
+from stages.comparison.evidence import of_contact, of_gait, studies, walks
 from stages.comparison.tables import side_by_side
 from stages.error_budget.effects import CREEP, SLIP
 from stages.multibody.result import FrictionVariation
@@ -95,16 +96,18 @@ def test_the_gait_turns_with_the_velocity_and_the_factor_at_which_it_changes_mos
     assert found.turning == pytest.approx(2**0.25), "doubling moves it by four times the limit"
 
 
-def test_rounding_adds_the_worst_of_every_printed_digit():
-    def variation(name, below, above):
-        return SimpleNamespace(name=name, change=0.05, frequency_below=below, frequency_above=above)
+def test_step_frequency_takes_its_uncertainty_from_the_model():
+    def given(*uncertainties):
+        return SimpleNamespace(gait=SimpleNamespace(step_frequency_hz=2.07), uncertainties=uncertainties)
 
-    alone = studies.rounding([variation("hip_mass", 2.1, 2.0)])
-    assert alone == pytest.approx(1.0 * 5e-4 / 0.316)
-    both = studies.rounding([variation("hip_mass", 2.1, 2.0), variation("leg_length", 2.0, 2.1)])
-    assert both == pytest.approx(alone + 5e-4 / 0.333)
-    unknown = [variation("outsole", math.nan, 2.0), variation("hip_mass", math.nan, 2.0)]
-    assert studies.rounding(unknown) == 0.0
+    period = SimpleNamespace(name="period_s")
+    own = SimpleNamespace(
+        name="step_frequency_hz", worst=7e-3, decisive="biped.foot_com", decisive_part=3e-3,
+        slope_least=2.05, slope_most=2.08)
+    found = of_gait.step_frequency(given(period, own))
+    assert (found.frequency, found.rounding, found.decisive, found.part, found.slopes) == (
+        2.07, 7e-3, "biped.foot_com", 3e-3, (2.05, 2.08))
+    assert of_gait.step_frequency(given()).rounding == 0.0, "all values are exact"
 
 
 def test_least_work_is_that_of_the_cheapest_way_at_the_error():
@@ -136,3 +139,17 @@ def test_pushes_correlate_with_frequencies_that_follow_them():
     alone = studies.pushes_and_frequency(truths, {run.name: float(random.normal()) for run in truths})
     assert abs(alone[0]) < 0.5 and alone[2] < 0.3
     assert all(math.isnan(value) for value in studies.pushes_and_frequency(truths, {**follows, "a lab's": 2.0}))
+
+
+def test_digits_leave_the_same_share_of_every_model_open():
+    def one(name, value, worst, least, most):
+        return SimpleNamespace(name=name, value=value, worst=worst, slope_least=least, slope_most=most)
+
+    determinants = {"constraint model": Determinants(step_frequency=2.0, step_length=0.16),
+                    "twin": Determinants(step_frequency=2.2, step_length=0.08)}
+    numbers = [one("step_frequency_hz", 2.0, 0.01, 1.9, 2.1), one("step_length_m", 0.16, 8e-4, 0.12, 0.18)]
+    found = digits_of(numbers, determinants)
+    assert (found["constraint model"].step_frequency, found["twin"].step_frequency) == pytest.approx((0.01, 0.011))
+    assert found["twin"].least_step_length == pytest.approx(0.06) and math.isnan(found["twin"].speed)
+    exact = digits_of([], determinants)["twin"]
+    assert math.isnan(exact.step_frequency), "nothing is left open"

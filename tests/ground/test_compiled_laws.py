@@ -69,6 +69,8 @@ def test_an_operation_means_the_same_in_every_table(name, arguments):
 def test_operations_on_what_is_not_negative_mean_the_same_in_every_table():
     for x in (1e-9, 0.2, 0.5, 3.0):
         for table in (SCALARS, ARRAYS):
-            assert COMPILED.sqrt(x) == table.sqrt(x) and COMPILED.power(x, 2.2) == table.power(x, 2.2)
+            assert COMPILED.sqrt(x) == table.sqrt(x)
+            # roots are rounded rightly everywhere; powers are not, and NumPy 1.26 has its own with AVX-512
+            assert COMPILED.power(x, 2.2) == pytest.approx(table.power(x, 2.2), rel=1e-15)
             assert COMPILED.creep(x, 0.5, 1.1) == pytest.approx(table.creep(x, 0.5, 1.1), rel=1e-14)
             assert COMPILED.length(x, -0.3) == pytest.approx(table.length(x, -0.3), rel=1e-15)

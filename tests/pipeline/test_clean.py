@@ -19,13 +19,13 @@ def test_earlier_results_go_and_the_current_ones_stay(toy_with_commands):
     before, results, known = folders(toy), toy.results(), toy.study().store.last_keys()
     code, out, _ = toy.command("clean", "--dry-run")
     assert code == 0 and "an earlier result of fall: results/.cache/" in out and folders(toy) == before
-    assert out.splitlines()[-1].endswith(f"in {len(before) - 4} folders would be removed") and len(before) > 4
+    assert out.splitlines()[-1].endswith(f"in {len(before) - 4} places would be removed") and len(before) > 4
     told = json.loads(toy.command("clean", "--dry-run", "--json")[1])["folders"]
     assert all(item["bytes"] == old.size(toy.root / item["folder"]) > 0 for item in told)
     code, out, _ = toy.command("clean")
     assert code == 0 and folders(toy) == known and toy.results() == results
     assert {line.split()[1] for line in toy.command("status")[1].splitlines()} == {"current"}
-    assert toy.command("clean")[1].split(maxsplit=2)[2] == "in 0 folders removed\n"
+    assert toy.command("clean")[1].split(maxsplit=2)[2] == "in 0 places removed\n"
 
 
 def test_a_damaged_entry_goes_and_a_link_is_left(toy_with_commands, tmp_path):
@@ -42,6 +42,26 @@ def test_a_damaged_entry_goes_and_a_link_is_left(toy_with_commands, tmp_path):
     code, out, _ = toy.command("clean")
     assert code == 0 and "a damaged result" in out and not (cache / earlier).exists()
     assert (outside / "manifest.json").exists()
+
+
+def test_what_questions_and_sweeps_keep_goes_if_asked_for(toy_with_commands):
+    toy = toy_with_commands
+    (toy.root / "seeds.yaml").write_text("stage: side\nkind: grid\nvary: {side.seed: [1, 2]}\n")
+    assert toy.command("sweep", "seeds.yaml")[0] == 0
+    question = toy.root / "results/.cache/questions/key.jsonl"
+    durable.write(question, bytes(1000))
+    victim = toy.root / "victim.jsonl"
+    victim.write_bytes(b"mine")
+    (question.parent / "link.jsonl").symlink_to(victim)
+    (sweep,) = toy.root.glob("results/sweeps/.cache/*.jsonl")
+    assert toy.command("clean")[0] == 0 and question.exists() and sweep.exists()
+    out = toy.command("clean", "--journals", "--dry-run")[1]
+    assert "what a question keeps: results/.cache/questions/key.jsonl" in out and f"what sweeps keep: {sweep}" in (
+        out.replace("results/sweeps", str(toy.root / "results/sweeps")))  # fmt: skip
+    assert question.exists() and sweep.exists()
+    assert toy.command("clean", "--journals")[0] == 0 and not question.exists() and not sweep.exists()
+    assert victim.read_bytes() == b"mine" and (toy.root / "results/sweeps/seeds.h5").exists()
+    assert "2 computed; 0 were known" in toy.command("sweep", "seeds.yaml")[1]
 
 
 def test_old_machine_code_goes(toy_with_commands):

@@ -36,7 +36,8 @@ def test_kernels_are_pinned_where_they_run(monkeypatch, system, machine, flags, 
 
 def test_a_choice_of_the_users_own_stays(monkeypatch):
     monkeypatch.setenv(processor.VARIABLE, "Prescott")
-    assert processor.settings() == {processor.VARIABLE: "Prescott"} and processor.words() == "OpenBLAS Prescott"
+    assert processor.settings() == {processor.VARIABLE: "Prescott"}
+    assert processor.words().startswith("OpenBLAS Prescott, ")
 
 
 def test_workers_take_them_and_artefacts_say_so(done):
@@ -46,7 +47,7 @@ def test_workers_take_them_and_artefacts_say_so(done):
     done.edit("PACKAGE/side/run.py", "    return Result(", f"    {check}\n    return Result(")
     assert done.run(names=("side",)) == {"side": "computed"}
     about = artefact.provenance((done.root / "results/side.h5").read_bytes(), "side")
-    assert about["linear algebra"] == processor.words()
+    assert about["processor"] == processor.words()
 
 
 def test_the_pinned_kernels_are_the_ones_that_run(repository):

@@ -209,6 +209,24 @@ def test_a_journal_that_is_a_link_is_not_written_through(done, victim, monkeypat
 
 
 @unix
+@pytest.mark.parametrize("name", ["log.jsonl", ".cache/lock", "sweeps/.cache/key.jsonl"])
+def test_a_second_name_of_a_file_is_left_as_it_is(done, victim, name):
+    """A hard link made by who filled the folder: what is appended here must not be appended there."""
+    path = done.root / "results" / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.unlink(missing_ok=True)
+    path.hardlink_to(victim)
+    with durable.opened_at_end(path) as file:
+        assert file.seek(0) == 0 and file.read() == b"mine"
+        file.write(b"more")
+    assert victim.read_bytes() == b"mine" and path.read_bytes() == b"minemore"
+    done.run("fall.behaviour=well", force=True)
+    with held(done.root / "results", "results", "x", False, pytest.fail):
+        pass
+    assert victim.read_bytes() == b"mine"
+
+
+@unix
 def test_nothing_unfinished_is_removed_through_a_link(done, tmp_path):
     outside = tmp_path / "outside"
     outside.mkdir()

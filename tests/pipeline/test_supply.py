@@ -49,5 +49,22 @@ def test_a_machine_without_wheels_is_told(monkeypatch, system, machine, libc, sa
     monkeypatch.setattr(wheels.sys, "platform", system)
     monkeypatch.setattr(wheels.platform, "machine", lambda: machine)
     monkeypatch.setattr(wheels.platform, "libc_ver", lambda: libc)
+    monkeypatch.setattr(wheels.platform, "mac_ver", lambda: ("14.1", ("", "", ""), ""))
     found = wheels.missing()
     assert said in found and bool(found) == bool(said)
+
+
+def test_a_python_or_macos_without_wheels_is_told(monkeypatch):
+    monkeypatch.setattr(wheels.sys, "platform", "darwin")
+    monkeypatch.setattr(wheels.platform, "machine", lambda: "arm64")
+    monkeypatch.setattr(wheels.platform, "mac_ver", lambda: ("10.15.7", ("", "", ""), ""))
+    assert wheels.missing() == "this is macOS 10.15.7, and Exudyn needs 11 or newer"
+    for version in ((3, 9, 1), (3, 15, 0)):
+        monkeypatch.setattr(wheels.sys, "version_info", version)
+        assert "only for 3.10 to 3.14" in wheels.missing()
+
+
+def test_an_audit_that_could_not_ask_is_no_success(repository):
+    """Without --strict, pip-audit ends with 0 when the index does not answer for any package."""
+    lines = [line for line in (repository / "Makefile").read_text().splitlines() if "pip-audit " in line]
+    assert lines and all("--strict" in line for line in lines)

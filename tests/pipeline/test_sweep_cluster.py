@@ -73,7 +73,7 @@ def test_a_scheduler_that_is_not_there_is_one_sentence(monkeypatch):
 
     monkeypatch.setattr(cluster, "_CONNECT_S", 1)
     with pytest.raises(StudyError, match=r"no dask scheduler answers there"):
-        cluster.connected("tcp://127.0.0.1:9")
+        cluster.connected("tcp://127.0.0.1:9", {})
 
 
 @pytest.mark.slow

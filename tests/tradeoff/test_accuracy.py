@@ -35,7 +35,7 @@ def choices(asked, *settings, stages=choice.FILES):
 
 
 def decided(found, values):
-    return {stage: decision for _, stage, decision, _ in requests.decisions(found, values)}
+    return {stage: decision for _, stage, decision in requests.decisions(found, values)}
 
 
 def with_key(folder, line, *settings, stage="twin"):

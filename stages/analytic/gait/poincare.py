@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -71,13 +72,16 @@ def start_state(walker: Walker, z: Vector) -> Vector:
     return y
 
 
-def advance(walker: Walker, y: Vector, tolerance: float) -> tuple[float, float, int]:
+def advance(
+    walker: Walker, y: Vector, tolerance: float, p: Any = None
+) -> tuple[float, float, int]:
     """Advance state and variations by one step, in place; returns double stance time, period, evaluations.
 
-    Raises StepFailed as `require_landing` does.
+    `p` stands for the walker's numbers where they vary as well (`model.varied`). Raises StepFailed as `require_landing`
+    does.
     """
     status, phase, double, period, evaluations = walk_step(
-        y, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE)
+        y, walker.p if p is None else p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE)
     require_landing(walker, y, status, phase)
     return double, period, evaluations
 

@@ -14,6 +14,7 @@ import numpy as np
 from stages.analytic.compiled import ByKind, compiled, inlined
 from stages.analytic.integration.integrator import STAGES, error_norm, step_factor, take_step
 from stages.analytic.model.kinds import Compliant, Kind, Limited, Rigid, Rolling
+from stages.analytic.model.varied import keep_delay
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.coulomb_guard import wedges
 from stages.analytic.phases.flow import DOUBLE_STANCE, HOVERING, RIGID, SLIDING_FORWARD, flow
@@ -174,6 +175,7 @@ def integrate(
                 copy(event, y)
                 for start in range(base, size, base):  # variations at fixed time become variations at the event
                     delay = -guard(phase, event, p, event, start)[1] / rate
+                    keep_delay(p, start, delay)
                     for i in range(base):
                         y[start + i] += event_rates[i] * delay
                 return EVENT, time + length, h, count, evaluations

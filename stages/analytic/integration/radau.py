@@ -13,6 +13,7 @@ import numpy as np
 from stages.analytic.compiled import compiled, inlined
 from stages.analytic.integration.radau_tableau import A_INVERSE, COLUMNS, ESTIMATE, REAL_VALUE, ROWS, STAGES, VALUES
 from stages.analytic.model.kinds import Compliant
+from stages.analytic.model.varied import plain
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import flow
 
@@ -91,7 +92,7 @@ def solve_stages(phase: int, y: Vector, h: float, p: Compliant, inverses: np.nda
     n, size = SIZE, y.size
     z, rates, change = np.zeros((STAGES, size)), np.empty((STAGES, size)), np.empty((STAGES, size))
     point, part, solved = np.empty(size), np.empty(size, np.complex128), np.empty(size, np.complex128)
-    last, small = 1e300, max(SMALL, SHARE_OF_ROUND_OFF * p.k)
+    last, small = 1e300, max(SMALL, SHARE_OF_ROUND_OFF * plain(p).k)
     for iteration in range(ITERATIONS):
         for i in range(STAGES):
             for m in range(size):
@@ -146,7 +147,7 @@ def take_step(phase: int, y: Vector, h: float, p: Compliant, stages: np.ndarray,
         for m in range(size):
             new[m], stages[1, m] = y[m], 0.0
         return 0
-    matrix = jacobian(phase, y, p)
+    matrix = jacobian(phase, y, plain(p))
     inverses = np.empty((VALUES.size, n, n), np.complex128)
     for k in range(VALUES.size):
         invert(VALUES[k] / h, matrix, inverses[k])

@@ -84,16 +84,22 @@ def double_jacobians(y: Vector, qdd: Four, force: tuple[float, float], p: Compli
 
 
 @inlined
-def free_variation(jacobians: Jacobians, factors: Numbers, dy: Vector, start: int) -> Four:
-    """Variation of qdd at unchanged lambda for the variation of the state stored from `start`."""
+def force_variation(jacobians: Jacobians, dy: Vector, start: int) -> Four:
+    """Variation of Q - C qd - M qdd + Pi lambda at unchanged qdd and lambda, for the variation stored from `start`."""
     by_state, by_force, _ = jacobians
-    return solve(
-        factors,
+    return (
         row4_times(by_force[0:4], dy, start) - row8_times(by_state[0:8], dy, start),
         row4_times(by_force[4:8], dy, start) - row8_times(by_state[8:16], dy, start),
         row4_times(by_force[8:12], dy, start) - row8_times(by_state[16:24], dy, start),
         row4_times(by_force[12:16], dy, start) - row8_times(by_state[24:32], dy, start),
     )
+
+
+@inlined
+def free_variation(jacobians: Jacobians, factors: Numbers, dy: Vector, start: int) -> Four:
+    """Variation of qdd at unchanged lambda for the variation of the state stored from `start`."""
+    f1, f2, f3, f4 = force_variation(jacobians, dy, start)
+    return solve(factors, f1, f2, f3, f4)
 
 
 @compiled

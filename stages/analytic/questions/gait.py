@@ -25,6 +25,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     from stages.analytic.gait.gait_report import report_gait
     from stages.analytic.gait.gait_search import find_gait, find_gaits
     from stages.analytic.gait.newton import by_stability, is_new
+    from stages.analytic.walk.error_estimate import gait_error
 
     tolerance = parameters.settings.tolerance
     walker, point = find_gait(parameters.biped, parameters.slope, tolerance, parameters.limited_friction)
@@ -33,16 +34,19 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         every = find_gaits(walker, tolerance, unstable=True)
         points = sorted([*(points if is_new(every, point) else []), *every], key=by_stability)
     found = [report_gait(walker, each, tolerance, parameters.friction.static_friction) for each in points]
+    errors = [gait_error(walker, each, tolerance) for each in points]
     cycle = None
     if options.every and not found[0].gait.stable:
         cycle = find_cycle(walker, points[0].z, tolerance)
     lines = []
-    for number, each in enumerate(found, 1):
+    for number, (each, error) in enumerate(zip(found, errors, strict=True), 1):
         if options.every:
             lines.append(f"gait {number} of {len(found)}, {'stable' if each.gait.stable else 'unstable'}")
-        lines += [line for record in (each.gait, each.energy, each.validity) for line in field_lines(record)]
+        lines += [line for record in (each.gait, error, each.energy, each.validity) for line in field_lines(record)]
     plain: list[dict[str, Any]] = [
-        {**as_plain(each.gait), "energy": as_plain(each.energy), "validity": as_plain(each.validity)} for each in found
+        {**as_plain(each.gait), "numerical_error": as_plain(error), "energy": as_plain(each.energy),
+         "validity": as_plain(each.validity)}
+        for each, error in zip(found, errors, strict=True)
     ]
     cycle_plain = None
     if cycle is not None:
@@ -75,6 +79,8 @@ def field_lines(record: Any) -> Iterator[str]:
             yield f"{'Floquet multipliers, largest first':<72} {', '.join(shown)}"
         elif isinstance(value, bool):
             yield f"{about:<72} {'yes' if value else 'no':>14}"
+        elif value is None or isinstance(value, str):
+            yield f"{about:<72} {'not known' if value is None else value:>14}"
         else:
             yield f"{about:<72} {value:>14.9g} {field.metadata['unit']}"
 

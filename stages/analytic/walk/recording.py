@@ -6,7 +6,7 @@ accurate as the integration itself.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -141,25 +141,26 @@ def crossing_state(walker: Walker, z: Vector, tolerance: float) -> np.ndarray:
 
     Raises StepFailed if the walker does not vault over its stance leg.
     """
-    start = section_state(z, walker.p)
-    segment = record(walker, start, 1, tolerance)[-1]
-    before = np.flatnonzero(segment.states[:, 0] < 0)
-    if not before.size or segment.end[0] <= 0:
+    return up_to_mid_stance(walker, record(walker, section_state(z, walker.p), 1, tolerance)[-1]).end
+
+
+def up_to_mid_stance(walker: Walker, single: Segment) -> Segment:
+    """The part of a single stance up to mid-stance. Raises StepFailed if the stance leg never is upright."""
+    before = np.flatnonzero(single.states[:, 0] < 0)
+    if not before.size or single.end[0] <= 0:
         raise StepFailed("the stance leg is never upright in single stance")
     node = before[-1]
     rate = walker.size // 2
-    time = segment.times[node]
-    state: Vector = segment.states[node]
+    time, times, states = single.times[node], single.times[: node + 1], single.states[: node + 1]
+    state: Vector = states[node]
     for _ in range(50):
         change = -state[0] / state[rate]
         time += change
-        state = states_at(
-            segment.phase, segment.times[node : node + 1], segment.states[node : node + 1], np.array([time]), walker.p
-        )[0]
+        state = states_at(single.phase, times[node:], states[node:], np.array([time]), walker.p)[0]
         if abs(change) < 1e-15:
             break
     state[0] = 0.0
-    return state
+    return replace(single, duration=time, times=times, states=states, end=state)
 
 
 def constraint_drift(walker: Walker, segments: list[Segment]) -> np.ndarray:

@@ -16,24 +16,43 @@ PLANAR = ("ground.contact_stiffness", "ground.stiction_velocity", "multibody.tol
 
 @dataclass(frozen=True)
 class StepFrequency(Measured):
-    """The constraint model's step frequency [Hz], and by how much [Hz] rounding in Table 1's digits may move it."""
+    """The constraint model's step frequency [Hz], and by how much [Hz] rounding may move it.
+
+    `rounding` in all digits of Table 1, at the worst; `part` of it in the last digit of the parameter `decisive`, which
+    moves it most; on `slopes` that are rounded alike it lies between these.
+    """
 
     ID = "step_frequency"
     RESTS_ON = SOLVER
 
     frequency: float
     rounding: float
+    decisive: str
+    part: float
+    slopes: tuple[float, float]
 
     def judge(self, limits: Settings) -> Judgement:
         off = self.frequency - FREQUENCY_HZ
         holds = abs(off / FREQUENCY_HZ) <= limits.frequency_tolerance
         allowed = self.rounding + LAST_DIGIT_HZ / 2
+        needed, most = max(abs(off) - LAST_DIGIT_HZ / 2, 0.0), f"the last digit of {self.decisive}"
+        enough = self.part >= needed
         digits = f"{allowed:.3f} Hz, which the last digits of Table 1 ({self.rounding:.4f} Hz) and of 2.08 leave open"
         return Judgement(
             f"{self.frequency:.4f} Hz, {percent(off / FREQUENCY_HZ)}",
             yes_or_no(holds),
             (
                 Cause(holds and abs(off) <= allowed, f"the {abs(off):.4f} Hz left are less than {digits}"),
+                Cause(
+                    holds and 0 < needed <= self.rounding,
+                    f"to be printed as {FREQUENCY_HZ} it needs {needed:.4f} Hz of these; {most} "
+                    + (f"decides: alone it leaves {self.part:.4f} Hz" if enough else f"has most, {self.part:.4f} Hz"),
+                ),
+                Cause(
+                    self.slopes[0] < self.slopes[1],
+                    f"on slopes that round to the paper's it lies between {self.slopes[0]:.4f} and "
+                    f"{self.slopes[1]:.4f} Hz",
+                ),
                 Cause(
                     holds and not abs(off) <= allowed,
                     f"{abs(off):.4f} Hz is within {100 * limits.frequency_tolerance:g} %, though more than {digits}",

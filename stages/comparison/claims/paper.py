@@ -20,36 +20,35 @@ BLOCK_SETS = 11  # section 7.1
 
 @dataclass(frozen=True)
 class Printed:
-    """A parameter as the paper has it: its value, half a unit of its last digit, and where it stands."""
+    """A parameter as the paper has it: its value, and where it stands."""
 
     value: float | str
-    half_digit: float
     source: str
 
 
 #: The biped and its slope: what a claim on the paper's biped is about.
 BIPED = {
-    "biped.legs": Printed("compliant", 0.0, "section 2.1"),
-    "biped.hip_mass": Printed(0.316, 5e-4, "Table 1"),
-    "biped.foot_mass": Printed(0.335, 5e-4, "Table 1"),
-    "biped.leg_length": Printed(0.333, 5e-4, "Table 1"),
-    "biped.foot_radius": Printed(0.083, 5e-4, "Table 1"),
-    "biped.foot_com": Printed(0.100, 5e-4, "Table 1"),
-    "biped.stiffness": Printed(2800.0, 5e-3, "Table 1"),
-    "biped.damping": Printed(58.350, 5e-4, "Table 1"),
-    "biped.leg_inertia": Printed(0.0, 0.0, "section 2.1: point masses"),
-    "ground.slope_deg": Printed(2.0, 0.0, "section 3.5"),
-    "ground.gravity": Printed(9.81, 0.0, "the standard value, which the paper does not print"),
+    "biped.legs": Printed("compliant", "section 2.1"),
+    "biped.hip_mass": Printed(0.316, "Table 1"),
+    "biped.foot_mass": Printed(0.335, "Table 1"),
+    "biped.leg_length": Printed(0.333, "Table 1"),
+    "biped.foot_radius": Printed(0.083, "Table 1"),
+    "biped.foot_com": Printed(0.100, "Table 1"),
+    "biped.stiffness": Printed(2800.0, "Table 1"),
+    "biped.damping": Printed(58.350, "Table 1"),
+    "biped.leg_inertia": Printed(0.0, "section 2.1: point masses"),
+    "ground.slope_deg": Printed(2.0, "section 3.5"),
+    "ground.gravity": Printed(9.81, "the standard value, which the paper does not print"),
 }
 
 #: Other parameters that the paper prints: claims stay with another value, and name it.
 SETTINGS = {
-    "analytic.tolerance": Printed(1e-7, 0.0, "section 2.3"),
-    "multibody.tolerance": Printed(1e-6, 0.0, "section 3.5"),
-    "twin.tolerance": Printed(1e-6, 0.0, "section 3.5"),
-    "ground.static_friction": Printed(1.1, 0.0, "section 3.4"),
-    "ground.stiction_velocity": Printed(0.1, 0.0, "section 3.4: Adams' default"),
-    "ground.friction_velocity": Printed(1.0, 0.0, "section 3.4: Adams' default"),
+    "analytic.tolerance": Printed(1e-7, "section 2.3"),
+    "multibody.tolerance": Printed(1e-6, "section 3.5"),
+    "twin.tolerance": Printed(1e-6, "section 3.5"),
+    "ground.static_friction": Printed(1.1, "section 3.4"),
+    "ground.stiction_velocity": Printed(0.1, "section 3.4: Adams' default"),
+    "ground.friction_velocity": Printed(1.0, "section 3.4: Adams' default"),
 }
 
 

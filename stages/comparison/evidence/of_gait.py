@@ -8,12 +8,16 @@ import numpy as np
 
 from stages.analytic.result import Result as Analytic
 from stages.comparison.claims import gait
-from stages.comparison.evidence import studies
 from stages.comparison.evidence.evidence import NAN, Evidence, largest
 
 
 def step_frequency(analytic: Analytic) -> gait.StepFrequency:
-    return gait.StepFrequency(analytic.gait.step_frequency_hz, studies.rounding(analytic.variations))
+    digits = next((one for one in analytic.uncertainties if one.name == "step_frequency_hz"), None)
+    frequency = analytic.gait.step_frequency_hz
+    if digits is None:  # all values are exact
+        return gait.StepFrequency(frequency, 0.0, "", 0.0, (frequency, frequency))
+    slopes = digits.slope_least, digits.slope_most
+    return gait.StepFrequency(frequency, digits.worst, digits.decisive, digits.decisive_part, slopes)
 
 
 def stable_gait(e: Evidence) -> gait.StableGait:

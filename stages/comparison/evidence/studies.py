@@ -10,9 +10,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from stages.analytic.gait.sensitivity import Variation
 from stages.campaign.result import RunTruth
-from stages.comparison.claims.paper import BIPED
 from stages.comparison.claims.verdict import Parts
 from stages.error_budget.effects import EFFECTS, UNEXPLAINED
 from stages.error_budget.split import Split
@@ -43,17 +41,6 @@ def least_work(rows: Iterable[Row], error: float) -> float:
 def of_the_paper(rows: Iterable[Row], model: str) -> Row | None:
     """The way that is the paper's, or stands in for it."""
     return next((row for row in rows if row.model == model and "paper" in row.mark and row.completed), None)
-
-
-def rounding(variations: Iterable[Variation]) -> float:
-    """By how much [Hz] the frequency may change by rounding in the last digits of Table 1, all at their worst."""
-    total = 0.0
-    for variation in variations:
-        printed = BIPED.get(f"biped.{variation.name}")
-        slope = (variation.frequency_above - variation.frequency_below) / (2 * variation.change)
-        if printed is not None and isinstance(printed.value, float) and math.isfinite(slope):
-            total += abs(slope) * printed.half_digit / printed.value
-    return total
 
 
 def at(factors: Sequence[float], changes: Sequence[float], factor: float) -> float:

@@ -1,0 +1,125 @@
+"""Compares the numbers of two results folders, one of which another processor filled, or one that computes like it.
+
+Run: python -m benchmarks.processors RESULTS [OTHER]. Without OTHER the study of the working folder is computed anew as
+an older processor would: other kernels of OpenBLAS, no wide vector instructions in NumPy, plain machine code. Ends with
+1 if a number differs by more than is allowed. The nightly workflow calls this; `docs/faults.md` has the table.
+
+Allowed are `TOLERANCE` of the largest number in a field, or of its SI unit. What a stage tells of its own errors (what
+an iteration left over, how far two solvers differ, orders of convergence, multipliers fitted to how a walk settles) is
+made of rounding errors itself: such fields are listed, their differences are printed, and they stop nothing.
+"""
+
+from __future__ import annotations
+
+import fnmatch
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+TOLERANCE = 1e-5
+OLDER = {
+    "OPENBLAS_CORETYPE": "Prescott",
+    "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL",
+    "NUMBA_CPU_NAME": "generic",
+    "NUMBA_CPU_FEATURES": "",
+}
+#: Estimates of errors, and what they are made of.
+ESTIMATES = {
+    "comparison/biped/twin_multiplier": "fitted to how the twin settles",
+    "contact_study/limit/*cycle_score": "a score of small differences of cycles",
+    "error_budget/*/convergence/*": "an order of convergence from small differences",
+    "tradeoff/*/errors/*": "errors of the finest settings",
+    "twin_ladder/rungs/*/residual": "what the search for a cycle left over where it crawls",
+    "twin_ladder/rungs/*/inner_outer_difference": "what that search left over",
+    "twin_ladder/rungs/*/plane_multipliers": "fitted to how the strides settle",
+    "twin_ladder/rungs/*/solver_steps": "a count of adaptive steps",
+    "twin_ladder/rungs/*/strides_walked": "strides until that is small enough",
+}
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A field that differs: how far in parts of its largest number and of what is allowed, and whether it is listed."""
+
+    name: str
+    relative: float
+    of_allowed: float
+    estimate: bool
+
+
+def differences(one: Path, other: Path) -> Iterator[Difference]:
+    """Every field of the artefact `one` that is not the same in `other`."""
+    with h5py.File(one) as first, h5py.File(other) as second:
+        fields, others = _fields(first), _fields(second)
+    for name in sorted({*fields, *others}):
+        a, b = fields.get(name), others.get(name)
+        full = f"{one.stem}/{name}"
+        estimate = any(fnmatch.fnmatch(full, pattern) for pattern in ESTIMATES)
+        if a is None or b is None or a.shape != b.shape or a.dtype.kind != b.dtype.kind:
+            yield Difference(full, np.inf, np.inf, estimate)
+        elif a.dtype.kind not in "biuf":
+            if not np.array_equal(a, b):
+                yield Difference(full, np.inf, np.inf, estimate)
+        elif not np.array_equal(a, b, equal_nan=a.dtype.kind == "f"):
+            yield _difference(full, a.astype(float), b.astype(float), estimate)
+
+
+def _difference(name: str, a: Any, b: Any, estimate: bool) -> Difference:
+    if not np.array_equal(np.isfinite(a), np.isfinite(b)):
+        return Difference(name, np.inf, np.inf, estimate)
+    finite = np.isfinite(a)
+    apart, size = float(np.max(abs(a - b)[finite])), float(np.max(abs(a)[finite]))
+    return Difference(name, apart / size if size else np.inf, apart / (TOLERANCE * max(1.0, size)), estimate)
+
+
+def _fields(file: h5py.File) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+
+    def take(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset) and item.shape is not None:
+            found[name] = np.asarray(item[()])
+
+    file.visititems(take)
+    return found
+
+
+def compare(results: Path, other: Path) -> list[Difference]:
+    """Print a line for each artefact; the differences beyond what is allowed."""
+    beyond: list[Difference] = []
+    print("| artefact | fields that differ | largest difference, in parts of the field | beyond what is allowed |")
+    print("|---|---|---|---|")
+    for path in sorted(results.glob("*.h5")):
+        found = list(differences(path, other / path.name))
+        plain = [each for each in found if not each.estimate]
+        estimates = [each.relative for each in found if each.estimate]
+        listed = f" and {len(estimates)} estimates of errors, by up to {max(estimates):.1e}" if estimates else ""
+        wrong = [each for each in plain if each.of_allowed > 1]
+        largest = max((min(each.relative, each.of_allowed * TOLERANCE) for each in plain), default=0.0)
+        print(f"| {path.stem} | {len(plain)}{listed} | {largest:.1e} | {len(wrong)} |")
+        beyond += wrong
+    return beyond
+
+
+def main() -> None:
+    """Compare, computing the other results first if they are not given."""
+    results = Path(sys.argv[1])
+    with tempfile.TemporaryDirectory() as folder:
+        other = Path(sys.argv[2]) if sys.argv[2:] else Path(folder, "results")
+        if not sys.argv[2:]:
+            words = [sys.executable, "-m", "pipeline.cli", "run-all", "--results", str(other)]
+            subprocess.run(words, check=True, stdout=sys.stderr, env={**os.environ, **OLDER})
+        beyond = compare(results, other)
+    if beyond:
+        sys.exit("\n".join(f"{each.name}: {each.of_allowed:.1f} times what is allowed" for each in beyond))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,102 @@
+"""How the walker's numbers change with the parameters of a design, and which parameters there are.
+
+The units stay those of the design: a longer leg changes L_nat alone, not the unit of length. So parameters of all
+dimensions move numbers of their own, and the sum rules that dimensions set are not built in.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.model.walker import Vector, Walker
+from stages.biped.design import Biped
+
+
+@dataclass(frozen=True)
+class Changes:
+    """Parameters and what a share of each does to the walker's numbers.
+
+    `names` as in the parameter files; `values` and `units` of the parameters; `scales` (n,): a whole share of each, its
+    value, or where that is zero a size it could have; `along` (n, fields of the numbers): their change for that.
+    """
+
+    names: tuple[str, ...]
+    values: Vector
+    units: tuple[str, ...]
+    scales: Vector
+    along: np.ndarray
+
+    def only(self, rows: Sequence[int]) -> Changes:
+        """Some of the parameters."""
+        names, units = (tuple(each[row] for row in rows) for each in (self.names, self.units))
+        chosen = list(rows)
+        return Changes(names, self.values[chosen], units, self.scales[chosen], self.along[chosen])
+
+
+def sensitive_names(design: DesignPoint) -> tuple[str, ...]:
+    """Every parameter on which the gait of a design of this kind depends."""
+    return tuple(f"{owner.FILE}.{field.name}" for owner, field in _fields(design))
+
+
+def changes_of(design: DesignPoint, names: Iterable[str]) -> Changes:
+    """What shares of the parameters `names` do to the walker's numbers. Raises KeyError with the known names."""
+    known = {f"{owner.FILE}.{field.name}": (owner, field) for owner, field in _fields(design)}
+    walker = design.walker()
+    values, units, scales, rows = [], [], [], []
+    chosen = tuple(names)
+    for name in chosen:
+        if name not in known:
+            raise KeyError(f"{name}: the gait of this design has no such parameter; it has {', '.join(known)}")
+        owner, field = known[name]
+        value, symbol = float(getattr(owner, field.name)), field.metadata["symbol"]
+        scale = value or _sizes(design.biped)[field.metadata["unit"]]
+        values.append(value)
+        units.append(field.metadata["unit"])
+        scales.append(scale)
+        rows.append(_row(design, walker, symbol, scale))
+    width = len(walker.p._fields)
+    return Changes(chosen, np.array(values), tuple(units), np.array(scales), np.array(rows).reshape(-1, width))
+
+
+def moved(walker: Walker, change: Vector) -> Walker:
+    """The walker with its numbers changed, in the same units."""
+    numbers: Any = type(walker.p)
+    return dataclasses.replace(walker, p=numbers(*(np.array(walker.p) + change).tolist()))
+
+
+def _fields(design: DesignPoint) -> list[tuple[Any, dataclasses.Field[Any]]]:
+    """The numbers of the design that move the walker's, with the object that holds each."""
+    numbers = set(design.walker().p._fields) | {"a", "g"}
+    owners = (design.biped, design.slope, *((design.friction,) if design.friction else ()))
+    return [(owner, field) for owner in owners for field in dataclasses.fields(owner)
+            if field.metadata["symbol"] in numbers]
+
+
+def _sizes(biped: Biped) -> dict[str, float]:
+    """By unit, a size that a parameter could have which is zero."""
+    mass, length = biped.foot_mass, biped.leg_length
+    return {"kg": mass, "m": length, "kg m^2": mass * (length / 10) ** 2, "deg": 1.0, "1": 1.0,
+            "N s/m": math.sqrt(biped.stiffness * mass)}
+
+
+def _row(design: DesignPoint, walker: Walker, symbol: str, change: float) -> Sequence[float]:
+    """Change of the walker's numbers with one parameter, in units of the design."""
+    slope, mass, length, time = design.slope, walker.mass, walker.length, walker.time
+    units = {"M": mass, "m": mass, "L_nat": length, "r": length, "l": length, "k": mass / time**2, "b": mass / time,
+             "I": mass * length**2, "mu_s": 1.0, "mu_d": 1.0}
+    if symbol == "a":
+        turn = math.radians(change)
+        moved = {"g_x": turn * math.cos(slope.angle), "g_y": turn * math.sin(slope.angle)}
+    elif symbol == "g":
+        share = change / slope.gravity
+        moved = {"g_x": share * math.sin(slope.angle), "g_y": -share * math.cos(slope.angle)}
+    else:
+        moved = {symbol: change / units[symbol]}
+    return [moved.get(field, 0.0) for field in walker.p._fields]

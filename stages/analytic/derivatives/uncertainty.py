@@ -1,0 +1,119 @@
+"""How far the numbers of a gait may be off because the values of its design are known to a last digit only.
+
+Linear, by exact derivatives: all half-widths at their worst together, and as independent errors (root of the sum of
+squares). The slope, which is not the design's, apart and solved for. Multipliers are derived only by values that are
+not exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from stages.analytic.derivatives.gait import VariedGait
+from stages.analytic.derivatives.multipliers import MultiplierDerivatives, multiplier_derivatives
+from stages.analytic.derivatives.slope_range import MEASURES, SLOPE, over_slopes
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.gait_search import describe
+from stages.analytic.model.walker import Vector
+from stages.biped.gait import Gait, StanceState
+from stages.biped.quantity import quantity
+
+
+@dataclass(frozen=True)
+class Elasticities:
+    """How the gait answers to one parameter: change in a share for a share of it, d ln measure / d ln parameter.
+
+    For a parameter that is zero, a share is one of `scale`, a size it could have.
+    """
+
+    parameter: str = quantity("-", "parameter, as file.key")
+    unit: str = quantity("-", "its unit")
+    value: float = quantity("-", "its value, in that unit")
+    half_width: float = quantity("-", "how far it may be off, in that unit; 0: exact")
+    scale: float = quantity("-", "what a share is of, in that unit: the value, unless that is zero")
+    period: float = quantity("1", "elasticity of the duration of a step")
+    step_length: float = quantity("1", "elasticity of the step length")
+    speed: float = quantity("1", "elasticity of the speed")
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """How far one number of the gait may be off, in its own unit; NaN where it has no derivative."""
+
+    name: str = quantity("-", "which number: a field of Gait, of its fixed point, or the magnitude of a multiplier")
+    unit: str = quantity("-", "its unit")
+    value: float = quantity("-", "the number")
+    worst: float = quantity("-", "all values of the design off by their half-widths, at the worst")
+    independent: float = quantity("-", "the same as independent errors: root of the sum of squares")
+    decisive: str = quantity("-", "the parameter of the design that may move it most")
+    decisive_part: float = quantity("-", "by how much that one may move it")
+    slope_least: float = quantity("-", "its least on slopes within the slope's half-width; NaN: no gait on some")
+    slope_most: float = quantity("-", "its most there")
+
+
+def elasticities_of(gait: VariedGait, half_widths: Mapping[str, float]) -> tuple[Elasticities, ...]:
+    """How the gait answers to each parameter; `half_widths` by file.key, none for an exact value."""
+    changes, shares = gait.changes, gait.elasticities()
+    return tuple(
+        Elasticities(
+            parameter=name,
+            unit=changes.units[row],
+            value=float(changes.values[row]),
+            half_width=half_widths.get(name, 0.0),
+            scale=float(changes.scales[row]),
+            period=float(shares["period_s"][row]),
+            step_length=float(shares["step_length_m"][row]),
+            speed=float(shares["speed_m_s"][row]),
+        )
+        for row, name in enumerate(changes.names)
+    )
+
+
+def uncertainties_of(
+    design: DesignPoint, gait: VariedGait, half_widths: Mapping[str, float],
+    multipliers: MultiplierDerivatives | None = None,
+) -> tuple[Uncertainty, ...]:  # fmt: skip
+    """How far measures, leading multipliers and fixed point of the design's gait may be off; none if all is exact.
+
+    `multipliers` are its derivatives by the same parameters where they are known already.
+    """
+    names = [name for name in gait.changes.names if half_widths.get(name)]
+    inexact = gait.only(names)
+    if not names:
+        return ()
+    known = multiplier_derivatives(inexact) if multipliers is None else multipliers.only(gait.rows(names))
+    widths = np.array([half_widths[name] for name in inexact.changes.names]) / inexact.changes.scales
+    slopes = over_slopes(design, inexact, half_widths[SLOPE], len(known.values)) if SLOPE in names else {}
+    return tuple(
+        uncertainty(name, unit, value, dict(zip(inexact.changes.names, change * widths, strict=True)),
+                    slopes.get(name, (value, value)))
+        for name, unit, value, change in numbers_of(inexact, known))
+
+
+def uncertainty(
+    name: str, unit: str, value: float, parts: Mapping[str, float], slopes: tuple[float, float]
+) -> Uncertainty:
+    """One number that each parameter may move by its part, and that lies between `slopes` on slopes that may be."""
+    sizes = {each: abs(float(part)) for each, part in parts.items() if each != SLOPE}
+    of_design = np.array(list(sizes.values()))
+    decisive = max(sizes, key=lambda each: sizes[each], default="")
+    return Uncertainty(name, unit, value, float(of_design.sum()), float(np.sqrt((of_design**2).sum())), decisive,
+                       sizes.get(decisive, 0.0), *slopes)
+
+
+def numbers_of(gait: VariedGait, multipliers: MultiplierDerivatives) -> list[tuple[str, str, float, Vector]]:
+    """Name, unit, value and derivatives (n,) for whole shares of the parameters, of every number that has them."""
+    described, shares = describe(gait.walker, gait.point), gait.elasticities()
+    units = {field.name: field.metadata["unit"] for cls in (Gait, StanceState) for field in fields(cls)}
+    found = [(name, units[name], float(getattr(described, name))) for name in MEASURES]
+    numbers = [(name, unit, value, value * shares[name]) for name, unit, value in found]
+    for index, (value, row) in enumerate(zip(multipliers.values, multipliers.elasticities(), strict=True), 1):
+        numbers.append((f"multiplier_{index}", "1", float(abs(value)), float(abs(value)) * row))
+    names = [field.name for field in fields(StanceState)]
+    for name, row in zip(names[::2] if gait.walker.rigid else names, gait.walker.scales()[:, None] * gait.state,
+                         strict=True):  # fmt: skip
+        numbers.append((name, units[name], float(getattr(described.fixed_point, name)), row))
+    return numbers

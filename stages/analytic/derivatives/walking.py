@@ -1,0 +1,48 @@
+"""What a varied walker does in place of the plain one: the register of its functions, filled where this is imported."""
+
+from __future__ import annotations
+
+from stages.analytic.compiled import compiled, extend
+from stages.analytic.derivatives.guards import limited_varied_guard, rigid_varied_guard, rolling_varied_guard
+from stages.analytic.derivatives.impacts import (
+    limited_varied_reset,
+    limited_varied_succession,
+    rigid_varied_reset,
+    rolling_varied_reset,
+)
+from stages.analytic.derivatives.rates import limited_varied_rates, rigid_varied_rates, rolling_varied_rates
+from stages.analytic.integration import dop853_step, radau
+from stages.analytic.integration.integrator import error_norm, take_step
+from stages.analytic.integration.phase import failure
+from stages.analytic.model.varied import StiffVaried, Varied, VariedLimited, VariedRigid, VariedRolling
+from stages.analytic.model.walker import Vector
+from stages.analytic.phases.flow import flow
+from stages.analytic.phases.guards import guard
+from stages.analytic.phases.succession import Next, first_phase, rigid_succession, rolling_succession, succeed
+from stages.analytic.phases.transitions import heel_strike_reset
+
+
+@compiled
+def plain_failure(phase: int, y: Vector, p: Varied) -> int:
+    """`failure`: that of the plain walker."""
+    return failure(phase, y, p.plain)
+
+
+@compiled
+def plain_first_phase(y: Vector, p: Varied) -> Next:
+    """`first_phase`: that of the plain walker."""
+    return first_phase(y, p.plain)
+
+
+extend(flow, {
+    VariedRigid: rigid_varied_rates, VariedRolling: rolling_varied_rates, VariedLimited: limited_varied_rates})
+extend(guard, {
+    VariedRigid: rigid_varied_guard, VariedRolling: rolling_varied_guard, VariedLimited: limited_varied_guard})
+extend(heel_strike_reset, {
+    VariedRigid: rigid_varied_reset, VariedRolling: rolling_varied_reset, VariedLimited: limited_varied_reset})
+extend(succeed, {
+    VariedRigid: rigid_succession, VariedRolling: rolling_succession, VariedLimited: limited_varied_succession})
+extend(first_phase, {Varied: plain_first_phase})
+extend(failure, {Varied: plain_failure})
+extend(take_step, {StiffVaried: radau.take_step, Varied: dop853_step.take_step})
+extend(error_norm, {StiffVaried: radau.error_norm, Varied: dop853_step.error_norm})

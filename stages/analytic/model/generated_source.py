@@ -1,0 +1,38 @@
+"""Source of one generated function: common subexpressions taken out, all else written as sympy has it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import sympy as sp
+from sympy.printing.pycode import pycode
+
+from stages.analytic.model import derivation as d
+from stages.analytic.model.simplification import for_code, shortened
+
+
+def literal(expression: sp.Expr) -> str:
+    """Python source of an expression; an integer on its own becomes a float, so that all outputs have one type."""
+    source: str = pycode(expression, fully_qualified_modules=False)
+    return f"{source}.0" if expression.is_Integer else source
+
+
+def function_source(name: str, arguments: Sequence[sp.Symbol], outputs: Sequence[sp.Expr], doc: str) -> str:
+    """Source of one compiled function of the walker's numbers: common subexpressions, return a tuple."""
+    shared, reduced = sp.cse(list(outputs), symbols=sp.numbered_symbols("u"), order="none")
+    used = set().union(*(expression.free_symbols for expression in outputs)) if outputs else set()
+    kind = "Rigid" if name.startswith("rigid") else "Compliant"
+    lines = ["@compiled", f"def {name}({', '.join(f'{name}: float' for name in arguments)}, p: {kind}) -> Numbers:",
+             f'    """{doc}"""']
+    symbols = [name for name, symbol in d.PARAMETERS.items() if symbol in used]
+    if symbols:
+        lines += [f"    {', '.join(symbols)} = {', '.join(f'p.{symbol}' for symbol in symbols)}"]
+    lines += [f"    {symbol} = {literal(value)}" for symbol, value in shared]
+    comma = "," if len(reduced) == 1 else ""
+    lines += ["    return (" + ",\n            ".join(map(literal, reduced)) + f"{comma})"]
+    return "\n".join(lines) + "\n"
+
+
+def compact(expression: sp.Expr) -> sp.Expr:
+    """The short form of a term."""
+    return for_code(shortened(expression))

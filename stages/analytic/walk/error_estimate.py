@@ -1,0 +1,245 @@
+"""Error estimates of a gait and of a walk on it, and whether they are to be trusted.
+
+An estimate is a leading term, and tells nothing where the integrator's steps are too long for it to lead. So the same
+is computed with a tenth of the tolerance: both differ by what both estimates say, or the estimate is not given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.analytic.derivatives.gait import step_length_change
+from stages.analytic.errors import StepFailed
+from stages.analytic.gait.gait_search import step_length
+from stages.analytic.gait.poincare import (
+    STEP_LIMIT_OF_A_PHASE,
+    TIME_LIMIT_OF_A_PHASE,
+    FixedPoint,
+    fixed_point,
+    step_failure,
+)
+from stages.analytic.integration.phase import EVENT, integrate
+from stages.analytic.integration.step import MOST_PHASES
+from stages.analytic.model.stiffness import attainable_tolerance
+from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.phases.flow import flow
+from stages.analytic.phases.section import section_coordinates, section_derivative, section_state, section_tangent
+from stages.analytic.phases.succession import first_phase, succeed
+from stages.analytic.phases.transitions import heel_strike_reset
+from stages.analytic.walk.carried_error import CarriedError, along, carried_error
+from stages.analytic.walk.recording import Segment, is_last, record, up_to_mid_stance, walk_on
+from stages.biped.quantity import quantity
+
+#: An estimate leads if what both differ by is off by at most this part of it.
+OFF = 0.25
+#: Two estimates of one number that differ by more than this part of the larger one are none.
+CANCELLED = 0.5
+
+
+@dataclass(frozen=True)
+class GaitError:
+    """Estimated errors of a gait's numbers, exact minus computed; None where there is no estimate."""
+
+    period: float | None = quantity("s", "estimated error of the period, exact minus computed")
+    step_length: float | None = quantity("m", "estimated error of the step length, exact minus computed")
+    checked: str = quantity("-", "what the estimates rest on")
+
+
+@dataclass(frozen=True)
+class NumericalError:
+    """Estimated errors of the numbers computed, from the errors of the integrator's steps; NaN where none can be given.
+
+    Period and step length are those of the gait, the hip's path and the steps' durations those of the walk.
+    """
+
+    period: float = quantity("s", "error of the gait's period, exact minus computed")
+    step_length: float = quantity("m", "error of the gait's step length, exact minus computed")
+    hip_position: float = quantity("m", "largest error of the hip over the walk")
+    step_duration: float = quantity("s", "largest error of a step's duration over the walk")
+    checked: str = quantity("-", "why the estimates are given, or why they are not")
+
+    @property
+    def given(self) -> bool:
+        """Whether the estimates are given, but for a number whose leading terms cancel."""
+        return bool(np.isfinite(self.hip_position))
+
+
+@dataclass(frozen=True)
+class Estimated:
+    """What is estimated at one tolerance, dimensionless, with the values that it is about.
+
+    `gait` and `gait_error` (j + 2,): section coordinates, period, step length. `strikes` and `strike_error` (n, 2):
+    time and x_0 of each heel strike of the walk. `hip_error` (m,): distance of the hip at the walk's nodes.
+    """
+
+    gait: Vector
+    gait_error: Vector
+    strikes: np.ndarray
+    strike_error: np.ndarray
+    hip_error: Vector
+
+
+def estimate_errors(walker: Walker, point: FixedPoint, steps: int, tolerance: float) -> NumericalError:
+    """Errors of the gait at `point` and of `steps` steps of a walk on it from mid-stance, both found at `tolerance`.
+
+    They are checked against a tenth of the tolerance; where round-off hides what that changes, against ten times the
+    tolerance, at which they lead less.
+    """
+    tolerance = attainable_tolerance(walker.p, tolerance)
+    try:
+        one = estimated(walker, point, steps, tolerance)
+    except (StepFailed, np.linalg.LinAlgError) as reason:
+        return not_given(str(reason))
+    reasons: list[str] = []
+    for factor, named in ((0.1, "a tenth of"), (10.0, "ten times")):
+        if factor * tolerance < attainable_tolerance(walker.p, 0.0):
+            reasons.append(f"{named} the tolerance is below round-off")
+            continue
+        other = estimated_at(walker, point, steps, factor * tolerance)
+        if isinstance(other, str):
+            reasons.append(f"at {named} the tolerance {other}")
+            continue
+        off = missed(one, other)
+        if off <= OFF:
+            checked = f"at {named} the tolerance results differ by what is estimated, to {off:.1g} of it"
+            return told(walker, one, other, checked)
+        reasons.append(f"at {named} the tolerance results differ otherwise than estimated, by {off:.1g} of it")
+    return not_given("; ".join(reasons))
+
+
+def gait_error(walker: Walker, point: FixedPoint, tolerance: float) -> GaitError:
+    """Errors of the gait at `point`, found at `tolerance`."""
+    found = estimate_errors(walker, point, 1, tolerance)
+    period, length = (value if np.isfinite(value) else None for value in (found.period, found.step_length))
+    return GaitError(period, length, found.checked)
+
+
+def estimated_at(walker: Walker, point: FixedPoint, steps: int, tolerance: float) -> Estimated | str:
+    """What is estimated at another tolerance, or why nothing can be."""
+    moved = fixed_point(walker, point.z, tolerance)
+    if moved is None:
+        return "the gait is lost"
+    try:
+        return estimated(walker, moved, steps, tolerance)
+    except (StepFailed, np.linalg.LinAlgError) as reason:
+        return str(reason)
+
+
+def missed(one: Estimated, other: Estimated) -> float:
+    """How far the estimates miss what the results differ by, as part of the larger estimate; the worst of gait, times
+    and places of the walk's heel strikes.
+    """
+    if one.strikes.shape != other.strikes.shape:
+        return np.inf
+    pairs = [(one.gait, other.gait, one.gait_error, other.gait_error)]
+    pairs += zip(one.strikes.T, other.strikes.T, one.strike_error.T, other.strike_error.T, strict=True)
+    parts = []
+    for value, other_value, error, other_error in pairs:
+        size = max(float(np.abs(error).max()), float(np.abs(other_error).max()))
+        gap = float(np.abs((other_value - value) - (error - other_error)).max())
+        parts.append(gap / size if size > 0.0 else np.inf)
+    return max(parts)
+
+
+def told(walker: Walker, one: Estimated, other: Estimated, checked: str) -> NumericalError:
+    """The errors in SI units.
+
+    The gait's numbers have two estimates, of which that from the finer results is the better one. Where leading terms
+    cancel in a number, both tell what is left of them, each another thing: then it has none.
+    """
+    finer = np.abs(other.gait_error).max() < np.abs(one.gait_error).max()
+    error = other.gait - one.gait + other.gait_error if finer else one.gait_error.copy()
+    both = np.abs([error, one.gait_error])
+    error[np.abs(error - one.gait_error) > CANCELLED * both.max(axis=0)] = np.nan
+    durations = np.diff(one.strike_error[:, 0])
+    return NumericalError(
+        float(error[-2] * walker.time),
+        float(error[-1] * walker.length),
+        float(one.hip_error.max() * walker.length),
+        float(np.abs(durations).max(initial=0.0) * walker.time),
+        checked,
+    )
+
+
+def not_given(reason: str) -> NumericalError:
+    """No estimate, and why."""
+    return NumericalError(np.nan, np.nan, np.nan, np.nan, reason)
+
+
+def estimated(walker: Walker, point: FixedPoint, steps: int, tolerance: float) -> Estimated:
+    """The gait, a walk on it and the errors of both. Raises StepFailed."""
+    start = section_state(point.z, walker.p)
+    tangent = section_tangent(point.z, start, walker.p)
+    step = record_map(walker, np.concatenate([start, tangent]), tolerance)
+    own = coordinate_error(walker, step, carried_error(walker, step, np.zeros(walker.size))[-1].states[0])
+    moved = np.linalg.solve(np.eye(own.size) - point.monodromy_matrix, own)
+    begun = moved @ tangent.reshape(-1, walker.size)
+    longer = step_length_change(walker, start, begun[:, None], np.zeros((1, len(walker.p))))[0]
+
+    single = record(walker, start, 1, tolerance)
+    begin = up_to_mid_stance(walker, single[-1])
+    walk = walk_on(walker, begin.end, steps, tolerance)
+    path = carried_error(walker, walk, upright_error(walker, begin, carried_error(walker, single, begun)[-2].states[0]))
+    ends = [index for index, segment in enumerate(walk) if is_last(segment)]
+    return Estimated(
+        np.array([*point.z, point.steps[0].period, step_length(walker, point)]),
+        np.array([*moved, carried_error(walker, step, begun)[-1].delay, longer]),
+        np.array([[walk[end].start + walk[end].duration, walk[end].origin] for end in ends]),
+        np.array([[path[end + 1].delay, path[end].origin] for end in ends]),
+        np.concatenate([hip_error(walker, segment, found) for segment, found in zip(walk, path, strict=False)]),
+    )
+
+
+def record_map(walker: Walker, y: Vector, tolerance: float) -> list[Segment]:
+    """Segments of the step that the step map takes from `y`, a state with its variations.
+
+    Its integration steps are other ones than those of a walk without variations, and so are its errors.
+    """
+    y, h, start, nodes = y.copy(), 0.02, 0.0, np.empty((STEP_LIMIT_OF_A_PHASE // 10, 10))
+    segments: list[Segment] = []
+    phase, decided = first_phase(y, walker.p)
+    while decided and not (segments and is_last(segments[-1])):
+        status, duration, h, count, _ = integrate(
+            phase, y, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, h, nodes)
+        if count == len(nodes):
+            raise StepFailed("there are more integration steps than are kept")
+        if status != EVENT or len(segments) > MOST_PHASES:
+            raise StepFailed(step_failure(status, phase))
+        kept, end = nodes[:count].copy(), y[: walker.size].copy()
+        states = kept[:, 2 : 2 + walker.size] if count else end[None, :]
+        segments.append(Segment(phase, start, duration, 0, 0.0, kept[:, 0] if count else np.zeros(1), states, end))
+        start, h = start + duration, max(min(h, 0.02), 1e-6)
+        phase, decided = succeed(phase, y, walker.p)
+    return segments
+
+
+def coordinate_error(walker: Walker, step: Sequence[Segment], error: Vector) -> Vector:
+    """Error (j,) of the section coordinates after a step from that of the state there."""
+    y = step[-1].end.copy()
+    heel_strike_reset(y, walker.p)
+    columns = section_coordinates(y, walker.p).size
+    padded = np.concatenate([y, error, np.zeros((columns - 1) * walker.size)])
+    found: Vector = section_derivative(padded, walker.p)[:, 0]
+    return found
+
+
+def upright_error(walker: Walker, begin: Segment, error: Vector) -> Vector:
+    """Error of the state at mid-stance (size,), `error` being that at the start of the single stance `begin`."""
+    end, rates = along(walker, begin, error)[-1], np.empty(walker.size)
+    flow(begin.phase, begin.end, walker.p, rates)
+    return np.asarray(end - rates * end[0] / rates[0])
+
+
+def hip_error(walker: Walker, segment: Segment, carried: CarriedError) -> Vector:
+    """Distance (n + 1,) of the hip from where it is to be at the times of the segment's nodes and of its end."""
+    p, half = walker.p, walker.size // 2
+    y = np.vstack([segment.states, segment.end])
+    error = carried.states[:, :half] - carried.delay * y[:, half:]  # rates are those of the coordinates
+    theta, dtheta = y[:, 0], error[:, 0]
+    stance, dstance = (p.L_nat, 0.0) if walker.rigid else (y[:, 1], error[:, 1])
+    across = (stance - p.r) * dtheta
+    forward = carried.origin + p.r * dtheta + dstance * np.sin(theta) + across * np.cos(theta)
+    return np.asarray(np.hypot(forward, dstance * np.cos(theta) - across * np.sin(theta)))

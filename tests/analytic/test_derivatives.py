@@ -1,0 +1,310 @@
+"""Derivatives by parameters: against extrapolated differences, and against the rules that dimensions set."""
+
+import dataclasses
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from stages.analytic.derivatives.gait import gait_derivatives
+from stages.analytic.derivatives.impacts import limited_varied_reset, varied_land
+from stages.analytic.derivatives.multipliers import APART, LEADING, multiplier_derivatives
+from stages.analytic.derivatives.numbers import changes_of, moved, sensitive_names
+from stages.analytic.derivatives.step_map import varied_step, walk_derivatives
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.gait_search import describe, find_gait, step_length
+from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poincare_map
+from stages.analytic.model.kinds import StiffRolling
+from stages.analytic.model.varied import varied
+from stages.analytic.phases.coulomb_impact import LIFTS, SLIPS, STICKS, land, limited_reset, trailing_impulse
+from stages.analytic.phases.flow import DOUBLE_STANCE, HOVERING, SLIDING_BACK, SLIDING_FORWARD
+from stages.analytic.phases.section import section_state
+from stages.analytic.walk.recording import record
+from stages.ground.friction_coefficients import Friction
+from tests.analytic.designs import HEAVY_LEGS, SLOPE, TABLE_1, TABLE_1_RIGID, changed, walker_of
+from tests.analytic.test_transitions import landing_states
+
+STIFF = changed(TABLE_1, damping=1e5)
+DESIGNS = {
+    "rolling": DesignPoint(TABLE_1, SLOPE),
+    "rolling, heavy legs": DesignPoint(HEAVY_LEGS, SLOPE),
+    "rigid": DesignPoint(TABLE_1_RIGID, SLOPE),
+    "rigid, heavy legs": DesignPoint(dataclasses.replace(HEAVY_LEGS, legs="rigid"), SLOPE),
+    "friction of the paper": DesignPoint(TABLE_1, SLOPE, Friction(1.1, 1.0)),
+    "low friction": DesignPoint(TABLE_1, SLOPE, Friction(0.5, 0.4)),
+    "ice": DesignPoint(TABLE_1, SLOPE, Friction(0.05, 0.05)),
+}
+_FOUND = {}
+
+
+def gait_of(kind, tolerance=1e-12):
+    """(design, its gait), found once."""
+    if (kind, tolerance) not in _FOUND:
+        design = DESIGNS[kind]
+        _FOUND[kind, tolerance] = find_gait(design.biped, design.slope, tolerance, design.friction)[1]
+    return DESIGNS[kind], _FOUND[kind, tolerance]
+
+
+def slope_of(function, h, levels=3):
+    """Derivative at zero by central differences, extrapolated (Romberg)."""
+    row = [(function(h / 2**i) - function(-h / 2**i)) / (2 * h / 2**i) for i in range(levels)]
+    for order in range(1, levels):
+        row = [(4**order * fine - coarse) / (4**order - 1) for coarse, fine in pairwise(row)]
+    return row[0]
+
+
+def share_of(name):
+    """Steps of the differences, as shares: at given leg lengths, a longer natural length presses the stiff springs."""
+    return 2e-5 if name == "biped.leg_length" else 1e-3
+
+
+@pytest.mark.parametrize("kind", DESIGNS)
+def test_step_map_and_period_answer_to_every_parameter_as_differences_say(kind):
+    """To 1e-7 of the largest entry of the row, through flow, guards, impacts and sliding."""
+    design, point = gait_of(kind)
+    walker = design.walker()
+    changes = changes_of(design, sensitive_names(design))
+    exact = varied_step(walker, point.z, changes.along, 1e-12)
+    columns = []
+    for name, along in zip(changes.names, changes.along):
+
+        def image(share, along=along):
+            step = poincare_map(moved(walker, share * along), point.z, 1e-13)
+            return np.append(step.z, step.period)
+
+        columns.append(slope_of(image, share_of(name)))
+    found, given = np.column_stack(columns), np.vstack([exact.along, exact.period_along])
+    largest = np.abs(given).max(axis=1, keepdims=True)
+    assert (np.abs(found - given) <= 1e-7 * largest + 1e-14).all(), np.abs(found - given) / largest
+    assert (largest[[0, -1]] > 0.1).all()
+
+
+@pytest.mark.parametrize("kind", DESIGNS)
+def test_state_columns_are_those_of_the_map_without_parameters_and_the_period_has_its_own(kind):
+    design, point = gait_of(kind)
+    walker = design.walker()
+    exact = varied_step(walker, point.z, changes_of(design, ["biped.hip_mass"]).along, 1e-12)
+    _, plain = poincare_derivative(walker, point.z, 1e-12)
+    assert np.abs(exact.by_state - plain).max() <= 1e-10 * np.abs(plain).max()
+    e = np.array([1.0, 0, 0] if walker.rigid else [1.0, 0, 0, 0, 0, *([0.0, 0.0] if design.friction else [])])
+    found = slope_of(lambda h: poincare_map(walker, point.z + h * e, 1e-13).period, 1e-3)
+    assert found == pytest.approx(exact.period_by_state[0], rel=1e-7)
+
+
+def test_sliding_both_ways_hovering_and_rolling_are_all_walked_through():
+    seen = set()
+    for kind in DESIGNS:
+        design, point = gait_of(kind)
+        if design.friction:
+            walker = design.walker()
+            seen |= {segment.phase for segment in record(walker, section_state(point.z, walker.p), 1, 1e-10)}
+    assert {DOUBLE_STANCE, SLIDING_FORWARD, HOVERING} <= seen
+    assert SLIDING_BACK in seen
+
+
+@pytest.mark.parametrize("kind", ["rolling, heavy legs", "rigid, heavy legs", "friction of the paper"])
+def test_gait_answers_to_every_parameter_as_gaits_of_changed_designs_say(kind):
+    """Period, step length and speed [SI], each changed design scaled to its own units; to 1e-7 of the row."""
+    design, point = gait_of(kind)
+    names = names_with_shares(design)
+    given = gait_derivatives(design, point, names, 1e-12).elasticities()
+    rows = {name: [] for name in given}
+    for parameter in names:
+
+        def logarithms(share, parameter=parameter):
+            changed_design = with_share(design, parameter, share)
+            walker = changed_design.walker()
+            gait = describe(walker, fixed_point(walker, point.z, 1e-13))
+            return np.log([getattr(gait, name) for name in given])
+
+        for name, value in zip(given, slope_of(logarithms, 1e-3)):
+            rows[name].append(value)
+    for name, row in rows.items():
+        assert np.abs(given[name] - row).max() <= 1e-7 * np.abs(row).max(), name
+
+
+def names_with_shares(design):
+    """The parameters that are not zero: a share of zero is none."""
+    return tuple(name for name in sensitive_names(design) if with_share(design, name, 0.1) != design)
+
+
+def with_share(design, parameter, share):
+    """The design with one parameter changed by a share, friction too."""
+    file, _, key = parameter.partition(".")
+    if file == "ground" and key.endswith("friction"):
+        value = getattr(design.friction, key) * (1 + share)
+        return dataclasses.replace(design, friction=dataclasses.replace(design.friction, **{key: value}))
+    return design.with_value(parameter, design.value(parameter) * (1 + share))
+
+
+@pytest.mark.parametrize("kind", ["rolling", "rigid, heavy legs", "friction of the paper"])
+def test_leading_multipliers_answer_as_those_of_changed_designs(kind):
+    design, point = gait_of(kind)
+    names = names_with_shares(design)
+    found = multiplier_derivatives(gait_derivatives(design, point, names, 1e-12))
+    assert found.refused == () and (np.abs(found.values) >= LEADING * np.abs(found.values[0])).all()
+    assert len(found.values) >= 2
+    for column, parameter in enumerate(names):
+
+        def multipliers(share, parameter=parameter):
+            walker = with_share(design, parameter, share).walker()
+            every = fixed_point(walker, point.z, 1e-13).floquet_multipliers
+            return np.array([every[np.abs(every - value).argmin()] for value in found.values])
+
+        difference = slope_of(multipliers, 4e-3)
+        largest = max(np.abs(found.derivatives[:, column]).max(), 1.0)
+        assert np.abs(found.derivatives[:, column] - difference).max() <= 1e-6 * largest, parameter
+
+
+def sum_rules(names, elasticities, time, length):
+    """What dimensions leave of a measure's elasticities: zeros, for a measure of so many times and lengths."""
+    of = dict(zip((name.partition(".")[2] for name in names), elasticities))
+    k, b, inertia = (of.get(name, 0.0) for name in ("stiffness", "damping", "leg_inertia"))
+    return np.array([
+        of["hip_mass"] + of["foot_mass"] + k + b + inertia,
+        of["leg_length"] + of["foot_radius"] + of["foot_com"] + 2 * inertia + of["gravity"] - length,
+        -2 * k - b - 2 * of["gravity"] - time])
+
+
+@pytest.mark.parametrize("tolerance, left", [(1e-13, 1e-10), (1e-8, 1e-7)])
+@pytest.mark.parametrize("kind", ["rolling, heavy legs", "rigid, heavy legs", "friction of the paper"])
+def test_units_may_be_chosen(kind, tolerance, left):
+    """Masses, lengths and times in other units: the elasticities of all that has a unit add up accordingly."""
+    design, point = gait_of(kind, tolerance)
+    names = names_with_shares(design)
+    gait = gait_derivatives(design, point, names, tolerance)
+    of = gait.elasticities()
+    assert np.abs(sum_rules(names, of["period_s"], 1, 0)).max() <= left
+    assert np.abs(sum_rules(names, of["step_length_m"], 0, 1)).max() <= left
+    assert np.abs(sum_rules(names, of["speed_m_s"], -1, 1)).max() <= left
+    if tolerance < 1e-12:
+        found = multiplier_derivatives(gait)
+        for row in found.elasticities():
+            assert np.abs(sum_rules(names, row, 0, 0)).max() <= 1e-6
+
+
+def test_elasticities_of_table_1():
+    """Values of an independent trial, to its printed digits."""
+    design, point = gait_of("rolling")
+    names = sensitive_names(design)
+    found = dict(zip(names, gait_derivatives(design, point, names, 1e-12).elasticities()["step_frequency_hz"]))
+    expected = {"biped.hip_mass": -0.158, "biped.foot_mass": 0.149, "biped.leg_length": -0.821,
+                "biped.foot_radius": -0.002, "biped.foot_com": 0.314, "biped.stiffness": -0.028,
+                "biped.damping": 0.038, "ground.slope_deg": -0.050, "ground.gravity": 0.509}
+    assert {name: round(found[name], 3) for name in expected} == expected
+
+
+@pytest.mark.parametrize("kind", ["rolling, heavy legs", "friction of the paper"])
+def test_a_walk_off_the_gait_answers_to_start_and_parameters(kind):
+    """Coordinates and time after five steps."""
+    design, point = gait_of(kind)
+    walker, z, steps = design.walker(), point.z.copy(), 5
+    z[0] *= 1.01
+    changes = changes_of(design, ["biped.foot_com", "ground.slope_deg"])
+    walk = walk_derivatives(walker, z, changes.along, steps, 1e-12)
+
+    def end(walker, z):
+        time = 0.0
+        for _ in range(steps):
+            step = poincare_map(walker, z, 1e-13)
+            z, time = step.z, time + step.period
+        return np.append(z, time)
+
+    for row, along in enumerate(changes.along):
+
+        def ended(share, along=along):
+            return end(moved(walker, share * along), z)
+
+        given = np.append(walk[-1].along[:, row], walk[-1].time_along[row])
+        assert np.abs(given - slope_of(ended, 1e-3)).max() <= 1e-6 * np.abs(given).max()
+    e = np.eye(z.size)[0]
+    given = np.append(walk[-1].by_start[:, 0], walk[-1].time_by_start[0])
+    assert np.abs(given - slope_of(lambda h: end(walker, z + h * e), 1e-3)).max() <= 1e-6 * np.abs(given).max()
+
+
+@pytest.mark.parametrize("kind", [LIFTS, SLIPS, STICKS])
+def test_impact_with_limited_friction_answers_to_the_numbers(kind):
+    """Variations through the impact equal its differences, whatever the trailing foot does, for random changes."""
+    design = DesignPoint(HEAVY_LEGS, SLOPE, Friction(8.0, 6.0))
+    walker, rng, seen = design.walker(), np.random.default_rng(5), 0
+    numbers = np.array(walker.p)
+    for y in landing_states(walker_of(HEAVY_LEGS), 150):
+        along, direction = rng.normal(size=(1, numbers.size)) * numbers, rng.normal(size=8)
+
+        kinds: list[int] = []
+
+        def reset(share, y=y, along=along, direction=direction, kinds=kinds):
+            p = walker.p._make(numbers + share * along[0])
+            state = y + share * direction
+            landed = state.copy()
+            land(landed, p)
+            kinds.append(trailing_impulse(landed, p)[0])
+            limited_reset(state, p)
+            return state
+
+        found = slope_of(reset, 1e-4)
+        if set(kinds) != {kind}:
+            continue
+        seen += 1
+        carried = np.concatenate([y, direction])
+        assert limited_varied_reset(carried, varied(walker.p, along, 1))
+        assert np.abs(carried[8:] - found).max() <= 1e-7 * max(1.0, np.abs(found).max())
+        landed = np.concatenate([y, direction])
+        varied_land(landed, varied(walker.p, along, 1))
+        assert kind == LIFTS or np.abs(landed[8:] - carried[8:]).max() > 1e-6
+    assert seen >= 5
+
+
+@pytest.mark.slow
+def test_stiff_legs_have_derivatives_too():
+    """Implicit steps carry them as well."""
+    design = DesignPoint(STIFF, SLOPE)
+    walker, point = find_gait(STIFF, SLOPE, 1e-12)
+    assert type(walker.p) is StiffRolling
+    names = ("biped.hip_mass", "biped.foot_com", "ground.slope_deg")
+    given = gait_derivatives(design, point, names, 1e-12).elasticities()["period_s"]
+    for index, parameter in enumerate(names):
+
+        def period(share, parameter=parameter):
+            changed_walker = with_share(design, parameter, share).walker()
+            return np.log(fixed_point(changed_walker, point.z, 1e-12).steps[0].period)
+
+        assert slope_of(period, 1e-2) == pytest.approx(given[index], abs=1e-6)
+
+
+def test_only_what_is_asked_for_is_carried():
+    design, point = gait_of("rolling")
+    one = gait_derivatives(design, point, ("biped.foot_com",), 1e-12)
+    every = gait_derivatives(design, point, sensitive_names(design), 1e-12)
+    assert one.z.shape == (5, 1) and every.z.shape == (5, 10)
+    assert one.period[0] == pytest.approx(every.period[every.changes.names.index("biped.foot_com")], rel=1e-9)
+
+
+def test_parameters_without_influence_are_refused():
+    with pytest.raises(KeyError, match=r"biped\.stiffness.*no such parameter; it has biped\.hip_mass"):
+        changes_of(DESIGNS["rigid"], ["biped.stiffness"])
+    with pytest.raises(KeyError, match=r"ground\.static_friction"):
+        changes_of(DESIGNS["rolling"], ["ground.static_friction"])
+    assert "ground.dynamic_friction" in sensitive_names(DESIGNS["ice"])
+
+
+def test_multipliers_that_meet_have_no_derivatives_and_a_sentence_says_so():
+    """Two leading multipliers are brought together by hand, in the matrix of a true gait."""
+    design, point = gait_of("rigid")
+    gait = gait_derivatives(design, point, ("ground.slope_deg",), 1e-12)
+    values, vectors = np.linalg.eig(gait.step.by_state)
+    order = np.argsort(-np.abs(values))
+    values[order[1]] = values[order[0]] + 0.5 * APART
+    matrix = np.real(vectors @ np.diag(values) @ np.linalg.inv(vectors))
+    near = dataclasses.replace(gait, step=dataclasses.replace(gait.step, by_state=matrix))
+    found = multiplier_derivatives(near)
+    assert len(found.refused) == 2 and "has no derivative of its own" in found.refused[0]
+    assert np.isnan(found.derivatives[:2]).all() and np.isfinite(found.derivatives[2:]).all()
+
+
+def test_step_length_is_that_of_the_gait():
+    design, point = gait_of("rolling")
+    gait = gait_derivatives(design, point, ("biped.foot_com",), 1e-12)
+    length = step_length(gait.walker, point)
+    assert gait.step_length[0] / length == pytest.approx(gait.elasticities()["step_length_m"][0])
+

@@ -1,0 +1,147 @@
+"""What the last digits of Table 1 leave open: linear, against gaits solved anew at the edges and at random."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stages.analytic.derivatives.gait import gait_derivatives
+from stages.analytic.derivatives.multipliers import multiplier_derivatives
+from stages.analytic.derivatives.numbers import sensitive_names
+from stages.analytic.derivatives.uncertainty import elasticities_of, numbers_of, uncertainties_of
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.gait_search import describe, find_gait
+from stages.analytic.gait.poincare import fixed_point
+from stages.analytic.parameters import DesignDigits, Parameters, Settings, SlopeDigits
+from stages.analytic.run import run
+from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1
+
+DIGITS = {"hip_mass": 5e-4, "foot_mass": 5e-4, "leg_length": 5e-4, "foot_radius": 5e-4, "foot_com": 5e-4,
+          "stiffness": 5e-3, "damping": 5e-4}
+WIDTHS = {**{f"biped.{name}": width for name, width in DIGITS.items()}, "ground.slope_deg": 0.5}
+DESIGN = DesignPoint(TABLE_1, SLOPE)
+
+
+@pytest.fixture(scope="module")
+def gait():
+    _, point = find_gait(TABLE_1, SLOPE, 1e-11)
+    return gait_derivatives(DESIGN, point, sensitive_names(DESIGN), 1e-11)
+
+
+@pytest.fixture(scope="module")
+def uncertainties(gait):
+    return {one.name: one for one in uncertainties_of(DESIGN, gait, WIDTHS)}
+
+
+def measures(design, z):
+    """The numbers of the gait near `z` of another design, as `numbers_of` names them."""
+    walker = design.walker()
+    point = fixed_point(walker, z, 1e-10)
+    found = describe(walker, point)
+    numbers = {name: getattr(found, name) for name in ("period_s", "step_frequency_hz", "step_length_m", "speed_m_s")}
+    numbers |= {f"multiplier_{i + 1}": abs(value) for i, value in enumerate(point.floquet_multipliers[:2])}
+    return numbers | dataclasses.asdict(found.fixed_point)
+
+
+@pytest.mark.parametrize("name", DIGITS)
+def test_each_parameter_moves_every_number_as_far_as_gaits_at_its_edges_say(name, gait):
+    """To a hundredth of the number's change, or of what all digits do to it."""
+    parameter, width = f"biped.{name}", DIGITS[name]
+    upper, lower = (measures(DESIGN.with_value(parameter, DESIGN.value(parameter) + sign * width), gait.point.z)
+                    for sign in (1, -1))
+    alone = {one.name: one for one in uncertainties_of(DESIGN, gait, {parameter: width})}
+    every = {one.name: one for one in uncertainties_of(DESIGN, gait, WIDTHS)}
+    for each, one in alone.items():
+        found = abs(upper[each] - lower[each]) / 2
+        assert one.worst == one.independent == one.decisive_part and one.decisive == parameter
+        assert one.slope_least == one.slope_most == one.value
+        assert abs(one.worst - found) <= 0.01 * max(found, every[each].worst), each
+    assert len(alone) == 4 + 2 + 8
+
+
+def test_the_frequency_of_table_1_and_the_digit_that_decides(uncertainties):
+    """Values of an independent trial [Hz]."""
+    found = uncertainties["step_frequency_hz"]
+    assert found.worst == pytest.approx(6.8e-3, abs=5e-5) and found.independent == pytest.approx(4.2e-3, abs=5e-5)
+    assert found.decisive == "biped.foot_com" and found.decisive_part == pytest.approx(3.25e-3, abs=1e-5)
+    assert found.unit == "Hz" and found.slope_least < found.value < found.slope_most
+
+
+def test_the_slopes_half_degree_is_solved_for(gait, uncertainties):
+    """Linear it would be +-.026 Hz; to 1.5 degrees the frequency hardly changes. Least and most are those of gaits."""
+    design = DESIGN.with_value("ground.slope_deg", 2.5)
+    walker, point = find_gait(design.biped, design.slope, 1e-10)
+    steeper = describe(walker, point)
+    assert uncertainties["step_frequency_hz"].slope_least == pytest.approx(steeper.step_frequency_hz, rel=1e-6)
+    assert uncertainties["step_length_m"].slope_most == pytest.approx(steeper.step_length_m, rel=1e-6)
+    largest = uncertainties["multiplier_1"]
+    assert largest.slope_least < largest.value < largest.slope_most < 1
+    lost = next(iter(uncertainties_of(DESIGN, gait, {"ground.slope_deg": 1.999})))
+    assert np.isnan([lost.slope_least, lost.slope_most]).all(), "no gait on slopes of nearly nothing"
+
+
+def test_exact_values_leave_nothing_open_and_are_not_derived_by_twice(gait):
+    assert uncertainties_of(DESIGN, gait, {}) == ()
+    alone = uncertainties_of(DESIGN, gait, {"ground.slope_deg": 0.5})
+    assert all(one.worst == 0.0 and one.decisive == "" and one.slope_least < one.slope_most for one in alone)
+    alone = gait.only(["biped.foot_com"])
+    assert len(numbers_of(alone, multiplier_derivatives(alone))[0][3]) == 1
+
+
+def test_a_parameter_that_is_zero_may_be_uncertain_too(gait):
+    every = uncertainties_of(DESIGN, gait, {"biped.leg_inertia": 1e-5})
+    one = next(each for each in every if each.name == "step_frequency_hz")
+    heavier = measures(DESIGN.with_value("biped.leg_inertia", 1e-5), gait.point.z)
+    assert one.worst == pytest.approx(one.value - heavier["step_frequency_hz"], rel=0.02)
+
+
+def test_the_stage_tells_elasticities_of_all_and_uncertainties_of_what_is_given(gait):
+    settings = Settings(tolerance=1e-9, steps=1, sampling_rate_hz=200.0)
+    result = run(Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, settings, DesignDigits(DIGITS), SlopeDigits()))
+    assert [one.parameter for one in result.elasticities] == list(sensitive_names(DESIGN))
+    assert {one.parameter: one.half_width for one in result.elasticities if one.half_width} == {
+        f"biped.{name}": width for name, width in DIGITS.items()}
+    assert all(one.slope_least == one.slope_most == one.value for one in result.uncertainties)
+    again = uncertainties_of(DESIGN, gait, WIDTHS, multiplier_derivatives(gait))
+    assert again == uncertainties_of(DESIGN, gait, WIDTHS), "multipliers known already are not derived again"
+    assert result.uncertainties[0].value == result.gait.period_s
+    exact = run(Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, settings))
+    assert exact.uncertainties == () and len(exact.elasticities) == len(result.elasticities)
+
+
+def test_elasticities_are_those_of_the_derivatives(gait):
+    shares = gait.elasticities()
+    for row, one in enumerate(elasticities_of(gait, WIDTHS)):
+        assert (one.period, one.step_length, one.speed) == tuple(
+            shares[name][row] for name in ("period_s", "step_length_m", "speed_m_s"))
+        assert one.scale == (one.value or one.scale) > 0
+
+
+@pytest.mark.slow
+def test_linear_uncertainty_is_that_of_ten_thousand_designs(gait, uncertainties):
+    """Every digit rounded anew, evenly: spread, extremes and every design, of measures and multipliers."""
+    rng, names = np.random.default_rng(7), list(DIGITS)
+    draws = rng.uniform(-1, 1, (10_000, len(names)))
+    inexact = gait.only([f"biped.{name}" for name in names])
+    numbers = numbers_of(inexact, multiplier_derivatives(inexact))
+    linear = {name: (value, row) for name, _, value, row in numbers}
+    scales = np.array([TABLE_1.__dict__[name] for name in names])
+    shares = draws * np.array([DIGITS[name] for name in names]) / scales
+    dz = inexact.z
+    wanted = ("period_s", "step_frequency_hz", "step_length_m", "speed_m_s", "multiplier_1", "multiplier_2")
+    found = {name: np.empty(len(draws)) for name in wanted}
+    for index, share in enumerate(shares):
+        design = dataclasses.replace(DESIGN, biped=dataclasses.replace(
+            TABLE_1, **dict(zip(names, (scales * (1 + share)).tolist()))))
+        solved = measures(design, gait.point.z + dz @ share)
+        for name in wanted:
+            found[name][index] = solved[name]
+    for name in wanted:
+        value, row = linear[name]
+        one, moved = uncertainties[name], found[name] - value
+        assert np.abs(moved - shares @ row).max() <= 0.02 * one.worst, name
+        assert moved.std() == pytest.approx(one.independent / np.sqrt(3), rel=0.02), name
+        assert np.abs(moved).max() <= 1.02 * one.worst, name
+        assert np.abs(moved).max() > 0.7 * one.worst, name

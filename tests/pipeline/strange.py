@@ -1,0 +1,166 @@
+"""Strange files in the places where a study reads files, and what the study makes of them.
+
+A file is *survived* if every command ends in time and in bounded memory, with a code and a sentence of its own where
+the file is refused, and once the file is gone the study has the right results. *Wrong*: a command that ended well left
+something else than the right results. *Lost*: a stage that the file does not belong to computed again.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import json
+import os
+import re
+import resource
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from tests.pipeline import strange_files
+from tests.pipeline.strange_files import Maker, written
+from tests.pipeline.strange_graphs import graphs
+from tests.pipeline.toy import HOME, TEMPLATE, TEMPLATE_PACKAGE, Toy
+
+_LONGEST_S = 180
+_MEMORY = 6_000_000_000
+_DROP_FROM_BOUNDS, _MAY_READ_ALL = 24, (1, 2)  # prctl; CAP_DAC_OVERRIDE and CAP_DAC_READ_SEARCH
+_NO_SENTENCE = re.compile("Traceback|unexpected|Segmentation")
+_SAID = re.compile("^error: .|^0 of 1 runs can be used", re.MULTILINE)  # the second is the end of a report
+_MAP = """
+runs:
+  - experiment: {name: walk 1, origin: measured, slope_deg: 2.0}
+    files:
+      - file: walk.csv
+        device: {place: hip, rate_hz: 100, accelerometer_unit: g, gyroscope_unit: deg/s}
+        columns: {packet: Counter, ax: AccX, ay: AccY, az: AccZ, gx: GyrX, gy: GyrY, gz: GyrZ}
+"""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a strange file lies, in the toy study's folder, and the commands that meet it there.
+
+    `repaired`: a run puts a right file in its place, and must end well.
+    """
+
+    name: str
+    path: str
+    commands: tuple[tuple[str, ...], ...]
+    makers: dict[str, Maker]
+    repaired: bool = False
+
+
+_GRAPH = (TEMPLATE / "dvc.yaml").read_text(encoding="utf-8").replace(TEMPLATE_PACKAGE, "stages")
+_INGEST = "ingest"  # is asked of the real study
+PLACES = (
+    Place("parameter file", "params/fall.yaml", (("status",), ("run", "fall")), strange_files.YAML),
+    Place("file of a sweep", "strange.yaml", (("sweep", "strange.yaml", "--dry-run"),), strange_files.YAML),
+    Place(
+        "file that a parameter names", "lab.txt", (("run", "side", "--set", "side.table=lab.txt"),), strange_files.ANY
+    ),
+    Place("artefact", "results/fall.h5", (("show", "fall"), ("status",), ("run-all",)), strange_files.ARTEFACT, True),
+    Place("manifest", "results/.cache/KEY/manifest.json", (("status",), ("run-all",)), strange_files.JSON, True),
+    Place("record", "results/.cache/current/fall.json", (("status",), ("run-all",)), strange_files.JSON, True),
+    Place("graph", "dvc.yaml", (("status",), ("run-all",)), {name: written(text) for name, text in graphs(_GRAPH)}),
+    Place("database", "walk.sqlite", ((_INGEST, "walk.sqlite"),), strange_files.DATABASE),
+    Place("log", "logs/walk.csv", ((_INGEST, "logs", "--map", "map.yaml"),), strange_files.LOG),
+)
+
+
+@dataclass
+class Count:
+    """What came of the files so far."""
+
+    files: int = 0
+    survived: int = 0
+    lost: list[str] = field(default_factory=list)
+    wrong: list[str] = field(default_factory=list)
+    told: list[str] = field(default_factory=list)
+
+
+class Strange:
+    """A toy study that has been run."""
+
+    def __init__(self, toy: Toy) -> None:
+        self.toy, self.counts = toy, {}
+        code, _, errors = toy.command("run-all")
+        assert code == 0, errors
+        self.right = toy.results()
+        self.kept = toy.root.parent / f"{toy.root.name}-kept"
+        shutil.copytree(toy.root, self.kept)
+        self.key = json.loads((toy.root / "results/.cache/current/fall.json").read_text())["key"]
+        (toy.root / "map.yaml").write_text(_MAP)
+        (toy.root / "logs").mkdir()
+
+    def suffer(self, place: Place, kind: str) -> None:
+        """Put one strange file in its place, run the commands, take it away, and look at what is left."""
+        count = self.counts.setdefault(place.name, Count())
+        path = self.toy.root / place.path.replace("KEY", self.key)
+        told, before = f"{place.name}, {kind}", len(count.told) + len(count.wrong) + len(count.lost)
+        _remove(path)
+        place.makers[kind](path)
+        for command in place.commands:
+            code, errors = self.command(*command)
+            if code not in (0, 1, 2, 3) or _NO_SENTENCE.search(errors) or (code and not _SAID.search(errors)):
+                count.told.append(f"{told}: {' '.join(command)}: {code}: {errors[-1500:]}")
+            if code in (1, 2) and not place.repaired and path.name not in errors and "error: stage " not in errors:
+                count.told.append(f"{told}: {' '.join(command)}: the file is not named: {errors}")
+            repairs = place.repaired and command[0] == "run-all"
+            if repairs and code == 0 and self.toy.results() != self.right:
+                count.wrong.append(f"{told}: a run that ended well left something else than the right results")
+        _remove(path)
+        if not place.repaired:
+            with contextlib.suppress(FileNotFoundError):
+                shutil.copyfile(self.kept / place.path, path)
+        code, out, errors = self.toy.command("run-all", "--json")
+        hows = {item["stage"]: item["how"] for item in json.loads(out)["stages"]} if code == 0 else {}
+        count.lost += [f"{told}: {stage} computed again" for stage, how in hows.items()
+                       if how == "computed" and stage != ("fall" if place.repaired else "")]  # fmt: skip
+        if code or self.toy.results() != self.right:
+            count.wrong.append(f"{told}: afterwards {code}: {errors}")
+        count.files += 1
+        count.survived += before == len(count.told) + len(count.wrong) + len(count.lost)
+
+    def command(self, *words: str) -> tuple[int, str]:
+        """Run `bipedstudy` with bounds on time and memory: exit code and standard error."""
+        home = self.toy.root
+        if words[0] == _INGEST:
+            home, results = HOME, ("--results", str(self.toy.root / "other"))
+            inside = {word: self.toy.root / word for word in words}
+            words = (*(str(path) if os.path.lexists(path) else word for word, path in inside.items()), *results)
+        code = f"import sys; sys.path[:0] = {[str(home), str(HOME)]!r}; from pipeline.cli import main; main()"
+        process = subprocess.Popen(
+            [sys.executable, "-c", code, *words],
+            cwd=home, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+            env={**os.environ, "PYTHONPATH": str(HOME), "COLUMNS": "200"}, preexec_fn=_bounded,
+        )  # fmt: skip
+        try:
+            _, errors = process.communicate(timeout=_LONGEST_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
+            return -1, f"did not end within {_LONGEST_S} s"
+        return process.returncode, errors
+
+
+def everything() -> Iterator[tuple[Place, str]]:
+    """Each place with each file that can lie there."""
+    return ((place, kind) for place in PLACES for kind in place.makers)
+
+
+def _bounded() -> None:
+    """Bound the memory, and let permissions count for the administrator as well."""
+    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+    for capability in _MAY_READ_ALL:
+        ctypes.CDLL(None).prctl(_DROP_FROM_BOUNDS, capability, 0, 0, 0)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)

@@ -1,0 +1,24 @@
+"""A sweep on a cluster whose scheduler, workers and client are killed at random moments loses nothing."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+pytest.importorskip("distributed", reason="needs the extra cluster")
+
+from tests.pipeline.cluster_kills import VICTIMS, killed
+from tests.pipeline.dask_processes import Cluster, certificates
+
+
+@pytest.mark.slow
+def test_kills_of_scheduler_workers_and_client(toy_with_commands, tmp_path):
+    (tmp_path / "cluster").mkdir()
+    cluster = Cluster(tmp_path / "cluster", secured=certificates(tmp_path / "secured"))
+    try:
+        count = killed(toy_with_commands, cluster, 12, random.Random(1))
+    finally:
+        cluster.close()
+    assert (count.lost, count.wrong, count.told) == ([], [], [])
+    assert set(count.killed) == set(VICTIMS) and count.sweeps >= 1

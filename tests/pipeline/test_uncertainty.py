@@ -1,0 +1,94 @@
+"""How far a value in a parameter file may be off: what is read, what is refused, and what makes a value exact."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from pipeline.parameters import loading, uncertainty
+from pipeline.parameters.uncertainty import half_width
+from pipeline.study import Study, locate
+from pipeline.sweep.chain import Chain
+from pipeline.sweep.spec import read
+from tests.pipeline.toy import HOME
+
+
+def study(*settings: str) -> Study:
+    return locate(settings=settings, start=HOME)
+
+
+def widths(*settings: str) -> dict[str, float]:
+    return study(*settings).parameters(["analytic"])["analytic"].half_widths
+
+
+@pytest.mark.parametrize("value, printed, width", [
+    (0.1, "0.100", 5e-4), (0.1, "0.1", 0.05), (2800.0, "2800.00", 5e-3), (2.0, "2", 0.5), (-3, "-3.0", 0.05)])
+def test_digits_as_printed_leave_half_of_the_last_one(value, printed, width):
+    assert half_width({"value": value, "printed": printed}) == pytest.approx(width, rel=1e-15)
+
+
+def test_a_value_is_exact_unless_something_is_said():
+    assert half_width({"value": 0.0, "unit": "kg", "source": "point masses"}) is None
+    assert half_width({"value": 0.0, "uncertainty": 1e-3}) == 1e-3
+    assert half_width({"value": 3, "uncertainty": 0}) == 0.0
+
+
+@pytest.mark.parametrize("entry, words", [
+    ('{value: 0.3, printed: "0.31"}', 'hip_mass is printed as "0.31", which is not its value 0.3'),
+    ("{value: 0.3, printed: 0.300}", "hip_mass is printed as 0.3; write the digits as text"),
+    ('{value: 0.3, printed: "3e-1"}', "hip_mass is printed as '3e-1'; write the digits as text"),
+    ('{value: 0.3, printed: "0.3", uncertainty: 0.1}', "hip_mass has both an uncertainty and digits as printed"),
+    ("{value: 0.3, uncertainty: -0.1}", "hip_mass has the uncertainty -0.1; allowed: a number >= 0"),
+    ("{value: 0.3, uncertainty: .inf}", "hip_mass has the uncertainty inf; allowed: a number >= 0"),
+    ("{value: 0.3, uncertainty: yes}", "hip_mass has the uncertainty 'yes'; allowed: a number >= 0"),
+])
+def test_what_cannot_be_is_one_sentence(entry, words):
+    from pipeline.errors import StudyError
+
+    with pytest.raises(StudyError) as refused:
+        study(f"biped.hip_mass={entry}").parameters(["analytic"])
+    assert len(refused.value.sentences) == 1 and words in refused.value.sentences[0]
+
+
+def test_a_word_has_no_uncertainty():
+    from pipeline.errors import StudyError
+
+    with pytest.raises(StudyError, match='legs has a part "uncertainty", which only a number can have'):
+        study("biped.legs={value: rigid, uncertainty: 1}").parameters(["analytic"])
+
+
+def test_the_paper_prints_table_1_and_the_slope_and_nothing_else_is_rounded():
+    assert widths() == pytest.approx({
+        **{f"biped.{name}": 5e-4 for name in ("hip_mass", "foot_mass", "leg_length", "foot_radius", "foot_com")},
+        "biped.stiffness": 5e-3, "biped.damping": 5e-4, "ground.slope_deg": 0.5})
+
+
+def test_a_value_that_is_set_anew_is_exact_unless_an_uncertainty_is_given():
+    assert "biped.hip_mass" not in widths("biped.hip_mass=0.316")
+    given = widths("biped.leg_inertia={value: 1e-4, uncertainty: 2e-5}", "ground.slope_deg=2")
+    assert given["biped.leg_inertia"] == 2e-5 and "ground.slope_deg" not in given
+
+
+def test_a_swept_value_is_exact_and_the_others_are_not(tmp_path):
+    path = tmp_path / "masses.yaml"
+    path.write_text("stage: analytic\nkind: grid\nvary: {biped.hip_mass: [0.3, 0.4]}\noutputs: [gait.period_s]\n")
+    chain = Chain(study(), read(path))
+    at = chain.parameters({"biped.hip_mass": 0.3})["analytic"]
+    assert at.biped.hip_mass == 0.3 and "biped.hip_mass" not in at.half_widths
+    assert set(at.half_widths) == set(widths()) - {"biped.hip_mass"}
+
+
+def test_half_widths_are_no_parameters_but_a_result_rests_on_them():
+    values = study().parameters(["analytic", "twin"])
+    plain = loading.as_plain(values["analytic"])
+    assert plain["biped"]["hip_mass half-width"] == 5e-4
+    assert "hip_mass half-width" not in loading.as_plain(values["twin"])["biped"], "no stage rests on what it ignores"
+    exact = study("biped.hip_mass=0.316").parameters(["analytic"])["analytic"]
+    assert loading.as_plain(exact) != plain
+
+
+def test_a_section_without_half_widths_stays_as_it_is():
+    biped = study().parameters(["analytic"])["analytic"].biped
+    assert uncertainty.without(biped, ["hip_mass"]) is biped
+    assert uncertainty.derived(type(biped)) == () and dataclasses.is_dataclass(biped)
