@@ -8,8 +8,10 @@ from datetime import datetime, timedelta, timezone
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
+import scipy.io
 
 from stages.imu.errors import SourceRefused
 from stages.imu.sources.schema import Recording
@@ -163,3 +165,33 @@ def test_a_unit_is_told_only_where_the_rate_confirms_it() -> None:
 def test_what_is_no_time_is_none() -> None:
     assert all(math.isnan(moment(cell)) for cell in ("", "abc", "12", "25 o'clock", None, "2021-13-40 00:00:00"))
     assert moments(["23:59:59.5", "", "00:00:00.5"])[[0, 2]].tolist() == [86399.5, 86400.5]
+
+
+def test_matlab_and_hdf5(tmp_path: Path) -> None:
+    """Arrays and columns of an array; a .mat of version 7.3 is HDF5, with its arrays transposed."""
+    data = {"t": TIME, "imu": {"acc": VALUES[:, :3], "gyr": VALUES[:, 3:]}}
+    scipy.io.savemat(tmp_path / "log.mat", data)
+    for name, turned in (("log.h5", False), ("new.mat", True)):
+        with h5py.File(tmp_path / name, "w") as file:
+            file["t"] = TIME
+            for kind, columns in (("acc", VALUES[:, :3]), ("gyr", VALUES[:, 3:])):
+                file[f"imu/{kind}"] = columns.T if turned else columns
+    columns = {"phone_stamp": "t"} | {
+        f"{kind[0]}{axis}": f"imu/{kind}[{number}]" for kind in ("acc", "gyr") for number, axis in enumerate("xyz", 1)
+    }
+
+    def read(name: str, **changed: str) -> Recording:
+        entry = {"file": name, "device": DEVICE, "columns": columns | changed}
+        ((_, (found,)),) = CsvSource({"files": [entry]}, tmp_path).runs()
+        return found
+
+    for name in ("log.mat", "log.h5", "new.mat"):
+        same(read(name))
+        for wrong, words in (("imu/mag[1]", "has no array"), ("imu/acc[4]", "must name one of 3 columns"),
+                             ("imu/acc", "must name one of 3 columns"), ("imu", "no (array|table)")):  # fmt: skip
+            with pytest.raises(SourceRefused, match=words):
+                read(name, ax=wrong)
+    for content in (b"", b"MATLAB" * 100, b"\x89HDF\r\n\x1a\n" + b"x" * 600):
+        (tmp_path / "broken.mat").write_bytes(content)
+        with pytest.raises(SourceRefused, match="no MATLAB or HDF5 file"):
+            read("broken.mat")
