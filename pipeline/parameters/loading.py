@@ -44,7 +44,7 @@ def as_plain(parameters: Any) -> dict[str, dict[str, Any]]:
         section = getattr(parameters, field.name)
         values = {name: plain_value(getattr(section, name)) for name in declared(section.__class__)}
         for name in uncertainty.derived(section.__class__):
-            values |= {f"{key} half-width": width for key, width in getattr(section, name).items()}
+            values |= {f"{key}{uncertainty.SUFFIX}": width for key, width in getattr(section, name).items()}
         plain.setdefault(section.FILE, {}).update(values)
     return plain
 
@@ -64,7 +64,9 @@ def _section(cls: type, plain: Mapping[str, Any]) -> Any:
             values[key] = checked(Node.of(plain[key]), field, kind)
         except Refused as refused:
             raise StudyError(refused.of(key)) from None
-    return cls(**values)
+    of_file = {key.removesuffix(uncertainty.SUFFIX): width for key, width in plain.items()
+               if key.endswith(uncertainty.SUFFIX)}  # fmt: skip
+    return cls(**values, **dict.fromkeys(uncertainty.derived(cls), of_file))
 
 
 def files(parameters: Any) -> dict[str, tuple[str, str]]:
