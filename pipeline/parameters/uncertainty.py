@@ -1,7 +1,8 @@
 """How far a value in a parameter file may be off: a half-width given with it, or half of the last digit of a print.
 
 `{value: 0.1, uncertainty: 0.002, ...}` lets the value lie within 0.002 of 0.1; `{value: 0.1, printed: "0.100", ...}`
-says how a source prints it, and so within 0.0005. A value without either is exact, and so is one that is set anew.
+says how a source prints it, and so within 0.0005. A value without either is exact, and so is one that is set anew or
+edited: it is not the printed one any more.
 """
 
 from __future__ import annotations
@@ -49,8 +50,8 @@ def half_width(parts: Mapping[str, Any]) -> float | None:
         return float(said)
     if not isinstance(said, str) or not _DIGITS.match(said):
         raise ValueError(f'is printed as {said!r}; write the digits as text, as in printed: "0.100"')
-    if float(said) != value:
-        raise ValueError(f'is printed as "{said}", which is not its value {value:g}')
+    if float(said) != value:  # somebody's own value now
+        return None
     return 0.5 * 10.0 ** int(Decimal(said).as_tuple().exponent)
 
 

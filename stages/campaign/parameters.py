@@ -82,6 +82,17 @@ class RadioSettings:
 
 
 @dataclass(frozen=True)
+class Measured:
+    """Whether a lab's own measurements take the campaign's place."""
+
+    FILE: ClassVar[str] = "imu"
+
+    database: str | None = parameter(
+        "-", "SQLite file of a lab's own measurements, from the study's folder; null: the synthetic ones"
+    )
+
+
+@dataclass(frozen=True)
 class Parameters:
     """All the campaign depends on."""
 
@@ -92,3 +103,4 @@ class Parameters:
     runs: RunSettings
     sensor: SensorSettings
     radio: RadioSettings
+    measured: Measured

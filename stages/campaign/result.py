@@ -65,13 +65,15 @@ class SetSpike:
 class Result:
     """The synthetic campaign: the truth of every run, and the database a lab would have."""
 
-    origin: str = quantity("-", "always synthetic")
+    origin: str = quantity("-", "synthetic, or not needed where a lab has measurements of its own")
     runs: tuple[RunTruth, ...] = quantity("-", "all runs")
     spikes: tuple[SetSpike, ...] = quantity("-", "what the sensors would feel on other members of the contact's family")
     files: dict[str, bytes] = quantity("-", "measurements.sqlite, the synthetic measurements")
 
     def summary(self) -> str:
         """What was made, in one line."""
+        if not self.runs:
+            return f"{self.origin}: imu.database holds the measurements"
         strikes = sum(len(run.heel_strike_time) for run in self.runs)
         failed = sum(run.failed_attempts for run in self.runs)
         rows = sum(len(sensor.sample_time) for run in self.runs for sensor in (run.hip, run.foot))
@@ -79,7 +81,9 @@ class Result:
         return f"{len(self.runs)} synthetic runs of the twin, {strikes} heel strikes, {rows} rows{again}"
 
     def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
-        """What the sensor makes of the spike at heel strike: (title, columns, rows)."""
+        """What the sensor makes of the spike at heel strike: (title, columns, rows); none without runs."""
+        if not self.runs:
+            return []
         rows: list[tuple[str, ...]] = []
         for place in ("hip", "foot"):
             sensors = [getattr(run, place) for run in self.runs]

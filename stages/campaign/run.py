@@ -31,6 +31,7 @@ from stages.imu.trial.sensor import filter_delay
 from stages.twin.result import Result as Twin
 
 SYNTHETIC = "synthetic"
+NOT_NEEDED = "not needed"
 FIRST_RUN_AT = 1_600_000_000.0  # s, what the phone's clock shows at the first run: any date does
 BETWEEN_RUNS = 120.0  # s
 SENSOR_STREAM = 1000  # numbers of the random streams of the sensors; those of the attempts lie below
@@ -50,8 +51,12 @@ class Inputs:
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
     """Walk, sense, send, store. The twin gives the state in which its own walk begins.
 
-    The result is the truth; its file is what a lab would have. Raises NoWalk if the twin falls at every attempt.
+    The result is the truth; its file is what a lab would have. Where a lab's own database is named there is neither:
+    the result says so, and its file has no rows. Raises NoWalk if the twin falls at every attempt.
     """
+    devices = [device(place, parameters) for place in MOUNTING]
+    if parameters.measured.database is not None:
+        return Result(NOT_NEEDED, (), (), {"measurements.sqlite": database_bytes(devices, ())})
     state, normal_force = first_state(inputs.twin.walk)
     truths: dict[int, RunTruth] = {}
     stored: dict[int, tuple[Experiment, tuple[Transmitted, ...]]] = {}
@@ -60,7 +65,6 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     for number, (experiment, truth, sent) in each_in_a_process(one, range(count)):
         truths[number], stored[number] = truth, (experiment, sent)
         progress(len(truths) / (count + 1), f"synthetic run {len(truths)} of {count}")
-    devices = [device(place, parameters) for place in MOUNTING]
     database = database_bytes(devices, (stored[number] for number in range(count)))
     return Result(
         origin=SYNTHETIC,

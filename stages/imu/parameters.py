@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stages.biped.quantity import Bound, parameter
+from stages.biped.quantity import Bound, Broken, parameter
 
 POSITIVE, NOT_NEGATIVE = Bound(above=0), Bound(minimum=0)
 
@@ -36,8 +37,79 @@ class Settings:
     slowest_step_hz: float = parameter("Hz", "lowest step frequency looked for", bound=POSITIVE)
     fastest_step_hz: float = parameter("Hz", "highest step frequency looked for", bound=POSITIVE)
     rate_tolerance: float = parameter("1", "largest relative error of a sensor's rate", bound=POSITIVE)
-    clock_tolerance_s: float = parameter("s", "largest disagreement of two halves of a clock fit", bound=POSITIVE)
+    clock_tolerance_s: float = parameter("s", "largest unevenness of the floor of lateness", bound=POSITIVE)
     loss_tolerance: float = parameter("1", "largest share of lost packets", bound=Bound(minimum=0, maximum=1))
+
+
+@dataclass(frozen=True)
+class Limits:
+    """From where on a trial's evidence speaks against it."""
+
+    FILE: ClassVar[str] = "imu"
+
+    lever_arm: float | None = parameter(
+        "m", "distance of the foot sensor below the hip sensor by the drawing; null: unknown", symbol="d",
+        bound=POSITIVE,
+    )
+    lever_arm_tolerance: float = parameter("1", "largest relative departure of the lever arm from it", bound=POSITIVE)
+    lever_direction_deg: float = parameter("deg", "largest angle of the lever arm from the leg's line", bound=POSITIVE)
+    lever_fit: float = parameter(
+        "1", "smallest R2 of the foot's forward force from the hip's and the leg's turning",
+        bound=Bound(above=0, below=1),
+    )
+    smallest_agreement: float = parameter(
+        "1", "smallest squared correlation of the foot's and the hip's lateral rate", bound=Bound(above=0, below=1)
+    )
+    usual_agreement: float = parameter(
+        "1", "smallest squared correlation without a remark", bound=Bound(above=0, below=1)
+    )
+    rate_tolerance_of_places: float = parameter("1", "largest relative difference of their sizes", bound=POSITIVE)
+    rate_scale_tolerance: float = parameter("1", "largest relative error of a gyroscope that is used", bound=POSITIVE)
+    smallest_overlap: float = parameter(
+        "1", "smallest share of the longer recording that both sensors cover", bound=Bound(minimum=0, maximum=1)
+    )
+    usual_overlap: float = parameter(
+        "1", "smallest such share without a remark", bound=Bound(minimum=0, maximum=1)
+    )
+    mounting_deg: float = parameter("deg", "largest angle to the declared mounting", bound=Bound(above=0, maximum=90))
+    swing_residual_deg: float = parameter("deg", "largest angle of the swing axis off level", bound=POSITIVE)
+    swing_share: float = parameter(
+        "1", "smallest share of the motion about the swing axis", bound=Bound(minimum=0, maximum=1)
+    )
+    third_moment: float = parameter("1", "smallest skewness of the lateral rate that tells forward", bound=POSITIVE)
+    turning: float = parameter(
+        "1", "smallest correlation of gravity's turning with the angular rate", bound=Bound(minimum=-1, below=1)
+    )
+    strike_symmetry_deg: float = parameter("deg", "largest mean of the leg's angles at both landings", bound=POSITIVE)
+    gravity_tolerance: float = parameter("1", "largest relative departure of the specific force's mean from gravity",
+                                         bound=POSITIVE)  # fmt: skip
+    gravity_direction_deg: float = parameter("deg", "largest angle of that mean from gravity", bound=POSITIVE)
+    spacing: float = parameter("1", "largest departure of a step from the median, relative", bound=POSITIVE)
+    clipped_share: float = parameter("1", "largest share of samples at full scale", bound=Bound(minimum=0, maximum=1))
+    unusable_share: float = parameter("1", "largest share of rows without number or stamp",
+                                      bound=Bound(minimum=0, maximum=1))  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What the ingest must know of the robot to turn angles into lengths, and how well."""
+
+    FILE: ClassVar[str] = "imu"
+
+    leg_length: float = parameter("m", "leg from the hip to the bottom of the foot, outsole included", symbol="L",
+                                  bound=POSITIVE)  # fmt: skip
+    foot_radius: float = parameter("m", "radius of the foot, outsole included", symbol="r", bound=NOT_NEGATIVE)
+    leg_length_error: float = parameter("1", "standard error of the leg's length, relative", bound=NOT_NEGATIVE)
+    rolling_error: float = parameter("1", "what a step departs from rolling on a rigid leg, relative, standard "
+                                     "deviation", bound=NOT_NEGATIVE)  # fmt: skip
+    rate_gain_error: float = parameter("1", "standard error of a gyroscope's gain, relative", bound=NOT_NEGATIVE)
+    strike_error_s: float = parameter("s", "standard error of a heel strike's time", bound=NOT_NEGATIVE)
+    stand_error_deg: float = parameter("deg", "standard error of rest_leg_angle_deg", bound=NOT_NEGATIVE)
+
+    def broken_rules(self) -> Iterator[Broken]:
+        """The foot is smaller than the leg."""
+        if self.foot_radius >= self.leg_length:
+            yield Broken("foot_radius", f"< leg_length = {self.leg_length:g} m")
 
 
 @dataclass(frozen=True)
@@ -45,3 +117,5 @@ class Parameters:
     """All the ingest depends on besides the measurements."""
 
     settings: Settings
+    limits: Limits
+    drawing: Drawing

@@ -8,6 +8,7 @@ import numpy as np
 
 from stages.biped.quantity import quantity
 from stages.imu.trial.ensemble import Ensemble
+from stages.imu.trial.leg_motion import LegMotion
 from stages.imu.trial.report import SensorReport
 from stages.imu.trial.run_report import RunReport, Table, tables
 
@@ -37,6 +38,7 @@ class Run:
     heel_strike_time: np.ndarray = quantity("s", "heel strikes since the first one, shape (s,)", symbol="t_HS")
     heel_strike_leg: np.ndarray = quantity("1", "leg that lands, 0 inner, 1 outer, shape (s,)")
     strides: np.ndarray = quantity("SI", "registered strides, shape (strides, phases, signals)")
+    leg: LegMotion = quantity("-", "angle, steps and hip path of the leg with the sensors; times as above")
 
 
 @dataclass(frozen=True)

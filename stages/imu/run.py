@@ -5,6 +5,7 @@ Knows nothing of where the measurements come from, synthetic or not: it reads th
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -15,14 +16,15 @@ import numpy as np
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.imu.errors import SourceRefused
-from stages.imu.parameters import Parameters, Settings
+from stages.imu.parameters import Parameters
 from stages.imu.result import Result, Run, SensorSignals
 from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.sources.source_sqlite import SqliteSource
 from stages.imu.trial.ensemble import ensemble_of
+from stages.imu.trial.places import BodySensor
 from stages.imu.trial.report import SensorReport
 from stages.imu.trial.run_report import RunReport, origin_of
-from stages.imu.trial.trial import BodySensor, Trial, read_trial
+from stages.imu.trial.trial import Trial, read_trial
 
 
 @dataclass(frozen=True)
@@ -39,19 +41,19 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     Raises SourceRefused, in one sentence.
     """
     with SqliteSource(inputs.database or inputs.measurements) as source:
-        return collect(trials(source.runs(), parameters.settings, progress), parameters.settings)
+        return collect(trials(source.runs(), parameters, progress))
 
 
 def trials(
-    runs: Iterable[tuple[Experiment, tuple[Recording, ...]]], settings: Settings, progress: Progress = ignore
+    runs: Iterable[tuple[Experiment, tuple[Recording, ...]]], parameters: Parameters, progress: Progress = ignore
 ) -> Iterator[Trial]:
     """Each run of a source as a trial, one at a time."""
     for number, (experiment, recordings) in enumerate(runs):
         progress(1 - 1 / (1 + number / 10), f"run {experiment.name}")
-        yield read_trial(experiment, recordings, settings)
+        yield read_trial(experiment, recordings, parameters)
 
 
-def collect(found: Iterable[Trial], settings: Settings) -> Result:
+def collect(found: Iterable[Trial]) -> Result:
     """All trials as one result. Raises SourceRefused if none can be used."""
     reports: list[SensorReport] = []
     rejected: list[RunReport] = []
@@ -94,6 +96,12 @@ def run_of(trial: Trial) -> Run:
         heel_strike_time=trial.strikes.time - start,
         heel_strike_leg=trial.strikes.leg,
         strides=trial.strides,
+        leg=dataclasses.replace(
+            trial.leg,
+            time=trial.leg.time - start,
+            stance_start=trial.leg.stance_start - start,
+            stance_end=trial.leg.stance_end - start,
+        ),
     )
 
 

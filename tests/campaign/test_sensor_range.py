@@ -2,18 +2,17 @@
 
 import pytest
 
-from pipeline.parameters.loading import load
 from stages.biped.gait import StanceState
-from stages.campaign.parameters import Parameters
 from stages.campaign.sensor_range import spike
+from tests.imu.made_walks import campaign_parameters
 
 #: A mid-stance that leads to steps; the numbers are no result of the study.
 ROUGH = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)
 
 
 @pytest.fixture(scope="module")
-def parameters(repository):
-    return load(repository / "params", [], {"campaign": Parameters}, [Parameters])["campaign"]
+def parameters():
+    return campaign_parameters()
 
 
 def test_softer_ground_lowers_the_spike_and_not_the_time_above_range(parameters):

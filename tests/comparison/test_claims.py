@@ -216,3 +216,9 @@ def test_a_multibody_model_without_a_cycle_leaves_stability_open():
     evidence = SimpleNamespace(results=SimpleNamespace(multibody=multibody, analytic=analytic))
     claim = judged(PARAMETERS, of_gait.stable_gait(evidence))
     assert claim.verdict == OPEN and "no multibody gait" in claim.measured
+
+
+def test_without_a_synthetic_campaign_pushes_along_the_path_do_not_apply() -> None:
+    judged = twin.PushConverges(0, 0, (("speed to the side", "m/s", 0.2, inf),), 0.77, 0.99).judge(LIMITS)
+    assert judged.verdict == "does not apply"
+    assert any("a lab's own measurements take its place" in cause.words for cause in judged.causes if cause.true)

@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Any
 
 FOLDER = Path(__file__).resolve().parents[3] / "shared" / "imu"
+#: How the feet's sensors sit, seen from gravity at rest and the axis of the swing: on the instep, inclined, x backward.
+FEET = {"forward_axis": "-x", "up_axis": "+z"}
 XSENS = {"rate_hz": 100, "accelerometer_unit": "m/s^2", "gyroscope_unit": "rad/s", "counter_modulus": 65536}
 IPOL_COLUMNS = {"packet": "PacketCounter"} | {
     f"{kind[0].lower()}{axis.lower()}": f"{kind}_{axis}" for kind in ("Acc", "Gyr") for axis in "XYZ"
@@ -26,7 +28,7 @@ def ipol(name: str) -> dict[str, Any]:
                 "file": f"ipol_{name}_{short}.txt",
                 "delimiter": "tab",
                 "header_rows": 1,
-                "device": {"place": place, **XSENS},
+                "device": {"place": place, **XSENS, **(FEET if "foot" in place else {})},
                 "columns": IPOL_COLUMNS,
             }
             for short, place in (("lb", "low back"), ("lf", "left foot"), ("rf", "right foot"))

@@ -9,10 +9,13 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from stages.campaign.radio import Transmitted
-from stages.imu.clock.clock import least_squares_line, lower_envelope, repair_clock, robust_line
-from stages.imu.clock.packet_index import index_samples, unwrap_counter
-from stages.imu.sources.schema import Recording, recording_from_columns
-from tests.imu.stand_in import RADIO, ROUGH_RADIO, device, make_run
+from stages.imu.clock.clock import Clock, repair_clock
+from stages.imu.clock.envelope import least_squares_line, lower_envelope, robust_line
+from stages.imu.clock.lateness import straighten
+from stages.imu.clock.packet_index import BY_DEVICE_STAMP, IndexedRecording, index_samples, unwrap_counter
+from stages.imu.sources.columns import recording_from_columns
+from stages.imu.sources.schema import Recording
+from tests.imu.stand_in import RADIO, ROUGH_RADIO, SETTINGS, device, make_run
 
 
 def recording_of(sent: Transmitted, rows: np.ndarray | None = None) -> Recording:
@@ -23,6 +26,10 @@ def recording_of(sent: Transmitted, rows: np.ndarray | None = None) -> Recording
 
 
 make_run_cache = [make_run(seed, RADIO if seed < 8 else ROUGH_RADIO) for seed in range(16)]
+
+
+def repaired(indexed: IndexedRecording) -> Clock:
+    return repair_clock(indexed, SETTINGS.clock_tolerance_s)
 
 
 def true_times(seed: int, recording: Recording, before: np.ndarray | int = 0) -> np.ndarray:
@@ -36,7 +43,7 @@ def true_times(seed: int, recording: Recording, before: np.ndarray | int = 0) ->
 
 def clock_error(seed: int, rows: np.ndarray | None = None) -> np.ndarray:
     indexed = index_samples(recording_of(make_run_cache[seed][1].sent[0], rows))
-    error = repair_clock(indexed).time - true_times(seed, indexed.recording)
+    error = repaired(indexed).time - true_times(seed, indexed.recording)
     return error - error.mean()
 
 
@@ -142,7 +149,7 @@ def test_time_goes_on_across_a_restart(seed: int) -> None:
     indexed = index_samples(restarted(sent, half))
     assert indexed.resets == 1
     before = np.where(indexed.segment == 1, sent.packet[sent.packet >= sent.packet[0] + half].min(), 0)
-    error = repair_clock(indexed).time - true_times(seed, indexed.recording, before)
+    error = repaired(indexed).time - true_times(seed, indexed.recording, before)
     assert np.std(error) < 5e-3  # each half pays its own smallest delay
 
 
@@ -153,7 +160,7 @@ def test_a_short_life_has_the_rate_of_the_others_and_begins_after_them(seed: int
     last = int(sent.packet.max() - sent.packet.min())
     for packets in (*range(last - 14, last - 6), *range(4, 12)):
         indexed = index_samples(restarted(sent, packets))
-        time = repair_clock(indexed).time
+        time = repaired(indexed).time
         assert (np.diff(time) > 0).all()
         same_life = np.diff(indexed.segment) == 0
         assert np.ptp((np.diff(time) / np.diff(indexed.index))[same_life]) < 2e-6
@@ -165,7 +172,7 @@ def test_lives_without_stamps_follow_each_other() -> None:
     blind = dataclasses.replace(
         restarted(sent, 100), device_stamp=nothing, phone_stamp=nothing, server_stamp=nothing
     )
-    clock = repair_clock(index_samples(blind))
+    clock = repaired(index_samples(blind))
     assert clock.stamp == "none" and clock.time[0] == 0.0 and (np.diff(clock.time) > 0).all()
 
 
@@ -196,13 +203,94 @@ def test_a_packet_that_arrives_at_once_bears_the_time_of_its_last_sample(missing
     recording = packets_sent_at(LEAVING).take(np.delete(np.arange(600), missing))
     indexed = index_samples(recording)
     expected = 5.0 + PERIOD * np.delete(np.arange(600), missing)
-    np.testing.assert_allclose(repair_clock(indexed).time, expected, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(repaired(indexed).time, expected, rtol=0, atol=1e-9)
 
 
 def test_the_robust_rate_is_told_relative_to_the_envelopes() -> None:
     """Two stamps far too early hold the envelope, and tilt it; the robust line does not follow them."""
     early = np.where(np.arange(200) == 20, 0.3, 0.0) + np.where(np.arange(200) == 180, 0.2, 0.0)
-    clock = repair_clock(index_samples(packets_sent_at(LEAVING - early)))
+    clock = repaired(index_samples(packets_sent_at(LEAVING - early)))
     tilt = (0.3 - 0.2) / (3 * 160) / PERIOD
     assert clock.rate_ppm == pytest.approx((0.01 / (PERIOD * (1 + tilt)) - 1) * 1e6, abs=1e-3)
     assert clock.robust_ppm == pytest.approx(1e6 * tilt, rel=1e-3)
+
+
+def late_stamps(rng: np.random.Generator, true: np.ndarray) -> np.ndarray:
+    """Arrivals of packets that leave at the true times (n,): a radio with jitter and stalls, stamps in ms."""
+    late = 0.008 + rng.exponential(0.015, len(true))
+    late += np.where(rng.random(len(true)) < 0.02, rng.exponential(0.2, len(true)), 0)
+    return np.round(np.maximum.accumulate(true + late), 3)
+
+
+def long_recording(rng: np.random.Generator, bent: float, set_by: tuple[float, ...]) -> tuple[np.ndarray, ...]:
+    """25 minutes of packets: index, arrival and true time (n,), the rate changing by `bent`, the phone's clock set."""
+    index = 3.0 * np.arange(50_000) + 2
+    share = index / index[-1]
+    true = 0.01 * index * (1 + 2e-3 * rng.normal()) + bent * 0.5 * index[-1] * 0.01 * share**2
+    stamp = late_stamps(rng, true)
+    for number, size in enumerate(set_by):
+        stamp += size * (share >= (number + 1) / (len(set_by) + 1))
+    return index, stamp, true
+
+
+@pytest.mark.parametrize("bent", [0.0, 1e-4])
+@pytest.mark.parametrize("set_by", [(), (0.1,), (-0.5,), (0.1, -0.2, 0.05)])
+def test_the_error_that_is_reported_bounds_the_true_one(bent: float, set_by: tuple[float, ...]) -> None:
+    """A sensor that wanders by 100 ppm, and a phone whose clock is set: followed and taken out, or owned up to."""
+    for seed in range(3):
+        index, stamp, true = long_recording(np.random.default_rng(seed), bent, set_by)
+        found = straighten(index, stamp, SETTINGS.clock_tolerance_s, numbered=True)
+        error = found.line.at(index) + found.bent(index) - true
+        assert np.std(error) <= found.error
+        if not bent:
+            np.testing.assert_allclose(found.steps[:, 1], set_by, atol=2e-3)
+        if not bent or not set_by:
+            assert found.error <= SETTINGS.clock_tolerance_s
+
+
+def test_steps_are_not_looked_for_in_samples_that_are_only_counted() -> None:
+    index, stamp, _ = long_recording(np.random.default_rng(1), 0.0, (0.1,))
+    found = straighten(index, stamp, SETTINGS.clock_tolerance_s, numbered=False)
+    assert len(found.steps) == 0 and found.error > SETTINGS.clock_tolerance_s
+
+
+def test_a_packet_sent_again_is_no_restart() -> None:
+    """Same numbers, same readings, later stamps; a sensor at rest whose readings repeat proves nothing."""
+    recording = recording_of(make_run_cache[0][1].sent[0])
+    again = np.arange(300, 360)
+    order = np.argsort(np.append(np.arange(recording.rows), again + 45.5), kind="stable")
+    rows = np.append(np.arange(recording.rows), again)[order]
+    stamp = recording.phone_stamp[rows]
+    stamp[order >= recording.rows] = recording.phone_stamp[again + 45]
+    twice = dataclasses.replace(recording.take(rows), phone_stamp=stamp)
+    indexed = index_samples(twice)
+    assert (indexed.resets, indexed.sent_again) == (0, 60)
+    assert repaired(indexed).time == pytest.approx(repaired(index_samples(recording)).time)
+
+
+def test_device_stamps_number_the_samples_and_phone_stamps_date_them() -> None:
+    """Without a counter; the device's clock runs 1 % fast, and 5 % of the packets are lost."""
+    _, truth = make_run_cache[9]
+    recording = recording_of(truth.sent[0])
+    nothing = np.full(recording.rows, np.nan)
+    blind = dataclasses.replace(
+        recording, packet=nothing, position=nothing, device_stamp=1.01 * recording.device_stamp
+    )
+    indexed = index_samples(blind)
+    assert indexed.numbered_by == BY_DEVICE_STAMP
+    clock, counted = repaired(indexed), repaired(index_samples(recording))
+    assert clock.stamp == "phone"
+    assert clock.time - clock.time.mean() == pytest.approx(counted.time - counted.time.mean(), abs=2e-3)
+
+
+def test_stamps_of_a_packet_number_its_samples() -> None:
+    """The sensor stamps packets, not samples: three samples bear one stamp, and none of them is a duplicate."""
+    recording = packets_sent_at(LEAVING)
+    nothing = np.full(recording.rows, np.nan)
+    readings = np.random.default_rng(2).normal(size=(recording.rows, 3))
+    blind = dataclasses.replace(
+        recording, packet=nothing, position=nothing, device_stamp=recording.phone_stamp, acceleration=readings
+    )
+    indexed = index_samples(blind)
+    assert (indexed.recording.rows, indexed.batch_size) == (600, 3)
+    assert indexed.index.tolist() == list(range(600))

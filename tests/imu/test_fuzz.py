@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from stages.imu.errors import SourceRefused
-from stages.imu.parameters import Parameters
 from stages.imu.run import Inputs, run
 from tests.imu.damage import HARMFUL, NEVER_ACCEPTED, edited
-from tests.imu.stand_in import SETTINGS, make_database, make_run
+from tests.imu.stand_in import PARAMETERS, make_database, make_run
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +24,7 @@ def ingest(content: bytes, folder: Path) -> str:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            said = run(Parameters(SETTINGS), Inputs(path)).summary()
+            said = run(PARAMETERS, Inputs(path)).summary()
     except SourceRefused as refusal:
         said = f"refused: {refusal}"
     assert path.read_bytes() == content

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import os
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
@@ -94,3 +96,39 @@ def test_a_connection_string_is_never_told(repository: Path, tmp_path: Path) -> 
         assert code == 2 and out == "" and len(errors.splitlines()) == 1
         assert not [part for part in ("anna", "swordfish", "invalid", "gait") if part in errors], errors
     assert not [path for path in tmp_path.rglob("*") if path.is_file() and b"swordfish" in path.read_bytes()]
+
+
+def test_what_a_lab_takes_away(repository: Path, database: Path, tmp_path: Path) -> None:
+    """Tables with a unit in every column's name that agree with the report, curves, and a picture of the first run."""
+    code, out, errors = ingest(
+        repository, database, "--json", "--export", tmp_path / "out", "--figure", tmp_path / "run.png"
+    )
+    assert code == 0, errors
+    assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
+    tables = {name: list(csv.DictReader((tmp_path / "out" / f"{name}.csv").open()))
+              for name in ("runs", "events", "steps", "leg", "strides")}  # fmt: skip
+    report = json.loads(out)["runs"]
+    assert [row["name"] for row in tables["runs"]] == [one["name"] for one in report]
+    assert [float(row["step_frequency [Hz]"]) for row in tables["runs"]] == [one["step_frequency"] for one in report]
+    assert len(tables["events"]) == sum(one["heel_strikes"] for one in report)
+    assert all(0.1 < float(row["length [m]"]) < 0.2 for row in tables["steps"])
+    assert len(tables["strides"]) == 101 * sum(one["strides"] for one in report)
+    with np.load(tmp_path / "out/curves.npz") as curves:
+        assert curves["strides"].shape == (sum(one["strides"] for one in report), 101, 6)
+        assert curves["signals"][2] == "hip_lateral_rate [rad/s]"
+        assert curves["hip_path_m"].shape[0] == len(tables["steps"])
+    code, _, errors = ingest(repository, database, "--export", tmp_path / "out")
+    assert code == 2 and "is there already" in errors
+
+
+def test_a_map_is_proposed(repository: Path, tmp_path: Path) -> None:
+    rows = [f"{0.01 * i:.2f},0.1,9.8,{i % 7 / 100},0.01,0.02,{i % 5 / 50}" for i in range(200)]
+    (tmp_path / "log.csv").write_text("\n".join(["time (s),ax,ay,az,gx,gy,gz", *rows]))
+    code, out, _ = ingest(repository, tmp_path / "log.csv", "--propose", tmp_path / "map.yaml")
+    assert code == 0 and "rate 100 Hz" in out
+    (run,) = yaml.safe_load((tmp_path / "map.yaml").read_text())["runs"]
+    assert run["files"][0]["columns"]["az"] == "az"
+    code, out, _ = ingest(repository, tmp_path, "--map", tmp_path / "map.yaml", "--json")
+    assert code == 3 and json.loads(out)["sensors"][0]["rows"] == 200
+    code, _, errors = ingest(repository, tmp_path / "none.csv", "--propose", tmp_path / "other.yaml")
+    assert code == 2 and "cannot be read" in errors and not (tmp_path / "other.yaml").exists()

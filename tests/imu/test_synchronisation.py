@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from stages.imu.parameters import Parameters
 from stages.imu.result import Result
 from stages.imu.run import Inputs, run
 from tests.imu.damage import edited
-from tests.imu.stand_in import SETTINGS, make_database, make_run
+from tests.imu.stand_in import PARAMETERS, make_database, make_run
 
 
 def ingested(lag: float, folder) -> Result:
@@ -16,7 +15,7 @@ def ingested(lag: float, folder) -> Result:
     content = edited(make_database([make_run(4)]), (f"UPDATE sample SET {stamps} WHERE device_id = 2", ()))
     path = folder / "log.sqlite"
     path.write_bytes(content)
-    return run(Parameters(SETTINGS), Inputs(path))
+    return run(PARAMETERS, Inputs(path))
 
 
 @pytest.mark.parametrize("lag", [-0.2, -0.043, 0.0, 0.043, 0.2])

@@ -23,6 +23,10 @@ def widths(*settings: str) -> dict[str, float]:
     return study(*settings).parameters(["analytic"])["analytic"].half_widths
 
 
+def test_a_value_that_was_edited_is_not_the_printed_one():
+    assert half_width({"value": 0.31, "printed": "0.3"}) is None
+
+
 @pytest.mark.parametrize("value, printed, width", [
     (0.1, "0.100", 5e-4), (0.1, "0.1", 0.05), (2800.0, "2800.00", 5e-3), (2.0, "2", 0.5), (-3, "-3.0", 0.05)])
 def test_digits_as_printed_leave_half_of_the_last_one(value, printed, width):
@@ -36,7 +40,6 @@ def test_a_value_is_exact_unless_something_is_said():
 
 
 @pytest.mark.parametrize("entry, words", [
-    ('{value: 0.3, printed: "0.31"}', 'hip_mass is printed as "0.31", which is not its value 0.3'),
     ("{value: 0.3, printed: 0.300}", "hip_mass is printed as 0.3; write the digits as text"),
     ('{value: 0.3, printed: "3e-1"}', "hip_mass is printed as '3e-1'; write the digits as text"),
     ('{value: 0.3, printed: "0.3", uncertainty: 0.1}', "hip_mass has both an uncertainty and digits as printed"),

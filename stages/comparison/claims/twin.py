@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from stages.comparison.claims.measured import Measured
 from stages.comparison.claims.paper import BLOCK_SETS, RAMP_M
 from stages.comparison.claims.verdict import (
+    DOES_NOT_APPLY,
     FAILS,
     HOLDS,
     HOLDS_IF,
@@ -126,7 +127,8 @@ class PushConverges(Measured):
         falls = [row for row in self.limits_of if math.isfinite(row[3])]
         lost = [row[0] for row in self.limits_of if row[2] == 0]
         along = self.failed == 0 and self.pushes > 0
-        verdict = FAILS if not along or lost else HOLDS_IF if falls else HOLDS
+        untried = self.pushes + self.failed == 0
+        verdict = DOES_NOT_APPLY if untried else FAILS if not along or lost else HOLDS_IF if falls else HOLDS
         bounds = ", ".join(f"{kind} below {fatal:g} {unit}" for kind, unit, _, fatal in falls)
         most = ", ".join(f"{kind} {survived:g} {unit}" for kind, unit, survived, _ in self.limits_of)
         return Judgement(
@@ -141,11 +143,13 @@ class PushConverges(Measured):
                     f"its heading it keeps: to the side a step leaves {self.sideways:.4f} of a difference",
                 ),
                 Cause(verdict == HOLDS, "no push that was tried ends in a fall"),
-                Cause(not along, f"{self.failed} of {self.pushes + self.failed} pushes along the path end in a fall"),
+                Cause(untried, "no synthetic campaign was walked: a lab's own measurements take its place"),
+                Cause(not along and not untried,
+                      f"{self.failed} of {self.pushes + self.failed} pushes along the path end in a fall"),
                 Cause(bool(lost), f"even the smallest tried ends in a fall: {', '.join(lost)}"),
             ),
             f"a push to the side is small: {bounds}" if verdict == HOLDS_IF else "",
-        )
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)

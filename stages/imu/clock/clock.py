@@ -1,13 +1,7 @@
 """Clock repair: the time of each sample from its index and from when its packet arrived.
 
-A packet can be late, never early. So the arrival stamps lie above the line t = a + b * index that a loss-free radio
-of constant delay would draw, and that line is the highest one below all stamps: the linear program
-
-    maximise  sum_i (a + b n_i)   subject to   a + b n_i <= t_i,
-
-whose solution is the edge of the lower convex hull that spans the mean index (two unknowns: the optimum lies on
-two stamps). It holds however the lateness is distributed, where least squares is pulled up by every stall.
-The smallest delay of the radio stays in `a`: it cannot be observed from the stamps.
+The clock is the line below the arrivals (`envelope.py`), and its error what the floor of lateness shows of it, window
+by window (`lateness.py`), where settings of the phone's clock and the sensor's own wander are taken out as well.
 
 A restart of the sensor begins a segment with an index and an offset of its own, but not with another oscillator: all
 segments share the rate of the longest, and none ends after the next has begun. Both only bound `a` from above, as the
@@ -20,32 +14,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.imu.clock.packet_index import IndexedRecording, arrival_stamp
+from stages.imu.clock.envelope import Line, least_squares_line, robust_line
+from stages.imu.clock.lateness import Straightened, moments, straighten, unevenness
+from stages.imu.clock.packet_index import BY_ROWS, IndexedRecording, arrival_stamp
 
-FEWEST_PACKETS = 10  # below this half of the packets does not make an envelope
 FASTEST = 100.0  # times the nominal rate: faster, or backwards, the stamps mean nothing
-HUBER_WIDTH = 1.345  # 95 % efficiency for normal errors (Huber 1981)
-
-
-@dataclass(frozen=True)
-class Line:
-    """t = offset + period * index [s]."""
-
-    offset: float
-    period: float
-
-    def at(self, index: np.ndarray) -> np.ndarray:
-        """Times of the indices [s]."""
-        return self.offset + self.period * index
 
 
 @dataclass(frozen=True)
 class Clock:
     """Repaired time of every sample (n,) [s] and what the fit says about itself.
 
-    `jitter_before` is the rms of the stamps about their least-squares line [s]; `disagreement` the rms distance of
-    two envelopes fitted to alternate packets, their mean removed [s]; `robust_ppm` the rate of the robust fit
-    relative to that of the envelope [ppm]. All three are NaN where the source has no stamps.
+    `jitter_before` is the rms of the stamps about their least-squares line [s]; `error` how uneven the floor of
+    lateness is that is left [s]; `robust_ppm` the rate of the robust fit relative to that of the envelope [ppm]: NaN
+    where the source has no stamps. `settings` (k,) are the steps of the phone's clock that were taken out [s] and
+    `bend` the largest departure of the sensor's clock from a line that was followed [s].
     """
 
     time: np.ndarray
@@ -53,95 +36,78 @@ class Clock:
     rate_hz: float
     rate_ppm: float
     jitter_before: float
-    disagreement: float
+    error: float
     robust_ppm: float
+    settings: np.ndarray
+    bend: float
 
 
-def lower_envelope(index: np.ndarray, stamp: np.ndarray) -> Line:
-    """The highest line below all points, in the mean; exact, O(n log n). Needs two different indices."""
-    order = np.lexsort((stamp, index))
-    x, y = index[order].astype(float), stamp[order]
-    first = np.append(True, np.diff(x) > 0)
-    x, y = x[first], y[first]
-    hull: list[int] = []
-    for i in range(len(x)):
-        while len(hull) > 1 and _above(x, y, hull[-2], hull[-1], i):
-            hull.pop()
-        hull.append(i)
-    corner = np.array(hull)
-    right = int(np.clip(np.searchsorted(x[corner], index.mean()), 1, len(corner) - 1))
-    p, q = corner[right - 1], corner[right]
-    period = (y[q] - y[p]) / (x[q] - x[p])
-    return Line(float(y[p] - period * x[p]), float(period))
-
-
-def _above(x: np.ndarray, y: np.ndarray, p: int, q: int, r: int) -> bool:
-    """Whether point q lies on or above the chord from p to r."""
-    return bool((y[q] - y[p]) * (x[r] - x[p]) >= (y[r] - y[p]) * (x[q] - x[p]))
-
-
-def least_squares_line(index: np.ndarray, stamp: np.ndarray, weight: np.ndarray | None = None) -> Line:
-    """Weighted least-squares line through the points."""
-    w = np.ones(len(index)) if weight is None else weight
-    x0, y0 = np.average(index, weights=w), np.average(stamp, weights=w)
-    dx = index - x0
-    period = float(np.sum(w * dx * (stamp - y0)) / np.sum(w * dx * dx))
-    return Line(float(y0 - period * x0), period)
-
-
-def robust_line(index: np.ndarray, stamp: np.ndarray, rounds: int = 30) -> Line:
-    """Huber's M-estimate of the line by iteratively reweighted least squares, scale from the median deviation."""
-    line = least_squares_line(index, stamp)
-    for _ in range(rounds):
-        residual = stamp - line.at(index)
-        residual = residual - np.median(residual)
-        scale = max(1.4826 * float(np.median(np.abs(residual))), 1e-9)
-        weight = 1.0 / np.maximum(1.0, np.abs(residual) / (HUBER_WIDTH * scale))
-        line = least_squares_line(index, stamp, weight)
-    return line
-
-
-def repair_clock(indexed: IndexedRecording) -> Clock:
+def repair_clock(indexed: IndexedRecording, tolerance: float) -> Clock:
     """Time of every sample on the clock of the arrival stamps; without stamps, index over the nominal rate.
 
-    Device stamps are not arrivals but readings of the sensor's own clock: with no packet counter to prefer, they are
-    taken as they are.
+    A floor uneven by more than `tolerance` [s] is looked into for settings and bends. Device stamps are not arrivals
+    but readings of the sensor's own clock: with nothing else to date the samples, they are taken as they are.
     """
-    recording, nominal = indexed.recording, indexed.recording.device.rate_hz
-    name, stamp = arrival_stamp(recording)
-    if name == "none" or len(np.unique(indexed.index)) < 2:
-        return Clock(counted(indexed) / nominal, "none", nominal, 0.0, np.nan, np.nan, np.nan)
+    nominal = indexed.recording.device.rate_hz
+    name, stamp = arrival_stamp(indexed.recording)
     arrival = packet_arrivals(indexed, stamp)
-    longest = np.bincount(arrival[:, 0].astype(int)).argmax()
-    x, y = arrival[arrival[:, 0] == longest, 1], arrival[arrival[:, 0] == longest, 2]
-    if len(x) < 2:
-        return Clock(counted(indexed) / nominal, "none", nominal, 0.0, np.nan, np.nan, np.nan)
-    best = lower_envelope(x, y)
-    rate = 1.0 / best.period if best.period > 0 else np.inf
+    longest = arrival[:, 0] == np.bincount(arrival[:, 0].astype(int), minlength=1).argmax()
+    x, y = arrival[longest, 1], arrival[longest, 2]
+    if name == "none" or len(np.unique(x)) < 2:
+        return _unfitted(indexed, "none", nominal, 0.0, np.nan)
+    found = straighten(x, y, tolerance, indexed.numbered_by != BY_ROWS)
+    rate = 1.0 / found.line.period if found.line.period > 0 else np.inf
     if not rate < FASTEST * nominal:
-        return Clock(counted(indexed) / nominal, name, rate, np.inf, float(np.std(y)), np.nan, np.nan)
-    time = segment_times(indexed, arrival, best.period)
-    if name == "device" and indexed.lost_packets is None:
-        time = stamp.copy()
+        return _unfitted(indexed, name, rate, np.inf, float(np.std(y)))
+    level = arrival.copy()
+    level[longest, 2] -= found.put_on(x) + found.bent(x)
+    time = segment_times(indexed, level, found.line.period)
+    time += np.where(indexed.segment == arrival[longest, 0][0], found.bent(indexed.index), 0.0)
+    error = _error(found, arrival[~longest])
+    if indexed.numbered_by == BY_ROWS and error <= tolerance:
+        error = np.nan  # a floor that is even shows no loss, but one packet less tilts it as a slower clock does
+    if name == "device":  # the sensor's own clock: nothing tells its error
+        error = np.nan
+        time = stamp.copy() if indexed.lost_packets is None else time
     return Clock(
         time=time,
         stamp=name,
         rate_hz=float(rate),
         rate_ppm=float((rate / nominal - 1) * 1e6),
         jitter_before=float(np.std(y - least_squares_line(x, y).at(x))),
-        disagreement=_disagreement(x, y),
-        robust_ppm=float((best.period / robust_line(x, y).period - 1) * 1e6),
+        error=error,
+        robust_ppm=float((found.line.period / robust_line(x, y).period - 1) * 1e6),
+        settings=found.steps[:, 1],
+        bend=float(np.ptp(found.bend[:, 1])) if len(found.bend) else 0.0,
     )
+
+
+def _unfitted(indexed: IndexedRecording, stamp: str, rate: float, ppm: float, jitter: float) -> Clock:
+    time = counted(indexed) / indexed.recording.device.rate_hz
+    return Clock(time, stamp, rate, ppm, jitter, np.nan, np.nan, np.empty(0), 0.0)
+
+
+def _error(found: Straightened, others: np.ndarray) -> float:
+    """The worst unevenness of any life of the sensor [s], all at one rate; `others` are the arrivals of the shorter."""
+    errors = [found.error]
+    for segment in np.unique(others[:, 0]):
+        x, y = others[others[:, 0] == segment, 1:].T
+        errors.append(unevenness(*np.column_stack((x, y - found.line.period * x))[moments(y)].T))
+    known = [one for one in errors if one == one]
+    return max(known, default=float("nan"))
 
 
 def packet_arrivals(indexed: IndexedRecording, stamp: np.ndarray) -> np.ndarray:
     """Rows (segment, index of the packet's last sample, arrival stamp), one a packet.
 
     A packet leaves when its last sample is taken, so it is that sample the stamp belongs to, also when the row
-    itself is missing.
+    itself is missing. Without a counter, rows of one stamp are a packet.
     """
     packet = indexed.index // indexed.batch_size
-    last = np.append((np.diff(packet) != 0) | (np.diff(indexed.segment) != 0), True)
+    apart = np.diff(packet) != 0
+    if indexed.batch_size == 1:
+        apart &= np.diff(stamp) != 0
+    last = np.append(apart | (np.diff(indexed.segment) != 0), True) if len(packet) else np.zeros(0, dtype=bool)
     end_of_batch = packet[last] * indexed.batch_size + indexed.batch_size - 1
     return np.column_stack((indexed.segment[last], end_of_batch, stamp[last]))
 
@@ -163,10 +129,3 @@ def segment_times(indexed: IndexedRecording, arrival: np.ndarray, period: float)
         time[rows] = Line(float(offset), period).at(index)
         end = time[rows][0]
     return time
-
-
-def _disagreement(x: np.ndarray, y: np.ndarray) -> float:
-    if len(x) < 2 * FEWEST_PACKETS:
-        return float("nan")
-    difference = lower_envelope(x[::2], y[::2]).at(x) - lower_envelope(x[1::2], y[1::2]).at(x)
-    return float(np.std(difference))

@@ -2,7 +2,9 @@
 
 A packet counter steps by one a packet, wraps at its modulus, and starts again when the sensor restarts. Rows may be
 repeated, swapped, or missing. From (packet, position) every sample gets an index that counts sampling periods within
-a segment, where a segment is one life of the sensor between two restarts.
+a segment, where a segment is one life of the sensor between two restarts. A packet that was sent again bears another
+stamp and the same readings: its content tells it from a restart. Without a counter the sensor's own stamps number the
+samples, and only without those does the rank of a row, which knows of no loss.
 """
 
 from __future__ import annotations
@@ -15,6 +17,10 @@ from stages.imu.sources.schema import Recording
 
 REORDER_WINDOW = 64  # packets; a counter that falls back further than this has restarted
 LOOK_AHEAD = 5  # packets looked at to tell a late packet from a restart
+FEW_FALLS = 5  # stamps that fall in the order of storage: a clock that was set, not rows in any order
+BACK_S = 0.5  # a sensor's own stamp that falls by more has restarted
+
+BY_COUNTER, BY_DEVICE_STAMP, BY_ROWS = "counter", "device stamp", "rows"
 
 
 @dataclass(frozen=True)
@@ -36,6 +42,8 @@ class IndexedRecording:
     lost_packets: int | None
     gaps: int
     resets: int
+    numbered_by: str = BY_COUNTER
+    sent_again: int = 0
 
 
 def arrival_stamp(recording: Recording) -> tuple[str, np.ndarray]:
@@ -60,10 +68,11 @@ def index_samples(recording: Recording) -> IndexedRecording:
         usable &= np.isfinite(stamp)
     unusable = int((~usable).sum())
     recording, stamp = recording.take(usable), stamp[usable]
+    first = first_arrivals(recording, stamp)
+    sent_again = recording.rows - len(first)
+    recording, stamp = recording.take(first), stamp[first]
     batch, position = _positions(recording)
-
-    # Packets held back by a stall arrive together: among equal stamps the numbers tell the order.
-    order = np.lexsort((recording.packet, stamp)) if stamp_name != "none" else np.arange(recording.rows)
+    order = arrival_order(recording.packet, stamp) if stamp_name != "none" else np.arange(recording.rows)
     segment, packet = unwrap_counter(recording.packet[order].astype(np.int64), recording.device.counter_modulus)
     index = packet * batch + position[order]
     in_sequence = np.lexsort((index, segment))
@@ -89,15 +98,46 @@ def index_samples(recording: Recording) -> IndexedRecording:
         lost_packets=_lost_packets(segment, index // batch),
         gaps=int(((np.diff(index) > 1) & (np.diff(segment) == 0)).sum()),
         resets=int(segment[-1]) if len(segment) else 0,
+        sent_again=sent_again,
     )
+
+
+def arrival_order(packet: np.ndarray, stamp: np.ndarray) -> np.ndarray:
+    """Rows (n,) in order of arrival: as they are stored, unless they are stored in any order; then by their stamps.
+
+    A clock that was set back makes stamps fall once or twice; to sort by it would mix what came before and after.
+    Packets held back by a stall arrive together: in rows of any order the numbers tell theirs.
+    """
+    return np.lexsort((packet, stamp)) if (np.diff(stamp) < 0).sum() > FEW_FALLS else np.arange(len(stamp))
+
+
+def first_arrivals(recording: Recording, stamp: np.ndarray) -> np.ndarray:
+    """Rows (k,), in order, without those of packets that were sent again: same number, same readings, later stamp.
+
+    Readings that stand under several numbers (a dead or coarse sensor at rest) prove nothing, and stay.
+    """
+    values = (recording.acceleration, recording.angular_rate)
+    order = np.argsort(stamp, kind="stable")
+    reading = np.unique(as_bytes(*values), return_inverse=True)[1].ravel()[order]
+    key = np.unique(as_bytes(recording.packet, recording.position, recording.device_stamp), return_inverse=True)[1]
+    pairs = np.column_stack((reading, key.ravel()[order]))
+    _, first, which = np.unique(pairs, axis=0, return_index=True, return_inverse=True)
+    numbers_of_reading = np.bincount(pairs[first, 0], minlength=len(order))
+    keep = np.ones(len(order), dtype=bool)
+    keep[order] = (first[which.ravel()] == np.arange(len(order))) | (numbers_of_reading[reading] > 1)
+    return np.flatnonzero(keep)
 
 
 def row_bytes(recording: Recording) -> np.ndarray:
     """Each row as one opaque value, so that equal rows compare equal, NaN included."""
     key = (recording.packet, recording.position)
     stamps = (recording.device_stamp, recording.phone_stamp, recording.server_stamp)
-    values = (recording.acceleration, recording.angular_rate)
-    table = np.ascontiguousarray(np.column_stack((*key, *stamps, *values)) + 0.0)
+    return as_bytes(*key, *stamps, recording.acceleration, recording.angular_rate)
+
+
+def as_bytes(*columns: np.ndarray) -> np.ndarray:
+    """Rows of these columns, (n,) or (n, k) each, as one opaque value (n,) a row."""
+    table = np.ascontiguousarray(np.column_stack(columns) + 0.0)
     return table.view(np.dtype((np.void, table.shape[1] * 8))).ravel()
 
 
@@ -172,25 +212,64 @@ def _lost_packets(segment: np.ndarray, packet: np.ndarray) -> int:
 
 
 def _index_without_counter(recording: Recording, exact: int) -> IndexedRecording:
-    """Order by the sensor's own stamp where there is one; count sampling periods from it, else count rows."""
-    name, stamp = arrival_stamp(recording)
+    """Count sampling periods by the sensor's own stamps where there are some, else count rows in order of arrival."""
     stored = recording.rows
+    if np.isfinite(recording.device_stamp).sum() > max(1, stored // 2):
+        return _index_by_device_stamp(recording, exact)
+    name, stamp = arrival_stamp(recording)
     if name == "none":
         rank = np.arange(stored)
-        return IndexedRecording(recording, np.zeros(stored, int), rank, 1, exact, 0, 0, 0, None, 0, 0)
-    recording, stamp = recording.take(np.isfinite(stamp)), stamp[np.isfinite(stamp)]
-    unusable = stored - recording.rows
-    out_of_order = int((np.diff(stamp) < 0).sum())
-    order = np.argsort(stamp, kind="stable")
-    new = np.append(True, np.diff(stamp[order]) > 0) if name == "device" else np.ones(len(order), dtype=bool)
-    rows = order[new]
-    index, gaps = np.arange(len(rows)), 0
-    if name == "device" and len(rows) > 1:
-        step = np.diff(stamp[rows])
-        index = np.append(0, np.cumsum(np.maximum(1, np.rint(step / np.median(step))))).astype(np.int64)
-        gaps = int((np.diff(index) > 1).sum())
-    duplicates = len(order) - len(rows)
-    segment = np.zeros(len(rows), dtype=np.int64)
+        return IndexedRecording(recording, np.zeros(stored, int), rank, 1, exact, 0, 0, 0, None, 0, 0, BY_ROWS)
+    known = np.isfinite(stamp)
+    recording, stamp = recording.take(known), stamp[known]
+    falls = int((np.diff(stamp) < 0).sum())
+    order = np.argsort(stamp, kind="stable") if falls > FEW_FALLS else np.arange(len(stamp))
+    segment, rank = np.zeros(len(order), dtype=np.int64), np.arange(len(order))
     return IndexedRecording(
-        recording.take(rows), segment, index, 1, exact, duplicates, out_of_order, unusable, None, gaps, 0
+        recording.take(order), segment, rank, 1, exact, 0, falls, stored - len(order), None, 0, 0, BY_ROWS
+    )
+
+
+def _index_by_device_stamp(recording: Recording, exact: int) -> IndexedRecording:
+    """Sampling periods from the sensor's own stamps, one a sample or one a packet."""
+    stored = recording.rows
+    recording = recording.take(np.isfinite(recording.device_stamp))
+    unusable = stored - recording.rows
+    name, arrived = arrival_stamp(recording)
+    if name not in ("none", "device"):
+        known = np.isfinite(arrived)
+        recording, unusable = recording.take(known), unusable + int((~known).sum())
+    stamp = recording.device_stamp
+    falls = np.diff(stamp) < 0
+    restarts = np.append(False, np.diff(stamp) < -BACK_S)
+    life = np.cumsum(restarts) if restarts.sum() <= FEW_FALLS else np.zeros(len(stamp), dtype=np.int64)
+    order = np.lexsort((stamp, life))
+    life, stamp = life[order], stamp[order]
+    fresh = np.append(True, (np.diff(stamp) > 0) | (np.diff(life) != 0))
+    batch = round(len(stamp) / max(1, int(fresh.sum())))
+    if batch < 2:
+        order, life, stamp, fresh, batch = order[fresh], life[fresh], stamp[fresh], fresh[fresh], 1
+    at = np.flatnonzero(fresh)
+    rank = np.arange(len(stamp)) - np.repeat(at, np.diff(np.append(at, len(stamp))))
+    step = np.diff(stamp[at])
+    usual = float(np.median(step)) if len(step) else 1.0
+    periods = np.append(0, np.cumsum(np.where(np.diff(life[at]) == 0, np.maximum(1, np.rint(step / usual)), 1)))
+    first = np.append(True, np.diff(life[at]) != 0)
+    periods -= periods[first][np.cumsum(first) - 1]
+    index = np.repeat(periods, np.diff(np.append(at, len(stamp)))) * batch + np.minimum(rank, batch - 1)
+    index = index.astype(np.int64)
+    new = np.append(True, (np.diff(index) != 0) | (np.diff(life) != 0))
+    return IndexedRecording(
+        recording=recording.take(order[new]),
+        segment=life[new],
+        index=index[new],
+        batch_size=batch,
+        exact_duplicates=exact,
+        key_duplicates=recording.rows - int(new.sum()),
+        out_of_order=int(falls.sum()),
+        unusable_rows=unusable,
+        lost_packets=None,
+        gaps=int(((np.diff(index[new]) > 1) & (np.diff(life[new]) == 0)).sum()),
+        resets=int(life[-1]) if len(life) else 0,
+        numbered_by=BY_DEVICE_STAMP,
     )

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from stages.imu.sources.database import DatabaseWriter
     from stages.imu.trial.report import SensorReport
     from stages.imu.trial.run_report import RunReport
+    from stages.imu.trial.trial import Trial
 
 VARIABLE = "env:"
 
@@ -29,34 +30,73 @@ class Options:
     column_map: Mapping[str, Any] | None = option(
         "-", "SOURCE is a folder of CSV or TSV files, described in this YAML file", name="map", default=None)
     store: Path | None = option("-", "Keep the raw rows in this SQLite file", default=None)
+    export: Path | None = option(
+        "-", "Leave events, steps, curves and verdicts in this new folder, as CSV and npz", metavar="DIR", default=None)
+    propose: Path | None = option(
+        "-", "SOURCE is one file of any kind: read its head and write a first map of it here", default=None)
 
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Read every run of the source and report on it. Raises WrongOption, also for what the ingest refuses."""
+    if options.propose is not None:
+        return proposed(options, asking)
     from stages.imu.run import trials
     from stages.imu.sources.database import DatabaseWriter
+    from stages.imu.trial.picture import picture
     from stages.imu.trial.run_report import origin_of, tables
 
     sensors: list[SensorReport] = []
     runs: list[RunReport] = []
+    taken: list[Trial] = []
     try:
         with ExitStack() as open_until_read:
             read = open_until_read.enter_context(opened(options)).runs()
             if options.store is not None:
                 file = open_until_read.enter_context(asking.new_file(options.store))
                 read = stored(read, open_until_read.enter_context(DatabaseWriter(file)))
-            for trial in trials(read, parameters.settings, asking.progress):
+            for trial in trials(read, parameters, asking.progress):
                 sensors.extend(trial.reports)
                 runs.append(trial.report())
+                if options.export is not None or not taken:
+                    taken.append(trial)
     except SourceRefused as refused:
         raise WrongOption(str(refused)) from None
+    if options.export is not None:
+        from stages.imu.trial.export import exported
+
+        with asking.new_file(options.export) as folder:
+            folder.mkdir()
+            for name, content in exported(taken).items():
+                (folder / name).write_bytes(content)
     accepted = sum(one.accepted for one in runs)
     return Answer(
         plain={"runs": [as_plain(one) for one in runs], "sensors": [as_plain(one) for one in sensors]},
         tables=tables(sensors, runs, origin_of(runs)),
-        remark=f"{accepted} of {len(runs)} runs can be used",
+        draw=lambda save: save(picture(taken[0])),
+        remark=remark(runs),
         no=not accepted,
     )
+
+
+def remark(runs: list[RunReport]) -> str:
+    """How many runs can be used, and how many of those with remarks."""
+    accepted, remarked = sum(one.accepted for one in runs), sum(one.accepted and bool(one.remarks) for one in runs)
+    said = f", {remarked} of them with remarks" if remarked else ""
+    return f"{accepted} of {len(runs)} runs can be used{said}"
+
+
+def proposed(options: Options, asking: Asking) -> Answer:
+    """A first map of the file SOURCE, written to --propose. Raises WrongOption."""
+    from stages.imu.sources.proposal import proposal
+
+    assert options.propose is not None
+    try:
+        text, told = proposal(Path(options.source))
+    except SourceRefused as refused:
+        raise WrongOption(str(refused)) from None
+    with asking.new_file(options.propose) as file:
+        file.write_text(text, encoding="utf-8")
+    return Answer(lines=told, plain={"map": text, "told": list(told)})
 
 
 def opened(options: Options) -> Any:
@@ -94,8 +134,10 @@ QUESTION = Question(
 
     SOURCE is an SQLite file, a folder (with --map), or env:NAME, an environment variable that holds a connection
     string such as postgresql://user:password@host/database. docs/measurements.md has the schema. Ends with 3 if no run
-    can be used. A file made by --store can be the study's own: set imu.database.
+    can be used. --propose writes a first map of a file that nothing is known about, --figure draws the first run.
+    A file made by --store can be the study's own: set imu.database.
     """,
     Options,
     ask,
+    draws=True,
 )

@@ -9,22 +9,30 @@ from typing import Any
 import numpy as np
 
 from stages.imu.errors import SourceRefused, printable
-from stages.imu.sources.schema import ACCELERATION_UNITS, ANGULAR_RATE_UNITS, Device, Experiment
+from stages.imu.sources.schema import (
+    ACCELERATION_UNITS,
+    ANGULAR_RATE_UNITS,
+    SAMPLE_VALUES,
+    Device,
+    Experiment,
+    Recording,
+)
+from stages.imu.sources.stamps import in_seconds, moment
 
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 FASTEST_RATE_HZ = 1e5
-LARGEST_VALUE = 1e15  # stamps in microseconds since 1970 are just as large
+LARGEST_VALUE = 1e15
+LARGEST_STAMP = 1e19  # nanoseconds since 1970 are a fifth of it
 
 
 def numbers(rows: Sequence[Sequence[Any]], width: int) -> np.ndarray:
-    """An array (n, width) of the cells; a cell that is no number, or one no sensor gives, becomes NaN."""
+    """An array (n, width) of the cells; a cell that is no number and no time becomes NaN."""
     if not rows:
         return np.empty((0, width))
     try:
         table = np.array(rows, dtype=float)
     except (TypeError, ValueError):
-        table = np.array([[number(cell) for cell in row] for row in rows], dtype=float)
-    table[~(np.abs(table) < LARGEST_VALUE)] = np.nan
+        table = np.array([[number_or_moment(cell) for cell in row] for row in rows], dtype=float)
     return table
 
 
@@ -34,6 +42,24 @@ def number(cell: Any) -> float:
         return float(cell)
     except (TypeError, ValueError, OverflowError):
         return math.nan
+
+
+def number_or_moment(cell: Any) -> float:
+    """The cell as a float, or the seconds of a date and time as a database or a text holds it; NaN for neither."""
+    found = number(cell)
+    return found if found == found or cell is None else moment(cell)
+
+
+def recording_from_columns(experiment: Experiment, device: Device, columns: np.ndarray) -> Recording:
+    """A recording from an array (n, 11) whose columns are those of `SAMPLE_VALUES`, stamps in any unit.
+
+    Values that no sensor gives become NaN.
+    """
+    limit = np.where([name.endswith("_stamp") for name in SAMPLE_VALUES], LARGEST_STAMP, LARGEST_VALUE)
+    columns = np.where(np.abs(columns) < limit, columns, np.nan)
+    packet, position = columns[:, :2].T
+    sensor, phone, server = (in_seconds(stamp, device.rate_hz) for stamp in columns[:, 2:5].T)
+    return Recording(experiment, device, packet, position, sensor, phone, server, columns[:, 5:8], columns[:, 8:11])
 
 
 def device_from_row(row: Mapping[str, Any], where: str) -> Device:

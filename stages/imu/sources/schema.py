@@ -118,12 +118,6 @@ class Recording:
         return replace(self, **{name: getattr(self, name)[keep] for name in columns})
 
 
-def recording_from_columns(experiment: Experiment, device: Device, columns: np.ndarray) -> Recording:
-    """A recording from an array (n, 11) whose columns are those of `SAMPLE_VALUES`."""
-    packet, position, sensor, phone, server = columns[:, :5].T
-    return Recording(experiment, device, packet, position, sensor, phone, server, columns[:, 5:8], columns[:, 8:11])
-
-
 def create_statements() -> tuple[str, ...]:
     """SQL that creates the tables and the index the ingest reads by."""
     tables = [

@@ -7,43 +7,54 @@ A description of one experiment, as it stands in a YAML file:
       - file: walk_left_foot.txt
         delimiter: tab                # comma, semicolon, tab, space
         header_rows: 1                # rows before the one with the column names
+        header: true                  # false: there are no names, and columns are called by their number, from 1
+        decimal: point                # or comma
         device: {place: foot, rate_hz: 100, accelerometer_unit: m/s^2, gyroscope_unit: rad/s}
         columns: {packet: PacketCounter, ax: Acc_X, ay: Acc_Y, az: Acc_Z, gx: Gyr_X, gy: Gyr_Y, gz: Gyr_Z}
 
 `device` takes the columns of table `device` in `stages.imu.sources.schema`, `columns` those of table `sample`. Several
-experiments stand as a list under the one key `runs`.
+experiments stand as a list under the one key `runs`. A gyroscope that has a file of its own stands under `gyroscope`,
+with the same keys but `device`; its rows are brought to those of the accelerometer by packet and position where both
+files have them, else by stamp. A MATLAB or HDF5 file has names of arrays in the place of columns. Stamps may be in any
+unit that the nominal rate confirms, or written dates and times.
 """
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from stages.imu.errors import SourceRefused, printable
-from stages.imu.sources import plain_file
-from stages.imu.sources.columns import device_from_row, experiment_from_row, numbers
-from stages.imu.sources.schema import SAMPLE_VALUES, TABLES, Device, Experiment, Recording, recording_from_columns
+from stages.imu.sources import array_file, text_table
+from stages.imu.sources.columns import device_from_row, experiment_from_row, recording_from_columns
+from stages.imu.sources.schema import SAMPLE_VALUES, TABLES, Device, Experiment, Recording
+from stages.imu.sources.stamps import in_seconds
+from stages.imu.sources.text_table import Layout
 
 DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 NEEDED = ("ax", "ay", "az", "gx", "gy", "gz")
 RUN_KEYS = {"experiment", "files"}
-FILE_KEYS = {"file", "delimiter", "header_rows", "device", "columns"}
+TABLE_KEYS = {"file", "delimiter", "header_rows", "header", "decimal", "columns"}
+FILE_KEYS = TABLE_KEYS | {"device", "gyroscope"}
+ACCELERATION, ANGULAR_RATE = NEEDED[:3], NEEDED[3:]
+STAMPS = tuple(name for name in SAMPLE_VALUES if name.endswith("_stamp"))
+FARTHEST = 1.5  # sampling periods between two rows of a gyroscope's file that are bridged
 DEVICE_KEYS = {name for name, _, _ in TABLES["device"]}
 
 
 @dataclass(frozen=True)
 class ColumnMap:
-    """How to read one file: its delimiter, rows before the column names, the sensor, and column name per value."""
+    """How to read one file: its layout, and the column's name for each value; `gyroscope`: a file of its own."""
 
     file: str
-    delimiter: str
-    header_rows: int
+    layout: Layout
     device: Device
     columns: Mapping[str, str]
+    gyroscope: ColumnMap | None = None
 
 
 class CsvSource:
@@ -76,32 +87,53 @@ class CsvSource:
             yield experiment, tuple(self._read(experiment, one) for one in maps)
 
     def _read(self, experiment: Experiment, one: ColumnMap) -> Recording:
-        path = self.folder / one.file
-        plain_file.check(path)
-        try:
-            with path.open(encoding="utf-8", errors="replace", newline="") as file:
-                lines = islice(plain_file.lines(file, one.file), one.header_rows, None)
-                rows = csv.reader(lines, delimiter=one.delimiter)
-                names = [name.strip().lstrip("\ufeff") for name in next(rows, [])]
-                filled = [row for row in rows if any(cell.strip() for cell in row)]
-                return self._recording(experiment, one, names, filled)
-        except (OSError, ValueError) as error:
-            if isinstance(error, SourceRefused):
-                raise
-            raise SourceRefused(f"{printable(one.file)} cannot be read") from error
-        except csv.Error as error:
-            raise SourceRefused(f"{printable(one.file)} is no table ({error})") from error
+        table = self._table(one)
+        if one.gyroscope is not None:
+            other = self._table(one.gyroscope)
+            table[:, -3:] = beside(table, other, one)[:, -3:]
+        return recording_from_columns(experiment, one.device, table)
 
-    def _recording(
-        self, experiment: Experiment, one: ColumnMap, names: Sequence[str], rows: Sequence[Sequence[str]]
-    ) -> Recording:
-        repeated = [name for name in one.columns.values() if names.count(name) != 1]
-        if repeated:
-            has = "more than once" if repeated[0] in names else "not at all"
-            raise SourceRefused(f"{printable(one.file)} has the column {printable(repeated[0])} {has}")
-        place = [names.index(one.columns[value]) if value in one.columns else None for value in SAMPLE_VALUES]
-        cells = [[None if at is None or at >= len(row) else row[at] for at in place] for row in rows]
-        return recording_from_columns(experiment, one.device, numbers(cells, len(SAMPLE_VALUES)))
+    def _table(self, one: ColumnMap) -> np.ndarray:
+        """Values of a file (n, 11) in the order of `SAMPLE_VALUES`; NaN for those that are not mapped."""
+        wanted = list(dict.fromkeys(one.columns.values()))
+        stamps = [name for value, name in one.columns.items() if value in STAMPS]
+        path = self.folder / one.file
+        is_array = path.suffix.lower() in array_file.ENDINGS
+        found = array_file.read(path, wanted) if is_array else text_table.read(path, one.layout, wanted, stamps)
+        rows = len(next(iter(found.values())))
+        nothing = np.full(rows, np.nan)
+        return np.column_stack([found[one.columns[v]] if v in one.columns else nothing for v in SAMPLE_VALUES])
+
+
+def beside(table: np.ndarray, other: np.ndarray, one: ColumnMap) -> np.ndarray:
+    """Rows of a gyroscope's file (m, 11) brought to those of the accelerometer's (n, 11).
+
+    Raises SourceRefused where the two have nothing in common that orders them.
+    """
+    result = np.full(table.shape, np.nan)
+    if np.isfinite(table[:, 0]).all() and np.isfinite(other[:, 0]).all() and len(table) and len(other):
+        keys = {key: row for row, key in enumerate(map(tuple, np.nan_to_num(other[:, :2]).tolist()))}
+        rows = np.array([keys.get(key, -1) for key in map(tuple, np.nan_to_num(table[:, :2]).tolist())])
+        result[rows >= 0] = other[rows[rows >= 0]]
+        return result
+    for stamp in range(2, 5):
+        at, there = (in_seconds(part[:, stamp], one.device.rate_hz) for part in (table, other))
+        if np.isfinite(at).any() and np.isfinite(there).any():
+            known = np.isfinite(there)
+            order = np.argsort(there[known], kind="stable")
+            result[:, -3:] = between(at, there[known][order], other[known][order, -3:], FARTHEST / one.device.rate_hz)
+            return result
+    raise SourceRefused(
+        f"{printable(one.file)} and its gyroscope's file have neither packet numbers nor a stamp in common"
+    )
+
+
+def between(at: np.ndarray, time: np.ndarray, value: np.ndarray, farthest: float) -> np.ndarray:
+    """Values (m, k) at increasing times (m,) [s] by straight lines at (n,) [s]; NaN where neighbours are far apart."""
+    straight = np.column_stack([np.interp(at, time, axis, left=np.nan, right=np.nan) for axis in value.T])
+    right = np.clip(np.searchsorted(time, at), 1, len(time) - 1)
+    straight[time[right] - time[right - 1] > farthest] = np.nan
+    return straight
 
 
 def column_maps(description: Mapping[str, Any]) -> tuple[ColumnMap, ...]:
@@ -116,23 +148,40 @@ def column_maps(description: Mapping[str, Any]) -> tuple[ColumnMap, ...]:
 def _column_map(entry: Mapping[str, Any], number: int) -> ColumnMap:
     where = f"files, entry {number}"
     _only(entry, FILE_KEYS, where)
+    device = _mapping(entry.get("device", {}), f"{where}, device")
+    apart = entry.get("gyroscope")
+    found = _table_map(entry, NEEDED if apart is None else ACCELERATION, where)
+    _only(device, DEVICE_KEYS, f"{where}, device")
+    made = device_from_row(device, f"{where}, device")
+    gyroscope = None
+    if apart is not None:
+        inside = f"{where}, gyroscope"
+        _only(_mapping(apart, inside), TABLE_KEYS, inside)
+        gyroscope = ColumnMap(*_table_map(apart, ANGULAR_RATE, inside)[:2], made, _table_map(apart, (), inside)[2])
+    return ColumnMap(found[0], found[1], made, found[2], gyroscope)
+
+
+def _table_map(entry: Mapping[str, Any], needed: Sequence[str], where: str) -> tuple[str, Layout, Mapping[str, str]]:
+    """File, layout and columns of an entry."""
     if not isinstance(entry.get("file"), str):
         raise SourceRefused(f"{where}: needs the name of a file")
     delimiter = entry.get("delimiter", "comma")
     if delimiter not in DELIMITERS:
         raise SourceRefused(f"{where}: delimiter is {printable(delimiter)}, must be one of {', '.join(DELIMITERS)}")
-    header_rows = entry.get("header_rows", 0)
+    header_rows, header, decimal = (entry.get(*pair) for pair in (("header_rows", 0), ("header", True),
+                                                                  ("decimal", "point")))  # fmt: skip
     if not isinstance(header_rows, int) or not 0 <= header_rows <= 1000:
         raise SourceRefused(f"{where}: header_rows is {printable(header_rows)}, must be a whole number from 0 to 1000")
+    if not isinstance(header, bool):
+        raise SourceRefused(f"{where}: header is {printable(header)}, must be true or false")
+    if decimal not in ("point", "comma") or decimal == delimiter:
+        raise SourceRefused(f"{where}: decimal is {printable(decimal)}, must be point, or comma with another delimiter")
     columns = {str(key): str(name) for key, name in _mapping(entry.get("columns", {}), f"{where}, columns").items()}
     _only(columns, set(SAMPLE_VALUES), f"{where}, columns")
-    missing = [value for value in NEEDED if value not in columns]
+    missing = [value for value in needed if value not in columns]
     if missing:
         raise SourceRefused(f"{where}: columns lack {', '.join(missing)}")
-    device = _mapping(entry.get("device", {}), f"{where}, device")
-    _only(device, DEVICE_KEYS, f"{where}, device")
-    made = device_from_row(device, f"{where}, device")
-    return ColumnMap(entry["file"], DELIMITERS[delimiter], header_rows, made, columns)
+    return entry["file"], Layout(DELIMITERS[delimiter], header_rows, header, decimal == "comma"), columns
 
 
 def _mapping(value: Any, where: str) -> Mapping[str, Any]:

@@ -10,8 +10,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from stages.imu.errors import SourceRefused, printable
-from stages.imu.sources.columns import device_from_row, experiment_from_row, number, numbers
-from stages.imu.sources.schema import SAMPLE_VALUES, TABLES, Device, Experiment, Recording, recording_from_columns
+from stages.imu.sources.columns import device_from_row, experiment_from_row, number, numbers, recording_from_columns
+from stages.imu.sources.schema import SAMPLE_VALUES, TABLES, Device, Experiment, Recording
 
 Extent = tuple[Any, Any, Any]
 S = TypeVar("S", bound="TableSource")

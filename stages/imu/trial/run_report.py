@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from stages.biped.quantity import quantity
+from stages.imu.judgement.evidence import Evidence
+from stages.imu.judgement.verdict import REFUSED
 from stages.imu.trial.report import NOT_OBSERVABLE, SensorReport
 
 Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
@@ -26,8 +28,12 @@ class RunReport:
     strides: int = quantity("1", "strides after the transient")
     step_frequency: float = quantity("Hz", "steps per second after the transient", symbol="f")
     step_frequency_error: float = quantity("Hz", "standard error of the step frequency")
-    accepted: bool = quantity("1", "whether the run is used")
-    reason: str = quantity("-", "why it is not")
+    evidence: Evidence = quantity("-", "numbers by which the run was judged")
+    verdict: str = quantity("-", "accepted, accepted with remarks, or refused")
+    reason: str = quantity("-", "why it is refused")
+    remarks: tuple[str, ...] = quantity("-", "what to bear in mind, a sentence each")
+    not_trusted: tuple[str, ...] = quantity("-", "quantities the remarks are about: not to be trusted")
+    accepted: bool = quantity("1", "whether the run is used, with or without remarks")
 
 
 def tables(sensors: Iterable[SensorReport], runs: Iterable[RunReport], origin: str) -> list[Table]:
@@ -45,12 +51,13 @@ def origin_of(runs: Iterable[RunReport]) -> str:
 
 def _faults(reports: list[SensorReport]) -> Table:
     columns = (
-        *("run", "sensor", "rows", "duplicates", "same key", "out of order", "unusable", "lost packets", "gaps"),
-        *("batch", "smallest", "largest"),
+        *("run", "sensor", "rows", "duplicates", "sent again", "same key", "out of order", "unusable"),
+        *("lost packets", "gaps", "batch", "smallest", "largest"),
     )
     rows: list[tuple[str, ...]] = [
         (
-            *(r.run, r.place, str(r.rows), str(r.exact_duplicates), str(r.key_duplicates), str(r.out_of_order)),
+            *(r.run, r.place, str(r.rows), str(r.exact_duplicates), str(r.sent_again), str(r.key_duplicates)),
+            str(r.out_of_order),
             str(r.unusable_rows),
             "can't be observed" if r.lost_packets == NOT_OBSERVABLE else str(r.lost_packets),
             *(str(r.gaps), str(r.batch_size), str(r.smallest_batch), str(r.largest_batch)),
@@ -61,11 +68,11 @@ def _faults(reports: list[SensorReport]) -> Table:
 
 
 def _clocks(reports: list[SensorReport]) -> Table:
-    columns = ("run", "sensor", "stamp", "resets", "rate Hz", "rate ppm", "robust ppm", "jitter ms", "after ms")
+    columns = ("run", "sensor", "stamp", "resets", "rate Hz", "rate ppm", "robust ppm", "jitter ms", "error ms")
     rows: list[tuple[str, ...]] = [
         (
             *(r.run, r.place, r.stamp, str(r.resets), f"{r.rate_hz:.3f}", f"{r.rate_ppm:.0f}"),
-            *(f"{r.robust_ppm:.0f}", f"{r.jitter_before_s * 1e3:.2f}", f"{r.jitter_after_s * 1e3:.2f}"),
+            *(f"{r.robust_ppm:.0f}", f"{r.jitter_before_s * 1e3:.2f}", f"{r.clock_error_s * 1e3:.2f}"),
         )
         for r in reports
     ]
@@ -83,7 +90,7 @@ def _sensors(reports: list[SensorReport]) -> Table:
             *(str(r.clipped_angular_rate), f"{r.acceleration_step:.2g}", f"{r.angular_rate_step:.2g}"),
             *(f"{r.rest_s:.2f}", f"{r.static_reading:.5g}", f"{r.static_gain:.4f}"),
             *(r.acceleration_unit, r.angular_rate_unit, f"{r.swing_residual_deg:.2f}", f"{r.mounting_deg:.2f}"),
-            _verdict(r.accepted, "; ".join(r.reasons)),
+            ": ".join(part for part in ("accepted" if r.accepted else REFUSED, "; ".join(r.reasons)) if part),
         )
         for r in reports
     ]
@@ -93,18 +100,15 @@ def _sensors(reports: list[SensorReport]) -> Table:
 def _runs(runs: list[RunReport]) -> Table:
     columns = (
         *("run", "overlap", "foot lag ms", "lever arm m", "heel strikes", "strides"),
-        *("step frequency Hz", "standard error Hz", "verdict"),
+        *("step frequency Hz", "standard error Hz", "R2 of places", "verdict"),
     )
     rows: list[tuple[str, ...]] = [
         (
             *(r.name, "can't be observed" if math.isnan(r.overlap) else f"{r.overlap:.3f}"),
             *(f"{r.foot_lag * 1e3:.2f}", f"{r.lever_arm:.3f}", str(r.heel_strikes), str(r.strides)),
-            *(f"{r.step_frequency:.4f}", f"{r.step_frequency_error:.4f}", _verdict(r.accepted, r.reason)),
+            *(f"{r.step_frequency:.4f}", f"{r.step_frequency_error:.4f}", f"{r.evidence.agreement:.4f}"),
+            ": ".join(part for part in (r.verdict, r.reason or "; ".join(r.remarks)) if part),
         )
         for r in runs
     ]
     return "Runs", columns, rows
-
-
-def _verdict(accepted: bool, reasons: str) -> str:
-    return ("accepted" if accepted else "rejected") + (f": {reasons}" if reasons else "")

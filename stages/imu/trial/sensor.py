@@ -54,7 +54,7 @@ def trace_sensor(recording: Recording, settings: Settings) -> SensorTrace:
     """Index, clock, unit, clipping and still stand of a recording. Raises SourceRefused for counts without scale."""
     scale = scale_of(recording.device)
     indexed = index_samples(recording)
-    clock = repair_clock(indexed)
+    clock = repair_clock(indexed, settings.clock_tolerance_s)
     force, clipped_force = mask_clipped(indexed.recording.acceleration, scale.acceleration_full_scale)
     rate, clipped_rate = mask_clipped(indexed.recording.angular_rate, scale.angular_rate_full_scale)
     force, rate = force * scale.acceleration, rate * scale.angular_rate

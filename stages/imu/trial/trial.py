@@ -2,36 +2,51 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from stages.biped.walk import SENSOR_SIGNALS
-from stages.imu.clock.resample import resample
-from stages.imu.parameters import Settings
-from stages.imu.sources.schema import Experiment, Recording
-from stages.imu.trial.events import NO_STRIKES, HeelStrikes, StepFrequency, filled, find_heel_strikes, step_frequency
-from stages.imu.trial.events import step_period as period_of
+from stages.imu.errors import printable
+from stages.imu.judgement.evidence import (
+    Evidence,
+    agreement_of,
+    gravity_of,
+    lever_of,
+    skewness,
+    spacing_of,
+    symmetry_of,
+    turning_of,
+)
+from stages.imu.judgement.of_run import verdict_on
+from stages.imu.judgement.of_sensor import refusals_of
+from stages.imu.judgement.verdict import Refusal, Verdict
+from stages.imu.parameters import Limits, Parameters, Settings
+from stages.imu.sources.schema import Device, Experiment, Recording
+from stages.imu.trial.events import NO_STRIKES, HeelStrikes, StepFrequency, find_heel_strikes, step_frequency
 from stages.imu.trial.frames import Frame, find_frame
+from stages.imu.trial.leg_motion import LegMotion, leg_motion, nothing
+from stages.imu.trial.places import (
+    FORWARD,
+    LATERAL,
+    PLACES,
+    UP,
+    BodySensor,
+    angle_on,
+    bias_error,
+    common_grid,
+    foot_lag,
+    lever_arm,
+    longest_step,
+    on_grid,
+    overlap_of,
+)
 from stages.imu.trial.registration import register, stride_bounds
 from stages.imu.trial.report import SensorReport, report_sensor
 from stages.imu.trial.run_report import RunReport
 from stages.imu.trial.sensor import SensorTrace, trace_sensor
-
-PLACES = ("hip", "foot")
-FORWARD, UP, LATERAL = 0, 1, 2
-
-
-@dataclass(frozen=True)
-class BodySensor:
-    """A sensor in body axes: time (n,) [s], force (n, 3) [m/s^2], rate (n, 3) [rad/s] without bias."""
-
-    trace: SensorTrace
-    frame: Frame
-    time: np.ndarray
-    force: np.ndarray
-    rate: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -53,8 +68,14 @@ class Trial:
     frequency: StepFrequency
     bounds: np.ndarray
     strides: np.ndarray
-    accepted: bool
-    reason: str
+    leg: LegMotion
+    evidence: Evidence
+    verdict: Verdict
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the run is used, with or without remarks."""
+        return self.verdict.accepted
 
     def report(self) -> RunReport:
         """What the run is worth."""
@@ -70,33 +91,48 @@ class Trial:
             strides=len(self.strides),
             step_frequency=self.frequency.value,
             step_frequency_error=self.frequency.standard_error,
+            evidence=self.evidence,
+            verdict=self.verdict.outcome,
+            reason="; ".join(self.verdict.sentences(refused=True)),
+            remarks=self.verdict.sentences(refused=False),
+            not_trusted=self.verdict.not_trusted,
             accepted=self.accepted,
-            reason=self.reason,
         )
 
 
-def read_trial(experiment: Experiment, recordings: tuple[Recording, ...], settings: Settings) -> Trial:
-    """Take one run from raw rows to registered strides, or to the reason why not."""
+def read_trial(
+    experiment: Experiment, recordings: tuple[Recording, ...], parameters: Parameters
+) -> Trial:
+    """Take one run from raw rows to registered strides and a verdict."""
+    settings, limits = parameters.settings, parameters.limits
     sensors: dict[str, BodySensor] = {}
-    reports = []
+    reports, left_out = [], []
     for recording in recordings:
-        sensor, report = read_sensor(recording, settings)
+        sensor, report, refusals = read_sensor(recording, settings, limits)
         reports.append(report)
-        place = recording.device.place
-        if sensor is not None and report.accepted and place in PLACES and place not in sensors:
+        place = place_of(recording.device)
+        if place not in PLACES:
+            why = f"the sensor at {printable(recording.device.place)} is not used: not hip or foot"
+            left_out.append(Refusal(False, why))
+        elif place in sensors:
+            left_out.append(Refusal(False, f"a second sensor at the {place} is not used"))
+        elif sensor is None or not report.accepted:
+            why = f"the {place}'s sensor is not used: {'; '.join(report.reasons)}"
+            left_out.append(Refusal(any(one.meaning for one in refusals), why))
+        else:
             sensors[place] = sensor
-    lag, lever, overlap = math.nan, math.nan, math.nan
+    lag, at_edge, lever, overlap = math.nan, False, math.nan, math.nan
     if len(sensors) == 2:
-        lag = foot_lag(sensors, settings)
-        foot = sensors["foot"]
-        sensors["foot"] = BodySensor(foot.trace, foot.frame, foot.time - lag, foot.force, foot.rate)
+        lag, at_edge = foot_lag(sensors, settings)
+        sensors["foot"] = dataclasses.replace(sensors["foot"], time=sensors["foot"].time - lag)
         if all(sensor.trace.clock.stamp != "none" for sensor in sensors.values()):
             overlap = overlap_of(sensors["hip"].time, sensors["foot"].time)
         lever = lever_arm(sensors, settings)
     strikes = strikes_of(sensors, settings)
     used = HeelStrikes(strikes.time[settings.skipped_steps :], strikes.leg[settings.skipped_steps :])
-    bounds = stride_bounds(used)
-    reason = _refusal(sensors, lever, strikes, settings)
+    bounds, frequency = stride_bounds(used), step_frequency(used)
+    evidence = evidence_of(sensors, strikes, bounds, experiment, settings)
+    judged = {place: (sensor.trace, sensor.frame) for place, sensor in sensors.items()}
     return Trial(
         experiment=experiment,
         sensors=sensors,
@@ -105,25 +141,37 @@ def read_trial(experiment: Experiment, recordings: tuple[Recording, ...], settin
         lever_arm=lever,
         overlap=overlap,
         strikes=strikes,
-        frequency=step_frequency(used),
+        frequency=frequency,
         bounds=bounds,
         strides=registered(sensors, bounds, settings),
-        accepted=not reason,
-        reason=reason,
-    )
+        leg=leg_of(sensors, used, parameters),
+        evidence=evidence,
+        verdict=verdict_on(
+            experiment, judged, left_out, overlap, lever, at_edge, len(strikes.time), frequency.value, evidence,
+            settings, limits,
+        ),
+    )  # fmt: skip
 
 
-def read_sensor(recording: Recording, settings: Settings) -> tuple[BodySensor | None, SensorReport]:
-    """One sensor in body axes with its report; None where no frame can be found."""
+def place_of(device: Device) -> str:
+    """Where a sensor rides, in lower case."""
+    return device.place.strip().lower()
+
+
+def read_sensor(
+    recording: Recording, settings: Settings, limits: Limits
+) -> tuple[BodySensor | None, SensorReport, tuple[Refusal, ...]]:
+    """One sensor in body axes (None where no frame can be found), with its report and what speaks against it."""
     missing = int((~np.isfinite(np.hstack((recording.acceleration, recording.angular_rate)))).sum())
     trace = trace_sensor(recording, settings)
     frame = frame_of(trace, settings)
-    report = report_sensor(trace, frame, settings, recording.experiment.name, recording.rows, missing)
+    refusals = tuple(refusals_of(trace, frame, settings, limits))
+    report = report_sensor(trace, frame, settings, refusals, recording.experiment.name, recording.rows, missing)
     if frame is None:
-        return None, report
+        return None, report, refusals
     rate = trace.angular_rate - trace.bias()
     turn = frame.rotation.T
-    return BodySensor(trace, frame, trace.time, trace.specific_force @ turn, rate @ turn), report
+    return BodySensor(trace, frame, trace.time, trace.specific_force @ turn, rate @ turn), report, refusals
 
 
 def frame_of(trace: SensorTrace, settings: Settings) -> Frame | None:
@@ -144,72 +192,69 @@ def frame_of(trace: SensorTrace, settings: Settings) -> Frame | None:
     )
 
 
-def longest_step(sensor: BodySensor, settings: Settings) -> float:
-    """Longest time between two samples that is interpolated [s]."""
-    return settings.bridged_samples / sensor.trace.rate_hz
+def evidence_of(
+    sensors: dict[str, BodySensor],
+    strikes: HeelStrikes,
+    bounds: np.ndarray,
+    experiment: Experiment,
+    settings: Settings,
+) -> Evidence:
+    """What the run's signals say about themselves."""
+    agreement, ratio, direction, fit, scale = (math.nan,) * 5
+    grid = common_grid(sensors, settings) if sensors else np.empty(0)
+    seen = {place: on_grid(sensor, grid, settings) for place, sensor in sensors.items()}
+    if len(sensors) == 2:
+        agreement, ratio = agreement_of(*(seen[place][:, 3 + LATERAL] for place in PLACES))
+        direction, fit, scale = lever_of(grid, seen["hip"], seen["foot"], strikes, settings.grid_rate_hz)
+    turning, symmetry, gravity = {}, {}, {}
+    for place, sensor in sensors.items():
+        turning[place] = turning_of(sensor.force, sensor.rate, sensor.trace.rate_hz)
+        if not len(bounds) or not len(grid):
+            continue
+        angle = angle_on(grid, place, seen, sensor, settings)
+        symmetry[place] = symmetry_of(np.interp(strikes.time, grid, angle), strikes)
+        size, downhill = gravity_of(grid, seen[place][:, :3], angle, (bounds[0, 0], bounds[-1, 1]))
+        gravity[place] = size / settings.gravity, math.degrees(downhill) - (experiment.slope_deg or 0.0)
+    first = next((place for place in PLACES if place in sensors), "")
+    spacing, alternating = spacing_of(strikes)
+    return Evidence(
+        agreement=agreement,
+        rate_ratio=ratio,
+        lever_direction_deg=direction,
+        lever_fit=fit,
+        rate_scale=scale,
+        third_moment=skewness(sensors[first].rate[~sensors[first].trace.rest, LATERAL]) if first else math.nan,
+        hip_turning=turning.get("hip", math.nan),
+        foot_turning=turning.get("foot", math.nan),
+        strike_symmetry_deg=symmetry.get(first, math.nan),
+        hip_gravity=gravity.get("hip", (math.nan, math.nan))[0],
+        foot_gravity=gravity.get("foot", (math.nan, math.nan))[0],
+        hip_gravity_deg=gravity.get("hip", (math.nan, math.nan))[1],
+        foot_gravity_deg=gravity.get("foot", (math.nan, math.nan))[1],
+        spacing=spacing,
+        alternating=alternating,
+    )
 
 
-def on_grid(sensor: BodySensor, grid: np.ndarray, settings: Settings) -> np.ndarray:
-    """Force and rate (m, 6) on a grid (m,); force and rate keep holes of their own."""
-    step = longest_step(sensor, settings)
-    return np.hstack([resample(sensor.time, part, grid, step) for part in (sensor.force, sensor.rate)])
-
-
-def common_grid(sensors: dict[str, BodySensor], settings: Settings) -> np.ndarray:
-    """Even grid over the time all sensors cover."""
-    first = max(sensor.time[0] for sensor in sensors.values())
-    last = min(sensor.time[-1] for sensor in sensors.values())
-    count = max(0, int((last - first) * settings.grid_rate_hz) + 1)
-    return np.asarray(first + np.arange(count) / settings.grid_rate_hz)
-
-
-def overlap_of(first: np.ndarray, second: np.ndarray) -> float:
-    """Share of the longer recording that both cover."""
-    both = min(first[-1], second[-1]) - max(first[0], second[0])
-    return float(max(0.0, both) / max(np.ptp(first), np.ptp(second), 1e-9))
-
-
-def foot_lag(sensors: dict[str, BodySensor], settings: Settings) -> float:
-    """How much later the foot's rate shows what the hip's shows [s]: both ride on one leg and turn as one.
-
-    Stamps first: only lags within half a step are tried. Peak of the cross-correlation, refined by a parabola.
-    """
-    grid = common_grid(sensors, settings)
-    if len(grid) < 3 * settings.grid_rate_hz:
-        return 0.0
-    hip, foot = (filled(on_grid(sensors[place], grid, settings)[:, 3 + LATERAL]) for place in PLACES)
-    dt = 1 / settings.grid_rate_hz
-    period = period_of(hip, dt, (settings.slowest_step_hz, settings.fastest_step_hz))
-    if not math.isfinite(period):
-        return 0.0
-    reach = max(2, int(0.5 * period / dt))
-    lags = np.arange(-reach, reach + 1)
-    inner = slice(reach, len(grid) - reach)
-    error = np.array([np.mean((hip[inner] - np.roll(foot, -lag)[inner]) ** 2) for lag in lags])
-    best = int(np.clip(np.argmin(error), 1, len(lags) - 2))
-    left, middle, right = error[best - 1 : best + 2]
-    curvature = left - 2 * middle + right
-    return float((lags[best] + (0.5 * (left - right) / curvature if curvature > 0 else 0.0)) * dt)
-
-
-def lever_arm(sensors: dict[str, BodySensor], settings: Settings) -> float:
-    """Distance of the foot sensor below the hip sensor [m], from f_foot - f_hip = d (omega' forward + omega^2 up).
-
-    Negative where the two sensors are named the wrong way round.
-    """
-    grid = common_grid(sensors, settings)
-    if len(grid) < 10:
-        return math.nan
-    hip, foot = (on_grid(sensors[place], grid, settings) for place in PLACES)
-    rate = 0.5 * (hip[:, 3 + LATERAL] + foot[:, 3 + LATERAL])
-    expected = np.column_stack((np.gradient(rate, grid), rate**2))
-    difference = (foot - hip)[:, [FORWARD, UP]]
-    known = np.isfinite(expected).all(axis=1) & np.isfinite(difference).all(axis=1)
-    # Impacts shake the sensors: trimmed to the smoother nine tenths of the motion.
-    size = np.abs(expected[:, 0])
-    known &= size < np.nanquantile(size, 0.9) if known.any() else known
-    power = float(np.sum(expected[known] ** 2))
-    return float(np.sum(expected[known] * difference[known]) / power) if power > 0 else math.nan
+def leg_of(sensors: dict[str, BodySensor], strikes: HeelStrikes, parameters: Parameters) -> LegMotion:
+    """The leg's motion from the rates of all sensors, where several see it from their mean."""
+    settings = parameters.settings
+    first = next((place for place in PLACES if place in sensors), None)
+    grid = common_grid(sensors, settings) if sensors else np.empty(0)
+    if first is None or len(grid) < 2:
+        return nothing()
+    seen = {place: on_grid(sensor, grid, settings) for place, sensor in sensors.items()}
+    angles = [angle_on(grid, place, seen, sensor, settings) for place, sensor in sensors.items()]
+    errors = [bias_error(sensor) for sensor in sensors.values()]
+    return leg_motion(
+        grid,
+        np.mean(angles, axis=0),
+        math.radians(settings.rest_leg_angle_deg),
+        math.sqrt(sum(error**2 for error in errors)) / len(errors),
+        len(sensors),
+        strikes,
+        parameters.drawing,
+    )
 
 
 def strikes_of(sensors: dict[str, BodySensor], settings: Settings) -> HeelStrikes:
@@ -237,13 +282,3 @@ def registered(sensors: dict[str, BodySensor], bounds: np.ndarray, settings: Set
                 sensor.time, signals, bounds, settings.phase_points, longest_step(sensor, settings)
             )
     return strides
-
-
-def _refusal(sensors: dict[str, BodySensor], lever: float, strikes: HeelStrikes, settings: Settings) -> str:
-    if not sensors:
-        return "no usable sensor at hip or foot"
-    if lever < 0:
-        return f"hip and foot are swapped: the foot sensor would sit {-lever:.2f} m above the hip sensor"
-    if len(strikes.time) < settings.fewest_steps:
-        return f"only {len(strikes.time)} heel strikes"
-    return ""

@@ -1,0 +1,155 @@
+"""What a trial's signals say about themselves, beyond any declaration: numbers with a known value in a good trial.
+
+Hip and foot ride on one rigid leg that walks in a plane. So both turn alike; the foot feels what the hip feels plus
+d (omega' forward + omega^2 up) of the lever arm d between them, which gives d, the direction of the leg's line in the
+frames that were found, and by its two parts the scale of the gyroscopes; the leg swings forward faster than it rolls
+back; the angle at its own landing and that at the other leg's are opposite; and over whole strides the mean specific
+force is gravity. None of these needs to know how the sensors were mounted or which unit was meant.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from stages.biped.quantity import quantity
+from stages.imu.trial.events import INNER, HeelStrikes, filled
+
+LOW_PASS_HZ = 12.0  # both sides of the lever arm's equation: a derivative of the rate is noise above
+AROUND_STRIKE_S = (-0.06, 0.10)  # left out of it: impacts shake the sensors
+HOLE_S = 0.02  # and so is what lies so near to a hole
+TURNING_HZ = 2.0  # below it gravity is most of what turns in a walking sensor
+FEWEST_POINTS = 50
+NAN = float("nan")
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Numbers by which a trial is judged; NaN where the trial cannot tell."""
+
+    agreement: float = quantity("1", "squared correlation of the foot's and the hip's lateral rate, after the lag")
+    rate_ratio: float = quantity("1", "foot's over hip's lateral rate")
+    lever_direction_deg: float = quantity("deg", "direction of the lever arm from the leg's line, in the frames found")
+    lever_fit: float = quantity("1", "R2 of the foot's forward force from the hip's and the lever arm's")
+    rate_scale: float = quantity("1", "scale of the gyroscopes: tangential over centripetal lever arm")
+    third_moment: float = quantity("1", "skewness of the lateral rate, the hip's if there is one; positive in a swing")
+    hip_turning: float = quantity("1", "correlation of gravity's turning at the hip with its angular rate")
+    foot_turning: float = quantity("1", "correlation of gravity's turning at the foot with its angular rate")
+    strike_symmetry_deg: float = quantity("deg", "mean of the leg's angles at its own and at the other leg's landing")
+    hip_gravity: float = quantity("1", "mean specific force at the hip over whole strides, over gravity")
+    foot_gravity: float = quantity("1", "mean specific force at the foot over whole strides, over gravity")
+    hip_gravity_deg: float = quantity("deg", "direction of that mean from gravity's, at the hip")
+    foot_gravity_deg: float = quantity("deg", "direction of that mean from gravity's, at the foot")
+    spacing: float = quantity("1", "largest departure of a step's duration from the median, relative")
+    alternating: float = quantity("1", "share of steps after which the other leg lands")
+
+
+def agreement_of(hip: np.ndarray, foot: np.ndarray) -> tuple[float, float]:
+    """Signed squared correlation of two rates (n,), and the foot's over the hip's in least squares."""
+    known = np.isfinite(hip) & np.isfinite(foot)
+    if known.sum() < FEWEST_POINTS:
+        return NAN, NAN
+    a, b = hip[known] - hip[known].mean(), foot[known] - foot[known].mean()
+    power = math.sqrt(float((a @ a) * (b @ b)))
+    if power == 0:
+        return NAN, NAN
+    correlation = float(a @ b) / power
+    return correlation * abs(correlation), float(a @ b / (a @ a))
+
+
+def lever_of(
+    time: np.ndarray, hip: np.ndarray, foot: np.ndarray, strikes: HeelStrikes, rate_hz: float
+) -> tuple[float, float, float]:
+    """Direction of the lever arm from the leg's line [deg], R2 of its forward part, and scale of the rates (1).
+
+    hip, foot: signals (n, 6) on a grid.
+
+    With forward as the real and up as the imaginary axis f_foot - f_hip = z (omega' + i omega^2) + constant, where
+    z = d exp(i beta) and beta is the direction; fitted apart, |z| of omega' over |z| of omega^2 is the scale.
+    """
+    hole = ~(np.isfinite(hip).all(axis=1) & np.isfinite(foot).all(axis=1))
+    if len(time) < FEWEST_POINTS:
+        return NAN, NAN, NAN
+    rate = filled(0.5 * (hip[:, 5] + foot[:, 5]))
+    apart = np.column_stack([filled(foot[:, axis] - hip[:, axis]) for axis in (0, 1)])
+    sections = butter(2, min(LOW_PASS_HZ, 0.4 * rate_hz), fs=rate_hz, output="sos")
+    turning, square, forward, up = (
+        sosfiltfilt(sections, one) for one in (np.gradient(rate, time), rate**2, apart[:, 0], apart[:, 1])
+    )
+    reach = max(1, round(HOLE_S * rate_hz))
+    known = np.convolve(hole, np.ones(2 * reach + 1), "same") == 0
+    for strike in strikes.time:
+        known &= (time < strike + AROUND_STRIKE_S[0]) | (time > strike + AROUND_STRIKE_S[1])
+    if known.sum() < FEWEST_POINTS:
+        return NAN, NAN, NAN
+    felt, one = (forward + 1j * up)[known], np.ones(int(known.sum()))
+    whole = np.linalg.lstsq(np.column_stack(((turning + 1j * square)[known], one)), felt, rcond=None)[0]
+    parts = np.linalg.lstsq(np.column_stack((turning[known], 1j * square[known], one)), felt, rcond=None)[0]
+    scale = abs(parts[0]) / abs(parts[1]) if abs(parts[1]) > 0 else NAN
+    left = (felt - np.column_stack(((turning + 1j * square)[known], one)) @ whole).real
+    fit = 1 - float(np.sum(left**2) / max(np.sum((felt.real - felt.real.mean()) ** 2), 1e-30))
+    return math.degrees(math.atan2(whole[0].imag, whole[0].real)), fit, float(scale)
+
+
+def skewness(rate: np.ndarray) -> float:
+    """Third moment about zero over the second's power 3/2, of a rate (n,) with holes; NaN for nothing."""
+    known = rate[np.isfinite(rate)]
+    power = float(np.mean(known**2)) if len(known) else 0.0
+    return float(np.mean(known**3)) / power**1.5 if power > 0 else NAN
+
+
+def turning_of(force: np.ndarray, rate: np.ndarray, rate_hz: float) -> float:
+    """Correlation of how gravity turns, du/dt, with what the rate says, -omega x u: (n, 3) each, any axes.
+
+    A walker's own acceleration turns u as well, so a good trial has no 1; a gyroscope that was turned has less than 0.
+    """
+    if len(force) < FEWEST_POINTS or not rate_hz > 4 * TURNING_HZ:
+        return NAN
+    u, omega = (np.column_stack([filled(axis) for axis in part.T]) for part in (force, rate))
+    length = np.linalg.norm(u, axis=1, keepdims=True)
+    u = u / np.where(length > 0, length, 1.0)
+    sections = butter(2, TURNING_HZ, fs=rate_hz, output="sos")
+    seen = np.gradient(sosfiltfilt(sections, u, axis=0), 1 / rate_hz, axis=0)
+    said = sosfiltfilt(sections, -np.cross(omega, u), axis=0)
+    power = math.sqrt(float(np.sum(seen**2) * np.sum(said**2)))
+    return float(np.sum(seen * said)) / power if power > 0 else NAN
+
+
+def symmetry_of(angle_at_strikes: np.ndarray, strikes: HeelStrikes) -> float:
+    """Median over neighbouring strikes of the mean of the inner leg's angle at its own and the other's landing [deg].
+
+    At a landing both feet are on the ground; legs of equal length then stand at equal angles from the normal.
+    """
+    own, neighbour = strikes.leg[:-1] == INNER, strikes.leg[1:] == INNER
+    pairs = 0.5 * (angle_at_strikes[1:] + angle_at_strikes[:-1])[own != neighbour]
+    return math.degrees(float(np.median(pairs))) if len(pairs) else NAN
+
+
+def gravity_of(
+    time: np.ndarray, force: np.ndarray, angle: np.ndarray, span: tuple[float, float]
+) -> tuple[float, float]:
+    """Mean specific force over whole strides: its size [m/s^2] and its direction [rad], downhill of the slope normal.
+
+    force (n, 3) on body axes is turned by the leg's angle (n,) into the slope's. What a stride gains in speed it loses
+    again, so the mean is -gravity, at the inclination from the normal.
+    """
+    even = np.linspace(*span, max(FEWEST_POINTS, 2 * len(time)))
+    forward, up = filled(force[:, 0]), filled(force[:, 1])
+    along = np.interp(even, time, np.cos(angle) * forward - np.sin(angle) * up).mean()
+    normal = np.interp(even, time, np.sin(angle) * forward + np.cos(angle) * up).mean()
+    return float(math.hypot(along, normal)), math.atan2(-along, normal)
+
+
+def spacing_of(strikes: HeelStrikes) -> tuple[float, float]:
+    """Largest departure of a step's duration from the median (1), whole steps that were missed counted as such, and
+    the share of steps after which the other leg lands."""
+    if len(strikes.time) < 3:
+        return NAN, NAN
+    step = np.diff(strikes.time)
+    usual = float(np.median(step))
+    whole = np.maximum(1, np.rint(step / usual))
+    other = np.diff(strikes.leg) != 0
+    return float(np.abs(step / usual - whole).max()), float(np.mean(other == (whole % 2 == 1)))

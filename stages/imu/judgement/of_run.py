@@ -1,0 +1,241 @@
+"""The verdict on a run: what it holds, its clocks, its two places together, the walk, and each place."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+
+from stages.imu.clock.packet_index import BY_ROWS
+from stages.imu.judgement.evidence import Evidence
+from stages.imu.judgement.sensor_evidence import flat_tops, static_reading
+from stages.imu.judgement.verdict import (
+    CLOCK,
+    FORCE,
+    FRAME,
+    FREQUENCY,
+    LAG,
+    LEGS,
+    LEVER,
+    RATE,
+    STRIKES,
+    Finding,
+    Refusal,
+    Verdict,
+)
+from stages.imu.parameters import Limits, Settings
+from stages.imu.sources.schema import Experiment
+from stages.imu.trial.frames import Frame, is_mounting_declared
+from stages.imu.trial.sensor import SensorTrace
+
+
+def verdict_on(
+    experiment: Experiment,
+    sensors: Mapping[str, tuple[SensorTrace, Frame]],
+    left_out: Iterable[Refusal],
+    overlap: float,
+    lever_arm: float,
+    lag_at_edge: bool,
+    strikes: int,
+    frequency: float,
+    evidence: Evidence,
+    settings: Settings,
+    limits: Limits,
+) -> Verdict:
+    """The verdict on a run; `sensors` are those that are used, `left_out` says of each other one why it is not."""
+    if not sensors:
+        why = "; ".join(["no usable sensor at hip or foot", *(one.sentence for one in left_out)])
+        return Verdict((_refuse(why),))
+    found = [
+        *_on_what_is_there(experiment, sensors, left_out),
+        *_on_clocks(sensors),
+        *_on_two_places(overlap, lever_arm, lag_at_edge, evidence, limits),
+        *_on_the_walk(strikes, frequency, evidence, settings, limits),
+        *_on_each_place(sensors, evidence, settings, limits),
+    ]
+    return Verdict(tuple(found))
+
+
+def _refuse(sentence: str) -> Finding:
+    return Finding(True, (), sentence)
+
+
+def _remark(sentence: str, *about: str) -> Finding:
+    return Finding(False, about, sentence)
+
+
+def _on_what_is_there(
+    experiment: Experiment, sensors: Mapping[str, tuple[SensorTrace, Frame]], left_out: Iterable[Refusal]
+) -> Iterator[Finding]:
+    for one in left_out:
+        yield _refuse(one.sentence) if one.meaning else _remark(one.sentence)
+    if len(sensors) == 1:
+        (place,) = sensors
+        yield _remark(
+            f"only the {place}'s sensor: nothing confirms that it is this run's, which leg it rides on, its "
+            "frame, or the scale of its rate",
+            LEGS, STRIKES, FREQUENCY, f"{place} {RATE}", f"{place} {FRAME}",
+        )  # fmt: skip
+    if experiment.slope_deg is None:
+        about = [f"{place} {what}" for place in sensors for what in (FRAME, FORCE)]
+        yield _remark("slope_deg is unknown and taken as 0: forces and frames are turned by as much", *about)
+    for place, (trace, _) in sensors.items():
+        if not is_mounting_declared(trace.indexed.recording.device):
+            yield _remark(
+                f"the {place}'s mounting is not declared: which way is forward was read off the swing",
+                LEGS, f"{place} {FRAME}",
+            )  # fmt: skip
+
+
+def _on_clocks(sensors: Mapping[str, tuple[SensorTrace, Frame]]) -> Iterator[Finding]:
+    for place, (trace, _) in sensors.items():
+        clock, indexed = trace.clock, trace.indexed
+        if clock.stamp == "none":
+            yield _remark(f"the {place} has no stamps: its rate is the nominal one", CLOCK, FREQUENCY, STRIKES)
+        elif clock.stamp == "device":
+            yield _remark(
+                f"the {place} is dated by its own clock: nothing tells how fast that runs", CLOCK, FREQUENCY, STRIKES
+            )
+        elif indexed.numbered_by == BY_ROWS:
+            yield _remark(
+                f"the {place}'s samples are not numbered: a lost one cannot be seen", CLOCK, FREQUENCY, STRIKES
+            )
+        if len(clock.settings):
+            by = ", ".join(f"{size * 1e3:+.0f}" for size in clock.settings)
+            yield _remark(f"the clock behind the {place}'s stamps was set by {by} ms, which is taken out", CLOCK)
+        if clock.bend > 0:
+            yield _remark(f"the {place}'s clock wandered by {clock.bend * 1e3:.0f} ms, which is followed", CLOCK)
+
+
+def _on_two_places(
+    overlap: float, lever_arm: float, lag_at_edge: bool, evidence: Evidence, limits: Limits
+) -> Iterator[Finding]:
+    if overlap < limits.smallest_overlap:
+        yield _refuse(
+            f"hip and foot share only {overlap:.0%} of their time: logs of different runs, or clocks that were not set"
+        )
+    elif overlap < limits.usual_overlap:
+        yield _remark(
+            f"hip and foot share {overlap:.0%} of their time: what one saw alone is not confirmed", STRIKES, FREQUENCY
+        )
+    if lag_at_edge:
+        yield _refuse("the foot's lag lies beyond half a step: its clock differs, or it rides on the other leg")
+    if evidence.agreement < limits.smallest_agreement:
+        yield _refuse(
+            f"hip and foot do not turn as one (R2 {evidence.agreement:.3f} after the lag): another leg, another run, "
+            "clocks further apart than half a step, or a gyroscope turned round"
+        )
+    if lever_arm < 0:
+        yield _refuse(f"hip and foot are swapped: the foot sensor would sit {-lever_arm:.2f} m above the hip sensor")
+    if lag_at_edge or evidence.agreement < limits.smallest_agreement or lever_arm < 0:
+        return  # the rest would speak of the same
+    if evidence.agreement < limits.usual_agreement:
+        yield _remark(
+            f"hip and foot turn less alike than on one leg (R2 {evidence.agreement:.4f}): logs of different runs, a "
+            "sensor that is loose, or a clock that was set",
+            LAG, LEVER, *(f"{place} {what}" for place in ("hip", "foot") for what in (RATE, FORCE, FRAME)),
+        )  # fmt: skip
+    if abs(math.log(max(abs(evidence.rate_ratio), 1e-9))) > math.log1p(limits.rate_scale_tolerance):
+        yield _refuse(
+            f"the foot turns {evidence.rate_ratio:.2f} times as fast as the hip: look at gyroscope_range_deg_s and "
+            "gyroscope_unit"
+        )
+    elif abs(evidence.rate_ratio - 1) > limits.rate_tolerance_of_places:
+        yield _remark(
+            f"the foot turns {evidence.rate_ratio:.2f} times as fast as the hip", f"hip {RATE}", f"foot {RATE}"
+        )
+    if abs(math.log(max(evidence.rate_scale, 1e-9))) > math.log1p(limits.rate_scale_tolerance):
+        yield _refuse(
+            f"both gyroscopes seem to read {evidence.rate_scale:.2f} times the true rate: look at their range and unit"
+        )
+    if limits.lever_arm is not None and abs(lever_arm / limits.lever_arm - 1) > limits.lever_arm_tolerance:
+        yield _remark(
+            f"by the signals the sensors are {lever_arm:.3f} m apart, by the drawing {limits.lever_arm:.3f} m",
+            LEVER, *(f"{place} {what}" for place in ("hip", "foot") for what in (RATE, FORCE)),
+        )  # fmt: skip
+    if evidence.lever_fit < limits.lever_fit:
+        yield _remark(
+            f"the foot does not feel forward what the hip feels and the leg's turning (R2 {evidence.lever_fit:.3f}): "
+            "an axis of one accelerometer is wrong",
+            *(f"{place} {what}" for place in ("hip", "foot") for what in (FRAME, FORCE)), LEVER,
+        )  # fmt: skip
+    if abs(evidence.lever_direction_deg) > limits.lever_direction_deg:
+        yield _remark(
+            f"the line from hip to foot lies {evidence.lever_direction_deg:+.1f} degrees off the leg: look at "
+            "slope_deg, rest_leg_angle_deg and the accelerometers' axes",
+            *(f"{place} {what}" for place in ("hip", "foot") for what in (FRAME, FORCE)), LEVER,
+        )  # fmt: skip
+
+
+def _on_the_walk(
+    strikes: int, frequency: float, evidence: Evidence, settings: Settings, limits: Limits
+) -> Iterator[Finding]:
+    if strikes < settings.fewest_steps:
+        yield _refuse(f"only {strikes} heel strikes")
+        return
+    if not settings.slowest_step_hz <= frequency <= settings.fastest_step_hz:
+        yield _refuse(
+            f"{frequency:.4g} steps a second are not between {settings.slowest_step_hz:g} and "
+            f"{settings.fastest_step_hz:g}"
+        )
+    if evidence.third_moment < -limits.third_moment:
+        yield _refuse(
+            "the leg would swing backward faster than it rolls forward: forward_axis points backward, or a gyroscope "
+            "is turned round"
+        )
+    elif abs(evidence.third_moment) <= limits.third_moment:
+        yield _remark("the swing does not tell which way is forward", LEGS)
+    if evidence.spacing > limits.spacing or evidence.alternating < 1:
+        yield _remark(
+            f"steps are spaced unevenly (one departs by {evidence.spacing:.0%} of the median) or a leg lands twice",
+            STRIKES, LEGS, FREQUENCY,
+        )  # fmt: skip
+    if abs(evidence.strike_symmetry_deg) > limits.strike_symmetry_deg:
+        yield _remark(
+            f"the leg lands unevenly about the slope's normal, by {evidence.strike_symmetry_deg:+.1f} degrees: look at "
+            "rest_leg_angle_deg, and whether it stood still as is said",
+            *(f"{place} {what}" for place in ("hip", "foot") for what in (FRAME, FORCE)),
+        )  # fmt: skip
+
+
+def _on_each_place(
+    sensors: Mapping[str, tuple[SensorTrace, Frame]], evidence: Evidence, settings: Settings, limits: Limits
+) -> Iterator[Finding]:
+    for place, (trace, _) in sensors.items():
+        if getattr(evidence, f"{place}_turning") < limits.turning:
+            yield _refuse(
+                f"the {place}'s gyroscope turns against gravity: columns exchanged or signs turned in gyroscope or "
+                "accelerometer"
+            )
+        at_rest = static_reading(trace) * trace.scale.acceleration / settings.gravity
+        walking, off = getattr(evidence, f"{place}_gravity"), getattr(evidence, f"{place}_gravity_deg")
+        if max(abs(at_rest - 1), abs(walking - 1)) > limits.gravity_tolerance:
+            yield _remark(
+                f"the {place} feels {at_rest:.3f} of gravity at rest and {walking:.3f} over whole strides: its gain "
+                "or a bias",
+                f"{place} {FORCE}",
+            )
+        if abs(off) > limits.gravity_direction_deg:
+            yield _remark(
+                f"over whole strides the {place} feels gravity {off:+.1f} degrees from where it stood at rest: "
+                "its rate or an axis of its accelerometer is wrong",
+                f"{place} {FORCE}", f"{place} {RATE}", f"{place} {FRAME}",
+            )  # fmt: skip
+        rows = max(1, len(trace.time))
+        for what, clipped in ((FORCE, trace.clipped_acceleration), (RATE, trace.clipped_angular_rate)):
+            if clipped > limits.clipped_share * rows:
+                yield _remark(f"{clipped / rows:.0%} of the {place}'s samples are at full scale", f"{place} {what}")
+        raw = trace.indexed.recording
+        for what, values, full, scale, unit in (
+            (FORCE, raw.acceleration, trace.scale.acceleration_full_scale, trace.scale.acceleration, "m/s^2"),
+            (RATE, raw.angular_rate, trace.scale.angular_rate_full_scale, trace.scale.angular_rate, "rad/s"),
+        ):
+            count, at = flat_tops(values, full)
+            if count:
+                yield _remark(
+                    f"{count} samples of the {place} end at {at * scale:.3g} {unit}: its full scale is there, not "
+                    "where its range says", f"{place} {what}",
+                )  # fmt: skip
+        if trace.indexed.unusable_rows > limits.unusable_share * rows:
+            yield _remark(
+                f"{trace.indexed.unusable_rows} rows of the {place} have no packet number or stamp", CLOCK, STRIKES
+            )

@@ -1,0 +1,64 @@
+"""Where a trial's evidence becomes a verdict: accepted, accepted with remarks, or refused.
+
+Each rule holds one piece of evidence against its limit (`params/imu.yaml`, with the source of each) and says in a
+sentence where to look. A remark names the quantities that are not to be trusted; a refusal needs no such list. What
+cannot be known from the recording is a remark as well: it is said, not guessed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+ACCEPTED, WITH_REMARKS, REFUSED = "accepted", "accepted with remarks", "refused"
+
+# Quantities a remark can be about; a sensor's own bear its place before them.
+CLOCK, FREQUENCY, STRIKES, LEGS, LAG, LEVER = (
+    "clock", "step frequency", "heel strikes", "legs", "foot lag", "lever arm",
+)  # fmt: skip
+FRAME, FORCE, RATE = "frame", "force", "rate"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What one piece of evidence says against a trial; `about` are the quantities not to be trusted."""
+
+    refused: bool
+    about: tuple[str, ...]
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The findings against a trial, put together."""
+
+    findings: tuple[Finding, ...]
+
+    @property
+    def outcome(self) -> str:
+        """One of ACCEPTED, WITH_REMARKS, REFUSED."""
+        if any(one.refused for one in self.findings):
+            return REFUSED
+        return WITH_REMARKS if self.findings else ACCEPTED
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the trial is used, with or without remarks."""
+        return self.outcome != REFUSED
+
+    @property
+    def not_trusted(self) -> tuple[str, ...]:
+        """Quantities that the remarks are about, each once."""
+        return tuple(dict.fromkeys(name for one in self.findings if not one.refused for name in one.about))
+
+    def sentences(self, refused: bool) -> tuple[str, ...]:
+        """Of the refusals, or of the remarks."""
+        return tuple(one.sentence for one in self.findings if one.refused == refused)
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """Why a sensor's recording is not used. `meaning`: it is read otherwise than it was meant, so that the run's other
+    sensor, described by the same hand, is not to be believed alone."""
+
+    meaning: bool
+    sentence: str

@@ -1,0 +1,172 @@
+"""Columns of a text table, of any encoding a logger writes, in bounded memory.
+
+The rows are read in blocks. A block in which every cell wanted is a number is read by NumPy's C reader; any other is
+read cell by cell, and what is no number becomes NaN.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain, islice
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+
+from stages.imu.errors import SourceRefused, printable
+from stages.imu.sources import plain_file
+from stages.imu.sources.columns import number
+from stages.imu.sources.stamps import moments
+
+BLOCK_ROWS = 20_000
+LEAST_READ = 0.5  # of the cells that hold anything: below it the column is something else than numbers
+HEAD_BYTES = 4096
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a text table is laid out: `header_rows` stand before the one with the names; without `header` columns are
+    called by their number, from 1."""
+
+    delimiter: str = ","
+    header_rows: int = 0
+    header: bool = True
+    decimal_comma: bool = False
+
+
+def encoding_of(path: Path) -> str:
+    """UTF-16 where its mark or its zeros are there, else UTF-8, whose mark is left out."""
+    with path.open("rb") as file:
+        head = file.read(HEAD_BYTES)
+    if head.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return "utf-16"
+    odd, even = head[1::2].count(0), head[::2].count(0)
+    if max(odd, even) > len(head) // 4:
+        return "utf-16-le" if odd > even else "utf-16-be"
+    return "utf-8-sig"
+
+
+def read(path: Path, layout: Layout, wanted: Sequence[str], stamps: Sequence[str]) -> Mapping[str, np.ndarray]:
+    """The columns `wanted` (n,) each; those among `stamps` may be written dates or times of day.
+
+    Raises SourceRefused for a column that is not there once, and for one that cannot be read.
+    """
+    plain_file.check(path)
+    name = path.name
+    try:
+        with path.open(encoding=encoding_of(path), errors="replace", newline="") as file:
+            return _columns(file, name, layout, wanted, stamps)
+    except csv.Error as error:
+        raise SourceRefused(f"{printable(name)} is no table ({error})") from error
+    except (OSError, UnicodeError) as error:
+        raise SourceRefused(f"{printable(name)} cannot be read") from error
+
+
+def _columns(
+    file: TextIO, name: str, layout: Layout, wanted: Sequence[str], stamps: Sequence[str]
+) -> Mapping[str, np.ndarray]:
+    after_head = islice(plain_file.lines(file, name), layout.header_rows, None)
+    head = next(after_head, "")
+    names = names_of(head, layout)
+    lines = chain(() if layout.header else (head,), after_head)
+    places = [_place(name, names, one) for one in wanted]
+    columns = [_Column(one, place, one in stamps) for one, place in zip(wanted, places)]
+    block = list(islice(lines, BLOCK_ROWS))
+    if layout.header:
+        block = _without_units(block, layout, [one.place for one in columns if not one.may_be_written])
+    while block:
+        _add_block(block, layout, columns)
+        block = list(islice(lines, BLOCK_ROWS))
+    return {one.name: one.checked(name) for one in columns}
+
+
+class _Column:
+    """One column as it is read: its parts so far, how many cells held something, and the first that could not be read.
+
+    `written` says whether it has turned out to hold written times.
+    """
+
+    def __init__(self, name: str, place: int, may_be_written: bool) -> None:
+        self.name, self.place, self.may_be_written = name, place, may_be_written
+        self.written = False
+        self.parts: list[np.ndarray] = []
+        self.filled, self.odd = 0, ""
+
+    def add(self, cells: Sequence[str], layout: Layout) -> None:
+        """Cells, stripped, as text."""
+        found = _numbers(cells, layout)
+        filled = sum(map(bool, cells))
+        if self.may_be_written and np.isfinite(found).sum() < LEAST_READ * filled:
+            self.written = True
+            found = moments(cells)
+        self.odd = self.odd or next((cell for cell, value in zip(cells, found) if cell and value != value), "")
+        self.filled += filled
+        self.parts.append(found)
+
+    def checked(self, file: str) -> np.ndarray:
+        """The whole column (n,). Raises SourceRefused if it holds something that was not read, or nothing."""
+        whole = np.concatenate(self.parts) if self.parts else np.empty(0)
+        if len(whole) and not self.filled:
+            raise SourceRefused(f"{printable(file)}: the column {printable(self.name)} is empty")
+        if np.isfinite(whole).sum() < LEAST_READ * self.filled:
+            kind = "time" if self.may_be_written else "number"
+            said = f"{printable(self.odd, 30)} is no {kind}"
+            raise SourceRefused(f"{printable(file)}: the column {printable(self.name)} cannot be read ({said})")
+        return whole
+
+
+def _add_block(block: Sequence[str], layout: Layout, columns: Sequence[_Column]) -> None:
+    """Lines of the file into the columns: by NumPy where all cells wanted are numbers, else cell by cell."""
+    plain = [one for one in columns if not one.written]
+    text = [one for one in columns if one.written]
+    table = None if text and any('"' in line for line in block) else _fast(block, layout, [one.place for one in plain])
+    if table is not None:
+        rows = [line.rstrip("\r\n").split(layout.delimiter) for line in block if line.strip()] if text else []
+        if not text or len(rows) == len(table):
+            for one, values in zip(plain, table.T):
+                one.parts.append(values)
+                one.filled += len(values)
+            for one in text:
+                one.add([row[one.place].strip() for row in rows], layout)
+            return
+    cells = [row for row in csv.reader(block, delimiter=layout.delimiter) if any(cell.strip() for cell in row)]
+    for one in columns:
+        one.add([row[one.place].strip() if one.place < len(row) else "" for row in cells], layout)
+
+
+def names_of(line: str, layout: Layout) -> list[str]:
+    """Names of the columns, from the first line after the header rows; numbers from 1 where there is no header."""
+    cells = next(csv.reader([line], delimiter=layout.delimiter), [])
+    if layout.header:
+        return [cell.strip().lstrip("\ufeff") for cell in cells]
+    return [str(i + 1) for i in range(len(cells))]
+
+
+def _place(file: str, names: Sequence[str], wanted: str) -> int:
+    if names.count(wanted) != 1:
+        has = "more than once" if wanted in names else "not at all"
+        raise SourceRefused(f"{printable(file)} has the column {printable(wanted)} {has}")
+    return names.index(wanted)
+
+
+def _without_units(block: list[str], layout: Layout, places: Sequence[int]) -> list[str]:
+    """The first block without a row of units below the names: one without a number in any column of values."""
+    row = next(csv.reader(block[:1], delimiter=layout.delimiter), [])
+    said = [row[place].strip() for place in places if place < len(row) and row[place].strip()]
+    return block[1:] if said and not np.isfinite(_numbers(said, layout)).any() else block
+
+
+def _fast(block: Sequence[str], layout: Layout, places: Sequence[int]) -> np.ndarray | None:
+    """The block's columns (n, k) where all are plain numbers; None where any is not."""
+    lines = [line.replace(",", ".") for line in block] if layout.decimal_comma else block
+    try:
+        return np.loadtxt(lines, delimiter=layout.delimiter, usecols=places, comments=None, quotechar='"', ndmin=2)
+    except (ValueError, IndexError):
+        return None
+
+
+def _numbers(cells: Sequence[str], layout: Layout) -> np.ndarray:
+    plain = [cell.replace(",", ".") for cell in cells] if layout.decimal_comma else cells
+    return np.array([number(cell) if cell else np.nan for cell in plain], dtype=float)

@@ -1,0 +1,86 @@
+"""What a lab takes away: events, steps, curves and verdicts as plain tables, a unit in every column's name."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import io
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from stages.biped.walk import SENSOR_SIGNALS
+from stages.imu.judgement.evidence import Evidence
+from stages.imu.trial.run_report import RunReport
+from stages.imu.trial.trial import Trial
+
+UNITS = {"force": "m/s^2", "rate": "rad/s"}
+Row = Sequence[object]
+
+
+def exported(trials: Iterable[Trial]) -> dict[str, bytes]:
+    """Files by name: runs, events, steps, leg and strides as CSV, and the curves as npz; refused runs in runs alone."""
+    found = list(trials)
+    used = [trial for trial in found if trial.accepted]
+    files = {
+        "runs.csv": table(_run_columns(), (_run(trial.report()) for trial in found)),
+        "events.csv": table(
+            ("run", "time [s]", "leg [0 inner, 1 outer]"),
+            ((trial.experiment.name, time, int(leg)) for trial in used
+             for time, leg in zip(trial.strikes.time, trial.strikes.leg)),
+        ),
+        "steps.csv": table(
+            ("run", "start [s]", "end [s]", "length [m]", "standard error [m]"),
+            ((trial.experiment.name, *row) for trial in used
+             for row in zip(trial.leg.stance_start, trial.leg.stance_end, trial.leg.step_length,
+                            trial.leg.step_length_error)),
+        ),
+        "leg.csv": table(
+            ("run", "time [s]", "angle [rad]", "standard error [rad]"),
+            ((trial.experiment.name, *row) for trial in used
+             for row in zip(trial.leg.time, trial.leg.angle, trial.leg.angle_error)),
+        ),
+        "strides.csv": table(
+            ("run", "stride", "phase [1]", *(f"{name} [{UNITS[name.rsplit('_', 1)[1]]}]" for name in SENSOR_SIGNALS)),
+            ((trial.experiment.name, number, phase, *values) for trial in used
+             for number, stride in enumerate(trial.strides)
+             for phase, values in zip(np.linspace(0, 1, len(stride)), stride)),
+        ),
+    }  # fmt: skip
+    return files | {"curves.npz": _curves(used)}
+
+
+def table(columns: Sequence[str], rows: Iterable[Row]) -> bytes:
+    """A CSV text; a number has the digits that give it back, one that is not known is an empty cell."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    for row in rows:
+        writer.writerow(["" if isinstance(cell, float) and cell != cell else cell for cell in row])
+    return text.getvalue().encode()
+
+
+def _run_columns() -> tuple[str, ...]:
+    flat = [(field.name, field.metadata["unit"]) for field in dataclasses.fields(RunReport) if field.name != "evidence"]
+    flat += [(field.name, field.metadata["unit"]) for field in dataclasses.fields(Evidence)]
+    return tuple(name if unit == "-" else f"{name} [{unit}]" for name, unit in flat)
+
+
+def _run(report: RunReport) -> Row:
+    own = [getattr(report, field.name) for field in dataclasses.fields(report) if field.name != "evidence"]
+    return ["; ".join(one) if isinstance(one, tuple) else one
+            for one in (*own, *dataclasses.astuple(report.evidence))]  # fmt: skip
+
+
+def _curves(used: Sequence[Trial]) -> bytes:
+    """The strides (n, p, k) with run and signal names, and the hip's paths (m, q, 2) [m], as npz."""
+    content = io.BytesIO()
+    np.savez_compressed(
+        content,
+        signals=np.array([f"{name} [{UNITS[name.rsplit('_', 1)[1]]}]" for name in SENSOR_SIGNALS]),
+        stride_run=np.array([trial.experiment.name for trial in used for _ in trial.strides]),
+        strides=np.concatenate([trial.strides for trial in used]) if used else np.empty((0, 0, len(SENSOR_SIGNALS))),
+        step_run=np.array([trial.experiment.name for trial in used for _ in trial.leg.hip_path]),
+        hip_path_m=np.concatenate([trial.leg.hip_path for trial in used]) if used else np.empty((0, 0, 2)),
+    )
+    return content.getvalue()

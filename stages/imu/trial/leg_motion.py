@@ -1,0 +1,118 @@
+"""Leg angle, step length and hip path from one integration: the lateral rate, and the foot that rolls.
+
+Integrating the acceleration twice drifts with the square of time; the rate less its bias at rest, integrated once,
+does not. While the inner leg stands, its foot rolls without slip, so with theta = -phi the hip is at
+
+    x = r theta + (L - r) sin theta,    y = r + (L - r) cos theta
+
+from where the leg would stand upright (paper, eq. 3). Over the other leg's stance nothing carries the sensors' leg, and
+nothing is said.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.biped.quantity import quantity
+from stages.imu.parameters import Drawing
+from stages.imu.trial.events import INNER, OUTER, HeelStrikes, filled
+
+PATH_POINTS = 51
+
+
+@dataclass(frozen=True)
+class LegMotion:
+    """What the leg with the sensors did; standard errors beside the values. Empty where there is no rate."""
+
+    time: np.ndarray = quantity("s", "even times, shape (m,)", symbol="t")
+    angle: np.ndarray = quantity("rad", "leg's angle from the slope normal, foot ahead positive, (m,)", symbol="phi")
+    angle_error: np.ndarray = quantity("rad", "standard error of the angle, shape (m,)")
+    stance_start: np.ndarray = quantity("s", "landings of this leg, shape (k,)")
+    stance_end: np.ndarray = quantity("s", "the other leg's landings that follow, shape (k,)")
+    step_length: np.ndarray = quantity("m", "travel of the hip in between: the other leg's step, shape (k,)")
+    step_length_error: np.ndarray = quantity("m", "standard error of each, shape (k,)")
+    hip_path: np.ndarray = quantity("m", "hip along and above the slope over each of these steps, shape (k, p, 2)")
+    inner_step_time: float = quantity("s", "mean time from the other leg's landing to this one's")
+    outer_step_time: float = quantity("s", "mean time from this leg's landing to the other's")
+    asymmetry: float = quantity("1", "difference of the two over their mean")
+
+
+def leg_angle(time: np.ndarray, lateral_rate: np.ndarray, rest: np.ndarray, rest_angle: float) -> np.ndarray:
+    """Angle of the leg from the slope normal (n,) [rad], foot ahead positive.
+
+    lateral_rate (n,) [rad/s] is that of the leg, its bias removed; holes are drawn over. `rest` (n,) marks the still
+    stand, in whose mean the angle is `rest_angle` [rad].
+    """
+    rate = filled(lateral_rate)
+    turned = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time)))
+    return np.asarray(turned - (turned[rest].mean() if rest.any() else turned[0]) + rest_angle)
+
+
+def hip_at(angle: np.ndarray, drawing: Drawing) -> np.ndarray:
+    """Hip (..., 2) [m] along and above the slope, from where a leg at these angles (...) [rad] would stand upright."""
+    theta, r = -angle, drawing.foot_radius
+    above = drawing.leg_length - r
+    return np.stack([r * theta + above * np.sin(theta), r + above * np.cos(theta)], axis=-1)
+
+
+def leg_motion(
+    time: np.ndarray,
+    angle: np.ndarray,
+    rest_angle: float,
+    bias_error: float,
+    sensors: int,
+    strikes: HeelStrikes,
+    drawing: Drawing,
+) -> LegMotion:
+    """The motion of the leg from its angle (m,) on an even grid (m,) [s].
+
+    The angle's error is that of the stand, of the gyroscopes' gain on what was turned since (shared by `sensors` of
+    them), and of the bias, `bias_error` [rad/s], on the time since the grid began. A step's is that of the gain, of the
+    leg's length and of both landings' times, and what rolling on a compliant leg departs from a rigid one.
+    """
+    gain = drawing.rate_gain_error / math.sqrt(max(sensors, 1))
+    since = time - time[0] if len(time) else time
+    stand = math.radians(drawing.stand_error_deg)
+    error = np.sqrt(stand**2 + (gain * (angle - rest_angle)) ** 2 + (bias_error * since) ** 2)
+    pairs = (strikes.leg[:-1] == INNER) & (strikes.leg[1:] == OUTER) if len(strikes.time) > 1 else np.zeros(0, bool)
+    start, end = strikes.time[:-1][pairs], strikes.time[1:][pairs]
+    inside = (start >= time[0]) & (end <= time[-1]) if len(time) else np.zeros(len(start), dtype=bool)
+    usual = np.median(end - start) if len(start) else 0.0
+    inside &= np.abs(end - start - usual) <= 0.5 * usual
+    start, end = start[inside], end[inside]
+    phase = start[:, None] + (end - start)[:, None] * np.linspace(0.0, 1.0, PATH_POINTS)
+    path = hip_at(np.interp(phase, time, angle), drawing) if len(start) else np.empty((0, PATH_POINTS, 2))
+    length = path[:, -1, 0] - path[:, 0, 0]
+    share = math.sqrt(gain**2 + drawing.leg_length_error**2 + drawing.rolling_error**2)
+    apart = (end - start) / (PATH_POINTS - 1)
+    ends = (path[:, [1, -1], 0] - path[:, [0, -2], 0]) / apart[:, None]  # speeds at both landings
+    said = np.sqrt((share * length) ** 2 + drawing.strike_error_s**2 * (ends**2).sum(axis=1))
+    path[:, :, 0] -= path[:, :1, 0]
+    inner, outer = step_times(strikes)
+    return LegMotion(
+        time, angle, error, start, end, length, said, path, inner, outer,
+        (inner - outer) / (0.5 * (inner + outer)) if inner + outer > 0 else math.nan,
+    )  # fmt: skip
+
+
+def step_times(strikes: HeelStrikes) -> tuple[float, float]:
+    """Mean duration [s] of the steps that end with the inner and with the outer leg's landing; NaN for none.
+
+    A step with a strike missing inside is left out.
+    """
+    step = np.diff(strikes.time)
+    whole = step < 1.5 * np.median(step) if len(step) else np.zeros(0, dtype=bool)
+    means = []
+    for leg in (INNER, OUTER):
+        mine = step[whole & (strikes.leg[1:] == leg)]
+        means.append(float(mine.mean()) if len(mine) else math.nan)
+    return means[0], means[1]
+
+
+def nothing() -> LegMotion:
+    """A leg of which nothing is known."""
+    none = np.empty(0)
+    return LegMotion(none, none, none, none, none, none, none, np.empty((0, PATH_POINTS, 2)), *(math.nan,) * 3)

@@ -1,0 +1,95 @@
+"""What is really wrong with a trial's answer, from the truth of a made log: by quantity, named as in the judgement."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stages.imu.trial.events import HeelStrikes, step_frequency
+from stages.imu.trial.frames import angle_between
+from stages.imu.trial.places import FORWARD, LATERAL, UP
+from stages.imu.trial.trial import Trial
+from tests.imu.made_logs import Log, true_signals
+
+STRIKE_S = 0.015
+LEAST_FOUND = 0.9  # of the strikes, and of those found that are true
+CLOCK_S = 0.005
+FREQUENCY = 3e-3
+
+
+def tolerances(log: Log) -> dict[str, float]:
+    """From where on a quantity is wrong: beyond what a sensor with such errors can be blamed for.
+
+    Four standard deviations of the sensor's own error, and what a user would mind on top.
+    """
+    sensor, runs = log.parameters.sensor, log.parameters.runs
+    pitch = np.degrees(sensor.acceleration_bias_sd / 9.81) + runs.stance_sd_deg + runs.slope_reading_sd_deg
+    gain = sensor.acceleration_gain_sd + sensor.acceleration_bias_sd / 9.81
+    return {
+        "clock": CLOCK_S,
+        "step frequency": FREQUENCY,
+        "foot lag": 0.01,
+        "frame": 1.0 + 4 * pitch + 4 * 0.5 * sensor.acceleration_gain_sd,
+        "rate": 0.05 + 4 * sensor.angular_rate_gain_sd,
+        "force": 0.08 + 4 * gain,
+    }
+
+
+def wrong_quantities(log: Log, trial: Trial) -> dict[str, float]:
+    """Each wrong quantity of an answer with its error."""
+    wrong: dict[str, float] = {}
+    limit = tolerances(log)
+    late = {}
+    for place, sensor in trial.sensors.items():
+        recording = sensor.trace.indexed.recording
+        true = recording.true_time  # type: ignore[attr-defined]
+        error = sensor.time - true
+        late[place] = float(np.median(error))
+        spread = float(np.std(error - late[place]))
+        if spread > limit["clock"]:
+            wrong["clock"] = max(spread, wrong.get("clock", 0.0))
+        angle = angle_between(sensor.frame.rotation, log.rotations[place])
+        if angle > limit["frame"]:
+            wrong[f"{place} frame"] = angle
+        for what, off in signal_errors(log, place, true, sensor.force, sensor.rate).items():
+            if off > limit[what]:
+                wrong[f"{place} {what}"] = off
+    if len(late) == 2 and abs(late["foot"] - late["hip"]) > limit["foot lag"]:
+        wrong["foot lag"] = late["foot"] - late["hip"]
+    wrong |= _wrong_strikes(log, trial, late)
+    skipped = 3
+    true_frequency = step_frequency(HeelStrikes(log.strike_time[skipped:], log.strike_leg[skipped:])).value
+    if not abs(trial.frequency.value / true_frequency - 1) <= limit["step frequency"]:
+        wrong["step frequency"] = trial.frequency.value / true_frequency - 1
+    return wrong
+
+
+def _wrong_strikes(log: Log, trial: Trial, late: dict[str, float]) -> dict[str, float]:
+    if not len(trial.strikes.time) or not late:
+        return {"heel strikes": 1.0}
+    first = "hip" if "hip" in late else "foot"
+    at = trial.strikes.time - late[first]
+    nearest = np.abs(at[:, None] - log.strike_time).argmin(axis=1)
+    error = at - log.strike_time[nearest]
+    hit = np.abs(error - np.median(error)) <= STRIKE_S
+    found = len(set(nearest[hit].tolist())) / len(log.strike_time)
+    right = float(hit.mean())
+    wrong = {}
+    if min(found, right) < LEAST_FOUND or abs(np.median(error)) > 3 * STRIKE_S:
+        wrong["heel strikes"] = 1 - min(found, right)
+    if hit.any() and not (trial.strikes.leg[hit] == log.strike_leg[nearest[hit]]).all():
+        wrong["legs"] = float(np.mean(trial.strikes.leg[hit] != log.strike_leg[nearest[hit]]))
+    return wrong
+
+
+def signal_errors(log: Log, place: str, true_time: np.ndarray, force: np.ndarray, rate: np.ndarray) -> dict[str, float]:
+    """Errors of scale of a place's lateral rate and of its force in the plane, relative, a change of sign included.
+
+    Force: rms difference of the magnitudes in the plane, over gravity, whatever the frame. Samples and truth both stand
+    behind the sensor's low pass.
+    """
+    truth = true_signals(log, place, true_time, log.parameters.sensor)
+    known = np.isfinite(rate[:, LATERAL])
+    scale = float(rate[known, LATERAL] @ truth[known, 3 + LATERAL] / (truth[known, 3 + LATERAL] ** 2).sum())
+    seen = np.isfinite(force).all(axis=1)
+    mine, real = (np.hypot(part[seen][:, FORWARD], part[seen][:, UP]) for part in (force, truth))
+    return {"rate": abs(scale - 1), "force": float(np.sqrt(np.mean((mine - real) ** 2))) / 9.81}

@@ -1,0 +1,143 @@
+"""Nothing wrong is accepted without a remark that names it, and nothing good is remarked on."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from stages.campaign.parameters import Parameters
+from stages.campaign.twin_run import TwinRun
+from stages.imu.judgement.verdict import ACCEPTED, REFUSED, WITH_REMARKS
+from stages.imu.trial.trial import Trial, read_trial
+from tests.imu import wrong_logs
+from tests.imu.log_truth import wrong_quantities
+from tests.imu.made_logs import Log, made_log, replaced, with_errors
+from tests.imu.made_walks import campaign_parameters, stand_in_walks
+from tests.imu.stand_in import PARAMETERS
+
+RUNS = 3
+
+
+@pytest.fixture(scope="module")
+def parameters() -> Parameters:
+    return campaign_parameters()
+
+
+@pytest.fixture(scope="module")
+def walks(parameters: Parameters) -> list[TwinRun]:
+    return stand_in_walks(RUNS, parameters)
+
+
+def trial_of(log: Log) -> Trial:
+    return read_trial(log.experiment, log.recordings, PARAMETERS)
+
+
+def done(family: wrong_logs.Family, number: int, walks: Sequence[TwinRun], parameters: Parameters) -> Log:
+    return family(made_log(number, walks[number], parameters), walks, np.random.default_rng(number))
+
+
+@pytest.mark.parametrize("times", [1.0, 3.0])
+@pytest.mark.parametrize("number", range(RUNS))
+def test_a_good_log_is_accepted_without_a_word(
+    number: int, times: float, walks: list[TwinRun], parameters: Parameters
+) -> None:
+    log = made_log(number, walks[number], with_errors(parameters, times))
+    trial = trial_of(log)
+    assert trial.verdict.findings == ()
+    assert trial.verdict.outcome == ACCEPTED
+    assert wrong_quantities(log, trial) == {}, "and rightly so"
+
+
+FAMILIES = (*wrong_logs.WRONG, *wrong_logs.LATER, *wrong_logs.CLOCKS)
+
+
+@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.__name__)
+def test_what_is_wrong_is_refused_or_named(
+    family: wrong_logs.Family, walks: list[TwinRun], parameters: Parameters
+) -> None:
+    for number in range(RUNS):
+        log = done(family, number, walks, parameters)
+        trial = trial_of(log)
+        if trial.accepted:
+            assert set(wrong_quantities(log, trial)) <= set(trial.verdict.not_trusted), trial.verdict.findings
+
+
+@pytest.mark.parametrize(
+    ("family", "words"),
+    [
+        (wrong_logs.forward_turned, "forward_axis points backward"),
+        (wrong_logs.walked_backward, "forward_axis points backward"),
+        (wrong_logs.up_turned, "from the declared mounting"),
+        (wrong_logs.acceleration_turned, "from the declared mounting"),
+        (wrong_logs.gyroscopes_turned, "turns against gravity"),
+        (wrong_logs.foot_gyroscope_turned, "turns against gravity"),
+        (wrong_logs.foot_on_outer_leg, "another leg"),
+        (wrong_logs.foot_clock_5_s_off, "of their time"),
+        (wrong_logs.foot_clock_60_s_off, "share only 0% of their time"),
+        (wrong_logs.foot_of_another_run, "logs of different runs"),
+        (wrong_logs.gyroscope_range_halved, "both gyroscopes seem to read"),
+        (wrong_logs.foot_gyroscope_range_halved, "look at gyroscope_range_deg_s"),
+        (wrong_logs.sensors_swapped, "hip and foot are swapped"),
+    ],
+    ids=lambda one: getattr(one, "__name__", ""),
+)
+def test_a_refusal_says_where_to_look(
+    family: wrong_logs.Family, words: str, walks: list[TwinRun], parameters: Parameters
+) -> None:
+    trial = trial_of(done(family, 0, walks, parameters))
+    assert trial.verdict.outcome == REFUSED
+    assert words in "; ".join(trial.verdict.sentences(refused=True))
+
+
+@pytest.mark.parametrize(
+    ("family", "words", "about"),
+    [
+        (wrong_logs.slope_unknown, "slope_deg is unknown", {"hip frame", "foot force"}),
+        (wrong_logs.slope_of_another_day, "look at slope_deg", {"hip frame", "foot frame"}),
+        (wrong_logs.no_stamps, "has no stamps", {"clock", "step frequency"}),
+        (wrong_logs.accelerometer_range_narrow, "its full scale is there", {"foot force"}),
+        (wrong_logs.put_on, "was set by", {"clock"}),
+    ],
+    ids=lambda one: getattr(one, "__name__", ""),
+)
+def test_a_remark_names_what_is_not_to_be_trusted(
+    family: wrong_logs.Family, words: str, about: set[str], walks: list[TwinRun], parameters: Parameters
+) -> None:
+    trial = trial_of(done(family, 0, walks, parameters))
+    assert trial.verdict.outcome == WITH_REMARKS
+    assert words in "; ".join(trial.verdict.sentences(refused=False))
+    assert about <= set(trial.verdict.not_trusted)
+
+
+def test_what_cannot_be_known_is_said(walks: list[TwinRun], parameters: Parameters) -> None:
+    """One sensor, another place, a second sensor at a place, no declared mounting."""
+    log = made_log(0, walks[0], parameters)
+    hip, foot = log.recordings
+
+    def said(*recordings: object) -> str:
+        trial = trial_of(dataclasses.replace(log, recordings=recordings))
+        assert trial.verdict.outcome == WITH_REMARKS
+        return "; ".join(trial.verdict.sentences(refused=False))
+
+    assert "only the hip's sensor" in said(hip)
+    shouting = replaced(foot, device=dataclasses.replace(foot.device, place=" Foot"))
+    assert trial_of(dataclasses.replace(log, recordings=(hip, shouting))).verdict.outcome == ACCEPTED
+    knee = replaced(foot, device=dataclasses.replace(foot.device, place="knee"))
+    assert "the sensor at 'knee' is not used" in said(hip, knee)
+    assert "a second sensor at the foot is not used" in said(hip, foot, foot)
+    bare = dataclasses.replace(foot.device, forward_axis=None, up_axis=None)
+    assert "the foot's mounting is not declared" in said(hip, replaced(foot, device=bare))
+
+
+@pytest.mark.parametrize("late", [-0.4, 0.4, 2.0])
+def test_a_lag_is_never_taken_from_beyond_the_search(
+    late: float, walks: list[TwinRun], parameters: Parameters
+) -> None:
+    log = made_log(0, walks[0], parameters)
+    moved = log.changed("foot", lambda one: replaced(one, phone_stamp=one.phone_stamp + late))
+    trial = trial_of(moved)
+    assert abs(trial.foot_lag) <= 0.25
+    assert trial.verdict.outcome == REFUSED

@@ -1,0 +1,417 @@
+"""Families of logs that are wrong in one way: each takes a good log and a generator, and gives what a lab then has.
+
+`WRONG` are the families named from outside and some of our own, by which the limits were chosen; `LATER` were written
+and first run when the limits stood; `CLOCKS` do it to the clocks alone.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from stages.campaign.twin_run import TwinRun
+from tests.imu.made_logs import Log, TracedRecording, device_of, made_log, on_outer_leg, replaced
+
+#: Makes a wrong log of a good one; the walks are all of the campaign's, by number.
+Family = Callable[[Log, Sequence[TwinRun], np.random.Generator], Log]
+PLACES = ("hip", "foot")
+TURNED = {"+": "-", "-": "+"}
+
+
+def _other_way(axis: str | None) -> str:
+    assert axis is not None
+    return TURNED[axis[0]] + axis[1]
+
+
+def _declared(log: Log, key: str, *places: str) -> Log:
+    for place in places:
+        log = log.on_device(place, **{key: _other_way(getattr(device_of(log, place), key))})
+    return log
+
+
+def forward_turned(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _declared(log, "forward_axis", *PLACES)
+
+
+def forward_turned_at_one(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _declared(log, "forward_axis", PLACES[rng.integers(2)])
+
+
+def up_turned(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _declared(log, "up_axis", *PLACES)
+
+
+def _acceleration_turned(one: TracedRecording) -> TracedRecording:
+    return replaced(one, acceleration=-one.acceleration)
+
+
+def acceleration_turned(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return log.changed("both", _acceleration_turned)
+
+
+def acceleration_turned_at_one(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return log.changed(PLACES[rng.integers(2)], _acceleration_turned)
+
+
+def gyroscope_columns_exchanged(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    order = ([1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1])[rng.integers(5)]
+    return log.changed("both", lambda one: replaced(one, angular_rate=one.angular_rate[:, order]))
+
+
+def foot_gyroscope_turned(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return log.changed("foot", lambda one: replaced(one, angular_rate=-one.angular_rate))
+
+
+def gyroscopes_turned(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return log.changed("both", lambda one: replaced(one, angular_rate=-one.angular_rate))
+
+
+def foot_on_outer_leg(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    walked = walks[log.number]
+    motions = {"hip": walked.hip, "foot": on_outer_leg(walked.foot, walked)}
+    return made_log(log.number, walked, log.parameters, motions)
+
+
+def _foot_late(log: Log, by: float) -> Log:
+    return log.changed(
+        "foot", lambda one: replaced(one, phone_stamp=one.phone_stamp + by, server_stamp=one.server_stamp + by)
+    )
+
+
+def foot_clock_600_ms_off(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _foot_late(log, 0.6 * rng.choice([-1, 1]))
+
+
+def foot_clock_1_s_off(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _foot_late(log, 1.0 * rng.choice([-1, 1]))
+
+
+def foot_clock_5_s_off(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _foot_late(log, 5.0 * rng.choice([-1, 1]))
+
+
+def foot_clock_60_s_off(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _foot_late(log, 60.0 * rng.choice([-1, 1]))
+
+
+def foot_of_another_run(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """Another run's foot, its stamps as they are: minutes away."""
+    other = (log.number + int(rng.integers(1, len(walks)))) % len(walks)
+    foreign = made_log(other, walks[other], log.parameters)
+    foot = next(one for one in foreign.recordings if one.device.place == "foot")
+    motions, rotations = {**log.motions, "foot": foreign.motions["foot"]}, {**log.rotations,
+                                                                           "foot": foreign.rotations["foot"]}
+    return dataclasses.replace(log, recordings=(log.recordings[0], foot), motions=motions, rotations=rotations)
+
+
+def foot_of_another_run_on_this_ones_clock(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """Another run's foot whose stamps were made to begin with the hip's."""
+    made = foot_of_another_run(log, walks, rng)
+    by = made.recordings[0].phone_stamp[0] - made.recordings[1].phone_stamp[0]
+    return _foot_late(made, float(by))
+
+
+def gyroscope_range_halved(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    for place in PLACES:
+        log = log.on_device(place, gyroscope_range_deg_s=1000.0)
+    return log
+
+
+def foot_gyroscope_range_halved(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return log.on_device("foot", gyroscope_range_deg_s=1000.0)
+
+
+def slope_unknown(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    unknown = dataclasses.replace(log.experiment, slope_deg=None)
+    made = log.changed("both", lambda one: replaced(one, experiment=unknown))
+    return dataclasses.replace(made, experiment=unknown)
+
+
+# Our own, by which limits were chosen.
+
+
+def slope_of_another_day(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """The inclination was changed by 4 degrees and not written down."""
+    other = dataclasses.replace(log.experiment, slope_deg=(log.experiment.slope_deg or 0.0) + 4.0 * rng.choice([-1, 1]))
+    made = log.changed("both", lambda one: replaced(one, experiment=other))
+    return dataclasses.replace(made, experiment=other)
+
+
+def one_axis_twice_as_strong(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """An accelerometer axis across gravity, forward, with another range than the others."""
+    place = PLACES[rng.integers(2)]
+    said = device_of(log, place).forward_axis
+    assert said is not None
+    gain = np.where(np.arange(3) == "xyz".index(said[1]), 2.0, 1.0)
+    return log.changed(place, lambda one: replaced(one, acceleration=one.acceleration * gain))
+
+
+def nothing_declared_and_gyroscope_columns_exchanged(
+    log: Log, walks: Sequence[TwinRun], rng: np.random.Generator
+) -> Log:
+    for place in PLACES:
+        log = log.on_device(place, forward_axis=None, up_axis=None)
+    return gyroscope_columns_exchanged(log, walks, rng)
+
+
+def no_stamps(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """The rate is taken from the data sheet, and is 3 % off."""
+    log = log.on_device("hip", rate_hz=103.0).on_device("foot", rate_hz=103.0)
+
+    def blind(one: TracedRecording) -> TracedRecording:
+        none = np.full(one.rows, np.nan)
+        return replaced(one, device_stamp=none, phone_stamp=none, server_stamp=none)
+
+    return log.changed("both", blind)
+
+
+def sensors_swapped(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """The two places were named the wrong way round; each device is described as the one that sat there."""
+    hip, foot = log.recordings
+    moved = (replaced(foot, device=dataclasses.replace(foot.device, place="hip")),
+             replaced(hip, device=dataclasses.replace(hip.device, place="foot")))  # fmt: skip
+    return dataclasses.replace(
+        log, recordings=moved,
+        motions={"hip": log.motions["foot"], "foot": log.motions["hip"]},
+        rotations={"hip": log.rotations["foot"], "foot": log.rotations["hip"]},
+    )  # fmt: skip
+
+
+WRONG: tuple[Family, ...] = (
+    forward_turned,
+    forward_turned_at_one,
+    up_turned,
+    acceleration_turned,
+    acceleration_turned_at_one,
+    gyroscope_columns_exchanged,
+    foot_gyroscope_turned,
+    gyroscopes_turned,
+    foot_on_outer_leg,
+    foot_clock_600_ms_off,
+    foot_clock_1_s_off,
+    foot_clock_5_s_off,
+    foot_clock_60_s_off,
+    foot_of_another_run,
+    foot_of_another_run_on_this_ones_clock,
+    gyroscope_range_halved,
+    foot_gyroscope_range_halved,
+    slope_unknown,
+    slope_of_another_day,
+    one_axis_twice_as_strong,
+    nothing_declared_and_gyroscope_columns_exchanged,
+    no_stamps,
+    sensors_swapped,
+)
+
+
+# Written when the limits stood.
+
+
+def hip_on_outer_leg(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """Both sensors ride on the outer leg, which is told as the inner one."""
+    walked = walks[log.number]
+    motions = {"hip": on_outer_leg(walked.hip, walked), "foot": walked.foot}
+    return made_log(log.number, walked, log.parameters, motions)
+
+
+def left_handed_columns(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """Two axes of accelerometer and gyroscope exchanged alike: a left-handed sensor."""
+    order = ([1, 0, 2], [2, 1, 0], [0, 2, 1])[rng.integers(3)]
+    return log.changed(
+        PLACES[rng.integers(2)],
+        lambda one: replaced(one, acceleration=one.acceleration[:, order], angular_rate=one.angular_rate[:, order]),
+    )
+
+
+def held_off_the_normal(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """The legs were held 6 degrees from where the settings say: in the sensors' frames, both sensors alike."""
+    turn = Rotation.from_rotvec([0, 0, np.radians(6.0 * rng.choice([-1, 1]))]).as_matrix()
+    still = log.recordings[0].true_time.min() + log.parameters.runs.rest_s - 0.1
+
+    def held(one: TracedRecording) -> TracedRecording:
+        rotation = log.rotations[one.device.place]
+        resting = one.true_time < still
+        turned = one.acceleration @ rotation.T @ turn.T @ rotation
+        return replaced(one, acceleration=np.where(resting[:, None], turned, one.acceleration))
+
+    return log.changed("both", held)
+
+
+def stuck_values(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """The gyroscope repeats its last reading through a second of the walk."""
+    place = PLACES[rng.integers(2)]
+
+    def stuck(one: TracedRecording) -> TracedRecording:
+        start = float(rng.uniform(1.0, 3.5))
+        inside = np.flatnonzero((one.true_time >= start) & (one.true_time < start + 1.0))
+        rate = one.angular_rate.copy()
+        rate[inside] = rate[inside[0]]
+        return replaced(one, angular_rate=rate)
+
+    return log.changed(place, stuck)
+
+
+def accelerometer_range_narrow(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """The foot's readings end at 1.2 g, though 4 g are declared."""
+    full = log.parameters.sensor.accelerometer_range_g
+    limit = 1.2 / full * 2 ** (log.parameters.sensor.bits - 1)
+    return log.changed("foot", lambda one: replaced(one, acceleration=np.clip(one.acceleration, -limit, limit)))
+
+
+def gyroscope_counts_wrap(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """Beyond 110 deg/s a count starts again at the other end of the range."""
+    full = 110.0 / log.parameters.sensor.gyroscope_range_deg_s * 2 ** (log.parameters.sensor.bits - 1)
+    place = PLACES[rng.integers(2)]
+    return log.changed(
+        place, lambda one: replaced(one, angular_rate=(one.angular_rate + full) % (2 * full) - full)
+    )
+
+
+def two_trials_in_one(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """The hip's log goes on into the next run, the foot's does not."""
+    after = (log.number + 1) % len(walks)
+    other = made_log(after, walks[after], log.parameters).recordings[0]
+    mine = log.recordings[0]
+    by = mine.phone_stamp[-1] + 1.0 - other.phone_stamp[0]
+    joined = {
+        name: np.concatenate((getattr(mine, name), getattr(other, name) + shift))
+        for name, shift in (
+            ("packet", mine.packet[-1] + 33 - other.packet[0]), ("position", 0), ("device_stamp", np.nan),
+            ("phone_stamp", by), ("server_stamp", by), ("acceleration", 0), ("angular_rate", 0),
+            ("true_time", by - mine.phone_stamp[0] + mine.true_time[0] + other.phone_stamp[0] - other.true_time[0]),
+        )
+    }  # fmt: skip
+    return dataclasses.replace(log, recordings=(replaced(mine, **joined), log.recordings[1]))
+
+
+def walked_backward(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """Both sensors turned about the leg by half a turn, and declared as they usually sit."""
+    half = np.diag([-1.0, 1.0, -1.0])
+
+    def turned(one: TracedRecording) -> TracedRecording:
+        rotation = log.rotations[one.device.place]
+        on_sensor = rotation.T @ half @ rotation
+        return replaced(one, acceleration=one.acceleration @ on_sensor.T, angular_rate=one.angular_rate @ on_sensor.T)
+
+    rotations = {place: half @ rotation for place, rotation in log.rotations.items()}
+    return dataclasses.replace(log.changed("both", turned), rotations=rotations)
+
+
+LATER: tuple[Family, ...] = (
+    hip_on_outer_leg,
+    left_handed_columns,
+    held_off_the_normal,
+    stuck_values,
+    accelerometer_range_narrow,
+    gyroscope_counts_wrap,
+    two_trials_in_one,
+    walked_backward,
+)
+
+
+# Clocks.
+
+
+def _set_by(log: Log, *sizes: float) -> Log:
+    """The phone's clock is set by so much [s], evenly over the run; both sensors' packets bear it."""
+    starts = [one.phone_stamp.min() for one in log.recordings]
+    ends = [one.phone_stamp.max() for one in log.recordings]
+    when = [min(starts) + (max(ends) - min(starts)) * (i + 1) / (len(sizes) + 1) for i in range(len(sizes))]
+
+    def put(one: TracedRecording) -> TracedRecording:
+        moved = sum((size * (one.phone_stamp >= at) for size, at in zip(sizes, when)), np.zeros(one.rows))
+        return replaced(one, phone_stamp=one.phone_stamp + moved, server_stamp=one.server_stamp + moved)
+
+    return log.changed("both", put)
+
+
+def sent_again(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """A tenth of the packets arrives a second time, .1 to 2 s later, in blocks."""
+
+    def again(one: TracedRecording) -> TracedRecording:
+        count = one.rows // 3
+        first = rng.integers(0, count - 12, max(1, count // 100))
+        rows = np.unique((first[:, None] + np.arange(10)).ravel())
+        rows = (3 * rows[:, None] + np.arange(3)).ravel()
+        late = np.repeat(rng.uniform(0.1, 2.0, len(first)).max(), len(rows))
+        stamp = np.append(one.phone_stamp, one.phone_stamp[rows] + late)
+        order = np.argsort(stamp, kind="stable")
+        longer = one.take(np.append(np.arange(one.rows), rows)[order])
+        return replaced(longer, phone_stamp=stamp[order], server_stamp=stamp[order])
+
+    return log.changed("both", again)
+
+
+def put_on(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _set_by(log, float(rng.uniform(0.02, 0.4)))
+
+
+def set_back(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _set_by(log, -0.5)
+
+
+def set_twice(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _set_by(log, *(float(size) for size in rng.uniform(-0.3, 0.3, 2)))
+
+
+def no_counter(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """Phone stamps and losses, and nothing that numbers the samples."""
+
+    def blind(one: TracedRecording) -> TracedRecording:
+        none = np.full(one.rows, np.nan)
+        return replaced(one, packet=none, position=none, device_stamp=none)
+
+    return log.changed("both", blind)
+
+
+def no_counter_but_device_stamps(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    def blind(one: TracedRecording) -> TracedRecording:
+        none = np.full(one.rows, np.nan)
+        return replaced(one, packet=none, position=none)
+
+    return log.changed("both", blind)
+
+
+def device_stamps_only(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    def blind(one: TracedRecording) -> TracedRecording:
+        none = np.full(one.rows, np.nan)
+        return replaced(one, packet=none, position=none, phone_stamp=none, server_stamp=none)
+
+    return log.changed("both", blind)
+
+
+def server_stamps_only(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return log.changed("both", lambda one: replaced(one, phone_stamp=np.full(one.rows, np.nan)))
+
+
+def eight_bit_counter(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    log = log.on_device("hip", counter_modulus=256).on_device("foot", counter_modulus=256)
+    return log.changed("both", lambda one: replaced(one, packet=one.packet % 256))
+
+
+def restarted(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """The counter starts again in the middle of the walk."""
+
+    def again(one: TracedRecording) -> TracedRecording:
+        first = one.packet[one.true_time > 1.0][0]
+        late = np.cumsum(one.packet == first) > 0
+        return replaced(one, packet=np.where(late, (one.packet - first) % 65536, one.packet))
+
+    return log.changed(PLACES[rng.integers(2)], again)
+
+
+CLOCKS: tuple[Family, ...] = (
+    sent_again,
+    put_on,
+    set_back,
+    set_twice,
+    no_counter,
+    no_counter_but_device_stamps,
+    device_stamps_only,
+    server_stamps_only,
+    eight_bit_counter,
+    restarted,
+)
