@@ -18,6 +18,8 @@ from pipeline.parameters.overrides import Override, applied, node_of, parsed
 from pipeline.parameters.value import Refused, allowed, broken_rules, checked, declared, shown, value_of, with_unit
 from pipeline.parameters.yaml_text import Node
 
+_HALF_WIDTH = " half-width"  # after a key, among plain values
+
 
 def load(
     folder: Path,
@@ -44,7 +46,7 @@ def as_plain(parameters: Any) -> dict[str, dict[str, Any]]:
         section = getattr(parameters, field.name)
         values = {name: plain_value(getattr(section, name)) for name in declared(section.__class__)}
         for name in uncertainty.derived(section.__class__):
-            values |= {f"{key} half-width": width for key, width in getattr(section, name).items()}
+            values |= {f"{key}{_HALF_WIDTH}": width for key, width in getattr(section, name).items()}
         plain.setdefault(section.FILE, {}).update(values)
     return plain
 
@@ -52,9 +54,13 @@ def as_plain(parameters: Any) -> dict[str, dict[str, Any]]:
 def from_plain(cls: type, plain: Mapping[str, Mapping[str, Any]]) -> Any:
     """The parameters of class `cls` that `as_plain` made `plain` of, also by way of JSON, to the last bit.
 
-    Raises `StudyError` for a value that the class does not take; rules between values are not looked at again.
+    Raises `StudyError` for a value that the class does not take, and if anything of `plain` is lost, as a result would
+    then stand under a key that is not its own; rules between values are not looked at again.
     """
-    return cls(**{name: _section(kind, plain[kind.FILE]) for name, (_, kind) in declared(cls).items()})
+    parameters = cls(**{name: _section(kind, plain[kind.FILE]) for name, (_, kind) in declared(cls).items()})
+    if as_plain(parameters) != plain:
+        raise StudyError(f"parameters of {cls.__module__} do not come back whole from their values")
+    return parameters
 
 
 def _section(cls: type, plain: Mapping[str, Any]) -> Any:
@@ -64,7 +70,8 @@ def _section(cls: type, plain: Mapping[str, Any]) -> Any:
             values[key] = checked(Node.of(plain[key]), field, kind)
         except Refused as refused:
             raise StudyError(refused.of(key)) from None
-    return cls(**values)
+    widths = {key.removesuffix(_HALF_WIDTH): width for key, width in plain.items() if key.endswith(_HALF_WIDTH)}
+    return cls(**values, **dict.fromkeys(uncertainty.derived(cls), widths))
 
 
 def files(parameters: Any) -> dict[str, tuple[str, str]]:
