@@ -13,6 +13,8 @@ class BipedSummary:
 
     step_frequency: float = quantity("Hz", "step frequency of the constraint model")
     step_length: float = quantity("m", "step length of the constraint model")
+    period_error: float = quantity("s", "estimated numerical error of its step period")
+    hip_error: float = quantity("m", "estimated numerical error of its hip over the walk")
     period_difference: float = quantity("s", "step period of the penalty model less the constraint model's")
     length_difference: float = quantity("m", "step length of the penalty model less the constraint model's")
     limit_difference: float = quantity(

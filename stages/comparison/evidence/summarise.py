@@ -16,6 +16,8 @@ def summarise(e: Evidence) -> BipedSummary:
     return BipedSummary(
         analytic.gait.step_frequency_hz,
         analytic.gait.step_length_m,
+        abs(analytic.numerical_error.period),
+        analytic.numerical_error.hip_position,
         models.period_difference,
         models.step_length_difference,
         float(limit.hard.hip_position.max()) if limit is not None else NAN,
