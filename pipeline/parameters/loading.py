@@ -18,8 +18,6 @@ from pipeline.parameters.overrides import Override, applied, node_of, parsed
 from pipeline.parameters.value import Refused, allowed, broken_rules, checked, declared, shown, value_of, with_unit
 from pipeline.parameters.yaml_text import Node
 
-_HALF_WIDTH = " half-width"  # after a key, among plain values
-
 
 def load(
     folder: Path,
@@ -46,7 +44,7 @@ def as_plain(parameters: Any) -> dict[str, dict[str, Any]]:
         section = getattr(parameters, field.name)
         values = {name: plain_value(getattr(section, name)) for name in declared(section.__class__)}
         for name in uncertainty.derived(section.__class__):
-            values |= {f"{key}{_HALF_WIDTH}": width for key, width in getattr(section, name).items()}
+            values |= {f"{key}{uncertainty.SUFFIX}": width for key, width in getattr(section, name).items()}
         plain.setdefault(section.FILE, {}).update(values)
     return plain
 
@@ -70,8 +68,9 @@ def _section(cls: type, plain: Mapping[str, Any]) -> Any:
             values[key] = checked(Node.of(plain[key]), field, kind)
         except Refused as refused:
             raise StudyError(refused.of(key)) from None
-    widths = {key.removesuffix(_HALF_WIDTH): width for key, width in plain.items() if key.endswith(_HALF_WIDTH)}
-    return cls(**values, **dict.fromkeys(uncertainty.derived(cls), widths))
+    of_file = {key.removesuffix(uncertainty.SUFFIX): width for key, width in plain.items()
+               if key.endswith(uncertainty.SUFFIX)}  # fmt: skip
+    return cls(**values, **dict.fromkeys(uncertainty.derived(cls), of_file))
 
 
 def files(parameters: Any) -> dict[str, tuple[str, str]]:

@@ -18,6 +18,8 @@ from typing import Any
 PARTS = ("uncertainty", "printed")
 #: The metadata of a field of a parameter class that is filled with the half-widths of its file's values.
 DERIVED = "half_widths"
+#: What follows on a key where a half-width stands among plain parameters.
+SUFFIX = " half-width"
 _DIGITS = re.compile(r"[-+]?[0-9]+(\.[0-9]*)?$")
 
 

@@ -99,9 +99,10 @@ def uncertainty(
     """One number that each parameter may move by its part, and that lies between `slopes` on slopes that may be."""
     sizes = {each: abs(float(part)) for each, part in parts.items() if each != SLOPE}
     of_design = np.array(list(sizes.values()))
-    decisive = max(sizes, key=lambda each: sizes[each], default="")
+    known = bool(np.isfinite(of_design).all())
+    decisive = max(sizes, key=lambda each: sizes[each], default="") if known else ""
     return Uncertainty(name, unit, value, float(of_design.sum()), float(np.sqrt((of_design**2).sum())), decisive,
-                       sizes.get(decisive, 0.0), *slopes)
+                       sizes.get(decisive, 0.0 if known else float("nan")), *slopes)
 
 
 def numbers_of(gait: VariedGait, multipliers: MultiplierDerivatives) -> list[tuple[str, str, float, Vector]]:

@@ -127,8 +127,8 @@ def lines(found: Sensitivity) -> Iterator[str]:
     for one in of_gait:
         name = one.name.replace("multiplier_", "|mu") + ("|" if one.name not in UNITS else "")
         slopes = "" if one.slope_least == one.slope_most else f"{one.slope_least:.4g} .. {one.slope_most:.4g}"
-        key = one.decisive.partition(".")[2]
-        of_design = f"{one.worst:>9.2g}{one.independent:>9.2g}  {key:18}" if key else f"{'':38}"
+        key, sizes = one.decisive.partition(".")[2], one.worst > 0.0
+        of_design = f"{one.worst:>9.2g}{one.independent:>9.2g}  {key:18}" if sizes else f"{'':38}"
         yield f"{name:17}{one.value:>9.4g}{of_design}{slopes}".rstrip()
 
 
