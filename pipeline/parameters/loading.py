@@ -52,9 +52,13 @@ def as_plain(parameters: Any) -> dict[str, dict[str, Any]]:
 def from_plain(cls: type, plain: Mapping[str, Mapping[str, Any]]) -> Any:
     """The parameters of class `cls` that `as_plain` made `plain` of, also by way of JSON, to the last bit.
 
-    Raises `StudyError` for a value that the class does not take; rules between values are not looked at again.
+    Raises `StudyError` for a value that the class does not take, and if anything of `plain` is lost, as a result would
+    then stand under a key that is not its own; rules between values are not looked at again.
     """
-    return cls(**{name: _section(kind, plain[kind.FILE]) for name, (_, kind) in declared(cls).items()})
+    parameters = cls(**{name: _section(kind, plain[kind.FILE]) for name, (_, kind) in declared(cls).items()})
+    if as_plain(parameters) != plain:
+        raise StudyError(f"parameters of {cls.__module__} do not come back whole from their values")
+    return parameters
 
 
 def _section(cls: type, plain: Mapping[str, Any]) -> Any:

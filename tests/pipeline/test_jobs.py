@@ -12,6 +12,7 @@ import time
 import pytest
 
 from pipeline.cache import fingerprint
+from pipeline.errors import StudyError
 from pipeline.execution.display import Display
 from pipeline.execution.job import Job, engine_code, job_of, task_of
 from pipeline.parameters import loading
@@ -34,6 +35,14 @@ def test_parameters_of_every_stage_come_back_whole(repository, settings):
         plain, _ = json.loads(json.dumps(point))["it"]
         assert loading.from_plain(type(value), plain) == value
         assert json.dumps(loading.as_plain(value)) == json.dumps(plain)
+
+
+def test_parameters_that_would_lose_something_are_refused(toy):
+    value = toy.study().parameters(["bounce"])["bounce"]
+    plain = loading.as_plain(value)
+    plain["ground"]["gravity half-width"] = 0.005  # as if the class kept it, and were not filled again
+    with pytest.raises(StudyError, match="do not come back whole"):
+        loading.from_plain(type(value), plain)
 
 
 def test_random_numbers_come_back_to_the_last_bit(toy):
