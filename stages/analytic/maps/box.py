@@ -75,12 +75,11 @@ def evenly(axes: int, seed: int, first: int, end: int) -> np.ndarray:
     """Points `first` to before `end` of a scrambled Sobol sequence in the unit cube, (n, axes)."""
     from scipy.stats import qmc
 
-    sequence = qmc.Sobol(axes, rng=np.random.default_rng(seed)) if hasattr(qmc.Sobol, "rng") else qmc.Sobol(
-        axes, seed=np.random.default_rng(seed))
+    sequence = qmc.Sobol(axes, seed=np.random.default_rng(seed))
     if first:
         sequence.fast_forward(first)
-    # drawn as a power of two, as the sequence likes it
-    return np.asarray(sequence.random_base2(max(end - first - 1, 1).bit_length()))[: end - first]
+        return np.asarray(sequence.random(end - first))
+    return np.asarray(sequence.random_base2(max(end - 1, 1).bit_length()))[:end]  # a first power of two: no warning
 
 
 def read(given: Mapping[str, Any], base: DesignPoint) -> Box:
