@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from stages.analytic.model.walker import Walker, build_walker
@@ -35,11 +37,20 @@ class DesignPoint:
 
     def with_value(self, name: str, value: float) -> DesignPoint:
         """The design with one parameter changed; no rule is checked. Raises KeyError with the known names."""
-        owner, key = self._owner(name)
-        change: dict[str, Any] = {key: float(value)}
-        if owner is self.biped:
-            return dataclasses.replace(self, biped=dataclasses.replace(self.biped, **change))
-        return dataclasses.replace(self, slope=dataclasses.replace(self.slope, **change))
+        return self.with_values({name: value})
+
+    def with_values(self, values: Mapping[str, float]) -> DesignPoint:
+        """The design with some parameters changed; no rule is checked. Raises KeyError with the known names."""
+        changes: dict[str, dict[str, Any]] = {Biped.FILE: {}, Slope.FILE: {}}
+        for name, value in values.items():
+            owner, key = self._owner(name)
+            changes[owner.FILE][key] = float(value)
+        biped, slope = changes[Biped.FILE], changes[Slope.FILE]
+        return DesignPoint(
+            dataclasses.replace(self.biped, **biped) if biped else self.biped,
+            dataclasses.replace(self.slope, **slope) if slope else self.slope,
+            self.friction,
+        )
 
     def bound(self, name: str) -> Bound:
         """The range the parameter files allow. Raises KeyError with the known names."""
@@ -61,10 +72,15 @@ class DesignPoint:
     def _owner(self, name: str) -> tuple[Biped | Slope, str]:
         file, _, key = name.partition(".")
         for owner in (self.biped, self.slope):
-            names = {field.name for field in dataclasses.fields(owner) if field.type == "float"}
-            if file == owner.FILE and key in names:
+            if file == owner.FILE and key in numbers_of(type(owner)):
                 return owner, key
         raise KeyError(f"{name}: not a number of the design; known are {', '.join(parameter_names())}")
+
+
+@cache
+def numbers_of(owner: type[Biped | Slope]) -> frozenset[str]:
+    """The numeric parameters of a part of the design."""
+    return frozenset(field.name for field in dataclasses.fields(owner) if field.type == "float")
 
 
 def parameter_names() -> tuple[str, ...]:

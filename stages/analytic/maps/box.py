@@ -66,9 +66,7 @@ class Box:
 
     def design(self, base: DesignPoint, values: np.ndarray) -> DesignPoint:
         """The design with these values (axes,) of the varied parameters."""
-        for axis, value in zip(self.axes, values.tolist(), strict=True):
-            base = base.with_value(axis.name, value)
-        return base
+        return base.with_values({axis.name: value for axis, value in zip(self.axes, values.tolist(), strict=True)})
 
 
 def evenly(axes: int, seed: int, first: int, end: int) -> np.ndarray:
@@ -77,7 +75,7 @@ def evenly(axes: int, seed: int, first: int, end: int) -> np.ndarray:
 
     sequence = qmc.Sobol(axes, seed=np.random.default_rng(seed))
     if first:
-        sequence.fast_forward(first)
+        sequence.fast_forward(int(first))
         return np.asarray(sequence.random(end - first))
     return np.asarray(sequence.random_base2(max(end - 1, 1).bit_length()))[:end]  # a first power of two: no warning
 
