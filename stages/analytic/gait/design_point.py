@@ -72,15 +72,9 @@ class DesignPoint:
     def _owner(self, name: str) -> tuple[Biped | Slope, str]:
         file, _, key = name.partition(".")
         for owner in (self.biped, self.slope):
-            if file == owner.FILE and key in numbers_of(type(owner)):
+            if file == owner.FILE and f"{file}.{key}" in known_names():
                 return owner, key
         raise KeyError(f"{name}: not a number of the design; known are {', '.join(parameter_names())}")
-
-
-@cache
-def numbers_of(owner: type[Biped | Slope]) -> frozenset[str]:
-    """The numeric parameters of a part of the design."""
-    return frozenset(field.name for field in dataclasses.fields(owner) if field.type == "float")
 
 
 def parameter_names() -> tuple[str, ...]:
@@ -91,3 +85,9 @@ def parameter_names() -> tuple[str, ...]:
         for field in dataclasses.fields(owner)
         if field.type == "float"
     )
+
+
+@cache
+def known_names() -> frozenset[str]:
+    """`parameter_names` as a set, looked up for every design of a map."""
+    return frozenset(parameter_names())

@@ -21,8 +21,7 @@ from stages.analytic.model.walker import Vector, Walker
 
 @dataclass(frozen=True)
 class Anchor:
-    """A gait: numbers of its walker (f,), section coordinates (j,), and `slopes` (j, f): how these move with the numbers.
-    """
+    """A gait: numbers of its walker (f,), section coordinates (j,), and `slopes` (j, f): their derivatives by these."""
 
     numbers: Vector
     z: Vector

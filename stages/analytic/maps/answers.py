@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,13 +82,12 @@ def anchors_of(task: Task) -> list[list[list[float]] | None]:
     found: list[list[list[float]] | None] = []
     for values in task.box.spread(task.end)[task.first :]:
         design = task.box.design(task.base, values)
-        here = None
+        here: Anchor | None = None
         if design.is_legal():
-            try:
+            with suppress(NoGait, StepFailed):
                 here = anchor(*find_gait(design.biped, design.slope, task.tolerance, design.friction), task.tolerance)
-            except (NoGait, StepFailed):
-                pass
-        found.append(here and [here.numbers.tolist(), here.z.tolist(), here.slopes.ravel().tolist()])
+        found.append(
+            None if here is None else [here.numbers.tolist(), here.z.tolist(), here.slopes.ravel().tolist()])
     return found
 
 
@@ -179,4 +179,5 @@ def row(walker: Walker | None, answer: tuple[Way, FixedPoint] | None, task: Task
     largest = by_stability(point)
     outcome = Outcome.STABLE if largest < 1 else Outcome.UNSTABLE
     friction = friction_needed(walker, point, task.tolerance)
-    return [float(outcome), float(way), period, length, length / period, *multipliers, largest, friction, point.residual]
+    return [float(outcome), float(way), period, length, length / period, *multipliers, largest, friction,
+            point.residual]

@@ -150,7 +150,6 @@ def number(value: Any, where: str) -> float:
 
 def whole(value: Any, where: str, least: int, most: int) -> int:
     """A whole number within limits. Raises WrongOption."""
-    read_as = number(value, where)
-    if read_as != int(read_as) or not least <= read_as <= most:
+    if isinstance(value, bool) or not isinstance(value, int | float) or value % 1 or not least <= value <= most:
         raise WrongOption(f"{where} = {value!r} is not allowed; allowed: a whole number from {least} to {most}")
-    return int(read_as)
+    return int(value)

@@ -59,7 +59,8 @@ class Counts:
 
     def as_plain(self) -> dict[str, Any]:
         """As JSON."""
-        ranges = {name: {"low": low, "high": high, "unit": COLUMNS[name]} for name, (low, high) in self.ranges().items()}
+        ranges = {name: {"low": low, "high": high, "unit": COLUMNS[name]}
+                  for name, (low, high) in self.ranges().items()}  # fmt: skip
         return {
             "designs": self.designs,
             "outcomes": self.outcomes(),

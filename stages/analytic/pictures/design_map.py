@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import combinations
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 
@@ -35,6 +37,11 @@ def label(axis: Axis) -> str:
     """An axis in words, with its unit."""
     name = axis.name.partition(".")[2].removesuffix("_deg").replace("_", " ")
     return f"{name} [{'°' if axis.unit == 'deg' else axis.unit.replace('1', '-')}]"
+
+
+def scale(axis: Axis) -> str:
+    """Matplotlib's word for how an axis is spread."""
+    return "log" if axis.log else "linear"
 
 
 def walks(columns: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -72,6 +79,7 @@ def plane(box: Box, columns: Mapping[str, np.ndarray]) -> Figure:
     largest = np.where(walks(columns), columns["largest_multiplier"], np.nan)
     figure, axes = plt.subplots(figsize=(style.TWO_COLUMNS, 5.2))
     axes.set_facecolor(NO_GAIT)
+    shades: ScalarMappable
     if box.seed is None:
         across, up = x.reshape(box.shape)[:, 0], y.reshape(box.shape)[0]
         field, rhythm = (values.reshape(box.shape).T for values in (largest, 1 / columns["period_s"]))
@@ -80,12 +88,8 @@ def plane(box: Box, columns: Mapping[str, np.ndarray]) -> Figure:
         lines(axes, across, up, field, rhythm)
     else:
         shades = axes.scatter(x, y, c=largest, s=9, cmap=COLOURS, norm=norm(largest), linewidths=0, rasterized=True)
-    for axis, scale, show in zip(
-        box.axes, (axes.set_xscale, axes.set_yscale), (axes.set_xlabel, axes.set_ylabel), strict=True
-    ):
-        show(label(axis))
-        if axis.log:
-            scale("log")
+    axes.set(xlabel=label(box.axes[0]), ylabel=label(box.axes[1]))
+    axes.set(xscale=scale(box.axes[0]), yscale=scale(box.axes[1]))
     for axis, ticks in zip(box.axes, (axes.xaxis, axes.yaxis), strict=True):
         if axis.log:
             style.round_ticks(ticks)
@@ -121,16 +125,15 @@ def pairs(box: Box, columns: Mapping[str, np.ndarray]) -> Figure:
     cells = int(np.clip(np.sqrt(len(stable) / 20), 4, CELLS))
     places = [place(axis, columns[axis.name], cells) for axis in box.axes]
     edges = [axis.at(np.linspace(0, 1, cells + 1)) for axis in box.axes]
-    shades = medians = None
     for first, second in combinations(range(count), 2):
         below, above = panels[second, first], panels[first, second]
         cell = places[second] * cells + places[first]
-        shades = below.pcolormesh(edges[first], edges[second], averaged(stable, cell, cells), cmap="cividis",
-                                  vmin=0, vmax=1, rasterized=True)  # fmt: skip
+        below.pcolormesh(
+            edges[first], edges[second], averaged(stable, cell, cells), cmap="cividis", vmin=0, vmax=1, rasterized=True)
         cell = places[first] * cells + places[second]
         above.set_facecolor(NO_GAIT)
-        medians = above.pcolormesh(edges[second], edges[first], middle(largest[gait], cell[gait], cells), cmap=COLOURS,
-                                   norm=norm(largest), rasterized=True)  # fmt: skip
+        above.pcolormesh(edges[second], edges[first], middle(largest[gait], cell[gait], cells), cmap=COLOURS,
+                         norm=norm(largest), rasterized=True)  # fmt: skip
     for index, axis in enumerate(box.axes):
         diagonal(panels[index, index], edges[index], places[index], stable, gait)
         for row in range(count):
@@ -147,10 +150,11 @@ def pairs(box: Box, columns: Mapping[str, np.ndarray]) -> Figure:
     panels[0, 0].plot([], [], color=style.ANALYTIC, label="walk stably (diagonal: share along one axis)")
     panels[0, 0].plot([], [], color="#777777", linestyle="--", label="have a gait")
     figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
-    figure.colorbar(shades, ax=panels, label="share that walks stably (below the diagonal) [-]", shrink=0.45, aspect=30,
-                    location="right", anchor=(0, 0))  # fmt: skip
-    figure.colorbar(medians, ax=panels, label="median of the largest multiplier (above) [-]", extend="max", shrink=0.45,
-                    aspect=30, location="right", anchor=(0, 1))  # fmt: skip
+    beside: dict[str, Any] = {"ax": panels, "shrink": 0.45, "aspect": 30, "location": "right"}
+    figure.colorbar(panels[1, 0].collections[0], label="share that walks stably (below the diagonal) [-]",
+                    anchor=(0, 0), **beside)  # fmt: skip
+    figure.colorbar(panels[0, 1].collections[0], label="median of the largest multiplier (above) [-]", extend="max",
+                    anchor=(0, 1), **beside)  # fmt: skip
     return figure
 
 
@@ -183,6 +187,6 @@ def diagonal(axes: Axes, edges: np.ndarray, cell: np.ndarray, stable: np.ndarray
     """Along one axis, the share of designs that have a gait and that walk stably."""
     cells, many = len(edges) - 1, np.bincount(cell, minlength=len(edges) - 1)
     with np.errstate(invalid="ignore"):
-        for which, look in ((gait, {"color": "#777777", "linestyle": "--"}), (stable, {"color": style.ANALYTIC})):
-            axes.stairs(np.bincount(cell, which, cells) / many, edges, **look)
+        for which, colour, line in ((gait, "#777777", "--"), (stable, style.ANALYTIC, "-")):
+            axes.stairs(np.bincount(cell, which, cells) / many, edges, color=colour, linestyle=line)
     axes.set_ylim(0, 1.05)
