@@ -104,8 +104,10 @@ def find_gaits(walker: Walker, tolerance: float, *, unstable: bool) -> list[Fixe
     if walker.p.g_x <= 0.0:
         return found
     tolerance = attainable_tolerance(walker.p, tolerance)
+    met: list[Vector] = []
     for starts in sources(walker, quick=not unstable):
-        found += [point for point in converge(walker, starts, tolerance, unstable=unstable) if is_new(found, point)]
+        reached = converge(walker, starts, tolerance, unstable=unstable, met=met)
+        found += [point for point in reached if is_new(found, point)]
         if not unstable and any(by_stability(point) < 1 for point in found):
             break
     return sorted(found, key=by_stability)

@@ -42,10 +42,15 @@ def is_ahead(met: list[Vector], z: Vector, size: float) -> bool:
     return size < NEAR and any(np.abs(known - z).max() <= LEFT * size for known in met)
 
 
-def converge(walker: Walker, starts: Iterable[Vector], tolerance: float, *, unstable: bool) -> list[FixedPoint]:
-    """Distinct gaits that Newton's method reaches from `starts`; only the first few if they show a stable one."""
+def converge(
+    walker: Walker, starts: Iterable[Vector], tolerance: float, *, unstable: bool, met: list[Vector] | None = None
+) -> list[FixedPoint]:
+    """Distinct gaits that Newton's method reaches from `starts`; only the first few if they show a stable one.
+
+    Points in `met` are not gone to again; those that are reached are added to it.
+    """
     found: list[FixedPoint] = []
-    met: list[Vector] = []
+    met = [] if met is None else met
     for count, start in enumerate(starts):
         if count >= MOST_STARTS:
             break

@@ -150,11 +150,12 @@ def pairs(box: Box, columns: Mapping[str, np.ndarray]) -> Figure:
     panels[0, 0].plot([], [], color=style.ANALYTIC, label="walk stably (diagonal: share along one axis)")
     panels[0, 0].plot([], [], color="#777777", linestyle="--", label="have a gait")
     figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
-    beside: dict[str, Any] = {"ax": panels, "shrink": 0.45, "aspect": 30, "location": "right"}
-    figure.colorbar(panels[1, 0].collections[0], label="share that walks stably (below the diagonal) [-]",
-                    anchor=(0, 0), **beside)  # fmt: skip
-    figure.colorbar(panels[0, 1].collections[0], label="median of the largest multiplier (above) [-]", extend="max",
-                    anchor=(0, 1), **beside)  # fmt: skip
+    half = count // 2
+    beside: dict[str, Any] = {"shrink": 0.9, "aspect": 25, "location": "right"}
+    shares, medians = panels[1, 0].collections[0], panels[0, 1].collections[0]
+    figure.colorbar(shares, ax=panels[half:], label="share that walks stably (below the diagonal) [-]", **beside)
+    figure.colorbar(
+        medians, ax=panels[:half], label="median of the largest multiplier (above) [-]", extend="max", **beside)
     return figure
 
 
@@ -188,5 +189,5 @@ def diagonal(axes: Axes, edges: np.ndarray, cell: np.ndarray, stable: np.ndarray
     cells, many = len(edges) - 1, np.bincount(cell, minlength=len(edges) - 1)
     with np.errstate(invalid="ignore"):
         for which, colour, line in ((gait, "#777777", "--"), (stable, style.ANALYTIC, "-")):
-            axes.stairs(np.bincount(cell, which, cells) / many, edges, color=colour, linestyle=line)
+            axes.stairs(np.bincount(cell, which, cells) / many, edges, color=colour, linestyle=line, baseline=None)
     axes.set_ylim(0, 1.05)
