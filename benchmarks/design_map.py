@@ -17,11 +17,10 @@ from multiprocessing import get_context
 
 import numpy as np
 
-from stages.analytic.errors import NoGait
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.newton import by_stability
 from stages.analytic.maps.answers import COLUMNS, Outcome, Task, Way, anchors_of, block
+from stages.analytic.maps.answers import searched as search
 from stages.analytic.maps.box import Box, read
 from stages.biped.design import Biped
 from stages.ground.slope import Slope
@@ -61,15 +60,13 @@ def anchored(task: Task) -> tuple[float, list[list[list[float]] | None]]:
     return time.process_time() - began, found
 
 
-def searched(task: tuple[Box, int]) -> tuple[float, float, float]:
-    """Processor time of the full search, largest multiplier and period of what it finds; NaN for none."""
-    box, number = task
-    design, began = box.design(BASE, box.values(number, number + 1)[0]), time.process_time()
-    try:
-        walker, point = find_gait(design.biped, design.slope, TOLERANCE)
-    except NoGait:
-        return time.process_time() - began, np.nan, np.nan
-    return time.process_time() - began, by_stability(point), point.steps[0].period * walker.time
+def searched(task: tuple[Box, int, str]) -> tuple[float, float]:
+    """Processor time of the search of a design, and the largest multiplier of what it finds; NaN for none."""
+    box, number, how = task
+    design = box.design(BASE, box.values(number, number + 1)[0])
+    walker, began = design.walker(), time.process_time()
+    found = search(design, walker, TOLERANCE, how)
+    return time.process_time() - began, by_stability(found[1]) if found else np.nan
 
 
 def interval(hits: int, of: int, z: float = 1.96) -> tuple[float, float]:
@@ -103,17 +100,17 @@ def main() -> None:
               f"{processes}) before the search of what is left; {ways}; largest residual "
               f"{np.nanmax(rows[:, AT['residual']]):.1e}", flush=True)  # fmt: skip
         tried = rng.permutation(left)[:SEARCHED].tolist()
-        full = np.array(pool.map(searched, [(box, number) for number in tried], 1)).reshape(-1, 3)
-        if tried:
+        for how in ("limited", "complete") if tried else ():
+            full = np.array(pool.map(searched, [(box, number, how) for number in tried], 1))
             hits, each = int(np.isfinite(full[:, 1]).sum()), full[:, 0].mean()
             shares = [len(known) / (len(known) + share * len(left))
                       for share in (hits / len(tried), *interval(hits, len(tried)))]  # fmt: skip
-            print(f"of {len(left)} left {len(tried)} are searched, {each:.3f} s each: {hits} have a gait, "
+            print(f"of {len(left)} left {len(tried)} have a {how} search, {each:.3f} s each: {hits} have a gait, "
                   f"{int((full[:, 1] < 1).sum())} a stable one; share answered {100 * shares[0]:.2f} % "
                   f"({100 * shares[2]:.2f} to {100 * shares[1]:.2f}); with their search "
                   f"{count / (spent + each * len(left)):.0f} a second and core", flush=True)  # fmt: skip
         sample = rng.permutation(known)[:COMPARED].tolist()
-        again = np.array(pool.map(searched, [(box, number) for number in sample], 1))
+        again = np.array(pool.map(searched, [(box, number, "complete") for number in sample], 1))
         mine = rows[sample][:, AT["largest_multiplier"]]
         differ = np.flatnonzero(~(np.abs(again[:, 1] - mine) < DIFFERS))
         print(f"of {len(sample)} answered {len(differ)} differ from the full search "

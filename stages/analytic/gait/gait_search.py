@@ -14,7 +14,7 @@ import numpy as np
 
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.gait.neighbours import from_neighbours
+from stages.analytic.gait.neighbours import Followed, from_neighbours
 from stages.analytic.gait.newton import FEW_STARTS, SEARCH_TOLERANCE, converge, is_new
 from stages.analytic.gait.newton import by_stability as by_stability
 from stages.analytic.gait.poincare import FixedPoint, poincare_map
@@ -183,10 +183,15 @@ def find_gait(
     """
     design = DesignPoint(biped, slope, friction)
     walker = design.walker()
+    found = search(design, walker, tolerance)
+    if isinstance(found, FixedPoint):
+        return walker, found
+    raise NoGait("; ".join([why_no_gait(walker), *map(str, found)]))
+
+
+def search(design: DesignPoint, walker: Walker, tolerance: float) -> FixedPoint | list[Followed]:
+    """The design's most stable gait, or how far the gaits of its neighbours could be followed towards it."""
     found = find_gaits(walker, tolerance, unstable=False)
     if found:
-        return walker, found[0]
-    elsewhere = from_neighbours(design, attainable_tolerance(walker.p, tolerance)) if slope.angle > 0.0 else []
-    if isinstance(elsewhere, FixedPoint):
-        return walker, elsewhere
-    raise NoGait("; ".join([why_no_gait(walker), *map(str, elsewhere)]))
+        return found[0]
+    return from_neighbours(design, attainable_tolerance(walker.p, tolerance)) if design.slope.angle > 0.0 else []

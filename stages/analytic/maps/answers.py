@@ -16,6 +16,7 @@ import numpy as np
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait, find_gaits, step_length
+from stages.analytic.gait.gait_search import search as search_gait
 from stages.analytic.gait.newton import by_stability
 from stages.analytic.gait.poincare import FixedPoint
 from stages.analytic.maps.anchors import Anchor, Anchors, anchor
@@ -152,15 +153,12 @@ def beside(
 
 def searched(design: DesignPoint, walker: Walker, tolerance: float, search: str) -> tuple[Way, FixedPoint] | None:
     """The design's gait by a search from no guess."""
-    try:
-        if search == "complete":
-            _, point = find_gait(design.biped, design.slope, tolerance, design.friction)
-        else:
-            found = find_gaits(walker, tolerance, unstable=False)
-            if not found:
-                return None
-            point = found[0]
-    except (NoGait, StepFailed):
+    if search == "complete":
+        found = search_gait(design, walker, tolerance)
+        point = found if isinstance(found, FixedPoint) else None
+    else:
+        point = next(iter(find_gaits(walker, tolerance, unstable=False)), None)
+    if point is None:
         return None
     closed = point if point.residual <= closes(walker, tolerance) else corrected(walker, point.z, tolerance)
     return None if closed is None else (Way.SEARCH, closed)
