@@ -32,7 +32,7 @@ NARROW, WIDE = ("hip_mass", "foot_mass", "foot_radius", "foot_com"), ("stiffness
 TOLERANCE, ANCHORS, BLOCK, SEARCHED, COMPARED = 1e-8, 300, 500, 300, 60
 #: A gait differs if its largest multiplier does by more than this, far above the tolerance.
 DIFFERS = 1e-4
-AT = {name: place for place, name in enumerate(COLUMNS)}
+AT = {column.name: place for place, column in enumerate(COLUMNS)}
 
 
 def box_of(count: int) -> Box:

@@ -10,6 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
+from pipeline.questions.asking import Asked
 from stages.analytic.errors import NoGait
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import report_gait
@@ -63,6 +64,8 @@ class Listener:
         finally:
             unfinished.unlink(missing_ok=True)
 
+    new_table = Asked.new_table
+
 
 def asked(listener, given, parameters=PARAMETERS, **options):
     return design_map.ask(parameters, design_map.Options(given, **options), listener)
@@ -73,7 +76,7 @@ def grid(tmp_path_factory):
     path = tmp_path_factory.mktemp("map") / "grid.h5"
     answer = asked(Listener(), GRID, out=path)
     with h5py.File(path) as file:
-        return answer, {name: column[()] for name, column in file["map"].items()}, dict(file["map"].attrs)
+        return answer, {name: column[()] for name, column in file["table"].items()}, dict(file["table"].attrs)
 
 
 def test_every_design_has_the_gait_that_the_search_finds(grid):
@@ -104,7 +107,7 @@ def test_the_answer_counts_what_the_file_holds(grid):
     assert answer.plain["outcomes"]["none"] == (columns["outcome"] == Outcome.NONE).sum()
     assert answer.plain["answered_by"]["tangent"] == (columns["answered_by"] == Way.TANGENT).sum() > 0
     assert answer.plain["ranges"]["period_s"]["high"] == np.nanmax(columns["period_s"])
-    assert list(attributes["shape"]) == [5, 6] and list(attributes["axes"]) == list(GRID["vary"])
+    assert attributes["map"].splitlines()[1] == "biped.stiffness = 1400 .. 4200 N/m, log, 5 steps"
     assert np.allclose(columns["speed_m_s"] * columns["period_s"], columns["step_length_m"], equal_nan=True)
 
 
@@ -127,7 +130,8 @@ def test_a_map_that_was_killed_goes_on_where_it_was_and_gives_the_same_rows(tmp_
     asked(second, CLOUD, out=tmp_path / "again.h5", search="none")
     assert second.computed == whole.computed - 3
     with h5py.File(tmp_path / "whole.h5") as one, h5py.File(tmp_path / "again.h5") as other:
-        assert all(np.array_equal(one["map"][name][()], other["map"][name][()], equal_nan=True) for name in one["map"])
+        for name, column in one["table"].items():
+            assert np.array_equal(column[()], other["table"][name][()], equal_nan=True)
 
 
 @pytest.mark.parametrize(

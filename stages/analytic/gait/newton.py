@@ -17,6 +17,8 @@ SEARCH_TOLERANCE = 1e-8
 NEAR, LEFT = 0.02, 0.03
 #: Newton's method is tried from so many starts; when a stable gait is enough, from so few if they show one.
 MOST_STARTS, FEW_STARTS = 80, 12
+#: When a stable gait is enough, so many starts in a row that lead to nothing new are the last: the best came first.
+PATIENCE = 24
 
 
 def is_new(found: list[FixedPoint], candidate: FixedPoint) -> bool:
@@ -50,15 +52,18 @@ def converge(
     Points in `met` are not gone to again; those that are reached are added to it.
     """
     found: list[FixedPoint] = []
-    met = [] if met is None else met
+    met, newest = [] if met is None else met, 0
     for count, start in enumerate(starts):
         if count >= MOST_STARTS:
             break
         if not unstable and count >= FEW_STARTS and any(by_stability(point) < 1 for point in found):
             break
+        if not unstable and count > newest + PATIENCE:
+            break
         point = fixed_point(walker, start, max(tolerance, SEARCH_TOLERANCE), known=partial(is_ahead, met))
         if point is not None:
             met.append(point.z)
+            newest = count
         if point is None or not is_walking(point) or not is_new(found, point):
             continue
         point = fixed_point(walker, point.z, tolerance)

@@ -24,6 +24,7 @@ from stages.analytic.maps.box import Box
 from stages.analytic.maps.following import along_tangent, closes, corrected, in_parts
 from stages.analytic.maps.friction import friction_needed
 from stages.analytic.model.walker import Walker
+from stages.biped.question import Column
 
 
 class Outcome(enum.IntEnum):
@@ -48,17 +49,29 @@ class Way(enum.IntEnum):
     NOT = 4
 
 
+def words(codes: type[Outcome] | type[Way]) -> tuple[str, ...]:
+    """The codes as words, in their order."""
+    return tuple(code.name.lower().replace("_", " ") for code in codes)
+
+
 #: How the designs that no neighbour answers are searched: as `gait` does; without its neighbours in slope and springs;
 #: not at all.
 SEARCHES = ("complete", "limited", "none")
 #: Multipliers that are told, largest first.
 MULTIPLIERS = 3
-#: Columns of a map with their units, after the varied parameters.
-COLUMNS = {
-    "outcome": "-", "answered_by": "-", "period_s": "s", "step_length_m": "m", "speed_m_s": "m/s",
-    **{f"multiplier_{index}_{part}": "1" for index in range(1, MULTIPLIERS + 1) for part in ("real", "imag")},
-    "largest_multiplier": "1", "friction_single_stance": "1", "residual": "1",
-}  # fmt: skip
+#: Columns of a map, after those of the varied parameters.
+COLUMNS = (
+    Column("outcome", "-", "what became of the design", words(Outcome)),
+    Column("answered_by", "-", "how it was answered", words(Way)),
+    Column("period_s", "s", "duration of one step"),
+    Column("step_length_m", "m", "advance of the hip over one step"),
+    Column("speed_m_s", "m/s", "step length over duration"),
+    *(Column(f"multiplier_{index}_{part}", "1", f"multiplier {index}, largest first, its {part} part")
+      for index in range(1, MULTIPLIERS + 1) for part in ("real", "imag")),
+    Column("largest_multiplier", "1", "largest multiplier in magnitude"),
+    Column("friction_single_stance", "1", "largest friction used in single stance"),
+    Column("residual", "1", "by how much the gait fails to repeat, in leg lengths and pendulum times"),
+)  # fmt: skip
 #: Anchors that a design is tried from, and solved designs of its own block.
 TRIED = 3
 

@@ -49,6 +49,13 @@ class Box:
         """Values of each axis of a grid."""
         return tuple(axis.steps for axis in self.axes)
 
+    def in_words(self) -> str:
+        """The box in a line for each axis."""
+        how = "grid, the last axis quickest" if self.seed is None else f"sobol, {self.size} designs, seed {self.seed}"
+        return "\n".join([how, *(
+            f"{axis.name} = {axis.low:g} .. {axis.high:g} {axis.unit}" + (", log" if axis.log else "")
+            + (f", {axis.steps} steps" if axis.steps else "") for axis in self.axes)])
+
     def values(self, first: int, end: int) -> np.ndarray:
         """Values of the designs from number `first` to before `end`, (n, axes)."""
         if self.seed is None:

@@ -8,15 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from stages.analytic.maps.answers import COLUMNS, Outcome, Way
+from stages.analytic.maps.answers import COLUMNS, Outcome, Way, words
 
+NAMES = [column.name for column in COLUMNS]
 #: Columns of which the range is told.
 TOLD = ("period_s", "step_length_m", "speed_m_s", "largest_multiplier", "friction_single_stance")
-
-
-def word(code: Outcome | Way) -> str:
-    """A code as it is printed."""
-    return code.name.lower().replace("_", " ")
 
 
 class Counts:
@@ -36,7 +32,7 @@ class Counts:
         self._ways.update(table[:, 1].astype(int).tolist())
         self._least = np.fmin(self._least, np.fmin.reduce(table))
         self._most = np.fmax(self._most, np.fmax.reduce(table))
-        self.residual = float(max(self._most[list(COLUMNS).index("residual")], 0.0))
+        self.residual = float(max(self._most[NAMES.index("residual")], 0.0))
         return table
 
     @property
@@ -46,20 +42,20 @@ class Counts:
 
     def outcomes(self) -> dict[str, int]:
         """Designs by outcome."""
-        return {word(code): self._outcomes[code] for code in Outcome if self._outcomes[code]}
+        return {word: self._outcomes[code] for code, word in enumerate(words(Outcome)) if self._outcomes[code]}
 
     def ways(self) -> dict[str, int]:
         """Designs by how they were answered."""
-        return {word(code): self._ways[code] for code in Way if self._ways[code]}
+        return {word: self._ways[code] for code, word in enumerate(words(Way)) if self._ways[code]}
 
     def ranges(self) -> dict[str, tuple[float, float]]:
         """Least and largest value of some columns."""
-        places = {name: list(COLUMNS).index(name) for name in TOLD}
+        places = {name: NAMES.index(name) for name in TOLD}
         return {name: (float(self._least[at]), float(self._most[at])) for name, at in places.items()}
 
     def as_plain(self) -> dict[str, Any]:
         """As JSON."""
-        ranges = {name: {"low": low, "high": high, "unit": COLUMNS[name]}
+        ranges = {name: {"low": low, "high": high, "unit": COLUMNS[NAMES.index(name)].unit}
                   for name, (low, high) in self.ranges().items()}  # fmt: skip
         return {
             "designs": self.designs,

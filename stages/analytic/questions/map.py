@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stages.analytic.parameters import Parameters
 from stages.biped.quantity import Bound
-from stages.biped.question import Answer, Asking, Question, option
+from stages.biped.question import Answer, Asking, Column, Question, option
 
 if TYPE_CHECKING:
     import numpy as np
@@ -45,9 +43,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Answer every design of the map. Raises WrongOption."""
     from stages.analytic.gait.design_point import DesignPoint
     from stages.analytic.maps import box as boxes
-    from stages.analytic.maps.answers import anchors_of, block
-    from stages.analytic.maps.counts import Counts
-    from stages.analytic.maps.table import MapWriter, read_columns
+    from stages.analytic.maps.answers import COLUMNS, anchors_of, block
+    from stages.analytic.maps.counts import NAMES, Counts
 
     base = DesignPoint(parameters.biped, parameters.slope, parameters.limited_friction)
     box, tolerance = boxes.read(options.file, base), parameters.settings.tolerance
@@ -58,14 +55,15 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     asked = list(tasks(box, base, tolerance, options.search, anchors, box.size, BLOCK))
     counts = Counts()
     shown = [axis.name for axis in box.axes] + ["outcome", "largest_multiplier", "period_s", "speed_m_s"]
-    with ExitStack() as until_written:
-        path = until_written.enter_context(
-            asking.new_file(options.out)) if options.out else Path(
-                until_written.enter_context(tempfile.TemporaryDirectory()), "map.h5")  # fmt: skip
-        with MapWriter(path, box, {"tolerance": tolerance, "search": options.search}) as writer:
-            for number, rows in asking.each(block, asked):
-                writer.write(asked[number].first, counts.add(rows))
-        columns = read_columns(path, shown, DRAWN if box.seed is not None else box.size)
+    axes = [Column(axis.name, axis.unit, "varied") for axis in box.axes]
+    about = {"map": box.in_words(), "tolerance": f"{tolerance:g}", "search": options.search}
+    with asking.new_table(options.out, [*axes, *COLUMNS], box.size, about) as table:
+        for number, rows in asking.each(block, asked):
+            first, found = asked[number].first, counts.add(rows)
+            varied = box.values(first, first + len(found))
+            table.write(first, dict(zip([axis.name for axis in axes], varied.T, strict=True)))
+            table.write(first, dict(zip(NAMES, found.T, strict=True)))
+        columns = {name: table.read(name, 1 if box.seed is None else -(-box.size // DRAWN)) for name in shown}
     return Answer(list(lines(counts, options.search)), counts.as_plain(), draw=drawing(box, columns))
 
 
