@@ -10,6 +10,7 @@ import pickle
 import shutil
 import signal
 import sys
+import tempfile
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -24,6 +25,7 @@ from pipeline.errors import StageFailed, Stopped, StudyError
 from pipeline.execution.process import continue_when_parent_ends
 from pipeline.parameters import loading
 from pipeline.parameters.rewriting import rewritten
+from pipeline.questions.block_table import BlockTable
 from pipeline.study import Study, shown
 from pipeline.sweep.journal import Journal
 from pipeline.sweep.row import COMPUTED, Row
@@ -123,6 +125,18 @@ class Asked:
                 shutil.rmtree(unfinished)
             unfinished.unlink(missing_ok=True)
 
+    @contextlib.contextmanager
+    def new_table(
+        self, path: Path | None, columns: Sequence[Any], size: int, about: Mapping[str, str]
+    ) -> Iterator[BlockTable]:
+        """A table to fill block by block, in a new file as `new_file` gives; without a path in a temporary one."""
+        with contextlib.ExitStack() as until_filled:
+            if path is None:
+                unfinished = Path(until_filled.enter_context(tempfile.TemporaryDirectory()), "table.h5")
+            else:
+                unfinished = until_filled.enter_context(self.new_file(path))
+            yield until_filled.enter_context(contextlib.closing(BlockTable(unfinished, columns, size, about)))
+
     def leave(self, answer: Any, folder: Path) -> None:
         """Write what an answer leaves into a new folder: its files, and the parameter files with its values."""
         files = dict(answer.files)
@@ -163,7 +177,7 @@ def side_by_side(
     try:
         waiting = {pool.submit(function, argument): number for number, argument in arguments.items()}
         for done in as_completed(waiting):
-            yield waiting[done], done.result()
+            yield waiting.pop(done), done.result()  # not kept: a question may have more answers than memory
         pool.shutdown()
     except BrokenProcessPool:
         raise StageFailed("a process of this question was ended by the system; asked again, it goes on from there"

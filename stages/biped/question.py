@@ -81,6 +81,32 @@ class Asking(Protocol):
         """A path to write to; what stands there at the end of the context appears as `path`, whole or not at all."""
 
 
+    def new_table(
+        self, path: Path | None, columns: Sequence[Column], size: int, about: Mapping[str, str]
+    ) -> AbstractContextManager[Table]:
+        """A table of `size` rows in a new HDF5 file, with what is said `about` it; without a path it is not kept."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table; one with words holds their numbers."""
+
+    name: str
+    unit: str
+    description: str
+    words: tuple[str, ...] = ()
+
+
+class Table(Protocol):
+    """A table that is written block by block, in any order."""
+
+    def write(self, first: int, values: Mapping[str, Any]) -> None:
+        """Values (n,) of columns, by name, in the rows from `first` on."""
+
+    def read(self, name: str, every: int = 1) -> Any:
+        """A column (rows,), or each so manyth row of it."""
+
+
 @dataclass(frozen=True)
 class Answer:
     """An answer as text (`lines`, then `tables` of title, columns, rows), as JSON (`plain`) and as a picture.

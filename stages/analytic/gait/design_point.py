@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from stages.analytic.model.walker import Walker, build_walker
@@ -35,11 +37,20 @@ class DesignPoint:
 
     def with_value(self, name: str, value: float) -> DesignPoint:
         """The design with one parameter changed; no rule is checked. Raises KeyError with the known names."""
-        owner, key = self._owner(name)
-        change: dict[str, Any] = {key: float(value)}
-        if owner is self.biped:
-            return dataclasses.replace(self, biped=dataclasses.replace(self.biped, **change))
-        return dataclasses.replace(self, slope=dataclasses.replace(self.slope, **change))
+        return self.with_values({name: value})
+
+    def with_values(self, values: Mapping[str, float]) -> DesignPoint:
+        """The design with some parameters changed; no rule is checked. Raises KeyError with the known names."""
+        changes: dict[str, dict[str, Any]] = {Biped.FILE: {}, Slope.FILE: {}}
+        for name, value in values.items():
+            owner, key = self._owner(name)
+            changes[owner.FILE][key] = float(value)
+        biped, slope = changes[Biped.FILE], changes[Slope.FILE]
+        return DesignPoint(
+            dataclasses.replace(self.biped, **biped) if biped else self.biped,
+            dataclasses.replace(self.slope, **slope) if slope else self.slope,
+            self.friction,
+        )
 
     def bound(self, name: str) -> Bound:
         """The range the parameter files allow. Raises KeyError with the known names."""
@@ -61,8 +72,7 @@ class DesignPoint:
     def _owner(self, name: str) -> tuple[Biped | Slope, str]:
         file, _, key = name.partition(".")
         for owner in (self.biped, self.slope):
-            names = {field.name for field in dataclasses.fields(owner) if field.type == "float"}
-            if file == owner.FILE and key in names:
+            if file == owner.FILE and f"{file}.{key}" in known_names():
                 return owner, key
         raise KeyError(f"{name}: not a number of the design; known are {', '.join(parameter_names())}")
 
@@ -75,3 +85,9 @@ def parameter_names() -> tuple[str, ...]:
         for field in dataclasses.fields(owner)
         if field.type == "float"
     )
+
+
+@cache
+def known_names() -> frozenset[str]:
+    """`parameter_names` as a set, looked up for every design of a map."""
+    return frozenset(parameter_names())

@@ -14,8 +14,8 @@ import numpy as np
 
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.gait.neighbours import from_neighbours
-from stages.analytic.gait.newton import SEARCH_TOLERANCE, converge, is_new
+from stages.analytic.gait.neighbours import Followed, from_neighbours
+from stages.analytic.gait.newton import FEW_STARTS, SEARCH_TOLERANCE, converge, is_new
 from stages.analytic.gait.newton import by_stability as by_stability
 from stages.analytic.gait.poincare import FixedPoint, poincare_map
 from stages.analytic.gait.search_starts import (
@@ -81,12 +81,17 @@ def softened_ends(walker: Walker, p: Compliant) -> list[Vector]:
     return [point.z for point in stiffen(walker, p, gaits, GRID_RATE)]
 
 
-def sources(walker: Walker) -> Iterator[list[Vector]]:
-    """Lists of starts for Newton's method, the quickest to get and most promising first."""
+def sources(walker: Walker, *, quick: bool) -> Iterator[list[Vector]]:
+    """Lists of starts for Newton's method, the quickest to get and most promising first.
+
+    A `quick` search, which ends at a stable gait, looks for one from a few starts on a coarse grid before.
+    """
     p = walker.p
     if isinstance(p, Compliant) and not is_quick(p):
         yield rigid_landings(walker, p)
     if is_searched(p):
+        if quick:
+            yield ranked_starts(walker, thinned=2)[0][:FEW_STARTS]
         yield ranked_starts(walker)[0]
         yield walked_on(walker)
     elif isinstance(p, Compliant):
@@ -99,8 +104,10 @@ def find_gaits(walker: Walker, tolerance: float, *, unstable: bool) -> list[Fixe
     if walker.p.g_x <= 0.0:
         return found
     tolerance = attainable_tolerance(walker.p, tolerance)
-    for starts in sources(walker):
-        found += [point for point in converge(walker, starts, tolerance, unstable=unstable) if is_new(found, point)]
+    met: list[Vector] = []
+    for starts in sources(walker, quick=not unstable):
+        reached = converge(walker, starts, tolerance, unstable=unstable, met=met)
+        found += [point for point in reached if is_new(found, point)]
         if not unstable and any(by_stability(point) < 1 for point in found):
             break
     return sorted(found, key=by_stability)
@@ -176,10 +183,15 @@ def find_gait(
     """
     design = DesignPoint(biped, slope, friction)
     walker = design.walker()
+    found = search(design, walker, tolerance)
+    if isinstance(found, FixedPoint):
+        return walker, found
+    raise NoGait("; ".join([why_no_gait(walker), *map(str, found)]))
+
+
+def search(design: DesignPoint, walker: Walker, tolerance: float) -> FixedPoint | list[Followed]:
+    """The design's most stable gait, or how far the gaits of its neighbours could be followed towards it."""
     found = find_gaits(walker, tolerance, unstable=False)
     if found:
-        return walker, found[0]
-    elsewhere = from_neighbours(design, attainable_tolerance(walker.p, tolerance)) if slope.angle > 0.0 else []
-    if isinstance(elsewhere, FixedPoint):
-        return walker, elsewhere
-    raise NoGait("; ".join([why_no_gait(walker), *map(str, elsewhere)]))
+        return found[0]
+    return from_neighbours(design, attainable_tolerance(walker.p, tolerance)) if design.slope.angle > 0.0 else []

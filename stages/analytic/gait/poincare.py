@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -171,10 +172,15 @@ def damped_change(
     return None
 
 
-def fixed_point(walker: Walker, z: Vector, tolerance: float, cycle: int = 1, iterations: int = 25) -> FixedPoint | None:
+def fixed_point(
+    walker: Walker, z: Vector, tolerance: float, cycle: int = 1, iterations: int = 25,
+    known: Callable[[Vector, float], bool] | None = None,
+) -> FixedPoint | None:
     """Damped Newton's method on P^cycle(z) = z with the exact derivative; None if it does not converge from `z`.
 
-    Converged means that the residual no longer falls and is within the accuracy of the map itself.
+    Converged means that the residual no longer falls and is within the accuracy of the map itself. With `known`, a
+    residual within that accuracy will do, and there is no answer where known(z, size), at each point z that a
+    correction of this size leads to, says that the point ahead is known.
     """
     best: FixedPoint | None = None
     z = np.asarray(z, dtype=float)
@@ -190,6 +196,8 @@ def fixed_point(walker: Walker, z: Vector, tolerance: float, cycle: int = 1, ite
                 best = FixedPoint(z, tuple(steps), derivative, residual)
             matrix = np.eye(z.size) - derivative
             change = np.linalg.solve(matrix, gap)
+            if known is not None and (residual <= good_enough or known(z + change, float(np.abs(change).max()))):
+                break
             if residual <= good_enough or np.abs(change).max() <= SURE_CHANGE:
                 z = z + change
                 continue

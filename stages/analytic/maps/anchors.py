@@ -1,0 +1,73 @@
+"""Designs whose gait is known, and what their exact derivatives say of a gait nearby.
+
+All in the walker's own numbers (`Walker.p`), which are dimensionless: similar designs have the same.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.analytic.derivatives.step_map import varied_step
+from stages.analytic.errors import StepFailed
+from stages.analytic.gait.poincare import FixedPoint
+from stages.analytic.model.kinds import Rigid
+from stages.analytic.model.stiffness import attainable_tolerance, compliant
+from stages.analytic.model.walker import Vector, Walker
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """A gait: numbers of its walker (f,), section coordinates (j,), and `slopes` (j, f): their derivatives by these."""
+
+    numbers: Vector
+    z: Vector
+    slopes: np.ndarray
+
+    def towards(self, numbers: Vector) -> Vector:
+        """Coordinates of the gait of a walker with other numbers, along the tangent."""
+        predicted: Vector = self.z + self.slopes @ (numbers - self.numbers)
+        return predicted
+
+
+def anchor(walker: Walker, point: FixedPoint, tolerance: float) -> Anchor | None:
+    """The gait of one step as an anchor; None on a fold, or where the step cannot be taken with its derivatives."""
+    along = np.eye(len(walker.p))
+    try:
+        step = varied_step(walker, point.z, along, attainable_tolerance(walker.p, tolerance))
+        slopes = np.linalg.solve(np.eye(point.z.size) - step.by_state, step.along)
+    except (StepFailed, np.linalg.LinAlgError):
+        return None
+    return Anchor(np.array(walker.p), point.z, slopes)
+
+
+def with_numbers(walker: Walker, numbers: Vector) -> Walker:
+    """The walker with other numbers, in the same units."""
+    values = tuple(numbers.tolist())
+    p = Rigid(*values) if isinstance(walker.p, Rigid) else compliant(values)
+    return dataclasses.replace(walker, p=p)
+
+
+class Anchors:
+    """Anchors, nearest first: a number counts by how much it moves the gaits."""
+
+    def __init__(self, known: Sequence[Anchor]) -> None:
+        self.known = list(known)
+        self._numbers = np.array([each.numbers for each in known])
+        moves = [np.linalg.norm(each.slopes, axis=0) for each in known]
+        self._weights = np.median(moves, axis=0) if known else np.ones(1)
+
+    def distances(self, numbers: np.ndarray, other: Vector) -> Vector:
+        """How far walkers with these numbers (n, f) are from another, `other` (f,)."""
+        far: Vector = np.linalg.norm((numbers - other) * self._weights, axis=1)
+        return far
+
+    def nearest(self, numbers: Vector, count: int) -> list[Anchor]:
+        """Up to `count` anchors, the nearest first."""
+        if not self.known:
+            return []
+        order = np.argsort(self.distances(self._numbers, numbers), kind="stable")
+        return [self.known[row] for row in order[:count].tolist()]

@@ -1,0 +1,194 @@
+"""What a map says of each design, and how a block of designs is answered: neighbours first, the full search at last.
+
+A block is answered from its numbers alone, whatever other blocks say, so the map does not depend on who computes it.
+As in `gait`, the answer is the most stable gait: the anchors are that by the full search, and families lead from there.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.analytic.errors import NoGait, StepFailed
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.gait_search import find_gait, find_gaits, step_length
+from stages.analytic.gait.gait_search import search as search_gait
+from stages.analytic.gait.newton import by_stability
+from stages.analytic.gait.poincare import FixedPoint
+from stages.analytic.maps.anchors import Anchor, Anchors, anchor
+from stages.analytic.maps.box import Box
+from stages.analytic.maps.following import along_tangent, closes, corrected, in_parts
+from stages.analytic.maps.friction import friction_needed
+from stages.analytic.model.walker import Walker
+from stages.biped.question import Column
+
+
+class Outcome(enum.IntEnum):
+    """What became of a design."""
+
+    STABLE = 0
+    UNSTABLE = 1
+    NONE = 2
+    UNANSWERED = 3
+    NOT_ALLOWED = 4
+
+
+class Way(enum.IntEnum):
+    """How a design was answered: along the tangent of the nearest anchor, of another anchor or design of its block, in
+    parts, or by a search.
+    """
+
+    TANGENT = 0
+    NEIGHBOUR = 1
+    HOMOTOPY = 2
+    SEARCH = 3
+    NOT = 4
+
+
+def words(codes: type[Outcome] | type[Way]) -> tuple[str, ...]:
+    """The codes as words, in their order."""
+    return tuple(code.name.lower().replace("_", " ") for code in codes)
+
+
+#: How the designs that no neighbour answers are searched: as `gait` does; without its neighbours in slope and springs;
+#: not at all.
+SEARCHES = ("complete", "limited", "none")
+#: Multipliers that are told, largest first.
+MULTIPLIERS = 3
+#: Columns of a map, after those of the varied parameters.
+COLUMNS = (
+    Column("outcome", "-", "what became of the design", words(Outcome)),
+    Column("answered_by", "-", "how it was answered", words(Way)),
+    Column("period_s", "s", "duration of one step"),
+    Column("step_length_m", "m", "advance of the hip over one step"),
+    Column("speed_m_s", "m/s", "step length over duration"),
+    *(Column(f"multiplier_{index}_{part}", "1", f"multiplier {index}, largest first, its {part} part")
+      for index in range(1, MULTIPLIERS + 1) for part in ("real", "imag")),
+    Column("largest_multiplier", "1", "largest multiplier in magnitude"),
+    Column("friction_single_stance", "1", "largest friction used in single stance"),
+    Column("residual", "1", "by how much the gait fails to repeat, in leg lengths and pendulum times"),
+)  # fmt: skip
+#: Anchors that a design is tried from, and solved designs of its own block.
+TRIED = 3
+
+
+@dataclass(frozen=True)
+class Task:
+    """A block: designs `first` to before `end` of the box (or of its anchors), and what they are answered from."""
+
+    box: Box
+    base: DesignPoint
+    tolerance: float
+    search: str
+    anchors: Sequence[Sequence[Sequence[float]]]
+    first: int
+    end: int
+
+
+def anchors_of(task: Task) -> list[list[list[float]] | None]:
+    """The anchors `first` to before `end` among so many spread over the box: numbers, coordinates, slopes by rows; None
+    where there is no gait.
+    """
+    found: list[list[list[float]] | None] = []
+    for values in task.box.spread(task.end)[task.first :]:
+        design = task.box.design(task.base, values)
+        here: Anchor | None = None
+        if design.is_legal():
+            with suppress(NoGait, StepFailed):
+                here = anchor(*find_gait(design.biped, design.slope, task.tolerance, design.friction), task.tolerance)
+        found.append(
+            None if here is None else [here.numbers.tolist(), here.z.tolist(), here.slopes.ravel().tolist()])
+    return found
+
+
+def block(task: Task) -> list[list[float]]:
+    """The rows of `COLUMNS` of the designs of a block."""
+    designs = [task.box.design(task.base, values) for values in task.box.values(task.first, task.end)]
+    walkers = [design.walker() if design.is_legal() else None for design in designs]
+    answers: dict[int, tuple[Way, FixedPoint]] = {}
+    far = Anchors([Anchor(np.array(numbers), np.array(z), np.array(slopes).reshape(len(z), -1))
+                   for numbers, z, slopes in task.anchors])  # fmt: skip
+    for index, walker in enumerate(walkers):
+        answer = None if walker is None or walker.p.g_x <= 0 else followed(walker, far, task.tolerance)
+        if answer is not None:
+            answers[index] = answer
+    waiting = [index for index, walker in enumerate(walkers) if walker is not None and index not in answers]
+    for index in waiting:
+        walker = walkers[index]
+        assert walker is not None
+        answer = None
+        if walker.p.g_x > 0:
+            near = beside(walker, walkers, answers, far, task.tolerance)
+            answer = followed(walker, near, task.tolerance, Way.NEIGHBOUR)
+        if answer is None and task.search != "none":
+            answer = searched(designs[index], walker, task.tolerance, task.search)
+        if answer is not None:
+            answers[index] = answer
+    return [row(walker, answers.get(index), task) for index, walker in enumerate(walkers)]
+
+
+def followed(walker: Walker, anchors: Anchors, tolerance: float, nearest: Way = Way.TANGENT
+             ) -> tuple[Way, FixedPoint] | None:  # fmt: skip
+    """The design's gait from a few anchors: at once, or else in parts."""
+    near = anchors.nearest(np.array(walker.p), TRIED)
+    for rank, known in enumerate(near):
+        found = along_tangent(walker, known, tolerance)
+        if found is not None:
+            return (Way.NEIGHBOUR if rank else nearest), found
+    for known in near:
+        found = in_parts(walker, known, tolerance)
+        if found is not None:
+            return Way.HOMOTOPY, found
+    return None
+
+
+def beside(
+    walker: Walker, walkers: Sequence[Walker | None], answers: dict[int, tuple[Way, FixedPoint]], far: Anchors,
+    tolerance: float,
+) -> Anchors:  # fmt: skip
+    """The designs of the block that are answered and nearest, as anchors."""
+    numbers = np.array(walker.p)
+    known = [index for index in answers if (other := walkers[index]) is not None and type(other.p) is type(walker.p)]
+    if not known:
+        return Anchors([])
+    distances = far.distances(np.array([np.array(each.p) for index in known if (each := walkers[index])]), numbers)
+    found = []
+    for place in np.argsort(distances, kind="stable")[:TRIED].tolist():
+        other = walkers[known[place]]
+        assert other is not None
+        found.append(anchor(other, answers[known[place]][1], tolerance))
+    return Anchors([each for each in found if each is not None])
+
+
+def searched(design: DesignPoint, walker: Walker, tolerance: float, search: str) -> tuple[Way, FixedPoint] | None:
+    """The design's gait by a search from no guess."""
+    if search == "complete":
+        found = search_gait(design, walker, tolerance)
+        point = found if isinstance(found, FixedPoint) else None
+    else:
+        point = next(iter(find_gaits(walker, tolerance, unstable=False)), None)
+    if point is None:
+        return None
+    closed = point if point.residual <= closes(walker, tolerance) else corrected(walker, point.z, tolerance)
+    return None if closed is None else (Way.SEARCH, closed)
+
+
+def row(walker: Walker | None, answer: tuple[Way, FixedPoint] | None, task: Task) -> list[float]:
+    """A design's row: codes of `Outcome` and `Way`, then numbers, NaN where there is no gait."""
+    if walker is None or answer is None:
+        outcome = Outcome.NOT_ALLOWED if walker is None else (
+            Outcome.NONE if task.search == "complete" or walker.p.g_x <= 0 else Outcome.UNANSWERED)
+        return [float(outcome), float(Way.NOT), *[float("nan")] * (len(COLUMNS) - 2)]
+    way, point = answer
+    period, length = point.steps[0].period * walker.time, step_length(walker, point) * walker.length
+    multipliers = [part for value in point.floquet_multipliers[:MULTIPLIERS].tolist()
+                   for part in (value.real, value.imag)]  # fmt: skip
+    largest = by_stability(point)
+    outcome = Outcome.STABLE if largest < 1 else Outcome.UNSTABLE
+    friction = friction_needed(walker, point, task.tolerance)
+    return [float(outcome), float(way), period, length, length / period, *multipliers, largest, friction,
+            point.residual]

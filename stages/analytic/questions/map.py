@@ -1,0 +1,119 @@
+"""`map`: the gaits of up to millions of designs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stages.analytic.parameters import Parameters
+from stages.biped.quantity import Bound
+from stages.biped.question import Answer, Asking, Column, Question, option
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from stages.analytic.gait.design_point import DesignPoint
+    from stages.analytic.maps.answers import Task
+    from stages.analytic.maps.box import Box
+    from stages.analytic.maps.counts import Counts
+
+#: Designs that are answered, and anchors that are searched, at once.
+BLOCK, ANCHOR_BLOCK = 500, 5
+#: A small map has an anchor for every so many designs. Designs that a picture shows at most.
+DESIGNS_AN_ANCHOR, DRAWN = 10, 200_000
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of `map`."""
+
+    file: Mapping[str, Any] = option("-", "YAML file with the ranges of the parameters", positional=True)
+    out: Path | None = option("-", "Write the map into this new HDF5 file", default=None)
+    anchors: int = option(
+        "1", "Designs of which the gait is searched, for others to start from", default=300,
+        bound=Bound(minimum=1, maximum=10_000))
+    search: str = option(
+        "-", "Designs that no neighbour answers: complete search, without families followed from other slopes and "
+        "springs, or none", default="complete", choices=("complete", "limited", "none"))  # fmt: skip
+
+
+def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
+    """Answer every design of the map. Raises WrongOption."""
+    from stages.analytic.gait.design_point import DesignPoint
+    from stages.analytic.maps import box as boxes
+    from stages.analytic.maps.answers import COLUMNS, anchors_of, block
+    from stages.analytic.maps.counts import NAMES, Counts
+
+    base = DesignPoint(parameters.biped, parameters.slope, parameters.limited_friction)
+    box, tolerance = boxes.read(options.file, base), parameters.settings.tolerance
+    count = min(options.anchors, -(-box.size // DESIGNS_AN_ANCHOR))
+    searched = list(tasks(box, base, tolerance, options.search, [], count, ANCHOR_BLOCK))
+    parts = dict(asking.each(anchors_of, searched))
+    anchors = [one for number in sorted(parts) for one in parts[number] if one]
+    asked = list(tasks(box, base, tolerance, options.search, anchors, box.size, BLOCK))
+    counts = Counts()
+    shown = [axis.name for axis in box.axes] + ["outcome", "largest_multiplier", "period_s", "speed_m_s"]
+    axes = [Column(axis.name, axis.unit, "varied") for axis in box.axes]
+    about = {"map": box.in_words(), "tolerance": f"{tolerance:g}", "search": options.search}
+    with asking.new_table(options.out, [*axes, *COLUMNS], box.size, about) as table:
+        for number, rows in asking.each(block, asked):
+            first, found = asked[number].first, counts.add(rows)
+            varied = box.values(first, first + len(found))
+            table.write(first, dict(zip([axis.name for axis in axes], varied.T, strict=True)))
+            table.write(first, dict(zip(NAMES, found.T, strict=True)))
+        columns = {name: table.read(name, 1 if box.seed is None else -(-box.size // DRAWN)) for name in shown}
+    return Answer(list(lines(counts, options.search)), counts.as_plain(), draw=drawing(box, columns))
+
+
+def tasks(
+    box: Box, base: DesignPoint, tolerance: float, search: str, anchors: Sequence[Any], size: int, each: int
+) -> Iterator[Task]:
+    """The blocks of `each` among `size` designs."""
+    from stages.analytic.maps.answers import Task
+
+    for first in range(0, size, each):
+        yield Task(box, base, tolerance, search, anchors, first, min(first + each, size))
+
+
+def drawing(box: Box, columns: Mapping[str, np.ndarray]) -> Any:
+    """What draws the map."""
+
+    def draw(save: Any) -> None:
+        from stages.analytic.pictures import design_map
+        from stages.drawing import style
+
+        with style.drawing():
+            save(design_map.draw(box, columns))
+
+    return draw
+
+
+def lines(counts: Counts, search: str) -> Iterator[str]:
+    """The map in words."""
+    yield f"{counts.designs} designs: " + ", ".join(f"{count} {word}" for word, count in counts.outcomes().items())
+    yield "answered by: " + ", ".join(f"{count} {word}" for word, count in counts.ways().items())
+    if counts.answered:
+        yield f"largest residual {counts.residual:.1e} (leg lengths and pendulum times)"
+        for name, (low, high) in counts.ranges().items():
+            yield f"  {name:<24}{low:>10.4g} .. {high:.4g}"
+    if search != "complete" and counts.outcomes().get("unanswered"):
+        yield f"the unanswered may have a gait: they were searched with --search {search}"
+
+
+QUESTION = Question(
+    "map",
+    """Tell the gait of every design in FILE: a grid, or points that fill a box of parameters evenly.
+
+    Of a few designs the gait is searched. The others follow from the nearest of them by exact derivatives and Newton's
+    method, in parts where that is too far; what is left is searched. For each design: outcome, period, step length,
+    speed, leading multipliers, friction needed in single stance, residual, and how it was answered. As in `gait` that
+    is the most stable gait, of the family that leads there. Stopped and asked again, it goes on where it was.
+    The figure shows two axes as a map, more as pairs.
+    """,
+    Options,
+    ask,
+    draws=True,
+    pool=True,
+)

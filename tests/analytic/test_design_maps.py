@@ -1,0 +1,204 @@
+"""Maps of designs: every answer is the gait that the search finds; a wrong file is refused in a sentence."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+
+import h5py
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+from pipeline.questions.asking import Asked
+from stages.analytic.errors import NoGait
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.gait_report import report_gait
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.gait.newton import by_stability
+from stages.analytic.gait.poincare import poincare_map
+from stages.analytic.maps import box as boxes
+from stages.analytic.maps.anchors import Anchors, anchor
+from stages.analytic.maps.answers import COLUMNS, Outcome, Task, Way, anchors_of, block
+from stages.analytic.maps.following import along_tangent, corrected, in_parts
+from stages.analytic.parameters import Parameters, Settings
+from stages.analytic.questions import map as design_map
+from stages.biped.question import WrongOption
+from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID
+
+TOLERANCE = 1e-8
+BASE = DesignPoint(TABLE_1, SLOPE)
+PARAMETERS = Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, Settings(TOLERANCE, 1, 100.0))
+GRID = {"kind": "grid", "vary": {"biped.stiffness": {"low": 1400, "high": 4200, "steps": 5, "scale": "log"},
+                                 "ground.slope_deg": {"low": 0.5, "high": 3.0, "steps": 6}}}  # fmt: skip
+CLOUD = {"count": 40, "seed": 3, "vary": {"biped.foot_com": {"low": 0.09, "high": 0.11},
+                                          "biped.damping": {"low": 30, "high": 90},
+                                          "ground.slope_deg": {"low": 1.5, "high": 3.0}}}  # fmt: skip
+
+
+class Listener:
+    """What a question is handed; keeps answers as the engine does, and may be killed after so many parts."""
+
+    def __init__(self, kept=None, lives=10**9):
+        self.jobs, self.kept, self.lives, self.computed = 1, {} if kept is None else kept, lives, 0
+
+    def progress(self, fraction, what):
+        pass
+
+    def each(self, function, arguments):
+        for number, argument in enumerate(arguments):
+            key = function.__name__, argument.first, argument.end
+            if key not in self.kept:
+                if self.computed == self.lives:
+                    raise KeyboardInterrupt
+                self.computed += 1
+                self.kept[key] = json.loads(json.dumps(function(argument)))
+            yield number, self.kept[key]
+
+    @contextlib.contextmanager
+    def new_file(self, path):
+        unfinished = path.with_suffix(".part")
+        try:
+            yield unfinished
+            unfinished.replace(path)
+        finally:
+            unfinished.unlink(missing_ok=True)
+
+    new_table = Asked.new_table
+
+
+def asked(listener, given, parameters=PARAMETERS, **options):
+    return design_map.ask(parameters, design_map.Options(given, **options), listener)
+
+
+@pytest.fixture(scope="module")
+def grid(tmp_path_factory):
+    path = tmp_path_factory.mktemp("map") / "grid.h5"
+    answer = asked(Listener(), GRID, out=path)
+    with h5py.File(path) as file:
+        return answer, {name: column[()] for name, column in file["table"].items()}, dict(file["table"].attrs)
+
+
+def test_every_design_has_the_gait_that_the_search_finds(grid):
+    _, columns, _ = grid
+    outcomes = set()
+    for row in range(30):
+        design = BASE.with_values({name: columns[name][row] for name in GRID["vary"]})
+        try:
+            walker, point = find_gait(design.biped, design.slope, TOLERANCE)
+        except NoGait:
+            assert columns["outcome"][row] == Outcome.NONE and np.isnan(columns["period_s"][row])
+            outcomes.add(Outcome.NONE)
+            continue
+        validity = report_gait(walker, point, TOLERANCE, 1.0).validity
+        assert columns["largest_multiplier"][row] == pytest.approx(by_stability(point), abs=1e-5)
+        assert columns["period_s"][row] == pytest.approx(point.steps[0].period * walker.time, rel=1e-6)
+        assert columns["friction_single_stance"][row] == pytest.approx(validity.friction_single_stance, rel=2e-3)
+        assert columns["residual"][row] <= TOLERANCE
+        outcomes.add(Outcome(columns["outcome"][row]))
+        assert (columns["outcome"][row] == Outcome.STABLE) == (by_stability(point) < 1)
+    assert outcomes == {Outcome.STABLE, Outcome.UNSTABLE, Outcome.NONE}
+
+
+def test_the_answer_counts_what_the_file_holds(grid):
+    answer, columns, attributes = grid
+    json.dumps(answer.plain)
+    assert answer.plain["designs"] == 30 == len(columns["outcome"])
+    assert answer.plain["outcomes"]["none"] == (columns["outcome"] == Outcome.NONE).sum()
+    assert answer.plain["answered_by"]["tangent"] == (columns["answered_by"] == Way.TANGENT).sum() > 0
+    assert answer.plain["ranges"]["period_s"]["high"] == np.nanmax(columns["period_s"])
+    assert attributes["map"].splitlines()[1] == "biped.stiffness = 1400 .. 4200 N/m, log, 5 steps"
+    assert np.allclose(columns["speed_m_s"] * columns["period_s"], columns["step_length_m"], equal_nan=True)
+
+
+@pytest.mark.parametrize("given", [GRID, CLOUD])
+def test_a_map_has_a_picture(given):
+    drawn = []
+    asked(Listener(), given, search="none").draw(drawn.append)
+    assert all("[" in text for axes in drawn[0].axes for text in [axes.get_xlabel()] if text)
+    plt.close(drawn[0])
+
+
+def test_a_map_that_was_killed_goes_on_where_it_was_and_gives_the_same_rows(tmp_path, monkeypatch):
+    monkeypatch.setattr(design_map, "BLOCK", 10)
+    whole, kept = Listener(), {}
+    asked(whole, CLOUD, out=tmp_path / "whole.h5", search="none")
+    with pytest.raises(KeyboardInterrupt):
+        asked(Listener(kept, 3), CLOUD, out=tmp_path / "again.h5", search="none")
+    assert list(tmp_path.iterdir()) == [tmp_path / "whole.h5"]
+    second = Listener(kept)
+    asked(second, CLOUD, out=tmp_path / "again.h5", search="none")
+    assert second.computed == whole.computed - 3
+    with h5py.File(tmp_path / "whole.h5") as one, h5py.File(tmp_path / "again.h5") as other:
+        for name, column in one["table"].items():
+            assert np.array_equal(column[()], other["table"][name][()], equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    ("design", "name", "to"),
+    [
+        (DesignPoint(TABLE_1, SLOPE), "biped.foot_com", 0.104),
+        (DesignPoint(TABLE_1, SLOPE, FRICTION), "biped.foot_com", 0.103),
+        (DesignPoint(TABLE_1_RIGID, SLOPE), "ground.slope_deg", 2.3),
+    ],
+    ids=["rolling", "limited", "rigid"],
+)
+def test_a_gait_follows_from_its_neighbour_for_every_kind_of_walker(design, name, to):
+    known = anchor(*find_gait(design.biped, design.slope, TOLERANCE, design.friction), TOLERANCE)
+    there = design.with_value(name, to)
+    walker, point = find_gait(there.biped, there.slope, TOLERANCE, there.friction)
+    for found in (along_tangent(walker, known, TOLERANCE), in_parts(walker, known, TOLERANCE)):
+        assert found.residual <= TOLERANCE
+        assert np.abs(found.z - point.z).max() < 1e-6
+    # the tangent is that of the family: its error falls with the square of the way
+    errors = []
+    for share in (0.5, 0.25):
+        part = design.with_value(name, design.value(name) + share * (to - design.value(name)))
+        beside = part.walker()
+        exact = corrected(beside, known.towards(np.array(beside.p)), 1e-10)
+        errors.append(np.abs(known.towards(np.array(beside.p)) - exact.z).max())
+    assert errors[0] / errors[1] == pytest.approx(4, rel=0.25)
+
+
+def test_a_correction_that_leads_nowhere_is_no_answer():
+    walker = BASE.walker()
+    assert corrected(walker, np.array([-0.6, 1.0, 1.0, 0.05, 0.0]), TOLERANCE) is None
+    assert Anchors([]).nearest(np.array(walker.p), 3) == []
+
+
+def test_blocks_do_not_depend_on_each_other():
+    box = boxes.read(CLOUD, BASE)
+    anchors = [one for one in anchors_of(Task(box, BASE, TOLERANCE, "none", [], 0, 4)) if one]
+    task = Task(box, BASE, TOLERANCE, "none", anchors, 8, 12)
+    rows = np.array(block(task))
+    assert rows.shape == (4, len(COLUMNS))
+    assert np.array_equal(rows, np.array(block(task)), equal_nan=True)
+    assert np.array_equal(box.values(8, 12), box.values(0, 40)[8:12])
+    walker = box.design(BASE, box.values(9, 10)[0]).walker()
+    assert np.isfinite(poincare_map(walker, np.array(anchors[0][1]), TOLERANCE).z).all()
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"kind": "cloud", "vary": {}}, "kind = 'cloud' is not allowed; allowed: sobol or grid"),
+        ({"counts": 3}, "there is no key 'counts' in a map (keys: kind, count, seed, vary); did you mean count?"),
+        ({"count": 3}, "vary: allowed are names like ground.slope_deg"),
+        ({"vary": {"ground.slope_deg": {"low": 1, "high": 2}}}, "count = None is not allowed; allowed: a whole number"),
+        ({"count": 0, "vary": {"ground.slope_deg": {"low": 1, "high": 2}}}, "count = 0 is not allowed"),
+        ({"count": 9, "vary": {"ground.slope": {"low": 1, "high": 2}}}, "ground.slope: not a number of the design"),
+        ({"count": 9, "vary": {"ground.slope_deg": {"low": 1, "high": 95}}}, "high = 95 is not allowed; allowed: >= 0"),
+        ({"count": 9, "vary": {"ground.slope_deg": {"low": 2, "high": 1}}}, "high = 1 is not allowed; allowed: > low"),
+        ({"count": 9, "vary": {"ground.slope_deg": {"low": 0, "high": 1, "scale": "log"}}}, "allowed: > 0 where"),
+        ({"count": 9, "vary": {"ground.slope_deg": {"low": "x", "high": 1}}}, "low = 'x' is not allowed"),
+        ({"count": 9, "vary": {"ground.slope_deg": [1, 2]}}, "ground.slope_deg = [1, 2] is not allowed"),
+        ({"count": 9, "vary": {"ground.slope_deg": {"low": 1, "high": 2, "steps": 3}}}, "only a grid has steps"),
+        ({"kind": "grid", "vary": {"ground.slope_deg": {"low": 1, "high": 2}}}, "steps = None is not allowed"),
+        ({"kind": "grid", "count": 3, "vary": {"ground.slope_deg": {"low": 1, "high": 2, "steps": 3}}},
+         "count = 3 is not allowed; a grid has none"),
+    ],
+)  # fmt: skip
+def test_a_wrong_file_is_refused_with_key_value_and_what_is_allowed(given, words):
+    with pytest.raises(WrongOption) as refused:
+        asked(Listener(), given)
+    assert words in str(refused.value) and "\n" not in str(refused.value)
