@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
@@ -92,8 +93,8 @@ def extreme_derivatives(gait: VariedGait, quantity: Quantity, tolerance: float) 
     rows = []
     for y in (start, carried(phase, start, p, found.segment, found.times[1]), end):
         state, *moves = y.reshape(-1, walker.size)
-        rows.append([
-            change(quantity, phase, state, walker.p, move, numbers) for move, numbers in zip(moves, along, strict=True)])
+        pairs = zip(moves, along, strict=True)
+        rows.append([change(quantity, phase, state, walker.p, move, numbers) for move, numbers in pairs])
     return np.array(rows).reshape(3, len(along))
 
 
@@ -110,8 +111,9 @@ def to_single_stance(gait: VariedGait, tolerance: float) -> tuple[int, Vector, V
 
 def finish(phase: int, y: Vector, p: Varied, tolerance: float) -> None:
     """Take state and variations to the event that ends the phase, in place."""
+    numbers: Any = p
     status, *_ = integrate(
-        phase, y, p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, 0.02, NO_NODES)
+        phase, y, numbers, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, 0.02, NO_NODES)
     if status != EVENT:
         raise StepFailed(step_failure(status, phase))
 
@@ -139,7 +141,7 @@ def change(quantity: Quantity, phase: int, y: Vector, p: Kind, dy: Vector, dp: V
 
     def slope(step: float) -> float:
         above, below = (
-            quantity(phase, (y + side * dy)[None, :], type(p)(*(numbers + side * dp).tolist()))[0]  # type: ignore[call-arg]
+            quantity(phase, (y + side * dy)[None, :], type(p)(*(numbers + side * dp).tolist()))[0]
             for side in (step, -step))
         return float((above - below) / (2 * step))
 
