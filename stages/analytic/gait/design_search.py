@@ -29,8 +29,8 @@ from stages.biped.gait import Gait
 TARGETS = ("speed_m_s", "step_length_m", "step_frequency_hz")
 #: Price of missing a target, per unit of relative error: above any slope of the goals seen.
 PENALTY = 10.0
-#: Longest way in one go to another start, so that the gait stays the same one; the first and the longest box of a step;
-#: half width of the box in which it is asked what is left to gain, all in shares of the parameters.
+#: Longest way in one go, so that the gait stays the same one; half widths of the first and of the widest box, and of
+#: the one in which it is asked what is left to gain, all in shares of the parameters.
 STRIDE, FIRST, LONGEST, NEAR = 0.05, 0.05, 0.3, 1e-3
 #: SLSQP ends where it expects no more than this share of the start's value.
 ACCURACY = 1e-12
@@ -246,7 +246,7 @@ def linear_steps(problem: Problem, path: Path, radius: float, least: float) -> b
         gain, step = linear_step(problem, here, radius)
         if gain <= STATIONARY * radius:
             return False
-        there = problem.candidate(problem.position(here) + step, here.point.z)
+        there = problem.follow(here, problem.position(here) + step)
         if there is None or problem.merit(there) >= problem.merit(here) - 1e-12:
             lost, radius = there is None, radius / 3
         else:
@@ -285,11 +285,12 @@ def curved_steps(problem: Problem, path: Path) -> None:
     held = {"type": "eq", "fun": lambda v: at(v).misses,
             "jac": lambda v: np.column_stack([slopes(v, 1), np.zeros(len(here.misses))])}
     near = np.clip(np.array([x - NEAR, x + NEAR]), problem.lower, problem.upper)
+    bounds, most = [*near.T.tolist(), (None, None)], max(1, path.most + 1 - len(path.taken))
     with suppress(StepFailed):
         minimize(
-            lambda v: v[-1], np.append(x, here.parts.max() / unit), jac=lambda v: np.eye(count + 1)[-1],
-            method="SLSQP", bounds=[*near.T.tolist(), (None, None)],
-            constraints=[room, held] if problem.targets else [room], callback=accept, options={"maxiter": max(1, path.most + 1 - len(path.taken)), "ftol": ACCURACY})
+            lambda v: v[-1], np.append(x, here.parts.max() / unit), jac=lambda v: np.eye(count + 1)[-1], bounds=bounds,
+            method="SLSQP", constraints=[room, held] if problem.targets else [room], callback=accept,
+            options={"maxiter": most, "ftol": ACCURACY})
 
 
 def search_design(

@@ -55,7 +55,10 @@ def scuff_depth(phase: int, states: np.ndarray, p: Kind) -> Vector:
 
 @dataclass(frozen=True)
 class Extremes:
-    """A single stance and three times in it, (3,): its start, that of the largest value inside, its end; the values."""
+    """A single stance and three times in it, (3,): its start, that of the largest value inside, its end; the values.
+
+    Where there is no maximum inside, the end with the larger value stands for it.
+    """
 
     segment: Segment
     times: Vector
@@ -78,9 +81,14 @@ def extremes(walker: Walker, point: FixedPoint, quantity: Quantity, tolerance: f
 
     top = 1 + int(np.argmax(quantity(segment.phase, at(*times[1:-1]), p)))
     before, after = times[top - 1], times[top + 1]
-    inside = brentq(rate, before, after, xtol=1e-13) if rate(before) > 0.0 > rate(after) else times[top]
-    found = np.array([0.0, inside, segment.duration])
-    return Extremes(segment, found, quantity(segment.phase, np.vstack([at(*found[:2]), segment.end]), p))
+    states = np.vstack([at(0.0), segment.end])
+    first, last = quantity(segment.phase, states, p)
+    if rate(before) > 0.0 > rate(after):
+        inside = brentq(rate, before, after, xtol=1e-13)
+        largest = quantity(segment.phase, at(inside), p)[0]
+    else:
+        inside, largest = (0.0, first) if first > last else (segment.duration, last)
+    return Extremes(segment, np.array([0.0, inside, segment.duration]), np.array([first, largest, last]))
 
 
 def extreme_derivatives(gait: VariedGait, quantity: Quantity, tolerance: float) -> np.ndarray:
@@ -91,7 +99,9 @@ def extreme_derivatives(gait: VariedGait, quantity: Quantity, tolerance: float) 
     end = start.copy()
     finish(phase, end, p, tolerance)
     rows = []
-    for y in (start, carried(phase, start, p, found.segment, found.times[1]), end):
+    at_end = found.times[1] == found.segment.duration
+    inside = end if at_end else carried(phase, start, p, found.segment, found.times[1])
+    for y in (start, inside, end):
         state, *moves = y.reshape(-1, walker.size)
         pairs = zip(moves, along, strict=True)
         rows.append([change(quantity, phase, state, walker.p, move, numbers) for move, numbers in pairs])

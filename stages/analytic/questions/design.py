@@ -163,21 +163,21 @@ def cone(found: DesignSearch, parameters: Parameters) -> Iterator[str]:
 
     friction = parameters.friction.static_friction
     validity = report_gait(found.best.walker, found.best.point, parameters.settings.tolerance, friction).validity
+    time, impulse = 100 * validity.time_outside_cone, 100 * validity.impulse_outside_cone
     yield (f"It needs friction {validity.friction_single_stance:.3g} in single stance and "
-           f"{validity.impulse_friction_landing:.3g} for the impulse on the landing foot; in double stance the trailing foot is outside of the cone of friction "
-           f"{friction:g} for {100 * validity.time_outside_cone:.3g} % of the time and "
-           f"{100 * validity.impulse_outside_cone:.3g} % of its tangential impulse. Deepest scuff: "
-           f"{1e3 * validity.deepest_scuff:.3g} mm.")
+           f"{validity.impulse_friction_landing:.3g} for the impulse on the landing foot. In double stance the "
+           f"trailing foot is outside of the cone of friction {friction:g} for {time:.3g} % of the time and "
+           f"{impulse:.3g} % of its tangential impulse. Deepest scuff: {1e3 * validity.deepest_scuff:.3g} mm.")
 
 
 QUESTION = Question(
     "design",
     """Minimise (or maximise) a goal over chosen design parameters within bounds, from one start or several.
 
-    Goals are the largest multiplier, the speed, the friction needed in single stance, and the deepest scuff. Derivatives
-    are carried through flow, events and impacts; those of multipliers are differences of exact matrices. The answer says
-    whether the search ended in an optimum inside the bounds, on a bound (which), in a kink where two parts of the goal
-    are equal, where two multipliers meet, on a fold, or at the edge of what can be walked.
+    Goals are the largest multiplier, the speed, the friction needed in single stance, and the deepest scuff.
+    Derivatives are carried through flow, events and impacts; those of multipliers are differences of exact matrices.
+    The answer says whether the search ended in an optimum inside the bounds, on a bound (which), in a kink where two
+    parts of the goal are equal, where two multipliers meet, on a fold, or at the edge of what can be walked.
 
     Without --vary: foot radius, foot_com, stiffness and damping within 20 %.
     """,
