@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from stages.analytic.derivatives.gait import gait_derivatives
-from stages.analytic.gait.design_goals import GOALS
+from stages.analytic.design.goals import GOALS
+from stages.analytic.design.search import Problem, search_design
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.gait.design_search import Problem, search_design
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import fixed_point

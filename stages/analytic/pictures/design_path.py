@@ -8,8 +8,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from stages.analytic.gait.design_goals import Goal
-from stages.analytic.gait.design_search import DesignSearch
+from stages.analytic.design.goals import Goal
+from stages.analytic.design.search import DesignSearch
 from stages.drawing import style
 
 

@@ -11,12 +11,15 @@ from stages.biped.quantity import Bound
 from stages.biped.question import Answer, Asking, Question, WrongOption, interval, option
 
 if TYPE_CHECKING:
-    from stages.analytic.gait.design_goals import Goal
+    from stages.analytic.design.goals import Goal
+    from stages.analytic.design.search import DesignSearch
     from stages.analytic.gait.design_point import DesignPoint
-    from stages.analytic.gait.design_search import DesignSearch
+    from stages.analytic.walk.validity import Validity
 
 VARIED = ("biped.foot_radius", "biped.foot_com", "biped.stiffness", "biped.damping")
 MEASURES = ("step_frequency_hz", "step_length_m", "speed_m_s")
+GROUND = ("friction_single_stance", "impulse_friction_landing", "friction_there_is", "time_outside_cone",
+          "impulse_outside_cone", "deepest_scuff")
 Bounds = Mapping[str, tuple[float, float]]
 
 
@@ -42,9 +45,10 @@ class Options:
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Search from the design. Raises NoGait, WrongOption."""
     from stages.analytic.derivatives.numbers import sensitive_names
-    from stages.analytic.gait.design_goals import GOALS
+    from stages.analytic.design.goals import GOALS
+    from stages.analytic.design.search import TARGETS, search_design
     from stages.analytic.gait.design_point import DesignPoint
-    from stages.analytic.gait.design_search import TARGETS, search_design
+    from stages.analytic.gait.gait_report import report_gait
     from stages.analytic.gait.gait_search import find_gait
 
     friction, tolerance = parameters.limited_friction, parameters.settings.tolerance
@@ -67,10 +71,11 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         with style.drawing():
             save(design_path.draw(searches, bounds, goal))
 
-    best = {name: searches[0].best.design.value(name) for name in bounds}
-    lines = list(told(searches, bounds, held, goal, options.starts))
-    return Answer([*lines, *cone(searches[0], parameters)], as_plain(searches, bounds, held, goal), draw=draw,
-                  parameters=best)
+    found = searches[0].best
+    ground = report_gait(found.walker, found.point, tolerance, parameters.friction.static_friction).validity
+    lines = [*told(searches, bounds, held, goal, options.starts), asked_of_the_ground(ground)]
+    plain = {**as_plain(searches, bounds, held, goal), "ground": {name: getattr(ground, name) for name in GROUND}}
+    return Answer(lines, plain, draw=draw, parameters={name: found.design.value(name) for name in bounds})
 
 
 def bounds_of(design: DesignPoint, text: str, share: float, known: Collection[str]) -> tuple[str, tuple[float, float]]:
@@ -134,7 +139,7 @@ def told(
     searches: Sequence[DesignSearch], bounds: Bounds, held: Mapping[str, float], goal: Goal, starts: int
 ) -> Iterator[str]:
     """The searches in words."""
-    from stages.analytic.gait.design_search import ENDINGS, SAME
+    from stages.analytic.design.search import ENDINGS, SAME
 
     found, unit = searches[0], "" if goal.unit == "1" else f" {goal.unit}"
     yield (f"{goal.title} {found.start.value:.6g} -> {found.best.value:.6g}{unit} in {len(found.history) - 1} steps "
@@ -157,17 +162,13 @@ def told(
                + (f", others worse: {others}" if others else ""))
 
 
-def cone(found: DesignSearch, parameters: Parameters) -> Iterator[str]:
-    """What the best gait asks of the ground beside friction in single stance."""
-    from stages.analytic.gait.gait_report import report_gait
-
-    friction = parameters.friction.static_friction
-    validity = report_gait(found.best.walker, found.best.point, parameters.settings.tolerance, friction).validity
+def asked_of_the_ground(validity: Validity) -> str:
+    """What a gait asks of the ground beside friction in single stance, in words."""
     time, impulse = 100 * validity.time_outside_cone, 100 * validity.impulse_outside_cone
-    yield (f"It needs friction {validity.friction_single_stance:.3g} in single stance and "
+    return (f"It needs friction {validity.friction_single_stance:.3g} in single stance and "
            f"{validity.impulse_friction_landing:.3g} for the impulse on the landing foot. In double stance the "
-           f"trailing foot is outside of the cone of friction {friction:g} for {time:.3g} % of the time and "
-           f"{impulse:.3g} % of its tangential impulse. Deepest scuff: {1e3 * validity.deepest_scuff:.3g} mm.")
+           f"trailing foot is outside of the cone of friction {validity.friction_there_is:g} for {time:.3g} % of the time "
+           f"and {impulse:.3g} % of its tangential impulse. Deepest scuff: {1e3 * validity.deepest_scuff:.3g} mm.")
 
 
 QUESTION = Question(

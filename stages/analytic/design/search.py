@@ -1,6 +1,6 @@
 """Design search: the least (or largest) value of a goal over chosen design parameters within bounds.
 
-A goal is the largest of several smooth parts (`design_goals`), and the optimum often lies where two of them meet or in
+A goal is the largest of several smooth parts (`goals`), and the optimum often lies where two of them meet or in
 a corner of the bounds. So each step solves the linear programme min t, part_i + g_i d <= t, in a box, with exact
 gradients and with targets (speed, step length) as linear equations. Where the optimum is neither, curvature decides:
 SciPy's SLSQP goes on from there with the same gradients. Where the search ends, one more linear programme says what is
@@ -18,8 +18,8 @@ from scipy.optimize import linprog, minimize
 from scipy.stats import qmc
 
 from stages.analytic.derivatives.gait import gait_derivatives
+from stages.analytic.design.goals import GOALS, Goal
 from stages.analytic.errors import StepFailed
-from stages.analytic.gait.design_goals import GOALS, Goal
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import describe
 from stages.analytic.gait.poincare import FixedPoint, fixed_point
@@ -109,7 +109,7 @@ class DesignSearch:
 
     @property
     def converged(self) -> bool:
-        """Whether nothing is left to gain."""
+        """Whether the search ended for another reason than want of steps."""
         return self.ending != "unfinished"
 
 

@@ -13,9 +13,9 @@ import numpy as np
 
 from stages.analytic.derivatives.gait import VariedGait
 from stages.analytic.derivatives.multipliers import APART, LEADING, eigensystem, matrix_slope
+from stages.analytic.design.stance_extremes import Quantity, extreme_derivatives, extremes, friction_ratio, scuff_depth
 from stages.analytic.gait.gait_search import step_length
 from stages.analytic.gait.poincare import FixedPoint
-from stages.analytic.gait.stance_extremes import Quantity, extreme_derivatives, extremes, friction_ratio, scuff_depth
 from stages.analytic.model.walker import Vector, Walker
 
 #: Share of a parameter over which the exact monodromy matrix is differenced along the gaits' exact tangent.
