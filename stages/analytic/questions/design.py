@@ -167,7 +167,7 @@ def asked_of_the_ground(validity: Validity) -> str:
     time, impulse = 100 * validity.time_outside_cone, 100 * validity.impulse_outside_cone
     return (f"It needs friction {validity.friction_single_stance:.3g} in single stance and "
            f"{validity.impulse_friction_landing:.3g} for the impulse on the landing foot. In double stance the "
-           f"trailing foot is outside of the cone of friction {validity.friction_there_is:g} for {time:.3g} % of the time "
+           f"trailing foot is outside of the cone of friction {validity.friction_there_is:g} for {time:.3g} % of time "
            f"and {impulse:.3g} % of its tangential impulse. Deepest scuff: {1e3 * validity.deepest_scuff:.3g} mm.")
 
 
