@@ -1,12 +1,19 @@
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
+from stages.analytic.derivatives.gait import gait_derivatives
+from stages.analytic.design.goals import GOALS
+from stages.analytic.design.search import Problem, search_design
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.gait.design_search import Problem, search_design
+from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import find_gait
-from tests.analytic.designs import SLOPE, TABLE_1
+from stages.analytic.gait.poincare import fixed_point
+from stages.ground.slope import Slope
+from tests.analytic.designs import FRICTION, SLOPE, TABLE_1
 
 DESIGN = DesignPoint(TABLE_1, SLOPE)
 TOLERANCE = 1e-10
@@ -23,7 +30,7 @@ def within(share, *names):
 
 def test_the_search_beats_every_design_of_a_grid(start):
     bounds = within(0.1, "biped.foot_com", "biped.damping")
-    found = search_design(DESIGN, start, bounds, tolerance=TOLERANCE)
+    found = search_design(DESIGN, start, bounds, tolerance=TOLERANCE)[0]
     problem = Problem(DESIGN, bounds, {}, TOLERANCE)
     grid = [
         problem.candidate(np.array([x, y]), start) for x in np.linspace(0.9, 1.1, 5) for y in np.linspace(0.9, 1.1, 5)
@@ -37,7 +44,8 @@ def test_the_search_beats_every_design_of_a_grid(start):
 def test_an_optimum_inside_the_bounds_is_one(start):
     """Leg length alone: two multipliers cross inside the bounds, so the optimum is a kink."""
     bounds = within(0.05, "biped.leg_length")
-    found = search_design(DESIGN, start, bounds, tolerance=TOLERANCE)
+    found = search_design(DESIGN, start, bounds, tolerance=TOLERANCE)[0]
+    assert found.ending == "kink" and not found.bounds
     problem = Problem(DESIGN, bounds, {}, TOLERANCE)
     x = np.array([found.best.design.value("biped.leg_length") / DESIGN.value("biped.leg_length")])
     for step in (-1e-3, 1e-3):
@@ -47,7 +55,7 @@ def test_an_optimum_inside_the_bounds_is_one(start):
 
 def test_targets_are_held_and_bounds_kept(start):
     bounds = within(0.15, "biped.foot_com", "biped.foot_radius", "biped.stiffness")
-    found = search_design(DESIGN, start, bounds, targets={"speed_m_s": 0.334}, tolerance=TOLERANCE)
+    found = search_design(DESIGN, start, bounds, targets={"speed_m_s": 0.334}, tolerance=TOLERANCE)[0]
     assert found.best.gait.speed_m_s == pytest.approx(0.334, rel=1e-6)
     for name, (low, high) in bounds.items():
         assert low - 1e-12 <= found.best.design.value(name) <= high + 1e-12
@@ -57,3 +65,107 @@ def test_a_design_without_a_gait_cannot_start_a_search():
     flat = DESIGN.with_value("ground.slope_deg", 0.0)
     with pytest.raises(ValueError, match="no gait"):
         search_design(flat, np.array([-0.2, 1.0, 1.0, 0.4, 0.0]), within(0.1, "biped.foot_com"), tolerance=TOLERANCE)
+
+
+WALKERS = {
+    "rolling": DESIGN,
+    "limited": DesignPoint(TABLE_1, SLOPE, FRICTION),
+    "rigid": DesignPoint(dataclasses.replace(TABLE_1, legs="rigid"), SLOPE),
+}
+PARAMETERS = ("biped.foot_radius", "biped.foot_com", "biped.leg_length", "biped.foot_mass", "ground.slope_deg")
+
+
+@pytest.fixture(scope="module", params=WALKERS)
+def varied_gait(request):
+    """A walker's gait with derivatives, and the change of its gait with one parameter."""
+    design = WALKERS[request.param]
+    _, point = find_gait(design.biped, SLOPE, 1e-12, design.friction)
+    names = PARAMETERS if request.param == "rigid" else (*PARAMETERS, "biped.stiffness", "biped.damping")
+
+    def beside(name, share):
+        walker = design.with_value(name, design.value(name) * (1 + share)).walker()
+        return walker, fixed_point(walker, point.z, 1e-12)
+
+    return gait_derivatives(design, point, names, 1e-12), beside
+
+
+@pytest.mark.parametrize("goal", GOALS)
+def test_gradients_of_every_goal_agree_with_extrapolated_differences(varied_gait, goal):
+    gait, beside = varied_gait
+    parts = GOALS[goal].parts(gait.walker, gait.point, 1e-12)
+    large = parts > 0.05 * parts.max()
+    slopes = GOALS[goal].slopes(gait, 1e-12)[large]
+    for row, name in enumerate(gait.changes.names):
+        def difference(share, name=name):
+            above, below = (GOALS[goal].parts(*beside(name, side * share), 1e-12)[large] for side in (1, -1))
+            return (above - below) / (2 * share)
+
+        coarse, middle, fine = (difference(2e-3 / 2**halved) for halved in range(3))
+        once = (4 * middle - coarse) / 3, (4 * fine - middle) / 3
+        extrapolated = (16 * once[1] - once[0]) / 15
+        scale = max(np.abs(extrapolated).max(), parts.max())
+        assert slopes[:, row] == pytest.approx(extrapolated, rel=0, abs=1e-6 * scale)
+
+
+def test_extremes_over_time_are_those_that_the_report_samples(start):
+    walker = DESIGN.walker()
+    point = fixed_point(walker, start, TOLERANCE)
+    validity = report_gait(walker, point, TOLERANCE, 0.5).validity
+    for goal, sampled in (("friction", validity.friction_single_stance), ("scuff", validity.deepest_scuff)):
+        exact = GOALS[goal].parts(walker, point, TOLERANCE).max()
+        assert sampled <= exact + 1e-12
+        assert sampled == pytest.approx(exact, rel=1e-3)
+
+
+def test_an_optimum_on_bounds_names_them(start):
+    bounds = within(0.2, "biped.foot_radius", "biped.foot_com")
+    found = search_design(DESIGN, start, bounds, tolerance=TOLERANCE, goal="speed", maximise=True)[0]
+    assert found.ending == "bound"
+    assert found.bounds == {"biped.foot_radius": "upper", "biped.foot_com": "upper"}
+    assert found.best.value > found.start.value
+
+
+@pytest.mark.parametrize(
+    ("goal", "maximise", "bounds"),
+    [
+        ("speed", False, {"biped.leg_length": (0.97, 1.3)}),
+        ("friction", True, {"biped.foot_com": (0.95, 1.95), "biped.foot_radius": (0.9, 1.6)}),
+    ],
+)
+def test_a_smooth_optimum_inside_the_bounds_has_no_gradient(start, goal, maximise, bounds):
+    bounds = {name: tuple(DESIGN.value(name) * limit for limit in limits) for name, limits in bounds.items()}
+    searches = search_design(
+        DESIGN, start, bounds, tolerance=TOLERANCE, goal=goal, maximise=maximise, starts=3)
+    for found in searches:
+        assert found.ending == ("maximum" if maximise else "minimum") and not found.bounds
+        assert found.gain < 1e-6
+        assert found.best.value == pytest.approx(searches[0].best.value, rel=1e-9)
+    best = searches[0].best
+    gait = gait_derivatives(best.design, best.point, tuple(bounds), TOLERANCE)
+    parts = GOALS[goal].parts(best.walker, best.point, TOLERANCE)
+    assert np.abs(GOALS[goal].slopes(gait, TOLERANCE)[parts.argmax()]).max() < 2e-6 * best.value
+
+
+def test_a_search_that_runs_out_of_steps_says_so(start):
+    bounds = within(0.2, "biped.foot_radius", "biped.foot_com", "biped.stiffness")
+    found = search_design(DESIGN, start, bounds, tolerance=TOLERANCE, iterations=1)[0]
+    assert found.ending == "unfinished" and not found.converged and found.gain > 1e-3
+
+
+def test_a_search_ends_on_the_fold_of_the_family():
+    """With damping 300 the gaits of steeper slopes turn back near 2.1038 degrees, see test_gait_search."""
+    design = DesignPoint(dataclasses.replace(TABLE_1, damping=300.0), Slope(slope_deg=2.3, gravity=9.81))
+    _, point = find_gait(design.biped, design.slope, TOLERANCE)
+    found = search_design(
+        design, point.z, {"ground.slope_deg": (1.9, 2.5)}, tolerance=TOLERANCE, goal="scuff")[0]
+    assert found.ending == "fold"
+    assert found.best.design.slope.slope_deg == pytest.approx(2.10382, abs=1e-5)
+
+
+def test_more_starts_are_never_worse(start):
+    bounds = within(0.3, "biped.foot_radius", "biped.foot_com", "biped.stiffness", "biped.damping")
+    searches = search_design(DESIGN, start, bounds, tolerance=TOLERANCE, goal="scuff", starts=3)
+    values = [found.best.value for found in searches]
+    assert len(values) == 3 and values == sorted(values)
+    assert values[-1] == pytest.approx(values[0], rel=1e-6)
+    assert all(found.path.shape == (len(found.history), 4) for found in searches)

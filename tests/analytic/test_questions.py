@@ -103,6 +103,14 @@ def test_design_leaves_the_parameters_of_the_best_gait_it_found():
     assert answer.parameters == {name: entry["best"] for name, entry in best.items()}
 
 
+def test_design_says_where_it_ended_and_what_its_gait_asks_of_the_ground():
+    answer, _ = answered(design, vary=("biped.foot_radius",), goal="speed", maximise=True, starts=2)
+    assert answer.plain["ending"] == "bound" and answer.plain["parameters"]["biped.foot_radius"]["at_bound"] == "upper"
+    assert len(answer.plain["starts"]) == 2
+    assert 0 < answer.plain["ground"]["friction_single_stance"] < answer.plain["ground"]["friction_there_is"]
+    assert any("biped.foot_radius (upper)" in line for line in answer.lines)
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [

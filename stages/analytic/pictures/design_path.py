@@ -1,27 +1,36 @@
-"""How a design search went: the largest multiplier by iteration, and by how much each parameter changed."""
+"""How design searches went: the goal by step from every start, and the best one's parameters within their bounds."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from stages.analytic.gait.design_search import DesignSearch
+from stages.analytic.design.goals import Goal
+from stages.analytic.design.search import DesignSearch
 from stages.drawing import style
 
 
-def draw(search: DesignSearch, names: Sequence[str]) -> Figure:
-    """Progress on the left; change of the parameters `names` on the right."""
-    figure, (progress, changes) = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 2.8))
-    progress.plot(range(len(search.history)), search.history, "o-", color=style.ANALYTIC, markersize=3)
-    progress.set_xlabel("accepted step [-]")
-    progress.set_ylabel("largest multiplier,\nwith the price of missed targets [-]")
-    start = np.array([search.start.design.value(name) for name in names])
-    best = np.array([search.best.design.value(name) for name in names])
-    changes.barh(range(len(names)), 100 * (best / start - 1), color=style.MULTIBODY)
-    changes.set_yticks(range(len(names)), [name.partition(".")[2].replace("_", " ") for name in names])
-    changes.axvline(0, color="#555555", linewidth=0.6)
-    changes.set_xlabel("change [%]")
+def draw(searches: Sequence[DesignSearch], bounds: Mapping[str, tuple[float, float]], goal: Goal) -> Figure:
+    """The goal on the left, the best start drawn last; on the right the parameters, 0 at the lower bound, 1 at the
+    upper.
+    """
+    figure, (progress, places) = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 2.8))
+    for search in searches[:0:-1]:
+        progress.plot(range(len(search.history)), search.history, ".-", color="#bbbbbb", markersize=3)
+    best = searches[0]
+    steps = range(len(best.history))
+    progress.plot(steps, best.history, "o-", color=style.ANALYTIC, markersize=3)
+    progress.set_xlabel("step [-]")
+    progress.set_ylabel(f"{goal.title} [{'-' if goal.unit == '1' else goal.unit}]")
+    low, high = np.array(list(bounds.values())).T
+    for name, line in zip(bounds, ((best.path - low) / (high - low)).T, strict=True):
+        places.plot(steps, line, ".-", markersize=4, label=name.partition(".")[2].replace("_", " "))
+    for bound in (0, 1):
+        places.axhline(bound, color="#555555", linewidth=0.6)
+    places.set_xlabel("step [-]")
+    places.set_ylabel("place between the bounds [-]")
+    places.legend(fontsize="x-small")
     return figure

@@ -1,8 +1,8 @@
-"""`design`: change design parameters until the gait is most stable."""
+"""`design`: change design parameters until the gait is most stable, fastest, or asks least of the ground."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,11 +11,15 @@ from stages.biped.quantity import Bound
 from stages.biped.question import Answer, Asking, Question, WrongOption, interval, option
 
 if TYPE_CHECKING:
+    from stages.analytic.design.goals import Goal
+    from stages.analytic.design.search import DesignSearch
     from stages.analytic.gait.design_point import DesignPoint
-    from stages.analytic.gait.design_search import DesignSearch
+    from stages.analytic.walk.validity import Validity
 
 VARIED = ("biped.foot_radius", "biped.foot_com", "biped.stiffness", "biped.damping")
 MEASURES = ("step_frequency_hz", "step_length_m", "speed_m_s")
+GROUND = ("friction_single_stance", "impulse_friction_landing", "friction_there_is", "time_outside_cone",
+          "impulse_outside_cone", "deepest_scuff")
 Bounds = Mapping[str, tuple[float, float]]
 
 
@@ -26,6 +30,12 @@ class Options:
     vary: tuple[str, ...] = option("-", "Parameter to vary; repeatable", default=(), metavar="FILE.KEY[=LOW:HIGH]")
     target: tuple[str, ...] = option(
         "-", "Measure to hold, as speed_m_s=0.33; repeatable", default=(), metavar="MEASURE=VALUE")
+    goal: str = option(
+        "-", "What is to be least: largest multiplier, speed, friction needed in single stance, or deepest scuff",
+        default="multiplier", choices=("multiplier", "speed", "friction", "scuff"))
+    maximise: bool = option("-", "Search for the largest value of the goal", default=False)
+    starts: int = option(
+        "1", "Starts: the design, and others spread within the bounds", default=1, bound=Bound(minimum=1, maximum=1000))
     share: float = option(
         "1", "Share by which a parameter without bounds may change", name="range", default=0.2,
         bound=Bound(above=0, maximum=0.9))
@@ -34,43 +44,49 @@ class Options:
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Search from the design. Raises NoGait, WrongOption."""
+    from stages.analytic.derivatives.numbers import sensitive_names
+    from stages.analytic.design.goals import GOALS
+    from stages.analytic.design.search import TARGETS, search_design
     from stages.analytic.gait.design_point import DesignPoint
-    from stages.analytic.gait.design_search import TARGETS, search_design
+    from stages.analytic.gait.gait_report import report_gait
     from stages.analytic.gait.gait_search import find_gait
 
     friction, tolerance = parameters.limited_friction, parameters.settings.tolerance
     design = DesignPoint(parameters.biped, parameters.slope, friction)
-    bounds = dict(bounds_of(design, text, options.share) for text in options.vary or VARIED)
+    known = sensitive_names(design)
+    vary = options.vary or tuple(name for name in VARIED if name in known)
+    bounds = dict(bounds_of(design, text, options.share, known) for text in vary)
     held = dict(target_of(text, TARGETS) for text in options.target)
     _, point = find_gait(parameters.biped, parameters.slope, tolerance, friction)
-    found = search_design(
-        design,
-        point.z,
-        bounds,
-        targets=held,
-        tolerance=tolerance,
-        iterations=options.iterations,
-        progress=lambda step, merit: asking.note(f"iteration {step + 1}: largest multiplier {merit:.6f}"),
-    )
+    goal = GOALS[options.goal]
+    searches = search_design(
+        design, point.z, bounds, targets=held, tolerance=tolerance, iterations=options.iterations, goal=options.goal,
+        maximise=options.maximise, starts=options.starts,
+        progress=lambda step, value: asking.note(f"iteration {step + 1}: {goal.title} {value:.6g} {goal.unit}"))
 
     def draw(save: Any) -> None:
         from stages.analytic.pictures import design_path
         from stages.drawing import style
 
         with style.drawing():
-            save(design_path.draw(found, list(bounds)))
+            save(design_path.draw(searches, bounds, goal))
 
-    best = {name: found.best.design.value(name) for name in bounds}
-    return Answer(list(lines(found, bounds, held)), as_plain(found, bounds, held), draw=draw, parameters=best)
+    found = searches[0].best
+    ground = report_gait(found.walker, found.point, tolerance, parameters.friction.static_friction).validity
+    lines = [*told(searches, bounds, held, goal, options.starts), asked_of_the_ground(ground)]
+    plain = {**as_plain(searches, bounds, held, goal), "ground": {name: getattr(ground, name) for name in GROUND}}
+    return Answer(lines, plain, draw=draw, parameters={name: found.design.value(name) for name in bounds})
 
 
-def bounds_of(design: DesignPoint, text: str, share: float) -> tuple[str, tuple[float, float]]:
+def bounds_of(design: DesignPoint, text: str, share: float, known: Collection[str]) -> tuple[str, tuple[float, float]]:
     """Name and bounds from "FILE.KEY" or "FILE.KEY=LOW:HIGH". Raises WrongOption."""
     name, given, limits = text.partition("=")
     try:
         value, allowed = design.value(name), design.bound(name)
     except KeyError as error:
         raise WrongOption(error.args[0]) from None
+    if name not in known:
+        raise WrongOption(f"--vary {name}: this design's gait does not depend on it, but on {', '.join(known)}")
     low, high = interval(limits, f"--vary {name}") if given else ((1 - share) * value, (1 + share) * value)
     for limit in (low, high):
         if not allowed.holds(limit):
@@ -93,39 +109,76 @@ def target_of(text: str, known: tuple[str, ...]) -> tuple[str, float]:
     return name, value
 
 
-def as_plain(found: DesignSearch, bounds: Bounds, held: Mapping[str, float]) -> dict[str, Any]:
-    """The search as JSON."""
+def as_plain(
+    searches: Sequence[DesignSearch], bounds: Bounds, held: Mapping[str, float], goal: Goal
+) -> dict[str, Any]:
+    """The searches as JSON; the best comes first."""
+    found = searches[0]
     start, best = found.start.design, found.best.design
     return {
+        "goal": {"title": goal.title, "unit": goal.unit, "start": found.start.value, "best": found.best.value},
         "largest_multiplier": {"start": found.start.largest_multiplier, "best": found.best.largest_multiplier},
         "parameters": {
-            name: {"start": start.value(name), "best": best.value(name), "bounds": list(limits)}
+            name: {"start": start.value(name), "best": best.value(name), "bounds": list(limits),
+                   "at_bound": found.bounds.get(name)}
             for name, limits in bounds.items()
         },
         "measures": {name: getattr(found.best.gait, name) for name in MEASURES},
         "targets": held,
-        "iterations": len(found.history) - 1,
+        "iterations": sum(len(search.history) - 1 for search in searches),
         "converged": found.converged,
+        "ending": found.ending,
+        "left_to_gain": found.gain,
+        "path": {"goal": list(found.history), "parameters": found.path.tolist()},
+        "starts": [{"start": search.start.value, "best": search.best.value, "ending": search.ending,
+                    "gaits": search.gaits, "gradients": search.gradients} for search in searches],
     }
 
 
-def lines(found: DesignSearch, bounds: Bounds, held: Mapping[str, float]) -> Iterator[str]:
-    """The search in words."""
-    yield (
-        f"largest multiplier {found.start.largest_multiplier:.6f} -> {found.best.largest_multiplier:.6f} "
-        f"({'converged' if found.converged else 'not converged'} in {len(found.history) - 1} steps)"
-    )
+def told(
+    searches: Sequence[DesignSearch], bounds: Bounds, held: Mapping[str, float], goal: Goal, starts: int
+) -> Iterator[str]:
+    """The searches in words."""
+    from stages.analytic.design.search import ENDINGS, SAME
+
+    found, unit = searches[0], "" if goal.unit == "1" else f" {goal.unit}"
+    yield (f"{goal.title} {found.start.value:.6g} -> {found.best.value:.6g}{unit} in {len(found.history) - 1} steps "
+           f"({found.gaits} gaits, {found.gradients} gradients)")
     for name, (low, high) in bounds.items():
-        best = found.best.design.value(name)
-        at = " (at its bound)" if min(abs(best - low), abs(best - high)) < 1e-6 * (high - low) else ""
-        yield f"  {name:<22} {found.start.design.value(name):>12.6g} -> {best:<12.6g}{at}"
+        at = f" (at its {found.bounds[name]} bound)" if name in found.bounds else f" (from {low:g} to {high:g})"
+        yield f"  {name:<22} {found.start.design.value(name):>12.6g} -> {found.best.design.value(name):<12.6g}{at}"
     for name, value in held.items():
         yield f"  {name:<22} {getattr(found.best.gait, name):>12.6g} (asked for {value:g})"
+    ending = f"It ends {ENDINGS[found.ending]}"
+    if found.bounds:
+        ending += "; at a bound: " + ", ".join(f"{name} ({side})" for name, side in found.bounds.items())
+    yield f"{ending}. Left to gain for a share of the parameters: {found.gain:.1g} of the start's value."
+    if not found.best.gait.stable:
+        yield f"The gait is unstable: its largest multiplier is {found.best.largest_multiplier:.6g}."
+    if starts > 1:
+        same = sum(abs(search.best.value - found.best.value) <= SAME * found.best.value for search in searches)
+        others = ", ".join(f"{search.best.value:.6g} ({search.ending})" for search in searches[same:])
+        yield (f"Of {starts} starts {starts - len(searches)} have no gait to follow; {same} end at this value"
+               + (f", others worse: {others}" if others else ""))
+
+
+def asked_of_the_ground(validity: Validity) -> str:
+    """What a gait asks of the ground beside friction in single stance, in words."""
+    time, impulse = 100 * validity.time_outside_cone, 100 * validity.impulse_outside_cone
+    return (f"It needs friction {validity.friction_single_stance:.3g} in single stance and "
+           f"{validity.impulse_friction_landing:.3g} for the impulse on the landing foot. In double stance the "
+           f"trailing foot is outside of the cone of friction {validity.friction_there_is:g} for {time:.3g} % of time "
+           f"and {impulse:.3g} % of its tangential impulse. Deepest scuff: {1e3 * validity.deepest_scuff:.3g} mm.")
 
 
 QUESTION = Question(
     "design",
-    """Minimise the largest multiplier over chosen design parameters within bounds.
+    """Minimise (or maximise) a goal over chosen design parameters within bounds, from one start or several.
+
+    Goals are the largest multiplier, the speed, the friction needed in single stance, and the deepest scuff.
+    Derivatives are carried through flow, events and impacts; those of multipliers are differences of exact matrices.
+    The answer says whether the search ended in an optimum inside the bounds, on a bound (which), in a kink where two
+    parts of the goal are equal, where two multipliers meet, on a fold, or at the edge of what can be walked.
 
     Without --vary: foot radius, foot_com, stiffness and damping within 20 %.
     """,

@@ -1,0 +1,363 @@
+"""Design search: the least (or largest) value of a goal over chosen design parameters within bounds.
+
+A goal is the largest of several smooth parts (`goals`), and the optimum often lies where two of them meet or in
+a corner of the bounds. So each step solves the linear programme min t, part_i + g_i d <= t, in a box, with exact
+gradients and with targets (speed, step length) as linear equations. Where the optimum is neither, curvature decides:
+SciPy's SLSQP goes on from there with the same gradients. Where the search ends, one more linear programme says what is
+left to gain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linprog, minimize
+from scipy.stats import qmc
+
+from stages.analytic.derivatives.gait import gait_derivatives
+from stages.analytic.design.goals import GOALS, Goal
+from stages.analytic.errors import StepFailed
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.gait_search import describe
+from stages.analytic.gait.poincare import FixedPoint, fixed_point
+from stages.analytic.model.walker import Vector, Walker
+from stages.biped.gait import Gait
+
+TARGETS = ("speed_m_s", "step_length_m", "step_frequency_hz")
+#: Price of missing a target, per unit of relative error: above any slope of the goals seen.
+PENALTY = 10.0
+#: Longest way in one go, so that the gait stays the same one; half widths of the first and of the widest box, and of
+#: the one in which it is asked what is left to gain, all in shares of the parameters.
+STRIDE, FIRST, LONGEST, NEAR = 0.05, 0.05, 0.3, 1e-3
+#: SLSQP ends where it expects no more than this share of the start's value.
+ACCURACY = 1e-12
+#: An optimum gains less than this share of the start's value for a share of the parameters; parts and bounds this near
+#: count as met.
+STATIONARY, MET = 1e-6, 1e-6
+#: Smallest box of a step. Where it ends for want of a gait, a fold has a multiplier so near to one.
+BESIDE, FOLD = 1e-7, 0.05
+#: Multipliers this near to each other, as a share of their size, all but meet.
+TOGETHER = 0.05
+#: A target is held that is missed by no more than this share.
+HELD = 1e-6
+#: Searches end at the same value if they differ by no more than this share.
+SAME = 1e-4
+#: Where a search ends, in words.
+ENDINGS = {
+    "minimum": "in a minimum inside the bounds",
+    "maximum": "in a maximum inside the bounds",
+    "bound": "in an optimum on bounds",
+    "kink": "in a kink: two parts of the goal are equal there, and one cannot get better but for the other",
+    "coalescence": "where two multipliers meet and the goal changes ever steeper with the parameters",
+    "fold": "on a fold: beyond it this gait does not exist",
+    "edge": "at the edge of what can be walked: beyond it this gait is not found",
+    "unfinished": "without an optimum",
+}
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A design with its gait, its parts of the goal (m,) with the goal's sign, and the shares by which it misses the
+    targets.
+    """
+
+    design: DesignPoint
+    walker: Walker
+    point: FixedPoint
+    gait: Gait
+    parts: Vector
+    misses: Vector
+
+    @property
+    def largest_multiplier(self) -> float:
+        """Largest multiplier in magnitude."""
+        return float(np.abs(self.point.floquet_multipliers).max())
+
+    @property
+    def value(self) -> float:
+        """The goal, SI."""
+        return float(np.abs(self.parts.max()))
+
+
+@dataclass(frozen=True)
+class DesignSearch:
+    """The best design from one start, how it was reached, and where the search ended.
+
+    `history` (k + 1,) and `path` (k + 1, n) are the goal and the parameters' values by step. `ending` is one of
+    `ENDINGS`; `bounds` names the parameters that are at their "lower" or "upper" bound; `gain` is what is left to gain,
+    in shares of the start's value for a share of the parameters. `gaits` and `gradients` count how often a gait was
+    found and differentiated.
+    """
+
+    start: Candidate
+    best: Candidate
+    history: tuple[float, ...]
+    path: np.ndarray
+    ending: str
+    bounds: Mapping[str, str]
+    gain: float
+    gaits: int
+    gradients: int
+
+    @property
+    def met(self) -> bool:
+        """Whether the best design holds the targets."""
+        return bool((np.abs(self.best.misses) <= HELD).all())
+
+    @property
+    def converged(self) -> bool:
+        """Whether the search ended for another reason than want of steps."""
+        return self.ending != "unfinished"
+
+
+class Problem:
+    """Parameters `names` in relative units x (1 = start value), with bounds, targets and a goal to be least."""
+
+    def __init__(
+        self,
+        design: DesignPoint,
+        bounds: Mapping[str, tuple[float, float]],
+        targets: Mapping[str, float],
+        tolerance: float,
+        goal: Goal = GOALS["multiplier"],
+        maximise: bool = False,
+    ) -> None:
+        self.names: Sequence[str] = list(bounds)
+        self.design, self.targets, self.tolerance = design, dict(targets), tolerance
+        self.goal, self.sign = goal, -1.0 if maximise else 1.0
+        self.scale = np.array([design.value(name) or max(map(abs, bounds[name])) for name in self.names])
+        limits = np.array([bounds[name] for name in self.names]) / self.scale[:, None]
+        self.lower, self.upper = limits.min(axis=1), limits.max(axis=1)
+        self.unit, self.gaits, self.derivatives = 1.0, 0, 0
+        self.latest: tuple[Candidate, tuple[np.ndarray, np.ndarray] | None] | None = None
+
+    def start(self) -> Vector:
+        """The design's own values in relative units."""
+        values: Vector = np.array([self.design.value(name) for name in self.names]) / self.scale
+        return values
+
+    def candidate(self, x: Vector, z: Vector) -> Candidate | None:
+        """The gait near `z` of the design at `x`; None if the design is illegal or has no gait there."""
+        design = self.design
+        for name, value in zip(self.names, x * self.scale, strict=True):
+            design = design.with_value(name, value)
+        if not design.is_legal():
+            return None
+        walker = design.walker()
+        self.gaits += 1
+        point = fixed_point(walker, z, self.tolerance)
+        if point is None:
+            return None
+        try:
+            parts = self.sign * self.goal.parts(walker, point, self.tolerance)
+        except StepFailed:
+            return None
+        gait = describe(walker, point)
+        misses = np.array([getattr(gait, name) / value - 1 for name, value in self.targets.items()])
+        return Candidate(design, walker, point, gait, parts[[parts.argmin()]] if self.sign < 0 else parts, misses)
+
+    def merit(self, here: Candidate) -> float:
+        """The goal in units of the start's value, with the price of missed targets."""
+        return float(here.parts.max() / self.unit + PENALTY * np.abs(here.misses).sum())
+
+    def position(self, here: Candidate) -> Vector:
+        """Where a candidate is, in relative units."""
+        x: Vector = np.array([here.design.value(name) for name in self.names]) / self.scale
+        return x
+
+    def follow(self, here: Candidate, x: Vector) -> Candidate | None:
+        """The gait of `here` followed to the design at `x`."""
+        origin = self.position(here)
+        parts = max(1, int(np.ceil(np.abs(x - origin).max() / STRIDE)))
+        for part in range(1, parts + 1):
+            there = self.candidate(origin + (x - origin) * part / parts, here.point.z)
+            if there is None:
+                return None
+            here = there
+        return here
+
+    def gradients(self, here: Candidate) -> tuple[np.ndarray, np.ndarray] | None:
+        """Gradients of the parts (m, n) and of the targets' misses (k, n) by x; None on a fold."""
+        if self.latest is None or self.latest[0] is not here:
+            self.latest = here, self._gradients(here)
+        return self.latest[1]
+
+    def _gradients(self, here: Candidate) -> tuple[np.ndarray, np.ndarray] | None:
+        self.derivatives += 1
+        try:
+            gait = gait_derivatives(here.design, here.point, tuple(self.names), self.tolerance)
+            parts = self.sign * self.goal.slopes(gait, self.tolerance)
+        except (StepFailed, np.linalg.LinAlgError):
+            return None
+        if self.sign < 0:
+            parts = parts[[int(self.goal.parts(here.walker, here.point, self.tolerance).argmax())]]
+        shares, units = gait.elasticities(), self.scale / gait.changes.scales
+        misses = [(1 + miss) * shares[name] for name, miss in zip(self.targets, here.misses, strict=True)]
+        return parts * units, np.array(misses).reshape(-1, len(units)) * units
+
+
+@dataclass
+class Path:
+    """The designs taken, the most steps, and who is told of them."""
+
+    taken: list[Candidate]
+    most: int
+    progress: Callable[[int, float], None]
+
+    def add(self, there: Candidate) -> None:
+        """Take a design."""
+        self.taken.append(there)
+        self.progress(len(self.taken) - 2, there.value)
+
+
+def linear_step(problem: Problem, here: Candidate, radius: float) -> tuple[float, Vector]:
+    """What the goal, in units of the start's, and its price of missed targets gain to first order; the step (n,) to it.
+
+    The linear programme min t + price, part + slope d <= t, with |d| at most `radius` and in the bounds. Nothing is
+    gained on a fold, where there are no slopes.
+    """
+    x, slopes = problem.position(here), problem.gradients(here)
+    if slopes is None:
+        return 0.0, np.zeros(len(x))
+    rows, misses = slopes[0] / problem.unit, slopes[1]
+    count, targets, parts = len(x), len(here.misses), here.parts / problem.unit
+    cost = np.concatenate([np.zeros(count), [1.0], PENALTY * np.ones(2 * targets)])
+    upper = np.hstack([rows, -np.ones((len(parts), 1)), np.zeros((len(parts), 2 * targets))])
+    equal = np.hstack([misses, np.zeros((targets, 1)), -np.eye(targets), np.eye(targets)]) if targets else None
+    box = np.column_stack([np.maximum(problem.lower - x, -radius), np.minimum(problem.upper - x, radius)])
+    solution = linprog(cost, upper, -parts, equal, -here.misses if targets else None,
+                       [*map(tuple, box), (None, None), *[(0, None)] * (2 * targets)])
+    if solution.x is None:
+        return 0.0, np.zeros(count)
+    return max(0.0, problem.merit(here) - float(solution.fun)), solution.x[:count]
+
+
+def linear_steps(problem: Problem, path: Path, radius: float, least: float) -> bool:
+    """Go on by linear programmes in a box that grows with success and shrinks, down to `least`, without.
+
+    Returns whether the gait was lost at the last.
+    """
+    lost = False
+    while len(path.taken) <= path.most and radius > least:
+        here = path.taken[-1]
+        gain, step = linear_step(problem, here, radius)
+        if gain <= STATIONARY * radius:
+            return False
+        there = problem.follow(here, problem.position(here) + step)
+        if there is None or problem.merit(there) >= problem.merit(here) - 1e-12:
+            lost, radius = there is None, radius / 3
+        else:
+            path.add(there)
+            lost, radius = False, min(2 * radius, LONGEST)
+    return lost
+
+
+def curved_steps(problem: Problem, path: Path) -> None:
+    """Go on by SLSQP, which learns the curvature, near by; it asks at v = (x, t), t in units of the start's value."""
+    here, count, unit = path.taken[-1], len(problem.names), problem.unit
+    x = problem.position(here)
+    asked: dict[bytes, Candidate] = {}
+
+    def at(v: Vector) -> Candidate:
+        inside = np.clip(v[:-1], problem.lower, problem.upper)
+        if inside.tobytes() not in asked:
+            there = problem.candidate(inside, path.taken[-1].point.z)
+            if there is None:
+                raise StepFailed("the gait is lost")
+            asked[inside.tobytes()] = there
+        return asked[inside.tobytes()]
+
+    def slopes(v: Vector, kind: int) -> np.ndarray:
+        found = problem.gradients(at(v))
+        if found is None:
+            raise StepFailed("the family of gaits folds")
+        return found[kind]
+
+    def accept(v: Vector) -> None:
+        if problem.merit(at(v)) < problem.merit(path.taken[-1]):
+            path.add(at(v))
+
+    room = {"type": "ineq", "fun": lambda v: v[-1] - at(v).parts / unit,
+            "jac": lambda v: np.column_stack([-slopes(v, 0) / unit, np.ones(len(here.parts))])}
+    held = {"type": "eq", "fun": lambda v: at(v).misses,
+            "jac": lambda v: np.column_stack([slopes(v, 1), np.zeros(len(here.misses))])}
+    near = np.clip(np.array([x - NEAR, x + NEAR]), problem.lower, problem.upper)
+    bounds, most = [*near.T.tolist(), (None, None)], max(1, path.most + 1 - len(path.taken))
+    with suppress(StepFailed):
+        minimize(
+            lambda v: v[-1], np.append(x, here.parts.max() / unit), jac=lambda v: np.eye(count + 1)[-1], bounds=bounds,
+            method="SLSQP", constraints=[room, held] if problem.targets else [room], callback=accept,
+            options={"maxiter": most, "ftol": ACCURACY})
+
+
+def search_design(
+    design: DesignPoint,
+    z: Vector,
+    bounds: Mapping[str, tuple[float, float]],
+    *,
+    targets: Mapping[str, float] | None = None,
+    tolerance: float = 1e-10,
+    iterations: int = 60,
+    goal: str = "multiplier",
+    maximise: bool = False,
+    starts: int = 1,
+    progress: Callable[[int, float], None] = lambda iteration, merit: None,
+) -> list[DesignSearch]:
+    """Searches for the least (or largest) `goal`, one of `GOALS`, from the design with its gait at section coordinates
+    `z` and from more `starts` spread within the bounds, where the gait leads there; the best comes first.
+
+    `bounds` gives (lower, upper) of each parameter to vary, by its name in the parameter files; `targets` values of
+    `speed_m_s`, `step_length_m` or `step_frequency_hz` to hold. Raises ValueError without a gait at `z`.
+    """
+    problem = Problem(design, bounds, targets or {}, tolerance, GOALS[goal], maximise)
+    own = problem.candidate(np.clip(problem.start(), problem.lower, problem.upper), z)
+    if own is None:
+        raise ValueError("the design has no gait to start the search from")
+    problem.unit = own.value or 1.0
+    spread = qmc.Halton(len(bounds), scramble=False).random(starts)[1:]  # its first point is a corner
+    others = (problem.follow(own, problem.lower + point * (problem.upper - problem.lower)) for point in spread)
+    found = [search_from(problem, start, iterations, progress) for start in (own, *others) if start is not None]
+    return sorted(found, key=lambda search: (not search.met, problem.sign * search.best.value))
+
+
+def search_from(
+    problem: Problem, start: Candidate, iterations: int, progress: Callable[[int, float], None]
+) -> DesignSearch:
+    """The search from one start, and where it ended."""
+    before, path = (problem.gaits, problem.derivatives), Path([start], iterations, progress)
+    lost = linear_steps(problem, path, FIRST, NEAR)
+    if not lost and not meeting(path.taken[-1]) and left_to_gain(problem, path.taken[-1]) > STATIONARY:
+        curved_steps(problem, path)
+    if left_to_gain(problem, path.taken[-1]) > STATIONARY:
+        lost = linear_steps(problem, path, NEAR, BESIDE)
+    here, gain = path.taken[-1], left_to_gain(problem, path.taken[-1])
+    x = problem.position(here)
+    at = {name: "lower" if x[i] - problem.lower[i] < MET else "upper" for i, name in enumerate(problem.names)
+          if min(x[i] - problem.lower[i], problem.upper[i] - x[i]) < MET}
+    kink = (here.parts > here.parts.max() - MET * problem.unit).sum() > 1
+    if gain <= STATIONARY:
+        ending = "kink" if kink else "bound" if at else "maximum" if problem.sign < 0 else "minimum"
+    elif lost:
+        ending = "fold" if np.abs(here.point.floquet_multipliers - 1.0).min() < FOLD else "edge"
+    else:
+        ending = "coalescence" if meeting(here) and len(path.taken) <= iterations else "unfinished"
+    return DesignSearch(
+        start, here, tuple(each.value for each in path.taken),
+        np.array([[each.design.value(name) for name in problem.names] for each in path.taken]), ending, at, gain,
+        problem.gaits - before[0], problem.derivatives - before[1])
+
+
+def left_to_gain(problem: Problem, here: Candidate) -> float:
+    """What is left to gain for a share of the parameters, in units of the start's value."""
+    return linear_step(problem, here, NEAR)[0] / NEAR
+
+
+def meeting(here: Candidate) -> bool:
+    """Whether two multipliers all but meet that decide the goal, so that their derivatives have no end."""
+    values = here.point.floquet_multipliers
+    largest = values[np.abs(values) > (1 - TOGETHER) * np.abs(values[0])]
+    apart = np.abs(largest[:, None] - largest[None, :])[np.triu_indices(largest.size, 1)]
+    return here.parts.size == values.size and bool((apart < TOGETHER * np.abs(values[0])).any())

@@ -1,0 +1,159 @@
+"""Extremes over single stance, and their exact derivatives along a gait that moves with its parameters.
+
+The largest value of F(y(t), p) inside of single stance is an event, dF/dt = 0. Its time moves with the parameters, but
+to first order its value does not move with its time (envelope theorem): what is left is the change of F at that time,
+F_y dy + F_p, with dy from variational equations. At the phase's start and end, which are events of their own, the
+variation at the event is taken. Times count from the start of single stance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from stages.analytic.derivatives.gait import VariedGait
+from stages.analytic.errors import StepFailed
+from stages.analytic.gait.gait_report import record_step
+from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, FixedPoint, step_failure
+from stages.analytic.integration.integrator import STAGES, take_step
+from stages.analytic.integration.phase import EVENT, NO_NODES, integrate
+from stages.analytic.model.kinds import Kind
+from stages.analytic.model.stiffness import attainable_tolerance
+from stages.analytic.model.varied import Varied, varied
+from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.phases.flow import SINGLE_STANCE, flow
+from stages.analytic.phases.guards import guard
+from stages.analytic.phases.section import section_state
+from stages.analytic.phases.succession import first_phase, succeed
+from stages.analytic.walk.recording import Segment, states_at
+from stages.analytic.walk.sampling import accelerations_and_forces
+from stages.analytic.walk.validity import SAMPLES_PER_STEP
+
+#: A value at each of some states (n, size) of a phase.
+Quantity = Callable[[int, np.ndarray, Kind], Vector]
+#: Largest share by which states and numbers move in the differences of a closed form, extrapolated once.
+SHARE = 2e-3
+
+
+def friction_ratio(phase: int, states: np.ndarray, p: Kind) -> Vector:
+    """|tangential| / normal force on the stance foot. Raises StepFailed where the ground would have to pull."""
+    forces = accelerations_and_forces(phase, states, p)[:, 4:6]
+    if not (forces[:, 1] > 0.0).all():
+        raise StepFailed("the ground would pull the stance foot")
+    ratio: Vector = np.abs(forces[:, 0]) / forces[:, 1]
+    return ratio
+
+
+def scuff_depth(phase: int, states: np.ndarray, p: Kind) -> Vector:
+    """Depth of the swing foot below the ground, leg lengths."""
+    return np.array([-guard(phase, y, p, y, 0)[0] for y in states])
+
+
+@dataclass(frozen=True)
+class Extremes:
+    """A single stance and three times in it, (3,): its start, that of the largest value inside, its end; the values.
+
+    Where there is no maximum inside, the end with the larger value stands for it.
+    """
+
+    segment: Segment
+    times: Vector
+    values: Vector
+
+
+def extremes(walker: Walker, point: FixedPoint, quantity: Quantity, tolerance: float) -> Extremes:
+    """Where a quantity is largest in the single stance of a gait. Raises StepFailed."""
+    segment, p = record_step(walker, point, tolerance)[-1], walker.p
+    edges = np.append(segment.times, segment.duration)
+    times = np.append(np.linspace(edges[:-1], edges[1:], SAMPLES_PER_STEP, endpoint=False, axis=1), segment.duration)
+
+    def at(*when: float) -> np.ndarray:
+        return states_at(segment.phase, segment.times, segment.states, np.array(when), p)
+
+    def rate(time: float) -> float:
+        y, rates = at(time)[0], np.empty(walker.size)
+        flow(segment.phase, y, p, rates)
+        return change(quantity, segment.phase, y, p, rates, np.zeros(len(p)))
+
+    top = 1 + int(np.argmax(quantity(segment.phase, at(*times[1:-1]), p)))
+    before, after = times[top - 1], times[top + 1]
+    states = np.vstack([at(0.0), segment.end])
+    first, last = quantity(segment.phase, states, p)
+    if rate(before) > 0.0 > rate(after):
+        inside = brentq(rate, before, after, xtol=1e-13)
+        largest = quantity(segment.phase, at(inside), p)[0]
+    else:
+        inside, largest = (0.0, first) if first > last else (segment.duration, last)
+    return Extremes(segment, np.array([0.0, inside, segment.duration]), np.array([first, largest, last]))
+
+
+def extreme_derivatives(gait: VariedGait, quantity: Quantity, tolerance: float) -> np.ndarray:
+    """Derivatives (3, n) of the values of `extremes` for whole shares of the gait's parameters. Raises StepFailed."""
+    walker, along = gait.walker, gait.changes.along
+    found, tolerance = extremes(walker, gait.point, quantity, tolerance), attainable_tolerance(walker.p, tolerance)
+    phase, start, p = to_single_stance(gait, tolerance)
+    end = start.copy()
+    finish(phase, end, p, tolerance)
+    rows = []
+    at_end = found.times[1] == found.segment.duration
+    inside = end if at_end else carried(phase, start, p, found.segment, found.times[1])
+    for y in (start, inside, end):
+        state, *moves = y.reshape(-1, walker.size)
+        pairs = zip(moves, along, strict=True)
+        rows.append([change(quantity, phase, state, walker.p, move, numbers) for move, numbers in pairs])
+    return np.array(rows).reshape(3, len(along))
+
+
+def to_single_stance(gait: VariedGait, tolerance: float) -> tuple[int, Vector, Varied]:
+    """Phase, state and its variations at the start of single stance, and the varied walker."""
+    p = varied(gait.walker.p, gait.changes.along, len(gait.changes.along))
+    y = np.concatenate([section_state(gait.point.z, gait.walker.p), gait.state.T.ravel()])
+    phase, _ = first_phase(y, p)
+    while phase > SINGLE_STANCE:
+        finish(phase, y, p, tolerance)
+        phase, _ = succeed(phase, y, p)
+    return phase, y, p
+
+
+def finish(phase: int, y: Vector, p: Varied, tolerance: float) -> None:
+    """Take state and variations to the event that ends the phase, in place."""
+    numbers: Any = p
+    status, *_ = integrate(
+        phase, y, numbers, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, 0.02, NO_NODES)
+    if status != EVENT:
+        raise StepFailed(step_failure(status, phase))
+
+
+def carried(phase: int, y: Vector, p: Varied, segment: Segment, time: float) -> Vector:
+    """State and variations at a time inside the segment, from those at its start, by the integrator's own steps."""
+    stages = np.empty((STAGES, y.size))
+    for length in np.diff(np.append(segment.times[segment.times < time], time)):
+        new = np.empty(y.size)
+        flow(phase, y, p, stages[0])
+        take_step(phase, y, length, p, stages, new)
+        y = new
+    return y
+
+
+def change(quantity: Quantity, phase: int, y: Vector, p: Kind, dy: Vector, dp: Vector) -> float:
+    """Change of a quantity, a closed form of state and numbers, for changes of both.
+
+    Central differences of that form alone, extrapolated: no integration is in them, so they are good to 1e-10 or so.
+    """
+    numbers = np.array(p)
+    size = max(float(np.abs(dy / (1 + np.abs(y))).max()), float(np.abs(dp / (1 + np.abs(numbers))).max()))
+    if not size > 0.0:
+        return 0.0
+
+    def slope(step: float) -> float:
+        above, below = (
+            quantity(phase, (y + side * dy)[None, :], type(p)(*(numbers + side * dp).tolist()))[0]
+            for side in (step, -step))
+        return float((above - below) / (2 * step))
+
+    step = SHARE / size
+    return (4 * slope(step / 2) - slope(step)) / 3
