@@ -81,8 +81,12 @@ def collect(found: Iterable[Trial]) -> Result:
 
 
 def _first_reason(rejected: list[RunReport], reports: list[SensorReport]) -> str:
-    reasons = next((report.reasons for report in reports if not report.accepted), ())
-    return "; ".join(reasons) or (f"{rejected[0].name}: {rejected[0].reason}" if rejected else "no run at all")
+    """The first sensor's first reason, or the first run's: one sentence, to be put right before the next."""
+    reasons = next((report.reasons for report in reports if not report.accepted and report.reasons), ())
+    if not reasons:
+        return f"{rejected[0].name}: {rejected[0].reason}" if rejected else "no run at all"
+    more = f" (and {len(reasons) - 1} more)" if len(reasons) > 1 else ""
+    return reasons[0] + more
 
 
 def run_of(trial: Trial) -> Run:

@@ -14,7 +14,8 @@ from stages.comparison.determinants import Determinants, of_walk
 from stages.comparison.digits import digits_of
 from stages.comparison.evidence import of_contact, of_gait, studies, walks
 from stages.comparison.tables import side_by_side
-from stages.error_budget.effects import CREEP, SLIP
+from stages.error_budget.effects import CREEP, EFFECTS, SLIP
+from stages.error_budget.split import Split
 from stages.multibody.result import FrictionVariation
 from stages.tradeoff.result import Errors, Row
 
@@ -153,3 +154,14 @@ def test_digits_leave_the_same_share_of_every_model_open():
     assert found["twin"].least_step_length == pytest.approx(0.06) and math.isnan(found["twin"].speed)
     exact = digits_of([], determinants)["twin"]
     assert math.isnan(exact.step_frequency), "nothing is left open"
+
+
+def test_slip_between_cycles_leaves_out_the_instants_of_impacts():
+    """At a heel strike velocities jump: round-off would say whether the jump counts."""
+    parts = np.zeros((len(EFFECTS), 5, 4))
+    slip = parts[EFFECTS.index(SLIP)]
+    slip[:, 0], slip[:, 2] = [1e-4, 2e-4, 3e-4, 2e-4, 5e-4], [0.9, 1e-3, -3e-3, 1e-3, 0.9]
+    split = Split(parts, np.zeros((5, 4)), np.array([False, True, True, True, False]))
+    results = SimpleNamespace(error_budget=SimpleNamespace(cycle=SimpleNamespace(split=split)))
+    found = of_contact.slip_between_cycles(SimpleNamespace(results=results))
+    assert found == pytest.approx((5e-4, 3e-3), rel=1e-12)
