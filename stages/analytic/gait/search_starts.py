@@ -14,7 +14,7 @@ import numpy as np
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.poincare import FixedPoint, poincare_map
 from stages.analytic.model.kinds import Compliant, Kind, Limited, Rigid, Stiff
-from stages.analytic.model.stiffness import STIFF_RATE, fastest_rate
+from stages.analytic.model.stiffness import STIFF_RATE, axial_rates, fastest_rate
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.flow import RIGID
 from stages.analytic.phases.transitions import heel_strike_reset
@@ -27,6 +27,8 @@ SCAN_TOLERANCE = 1e-5
 #: Fastest axial rate, in 1 / pendulum time, up to which a grid is quicker than a detour over rigid legs.
 GRID_RATE = 400.0
 SCAN_STEPS = 3
+#: Stiff springs ring for long if they do not decay within so many of their radians.
+RINGING = 10.0
 #: Walks that are to settle on a stable gait: their range, wider and with fewer starts, and their steps.
 WIDE_ANGLES, WIDE_RATES, LONG_WALK = np.linspace(0.02, 1.0, 15), np.linspace(0.05, 2.0, 20), 60
 #: Starts closer than this in angle and rate lead to the same gait.
@@ -40,8 +42,13 @@ def is_quick(p: Kind) -> bool:
 
 
 def is_searched(p: Kind) -> bool:
-    """Whether a step costs so little that a grid of starts is walked: springs are slow, or implicit steps pass them."""
-    return isinstance(p, Rigid | Stiff) or fastest_rate(p) <= STIFF_RATE
+    """Whether a step costs so little that a grid of starts is walked: springs are slow, or implicit steps pass them,
+    which they do not where springs ring for long.
+    """
+    if isinstance(p, Rigid) or fastest_rate(p) <= STIFF_RATE:
+        return True
+    rate, decay = axial_rates(p)
+    return isinstance(p, Stiff) and decay * RINGING >= rate
 
 
 def lengths_after_heel_strike(p: Compliant) -> tuple[float, float]:

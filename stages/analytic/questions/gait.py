@@ -32,7 +32,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     points = [point]
     if options.every:
         every = find_gaits(walker, tolerance, unstable=True)
-        points = sorted([*(points if is_new(every, point) else []), *every], key=by_stability)
+        points = sorted([point, *(each for each in every if is_new([point], each))], key=by_stability)
     found = [report_gait(walker, each, tolerance, parameters.friction.static_friction) for each in points]
     errors = [gait_error(walker, each, tolerance) for each in points]
     cycle = None
