@@ -17,7 +17,7 @@ import numpy as np
 from stages.analytic.derivatives.gait import VariedGait
 from stages.analytic.derivatives.numbers import moved
 from stages.analytic.errors import StepFailed
-from stages.analytic.gait.poincare import poincare_derivative
+from stages.analytic.gait.poincare import largest_first, poincare_derivative
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector
 
@@ -86,7 +86,7 @@ def multiplier_derivatives(gait: VariedGait) -> MultiplierDerivatives:
 def eigensystem(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Eigenvalues, largest first, left eigenvectors as rows and right ones as columns, scaled so that w v = 1."""
     values, right = np.linalg.eig(matrix.astype(complex))
-    order = np.lexsort((-values.imag, -np.round(np.abs(values), 12)))
+    order = largest_first(values)
     values, right = values[order], right[:, order]
     lefts, vectors = np.linalg.eig(matrix.T.astype(complex))
     left = np.array([vectors[:, int(np.argmin(np.abs(lefts - value)))] for value in values])

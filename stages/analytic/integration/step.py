@@ -13,6 +13,8 @@ from stages.analytic.phases.succession import first_phase, in_contact, succeed
 
 #: A trailing foot that changes between rolling, sliding and hovering more often than this does so without end.
 MOST_PHASES = 100
+#: Length of the first integration step of all, and the least one to begin a phase with.
+FIRST_LENGTH, LEAST_LENGTH = 0.02, 1e-6
 #: Evaluations a step may take in all its phases, for each integration step that one phase may take: some two phases'
 #: worth, so that many phases that each creep do not add up to minutes.
 MOST_EVALUATIONS = 24
@@ -27,7 +29,7 @@ def walk_step(
     Returns (status, phase, double stance time, period, evaluations): `phase` is where it ended if the status is not
     EVENT.
     """
-    double, time, evaluations, h, no_nodes = 0.0, 0.0, 0, 0.02, np.empty((0, 10))
+    double, time, evaluations, h, no_nodes = 0.0, 0.0, 0, FIRST_LENGTH, np.empty((0, 10))
     phase, decided = first_phase(y, p)
     for _ in range(MOST_PHASES):  # one call, no constants in it: each constant is compiled apart
         if not decided:
@@ -45,5 +47,5 @@ def walk_step(
         phase, decided = succeed(phase, y, p)
         if ended <= SINGLE_STANCE:
             return EVENT if decided else WEDGED, ended, double, time, evaluations
-        h = max(min(h, 0.02), 1e-6)
+        h = max(min(h, FIRST_LENGTH), LEAST_LENGTH)
     return CHATTER, phase, double, time, evaluations

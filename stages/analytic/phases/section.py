@@ -133,10 +133,10 @@ def limited_speeds(y: Vector, p: Limited, derivative: np.ndarray) -> None:
 
 
 def section_derivative(y: Vector, p: Rigid | Compliant) -> np.ndarray:
-    """Derivative (j, j) of the section coordinates from the state and its j variations in y ((1 + j) * size,)."""
+    """Derivative (j, n) of the j section coordinates from the state and its n variations in y ((1 + n) * size,)."""
     size, entries = (4, RIGID_ENTRIES) if isinstance(p, Rigid) else (8, ENTRIES)
     variations = y.reshape(-1, size)[1:]
-    derivative = np.zeros((len(variations), len(variations)))
+    derivative = np.zeros((7 if isinstance(p, Limited) else len(entries), len(variations)))
     derivative[: len(entries)] = variations[:, entries].T
     if isinstance(p, Limited):
         limited_speeds(y, p, derivative)

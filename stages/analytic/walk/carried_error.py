@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.analytic.compiled import compiled
+from stages.analytic.derivatives.gait import step_length_change
 from stages.analytic.integration.integrator import STAGES, take_step
 from stages.analytic.model.kinds import Kind, Stiff
 from stages.analytic.model.walker import Vector, Walker
@@ -106,13 +107,8 @@ def carried_error(walker: Walker, segments: Sequence[Segment], error: Vector) ->
 
 
 def origin_error(walker: Walker, y: Vector, error: Vector) -> float:
-    """Error of the change of x_0 at heel strike, `recording.next_origin`, from that of the state before it (size,)."""
-    p = walker.p
-    if walker.rigid:
-        (theta, psi), (dtheta, dpsi) = y[:2], error[:2]
-        stance, swing, dstance, dswing = p.L_nat, p.L_nat, 0.0, 0.0
-    else:
-        (theta, stance, psi, swing), (dtheta, dstance, dpsi, dswing) = y[:4], error[:4]
-    return float(
-        p.r * (dtheta + dpsi) + dstance * np.sin(theta) + (stance - p.r) * np.cos(theta) * dtheta
-        + dswing * np.sin(psi) + (swing - p.r) * np.cos(psi) * dpsi)
+    """Error of the change of x_0 at heel strike, `recording.next_origin`, from that of the state before it (size,).
+
+    It has the terms of the step length with the other sign: it is read before the legs change names.
+    """
+    return -float(step_length_change(walker, y, error[:, None], np.zeros((1, len(walker.p))))[0])

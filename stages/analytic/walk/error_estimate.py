@@ -22,11 +22,11 @@ from stages.analytic.gait.poincare import (
     step_failure,
 )
 from stages.analytic.integration.phase import EVENT, integrate
-from stages.analytic.integration.step import MOST_PHASES
+from stages.analytic.integration.step import FIRST_LENGTH, LEAST_LENGTH, MOST_PHASES
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.flow import flow
-from stages.analytic.phases.section import section_coordinates, section_derivative, section_state, section_tangent
+from stages.analytic.phases.section import section_derivative, section_state, section_tangent
 from stages.analytic.phases.succession import first_phase, succeed
 from stages.analytic.phases.transitions import heel_strike_reset
 from stages.analytic.walk.carried_error import CarriedError, along, carried_error
@@ -198,7 +198,7 @@ def record_map(walker: Walker, y: Vector, tolerance: float) -> list[Segment]:
 
     Its integration steps are other ones than those of a walk without variations, and so are its errors.
     """
-    y, h, start, nodes = y.copy(), 0.02, 0.0, np.empty((STEP_LIMIT_OF_A_PHASE // 10, 10))
+    y, h, start, nodes = y.copy(), FIRST_LENGTH, 0.0, np.empty((STEP_LIMIT_OF_A_PHASE // 10, 10))
     segments: list[Segment] = []
     phase, decided = first_phase(y, walker.p)
     while decided and not (segments and is_last(segments[-1])):
@@ -211,7 +211,7 @@ def record_map(walker: Walker, y: Vector, tolerance: float) -> list[Segment]:
         kept, end = nodes[:count].copy(), y[: walker.size].copy()
         states = kept[:, 2 : 2 + walker.size] if count else end[None, :]
         segments.append(Segment(phase, start, duration, 0, 0.0, kept[:, 0] if count else np.zeros(1), states, end))
-        start, h = start + duration, max(min(h, 0.02), 1e-6)
+        start, h = start + duration, max(min(h, FIRST_LENGTH), LEAST_LENGTH)
         phase, decided = succeed(phase, y, walker.p)
     return segments
 
@@ -220,9 +220,7 @@ def coordinate_error(walker: Walker, step: Sequence[Segment], error: Vector) -> 
     """Error (j,) of the section coordinates after a step from that of the state there."""
     y = step[-1].end.copy()
     heel_strike_reset(y, walker.p)
-    columns = section_coordinates(y, walker.p).size
-    padded = np.concatenate([y, error, np.zeros((columns - 1) * walker.size)])
-    found: Vector = section_derivative(padded, walker.p)[:, 0]
+    found: Vector = section_derivative(np.concatenate([y, error]), walker.p)[:, 0]
     return found
 
 

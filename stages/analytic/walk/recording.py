@@ -15,7 +15,7 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, step_failure
 from stages.analytic.integration.integrator import STAGES, take_step
 from stages.analytic.integration.phase import CHATTER, EVENT, WEDGED, integrate
-from stages.analytic.integration.step import MOST_PHASES
+from stages.analytic.integration.step import FIRST_LENGTH, MOST_PHASES
 from stages.analytic.model.kinds import Kind, Rigid
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
@@ -57,7 +57,7 @@ def integrate_segment(
     while True:
         nodes, end = np.empty((room, 10)), y.copy()
         status, duration, _, count, _ = integrate(
-            phase, end, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, 0.02, nodes
+            phase, end, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, FIRST_LENGTH, nodes
         )
         if status != EVENT:
             raise StepFailed(step_failure(status, phase))
