@@ -22,9 +22,10 @@ from pathlib import Path
 import numpy as np
 
 from stages.imu.sources.source_csv import CsvSource
-from stages.imu.trial.events import INNER, filled
+from stages.imu.strikes.heel_strikes import INNER, filled
 from stages.imu.trial.places import FORWARD, LATERAL, UP, BodySensor, common_grid, on_grid
-from stages.imu.trial.trial import read_sensor, strikes_of
+from stages.imu.trial.sensor_on_body import read_sensor
+from stages.imu.trial.walking import strikes_of
 from tests.imu.real_recordings import FOLDER, ipol
 from tests.imu.stand_in import STUDY
 
@@ -93,7 +94,7 @@ def main() -> None:
             packet = sensor.trace.indexed.recording.packet
             ends = np.array(marks[f"{side.title()}FootEvents"])[:, 1]
             marked = np.interp(ends, packet, sensor.time)
-            strikes = strikes_of({"foot": sensor}, STUDY.settings)
+            strikes, _ = strikes_of({"foot": sensor}, STUDY.settings)
             answers = {"shipped": strikes.time[strikes.leg == INNER]}
             if python:
                 answers["Rampp, gaitmap"] = published(python, sensor, side == "left")

@@ -51,7 +51,7 @@ class Result:
     def tables(self) -> list[Table]:
         """This biped, its determinants, and how well the ingest reads what is known: (title, columns, rows)."""
         own = tables_of(self.biped, self.determinants, self.digits)
-        return [*own, self.ingest.table()] if self.ingest is not None else own
+        return [*own, self.ingest.table(), self.ingest.leg_table()] if self.ingest is not None else own
 
 
 def tables_of(biped: BipedSummary, determinants: dict[str, Determinants], digits: dict[str, Digits]) -> list[Table]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.imu.judgement.evidence import Evidence
-from stages.imu.trial.run_report import RunReport
+from stages.imu.reports.run_report import RunReport
 from stages.imu.trial.trial import Trial
 
 UNITS = {"force": "m/s^2", "rate": "rad/s"}
