@@ -9,8 +9,8 @@ from stages.comparison.agreement import ModelAgreement, TwinAgreement
 from stages.comparison.claims.verdict import VERDICTS
 from stages.comparison.determinants import Determinants
 from stages.comparison.digits import TITLE, Digits
-from stages.comparison.ingest_score import IngestScore
-from stages.comparison.measurement import MeasurementAgreement
+from stages.comparison.runs.ingest_score import IngestScore
+from stages.comparison.runs.measurement import MeasurementAgreement
 from stages.comparison.summary import BipedSummary
 from stages.comparison.tables import Table, side_by_side
 

@@ -10,7 +10,7 @@ import numpy as np
 from stages.biped.quantity import quantity
 from stages.campaign.result import Result as Campaign
 from stages.campaign.result import RunTruth, SensorTruth
-from stages.comparison.leg_score import LegScore, score_legs
+from stages.comparison.runs.leg_score import LegScore, score_legs
 from stages.comparison.tables import Table
 from stages.imu.result import Result as Ingested
 from stages.imu.result import Run, SensorSignals
@@ -63,7 +63,7 @@ class IngestScore:
         return title, ("measure", "mean", "worst"), rows
 
 
-def score_ingest(campaign: Campaign, imu: Ingested, skipped: int) -> IngestScore | None:
+def score_ingest(campaign: Campaign, imu: Ingested, skipped: int, gravity: float) -> IngestScore | None:
     """Score of all accepted runs; None unless each is a run of this campaign. `skipped` strikes have no frequency."""
     truths = {truth.name: truth for truth in campaign.runs}
     if any(run.report.name not in truths or run.report.origin != campaign.origin for run in imu.runs):
@@ -71,7 +71,7 @@ def score_ingest(campaign: Campaign, imu: Ingested, skipped: int) -> IngestScore
     scores = [_score_run(run, truths[run.report.name], skipped) for run in imu.runs]
     columns: list[Any] = [np.array(column) for column in zip(*scores, strict=True)]
     known = [(run, truths[run.report.name]) for run in imu.runs]
-    columns.append(score_legs(((run, truth, shift_of(run, truth)) for run, truth in known), skipped))
+    columns.append(score_legs(((run, truth, shift_of(run, truth)) for run, truth in known), skipped, gravity))
     return IngestScore(*columns)
 
 

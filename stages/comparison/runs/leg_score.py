@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from stages.biped.quantity import quantity
 from stages.campaign.result import RunTruth
@@ -13,6 +14,7 @@ from stages.imu.result import Run
 
 EDGE_S = 0.1  # left out at both ends of a walk: there the low pass still feels the push or the end
 NORMAL_95 = 1.96
+BEFORE_S = 1.0  # before the first strike: until then the robot stands, however it is pushed
 
 
 @dataclass(frozen=True)
@@ -23,6 +25,8 @@ class LegScore:
     step_run: np.ndarray = quantity("1", "number of the run of each step, shape (k,)")
     step: np.ndarray = quantity("1", "error of each step length, relative, shape (k,)")
     step_said: np.ndarray = quantity("1", "standard error the ingest gives it, relative, shape (k,)")
+    way: np.ndarray = quantity("m", "the hip's way from the first strike to the last, shape (r,)")
+    twice: np.ndarray = quantity("m", "error of that way by two integrations of the acceleration, shape (r,)")
     times: np.ndarray = quantity("s", "error of times by leg, shape (r, 5)")
     times_said: np.ndarray = quantity("s", "standard errors the ingest gives them, shape (r, 5)")
 
@@ -46,9 +50,10 @@ def _row(name: str, error: np.ndarray, said: np.ndarray, scale: float) -> tuple[
     return name, rms, told, float(np.mean(np.abs(error) <= NORMAL_95 * said, where=known))
 
 
-def score_legs(runs: Iterable[tuple[Run, RunTruth, float]], skipped: int) -> LegScore:
+def score_legs(runs: Iterable[tuple[Run, RunTruth, float]], skipped: int, gravity: float) -> LegScore:
     """Score of runs with their truth and what true time must be shifted by to the run's own times [s]."""
     angle, number, step, step_said, times, times_said = [], [], [], [], [], []
+    way, twice = [], []
     for place, (run, truth, shift) in enumerate(runs):
         leg = run.leg
         at = leg.time - shift
@@ -61,13 +66,34 @@ def score_legs(runs: Iterable[tuple[Run, RunTruth, float]], skipped: int) -> Leg
         number += [place] * len(true)
         step += list(leg.step_length / true - 1)
         step_said += list(leg.step_length_error / true)
+        way.append(float(np.ptp(truth.leg.hip_at_strike[[0, -1], 0])))
+        twice.append(way_by_acceleration(run, strikes[[0, -1]], gravity) - way[-1])
         said = leg.times
         found = (said.outer_step, said.double_stance, said.inner_stance, said.inner_swing, said.outer_stance)
         times.append(np.array(found) - true_times(truth, skipped))
         inner = said.inner_error
         times_said.append([said.step_error, said.double_stance_error, inner, inner, said.outer_error])
-    return LegScore(np.array(angle), np.array(number), np.array(step), np.array(step_said),
-                    np.array(times).reshape(-1, len(TIMES)), np.array(times_said).reshape(-1, len(TIMES)))  # fmt: skip
+    flat = (np.array(one) for one in (angle, number, step, step_said, way, twice))
+    return LegScore(*flat, *(np.array(one).reshape(-1, len(TIMES)) for one in (times, times_said)))
+
+
+def way_by_acceleration(run: Run, strikes: np.ndarray, gravity: float) -> float:
+    """Way of the hip along the slope [m] between two strikes [s], by integrating its acceleration twice from the stand.
+
+    The specific force is turned by the leg's angle, gravity added, its holes drawn over, and what is left of it in the
+    still stand taken off. NaN without a hip sensor.
+    """
+    time, felt = run.hip.time, run.hip.specific_force
+    known = np.isfinite(felt).all(axis=1) & (time <= strikes[-1]) if len(time) else np.zeros(0, dtype=bool)
+    if known.sum() < 2:
+        return float("nan")
+    at, angle = time[known], np.interp(time[known], run.leg.time, run.leg.angle)
+    down = gravity * np.sin(np.radians(run.report.slope_deg))
+    along = np.cos(angle) * felt[known, 0] - np.sin(angle) * felt[known, 1] + down
+    still = at < strikes[0] - BEFORE_S
+    along = np.where(still, 0.0, along - (along[still].mean() if still.any() else 0.0))
+    speed = cumulative_trapezoid(along, at, initial=0.0)
+    return float(np.diff(np.interp(strikes, at, cumulative_trapezoid(speed, at, initial=0.0)))[0])
 
 
 def true_times(truth: RunTruth, skipped: int) -> np.ndarray:
