@@ -3,8 +3,8 @@
     python -m benchmarks.leg_motion [--seed 23 24] [--runs 30] [--walks FOLDER]
 
 A table a seed: rms error, rms of the standard error that the ingest gives, and the share of 95 % intervals that hold.
-What decides them (`onset_error_s`, `toe_off_error_s`, `rolling_error` in params/imu.yaml) was measured with seeds 21 and
-22. --walks keeps walks in a folder of this machine for the next time.
+What decides them (`onset_error_s`, `toe_off_error_s`, `rolling_error` in params/imu.yaml) was measured with seeds 21
+and 22. --walks keeps walks in a folder of this machine for the next time.
 """
 
 from __future__ import annotations
