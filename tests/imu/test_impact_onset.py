@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfilt
 
+from stages.imu.judgement.evidence import spacing_of
 from stages.imu.strikes.heel_strikes import HeelStrikes
 from stages.imu.strikes.impact_onset import STRIKE, Samples, at_onsets, lift_after, responses
+from stages.imu.strikes.step_frequency import step_frequency
 from stages.imu.strikes.step_times import step_times
 from tests.imu.stand_in import DRAWING
 
@@ -77,3 +79,10 @@ def test_step_times_by_leg() -> None:
     unknown = step_times(strikes, float("nan"), DRAWING)
     assert np.isnan([unknown.inner_stance, unknown.inner_error, unknown.stance_asymmetry]).all()
     assert np.isfinite(unknown.step_error)
+
+
+def test_pulses_of_one_time_have_no_frequency() -> None:
+    """A gyroscope that wraps turns round many times at one pulse."""
+    found = step_frequency(HeelStrikes(np.array([1.0, 1.0, 1.0, 1.0, 1.0, 1.5]), np.array([0, 1, 0, 1, 0, 1])))
+    assert np.isnan(found.value)
+    assert spacing_of(HeelStrikes(np.array([1.0, 1.0, 1.0, 1.5]), np.array([0, 1, 0, 1]))) == (np.inf, 0.0)

@@ -150,6 +150,8 @@ def spacing_of(strikes: HeelStrikes) -> tuple[float, float]:
         return NAN, NAN
     step = np.diff(strikes.time)
     usual = float(np.median(step))
+    if not usual > 0:
+        return float("inf"), 0.0
     whole = np.maximum(1, np.rint(step / usual))
     other = np.diff(strikes.leg) != 0
     return float(np.abs(step / usual - whole).max()), float(np.mean(other == (whole % 2 == 1)))

@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 
 from stages.imu.errors import SourceRefused, printable
-from stages.imu.sources import plain_file
 from stages.imu.sources.columns import number
+from stages.imu.sources.files import plain_file
+from stages.imu.sources.files.text_table import encoding_of
 from stages.imu.sources.stamps import UNITS, moments
-from stages.imu.sources.text_table import encoding_of
 
 HEAD_LINES = 2000
 DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
@@ -78,8 +78,8 @@ class Head:
 def head_of(path: Path) -> Head:
     """What the first lines of a text table show. Raises SourceRefused where they are no table of numbers."""
     plain_file.check(path)
-    with path.open(encoding=encoding_of(path), errors="replace", newline="") as file:
-        lines = [line.rstrip("\r\n") for line in islice(plain_file.lines(file, path.name), HEAD_LINES)]
+    with path.open(encoding=encoding_of(path), errors="replace") as file:
+        lines = list(islice(plain_file.lines(file, path.name), HEAD_LINES))
     tail = lines[len(lines) // 2 :]
     widths = {name: [len(next(csv.reader([line], delimiter=sign), [])) for line in tail] for name, sign in
               DELIMITERS.items()}  # fmt: skip

@@ -63,7 +63,8 @@ def at_onsets(strikes: HeelStrikes, seen: Samples, transient: int) -> tuple[Heel
     for leg, cost in costs.items():
         onset = lowest(cost[corner], ONSETS_S)
         moved[strikes.leg == leg] += onset + seen.taken_delay if np.isfinite(onset) else 0.0
-    return HeelStrikes(moved, strikes.leg), float(CORNERS[corner] * seen.rate_hz)
+    order = np.argsort(moved, kind="stable")
+    return HeelStrikes(moved[order], strikes.leg[order]), float(CORNERS[corner] * seen.rate_hz)
 
 
 def lift_after(strikes: np.ndarray, seen: Samples, corner_hz: float) -> float:

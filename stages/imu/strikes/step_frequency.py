@@ -23,9 +23,9 @@ def step_frequency(strikes: HeelStrikes) -> StepFrequency:
 
     Strikes are numbered by whole steps, so a strike that was missed does not count as a long step.
     """
-    if len(strikes.time) < 4:
-        return StepFrequency(float("nan"), float("nan"), len(strikes.time))
     step = np.diff(strikes.time)
+    if len(step) < 3 or not np.median(step) > 0:  # pulses of one and the same time are no walk
+        return StepFrequency(float("nan"), float("nan"), len(strikes.time))
     number = np.append(0, np.cumsum(np.maximum(1, np.rint(step / np.median(step)))))
     columns = np.column_stack((np.ones(len(number)), number, strikes.leg))
     if len(set(strikes.leg.tolist())) == 1:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from stages.imu.errors import SourceRefused, printable
-from stages.imu.sources import plain_file
+from stages.imu.sources.files import plain_file
 
 ENDINGS = (".mat", ".h5", ".hdf5")
 _COLUMN = re.compile(r"(.*)\[(\d+)\]$")
