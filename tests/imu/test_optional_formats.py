@@ -117,7 +117,8 @@ def test_bags(kind: str, tmp_path: Path) -> None:
         recording(path, columns | {"ax": "/imu/hip:__class__"})
 
 
-BROKEN = {"log.xlsx": "openpyxl", "log.parquet": "pyarrow"} | dict.fromkeys(("log.bag", "log.mcap", "log.db3"), "rosbags")
+BROKEN = {"log.xlsx": "openpyxl", "log.parquet": "pyarrow"}
+BROKEN |= dict.fromkeys(("log.bag", "log.mcap", "log.db3"), "rosbags")
 
 
 @pytest.mark.parametrize("name", BROKEN)
