@@ -131,8 +131,8 @@ def _on_two_places(
     if evidence.agreement < limits.usual_agreement:
         yield _remark(
             f"hip and foot turn less alike than on one leg (R2 {evidence.agreement:.4f}): logs of different runs, a "
-            "sensor that is loose, or a clock that was set",
-            LAG, LEVER, *(f"{place} {what}" for place in ("hip", "foot") for what in (RATE, FORCE, FRAME)),
+            "sensor that is loose or smoothed, or a clock that was set",
+            LAG, LEVER, STRIKES, FREQUENCY, *(f"{place} {what}" for place in ("hip", "foot") for what in (RATE, FORCE, FRAME)),
         )  # fmt: skip
     if abs(math.log(max(abs(evidence.rate_ratio), 1e-9))) > math.log1p(limits.rate_scale_tolerance):
         yield _refuse(
