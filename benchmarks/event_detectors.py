@@ -6,7 +6,7 @@ The recordings are those of tests/imu/real_recordings.py, swings marked by hand;
 The published detector is that of Rampp et al. (2014, doi 10.1109/TBME.2014.2368211) on strides found as by Barth et al.
 (2015), both as gaitmap has them (github.com/mad-lab-fau/gaitmap), run by a PYTHON in which that is installed: it needs
 other versions than the study. Both get the same signals on body axes, on the clock and the index of the ingest, holes
-drawn over. On the back, for which no published detector is at hand, the shipped one looks for the landings of both feet.
+drawn over. On the back, for which no published detector is at hand, the shipped one looks for landings of both feet.
 Recall: marked strikes found within 0.15 s. Precision: strikes found that are within 0.15 s of a marked one. Errors are
 those of the found ones, later positive.
 """

@@ -459,6 +459,12 @@ def device_stamps_only(log: Log, walks: Sequence[TwinRun], rng: np.random.Genera
     return log.changed("both", blind)
 
 
+def foot_of_another_run_and_device_stamps_only(
+    log: Log, walks: Sequence[TwinRun], rng: np.random.Generator
+) -> Log:
+    return device_stamps_only(foot_of_another_run(log, walks, rng), walks, rng)
+
+
 def server_stamps_only(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
     return log.changed("both", lambda one: replaced(one, phone_stamp=np.full(one.rows, np.nan)))
 
@@ -487,6 +493,7 @@ CLOCKS: tuple[Family, ...] = (
     no_counter,
     no_counter_but_device_stamps,
     device_stamps_only,
+    foot_of_another_run_and_device_stamps_only,
     server_stamps_only,
     eight_bit_counter,
     restarted,

@@ -19,6 +19,7 @@ from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.strikes.heel_strikes import HeelStrikes
 from stages.imu.strikes.step_frequency import StepFrequency, step_frequency
 from stages.imu.trial.leg_motion import LegMotion
+from stages.imu.trial.own_clocks import brought_together, have_own_clocks
 from stages.imu.trial.places import PLACES, BodySensor, foot_lag, lever_arm, overlap_of
 from stages.imu.trial.registration import stride_bounds
 from stages.imu.trial.sensor_on_body import place_of, read_sensor
@@ -99,6 +100,8 @@ def read_trial(
         else:
             sensors[place] = sensor
     lag, at_edge, lever, overlap = math.nan, False, math.nan, math.nan
+    if have_own_clocks(sensors):
+        sensors = brought_together(sensors, settings)
     if len(sensors) == 2:
         lag, at_edge = foot_lag(sensors, settings)
         sensors["foot"] = dataclasses.replace(sensors["foot"], time=sensors["foot"].time - lag)
