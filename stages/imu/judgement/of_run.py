@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 
-from stages.imu.clock.packet_index import BY_ROWS
+from stages.imu.clock.indexed import BY_ROWS
 from stages.imu.judgement.evidence import Evidence
 from stages.imu.judgement.sensor_evidence import flat_tops, static_reading
 from stages.imu.judgement.verdict import (
