@@ -31,7 +31,7 @@ PROGRAM = "bipedstudy"
 #: Folders that are kept of one name, the newest: as many edits can be undone without compiling.
 KEPT = 4
 #: Folders that hold no compiled code: what is asked and drawn may change without compiling anew.
-NOT_COMPILED = ("pictures", "questions")
+NOT_COMPILED = ("design", "maps", "pictures", "questions")
 _DIGITS = 24
 _OTHERS = stat.S_IWGRP | stat.S_IWOTH
 
