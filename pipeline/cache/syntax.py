@@ -47,6 +47,10 @@ class SyntaxMemo:
             self._grown = True
         return self._known[key]
 
+    def learn(self, source: bytes, tree: ast.Module) -> None:
+        """Note the meaning of bytes that were parsed already; the tree loses its docstrings."""
+        self._known[durable.digest(source)] = _meaning(tree)
+
     def save(self) -> None:
         """Keep what was learnt; a folder that cannot be written costs only time."""
         if self._path and self._grown:
@@ -72,6 +76,10 @@ def _parse(source: bytes) -> Meaning:
         tree = ast.parse(source)
     except (SyntaxError, ValueError):
         return Meaning(durable.digest(source), ())
+    return _meaning(tree)
+
+
+def _meaning(tree: ast.Module) -> Meaning:
     imports: list[tuple[str, tuple[str, ...]]] = []
     reads_docstrings = False
     for node in ast.walk(tree):
