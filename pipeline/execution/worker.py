@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import multiprocessing
 import os
 import queue
 import sys
@@ -70,7 +69,7 @@ def main(compiled: Compiled | None = None) -> None:
     """Entry of `python -m pipeline.execution.worker`, and, with what it compiled, of a process that forks workers."""
     continue_when_parent_ends()
     if compiled is not None:
-        multiprocessing.set_start_method("fork")  # for processes of a stage: this one has no threads of libraries
+        os.environ["STAGE_PROCESSES"] = "fork"  # what a stage may do: no library has threads here
     messages = Messages()
     lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(lines,), daemon=True).start()

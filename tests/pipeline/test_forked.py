@@ -105,7 +105,7 @@ def test_numbers_drawn_without_a_seed_differ_between_workers(done):
 def test_a_stage_that_dies_takes_what_it_started_with_it(done):
     """Its own processes are forked as well, and must not keep its line open."""
     in_side(done, "import multiprocessing, os, sys\n"
-                  "child = multiprocessing.Process(target=time.sleep, args=(300,))\n"
+                  "child = multiprocessing.get_context('fork').Process(target=time.sleep, args=(300,))\n"
                   "child.start()\n"
                   "print('child', child.pid, file=sys.stderr, flush=True)\n"
                   "os.kill(os.getpid(), 9)")  # fmt: skip
@@ -121,10 +121,11 @@ def test_a_stage_that_dies_takes_what_it_started_with_it(done):
 
 
 def test_processes_of_a_stage_have_what_it_loaded(done):
-    in_side(done, "import multiprocessing\n"
+    in_side(done, "import multiprocessing, os\n"
                   "from concurrent.futures import ProcessPoolExecutor\n"
-                  "assert multiprocessing.get_start_method() == 'fork'\n"
-                  "with ProcessPoolExecutor(2) as pool:\n"
+                  "context = multiprocessing.get_context(os.environ['STAGE_PROCESSES'])\n"
+                  "assert context.get_start_method() == 'fork'\n"
+                  "with ProcessPoolExecutor(2, mp_context=context) as pool:\n"
                   "    assert [*pool.map(abs, [-1, -2])] == [1, 2]")  # fmt: skip
     assert done.run(names=("side",)) == {"side": "computed"}
 
