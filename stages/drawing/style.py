@@ -65,8 +65,8 @@ def _plain_fonts() -> Iterator[None]:
     signs in use takes four fifths of the time of cutting the font.
     """
     options: Any = subset.Options
-    before = options._drop_tables_default
-    options._drop_tables_default = [*before, "GDEF", "GPOS", "GSUB", "kern"]
+    before = getattr(options, "_drop_tables_default", [])  # Matplotlib adds to these
+    options._drop_tables_default = [*before, "GDEF", "GPOS", "GSUB", "kern", "MATH"]
     try:
         yield
     finally:
