@@ -22,7 +22,7 @@ from stages.contact_study.distance import unmeasured
 from stages.contact_study.limit_result import SEARCHED, TOO_DEAR, Candidates, Distance
 from stages.contact_study.parameters import Settings
 from stages.ground.contact_law import ContactLaw
-from stages.multibody.walking.scuffing import STEP_FLOOR
+from stages.planar.run import STEP_FLOOR
 
 
 def grid(default: ContactLaw, settings: Settings) -> Iterator[ContactLaw]:

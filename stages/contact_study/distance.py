@@ -21,9 +21,9 @@ from stages.contact_study.one_step import HipCurve, Scene, hip_curve, in_impact,
 from stages.contact_study.parameters import Settings
 from stages.ground.contact_law import ContactLaw
 from stages.ground.hardening import with_creep, with_impact
-from stages.multibody.assembly.state import PlanarState, rolling_state
-from stages.multibody.walking.plane_cycle import PlaneCycle, find_cycle, follow, step_derivative
-from stages.multibody.walking.section import (
+from stages.multibody.walking.walk import build, simulate
+from stages.planar.plane_cycle import PlaneCycle, find_cycle, follow, step_derivative
+from stages.planar.section import (
     SCALES,
     NoLimitCycle,
     SectionStep,
@@ -31,7 +31,7 @@ from stages.multibody.walking.section import (
     section_numbers,
     section_state,
 )
-from stages.multibody.walking.walk import build, simulate
+from stages.planar.state import PlanarState, rolling_state
 
 #: What is left of a part when it is measured.
 HALF = 0.5

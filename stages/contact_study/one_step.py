@@ -13,14 +13,14 @@ from stages.biped.walk import Walk
 from stages.contact_study.result import OneStep
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.multibody.assembly.signals import SIGNALS
-from stages.multibody.assembly.solver import Run
-from stages.multibody.assembly.state import rolling_state
 from stages.multibody.parameters import Settings
-from stages.multibody.walking.events import find_events
-from stages.multibody.walking.scuffing import COMPLETED
-from stages.multibody.walking.trajectory import foot_kinematics
-from stages.multibody.walking.walk import build, ground_reaction, simulate
+from stages.multibody.walking.walk import build, simulate
+from stages.planar.events import find_events
+from stages.planar.run import COMPLETED, Run
+from stages.planar.sampling import ground_reaction
+from stages.planar.signals import SIGNALS
+from stages.planar.state import rolling_state
+from stages.planar.trajectory import foot_kinematics
 
 NO_HEEL_STRIKE = "no heel strike"
 STANDING, LANDING = 0, 1

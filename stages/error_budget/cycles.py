@@ -13,14 +13,14 @@ from stages.error_budget.path import LIMITS, Limits, contributions
 from stages.error_budget.split import Split
 from stages.ground.contact_law import ContactLaw
 from stages.ground.normal_force import static_penetration
-from stages.multibody.assembly.state import rolling_state
 from stages.multibody.parameters import Settings
-from stages.multibody.walking.events import find_events
-from stages.multibody.walking.plane_cycle import find_cycle, step_derivative
-from stages.multibody.walking.section import SCALES, NoLimitCycle, SectionStep, mid_stance_after, section_numbers
-from stages.multibody.walking.section import section_state as state_of
-from stages.multibody.walking.trajectory import Trajectory
 from stages.multibody.walking.walk import build, simulate
+from stages.planar.events import find_events
+from stages.planar.plane_cycle import find_cycle, step_derivative
+from stages.planar.section import SCALES, NoLimitCycle, SectionStep, mid_stance_after, section_numbers
+from stages.planar.section import section_state as state_of
+from stages.planar.state import rolling_state
+from stages.planar.trajectory import Trajectory
 
 #: Scalars of a cycle, in s and m.
 SCALARS = ("step period", "step length")

@@ -11,10 +11,10 @@ from stages.error_budget.parameters import Parameters
 from stages.error_budget.path import Limits, contributions
 from stages.error_budget.split import Split
 from stages.ground.contact_law import ContactLaw
-from stages.multibody.assembly.state import rolling_state
 from stages.multibody.parameters import Settings
-from stages.multibody.walking.events import find_events
 from stages.multibody.walking.walk import build, simulate
+from stages.planar.events import find_events
+from stages.planar.state import rolling_state
 
 
 class OneStep:

@@ -22,10 +22,10 @@ from stages.extremes.verdict import FAILED, UNCONFIRMED, WRONG, Finding, judged,
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
-from stages.multibody.assembly.solver import Run
-from stages.multibody.assembly.state import rolling_state
-from stages.multibody.walking.energy import energy_balance
 from stages.multibody.walking.walk import simulate
+from stages.planar.energy import energy_balance
+from stages.planar.run import Run
+from stages.planar.state import rolling_state
 from stages.twin.machine.machine import build
 from stages.twin.walking.energy import energy_balance as spatial_energy_balance
 from stages.twin.walking.record import Record

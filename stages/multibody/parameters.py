@@ -14,7 +14,7 @@ from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.default_set import DefaultSet
 from stages.ground.slope import Slope
-from stages.multibody.assembly.signals import READ_LATER, SIGNALS
+from stages.planar.signals import READ_LATER, SIGNALS
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from stages.biped.accuracy.estimate import ErrorEstimate
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.multibody.assembly.inventory import Inventory
-from stages.multibody.walking.energy import EnergyBalance
+from stages.planar.energy import EnergyBalance
 
 Table = tuple[str, list[str], list[list[str]]]
 

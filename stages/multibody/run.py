@@ -15,16 +15,18 @@ from stages.biped.walk import Walk
 from stages.ground.blocks import lanes
 from stages.multibody.assembly.inventory import bytes_of, take_inventory
 from stages.multibody.assembly.quiet_exudyn import VERSION
-from stages.multibody.assembly.signals import PENETRATION, SLIP
-from stages.multibody.assembly.solver import Assembly, Run
-from stages.multibody.assembly.state import PlanarState, rolling_state
+from stages.multibody.assembly.solver import Assembly
 from stages.multibody.parameters import Parameters, Settings
 from stages.multibody.result import Facts, Result
 from stages.multibody.walking.cycle import Model, solve
-from stages.multibody.walking.energy import EnergyBalance, energy_balance
 from stages.multibody.walking.friction_study import vary_friction
-from stages.multibody.walking.trajectory import foot_kinematics
-from stages.multibody.walking.walk import build, sample, simulate
+from stages.multibody.walking.walk import build, simulate
+from stages.planar.energy import EnergyBalance, energy_balance
+from stages.planar.run import Run
+from stages.planar.sampling import sample
+from stages.planar.signals import PENETRATION, SLIP
+from stages.planar.state import PlanarState, rolling_state
+from stages.planar.trajectory import foot_kinematics
 
 
 @dataclass(frozen=True)

@@ -13,13 +13,14 @@ from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.multibody.assembly.solver import Run
-from stages.multibody.assembly.state import PlanarState, rolling_state
 from stages.multibody.parameters import Settings
-from stages.multibody.walking.events import find_events
-from stages.multibody.walking.limit_cycle import LimitCycle, limit_cycle
-from stages.multibody.walking.section import SCALES, mid_stance_after, section_state
+from stages.multibody.walking.limit_cycle import limit_cycle
 from stages.multibody.walking.walk import build, simulate
+from stages.planar.events import find_events
+from stages.planar.limit_cycle import LimitCycle
+from stages.planar.run import Run
+from stages.planar.section import SCALES, mid_stance_after, section_state
+from stages.planar.state import PlanarState, rolling_state
 from stages.tradeoff.way import Walked, Way, WayFailed, grid
 
 PENALTY = "penalty model"

@@ -13,9 +13,10 @@ from stages.contact_study.constraint_models import constraint_model
 from stages.contact_study.distance import Ruler
 from stages.contact_study.one_step import Scene
 from stages.contact_study.parameters import Parameters
-from stages.multibody.assembly.state import rolling_state
 from stages.multibody.parameters import Settings
-from stages.multibody.walking.walk import sample, simulate
+from stages.multibody.walking.walk import simulate
+from stages.planar.sampling import sample
+from stages.planar.state import rolling_state
 
 PERIOD = 0.48
 STANDING_FORCE = 9.4

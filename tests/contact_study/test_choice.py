@@ -8,7 +8,7 @@ import pytest
 from stages.contact_study.choice import choose, grid
 from stages.contact_study.distance import NOT_SOUGHT, unmeasured
 from stages.contact_study.limit_result import TOO_DEAR
-from stages.multibody.walking.scuffing import STEP_FLOOR
+from stages.planar.run import STEP_FLOOR
 from tests.contact_study.made_up import make_distance
 
 FIXED = ("searched_stiffness", "searched_damping", "searched_depth")

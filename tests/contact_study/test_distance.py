@@ -11,7 +11,7 @@ from stages.contact_study.distance import cycle_score, hard_limit, parts, step_s
 from stages.contact_study.limit_result import COMPLETED
 from stages.contact_study.one_step import measure, take_step
 from stages.ground.hardening import family_member
-from stages.multibody.walking.limit_cycle import NoLimitCycle
+from stages.planar.section import NoLimitCycle
 
 TIME = np.linspace(0.0, 1.0, 101)
 

@@ -9,13 +9,15 @@ import pytest
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
 from stages.ground.contact_law import ContactLaw
-from stages.multibody.assembly.state import rolling_state
 from stages.multibody.result import FrictionVariation, Result, changes, crossing
 from stages.multibody.walking.cycle import Model, search, solve, solved_cycle
 from stages.multibody.walking.friction_study import vary_friction
-from stages.multibody.walking.limit_cycle import fixed_point, limit_cycle
-from stages.multibody.walking.section import SCALES, NoLimitCycle, SectionStep
-from stages.multibody.walking.walk import sample, simulate
+from stages.multibody.walking.limit_cycle import limit_cycle
+from stages.multibody.walking.walk import simulate
+from stages.planar.limit_cycle import by_differences, fixed_point
+from stages.planar.sampling import sample
+from stages.planar.section import SCALES, NoLimitCycle, SectionStep
+from stages.planar.state import rolling_state
 
 FIXED = np.linspace(0.2, 1.1, 10) * SCALES
 BASIS = np.eye(10) + 0.1 * np.random.default_rng(3).normal(size=(10, 10))
@@ -23,37 +25,43 @@ MULTIPLIERS = np.array([-1.9, 0.6, 0.3, 0.01, *np.zeros(6)])
 MAP = BASIS @ np.diag(MULTIPLIERS) @ np.linalg.inv(BASIS)
 
 
+class MadeUp:
+    """Takes the steps of a made-up map, and keeps where from."""
+
+    def __init__(self, step, size):
+        self.map, self.size, self.taken = step, size, []
+
+    def step(self, numbers):
+        self.taken.append(numbers)
+        return SectionStep(self.map(numbers), None, 0.5, 0.16, 100)
+
+    def derivative(self, numbers, after=None):
+        return by_differences(self.step, numbers, self.size * SCALES, after)
+
+
 def bent(numbers):
     """A step map with the multipliers above, not linear."""
     off = (numbers - FIXED) / SCALES
-    return SectionStep(FIXED + SCALES * (MAP @ off + 0.5 * off**2), None, 0.5, 0.16, 100)
+    return FIXED + SCALES * (MAP @ off + 0.5 * off**2)
 
 
 def test_an_unstable_fixed_point_of_a_bent_map_is_found():
-    found = fixed_point(bent, FIXED + 0.02 * SCALES, 1e-10, 1e-6 * SCALES)
+    found = fixed_point(MadeUp(bent, 1e-6), FIXED + 0.02 * SCALES, 1e-10)
     assert found.residual < 1e-10
     assert found.numbers / SCALES == pytest.approx(FIXED / SCALES, abs=1e-9)
 
 
 def test_a_kept_derivative_is_corrected_on_the_way():
-    taken = []
-
-    def counted(numbers):
-        taken.append(numbers)
-        return bent(numbers)
-
+    walker = MadeUp(bent, 1e-6)
     similar = 1.05 * MAP * SCALES[:, None] / SCALES
-    found = fixed_point(counted, FIXED + 0.02 * SCALES, 1e-8, 1e-6 * SCALES, similar)
+    found = fixed_point(walker, FIXED + 0.02 * SCALES, 1e-8, similar)
     assert found.numbers / SCALES == pytest.approx(FIXED / SCALES, abs=1e-7)
-    assert len(taken) < 10  # a derivative alone would take ten
+    assert len(walker.taken) < 10  # a derivative alone would take ten
 
 
 def test_a_map_without_fixed_point_is_told():
-    def drift(numbers):
-        return SectionStep(numbers + SCALES, None, 0.5, 0.16, 100)
-
     with pytest.raises(NoLimitCycle, match="no fixed point within"):
-        fixed_point(drift, FIXED, 1e-6, 1e-4 * SCALES)
+        fixed_point(MadeUp(lambda numbers: numbers + SCALES, 1e-4), FIXED, 1e-6)
 
 
 @pytest.fixture(scope="module")

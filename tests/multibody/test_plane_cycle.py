@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from stages.multibody.walking.plane_cycle import find_cycle, plane_map, step_derivative
-from stages.multibody.walking.section import SCALES, NoLimitCycle, SectionStep
+from stages.planar.plane_cycle import find_cycle, plane_map, step_derivative
+from stages.planar.section import SCALES, NoLimitCycle, SectionStep
 
 FIXED = np.linspace(0.2, 1.1, 10)
 MULTIPLIERS = np.array([0.64, -0.61, 0.0098, *np.zeros(7)])

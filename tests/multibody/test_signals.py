@@ -9,11 +9,12 @@ import pytest
 from stages.biped.walk import NotRecorded, require
 from stages.ground.default_set import DefaultSet
 from stages.multibody.assembly.inventory import bytes_of, take_inventory
-from stages.multibody.assembly.signals import SIGNALS
 from stages.multibody.parameters import Parameters
 from stages.multibody.run import Inputs, run
 from stages.multibody.walking.cycle import walked_cycle
-from stages.multibody.walking.walk import build, sample, simulate
+from stages.multibody.walking.walk import build, simulate
+from stages.planar.sampling import sample
+from stages.planar.signals import SIGNALS
 
 #: Signal -> (attribute of the result, attribute of its walk).
 WHERE = {"ground_reaction": (None, "ground_reaction"), "imu": (None, "foot_specific_force"),

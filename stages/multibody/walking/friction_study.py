@@ -12,11 +12,11 @@ import math
 import numpy as np
 
 from stages.ground.contact_law import ContactLaw
-from stages.multibody.assembly.state import PlanarState
 from stages.multibody.result import FrictionVariation
-from stages.multibody.walking.cycle import COARSE, DIFFERENCE, Model
-from stages.multibody.walking.limit_cycle import FixedPoint, LimitCycle, fixed_point
-from stages.multibody.walking.section import NoLimitCycle, section_numbers
+from stages.multibody.walking.cycle import COARSE, Model
+from stages.planar.limit_cycle import FixedPoint, LimitCycle, fixed_point
+from stages.planar.section import NoLimitCycle, section_numbers
+from stages.planar.state import PlanarState
 
 #: Changes of each transition velocity on both sides, outwards: what the paper may mean by small to moderate.
 FACTORS = (tuple(2.0 ** (-0.5 * step) for step in (1, 2, 4)), tuple(2.0 ** (0.5 * step) for step in (1, 2, 4)))
@@ -66,9 +66,8 @@ def solved(
     model: Model, state: PlanarState, numbers: np.ndarray, derivative: np.ndarray | None
 ) -> FixedPoint | None:
     """The gait near these section numbers, or None."""
-    walker = model.walker(state)
     try:
-        return fixed_point(walker.step, numbers, RESIDUAL, walker.differences(DIFFERENCE), derivative)
+        return fixed_point(model.walker(state), numbers, RESIDUAL, derivative)
     except NoLimitCycle:
         return None
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.multibody.walking.section import SCALES, NoLimitCycle, SectionStep
+from stages.planar.section import SCALES, NoLimitCycle, SectionStep
 
 #: Times the fixed point is extrapolated until it is given up.
 ROUNDS = 10
