@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
+from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
@@ -91,6 +92,7 @@ class Parameters:
     contact: ContactLaw
     default_set: DefaultSet
     settings: Settings
+    level: Level = Level()
 
     def broken_rules(self) -> Iterator[Broken]:
         """The transition velocities are in order, in the default set and in all that it is varied to."""

@@ -9,6 +9,7 @@ from typing import ClassVar
 
 from stages.biped.accuracy.asked import Accuracy, accuracy
 from stages.biped.accuracy.estimate import finer_explicit
+from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
@@ -101,3 +102,4 @@ class Parameters:
     contact: ContactLaw
     default_set: DefaultSet
     settings: Settings
+    level: Level = Level()
