@@ -13,7 +13,6 @@ from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
-from stages.ground.default_set import DefaultSet
 from stages.ground.slope import Slope
 from stages.planar.signals import READ_LATER, SIGNALS
 
@@ -100,6 +99,5 @@ class Parameters:
     biped: Biped
     slope: Slope
     contact: ContactLaw
-    default_set: DefaultSet
     settings: Settings
     level: Level = Level()

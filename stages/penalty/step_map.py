@@ -27,7 +27,7 @@ class PenaltyStepper:
         self, biped: Biped, slope: Slope, contact: ContactLaw, start: PlanarState, settings: Settings
     ) -> None:
         self.start, self.settings = start, settings
-        self.p = numbers_of(biped, slope, contact, settings.largest_step)
+        self.p = numbers_of(biped, slope, contact)
         self.rigid = biped.legs == "rigid"
         self.steps_walked = 0
 

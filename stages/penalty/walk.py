@@ -36,9 +36,9 @@ END = 2
 
 
 @lru_cache(maxsize=64)
-def numbers_of(biped: Biped, slope: Slope, contact: ContactLaw, largest_step: float) -> Penalty:
+def numbers_of(biped: Biped, slope: Slope, contact: ContactLaw) -> Penalty:
     """The walker's numbers."""
-    return build_penalty(biped, slope, contact, FALLEN, largest_step)
+    return build_penalty(biped, slope, contact, FALLEN)
 
 
 @dataclass
@@ -62,6 +62,7 @@ class Progress:
     last_heel_strike: float = 0.0
     since: int = 0
     evaluations: int = 0
+    steps: int = 0
     outcome: str = RUNNING
     message: str = ""
     switches: list[tuple[float, int, bool]] = field(default_factory=list)
@@ -99,14 +100,29 @@ class Progress:
             taken = self._cut(nodes[:count])
             status = TIME_LIMIT
         if self.record is not None:
-            nodes[:count, 0] += self.time
-            self.record.append(nodes[:count])
+            rows = self._with_moments_between(nodes[:count], taken)
+            rows[:, 0] += self.time
+            self.record.append(rows)
+            self.steps += count
         self.time += taken
         if status == EVENT:
             self._change(first=True)
         else:
             self._end(status, patience)
         return length
+
+    def _with_moments_between(self, nodes: np.ndarray, taken: float) -> np.ndarray:
+        """The record of a stretch of this length with the moments between, by shorter steps: as accurate as the steps.
+        """
+        parts = self.settings.between + 1
+        if parts == 1 or not len(nodes):
+            return nodes
+        spans = np.diff(nodes[:, 0], append=taken)
+        times = (nodes[:, :1] + spans[:, None] * np.arange(parts) / parts).ravel()
+        start, states = nodes[:, 0].copy(), np.ascontiguousarray(nodes[:, 2:])
+        rows = np.repeat(nodes, parts, axis=0)
+        rows[:, 0], rows[:, 2:] = times, states_at(self.phase, start, states, times, self.p)
+        return rows
 
     def _cut(self, nodes: np.ndarray) -> float:
         """Take the last step again, to the time at which the walk ends; how long the stretch is then."""
@@ -170,16 +186,17 @@ def simulate(
     """Walk from `state` at t = 0 through `steps` heel strikes to the mid-stance after them, or for `duration` [s].
 
     The walk ends where the hip is over the foot that landed last. A fall, a standstill or a failure of the solver ends
-    it earlier and is told by the run's outcome. Motion, accelerations and what `signals` names are kept at every step.
+    it earlier and is told by the run's outcome. Motion, accelerations and what `signals` names are kept at every step
+    and at the moments between that the settings ask for.
     """
-    p = numbers_of(biped, slope, contact, settings.largest_step)
+    p = numbers_of(biped, slope, contact)
     walk = begin(p, state, settings, math.inf if duration is not None else steps)
     walk.record = []
     walk.until = math.inf if duration is None else duration
     walk.go_on()
     trajectory = recorded(walk, state, biped, signals)
     return Run(
-        walk.outcome, walk.message, trajectory, walk.heel_strikes, len(trajectory.time) - 1, walk.evaluations, 0.0)
+        walk.outcome, walk.message, trajectory, walk.heel_strikes, walk.steps, walk.evaluations, 0.0)
 
 
 def begin(p: Penalty, state: PlanarState, settings: Settings, steps: float) -> Progress:

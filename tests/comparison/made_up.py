@@ -104,7 +104,7 @@ def make_study(hip: float = 2e-3, chosen: float = 2e-4, ground_is_choice: bool =
         peak_force=np.full(rows, 500.0),
         penetration=np.full(rows, 4e-5),
         creep_velocity=2 * size,
-        solver_steps=np.full(rows, 600),
+        evaluations=np.full(rows, 600),
         force=bump * (1 + 0.1 * np.arange(rows))[:, None, None],
     )
     best = make_step(hip=chosen)

@@ -26,7 +26,7 @@ STILL = StanceState(0.0, 0.331, -0.1, 0.333, 0.01, 0.0, 0.0, 0.0)
 
 @pytest.fixture(scope="module")
 def walked(biped, slope, contact, start):
-    return simulate(biped, slope, contact, start, Settings(1e-11, 2e-4), steps=2)
+    return simulate(biped, slope, contact, start, Settings(1e-11, 2), steps=2)
 
 
 def test_energy_is_accounted_for(walked, biped, slope, contact):
@@ -56,7 +56,7 @@ def test_what_is_not_asked_for_is_not_recorded(walked, biped, slope, contact, st
 
 def test_a_walk_of_a_given_time_ends_there(walked, biped, slope, contact, start):
     for end in (0.1, 0.35, 0.6):
-        run = simulate(biped, slope, contact, start, Settings(1e-11, 2e-4), duration=end, signals=())
+        run = simulate(biped, slope, contact, start, Settings(1e-11), duration=end, signals=())
         assert run.completed and run.trajectory.time[-1] == end
         known = walked.trajectory.at(np.array([end]))[0][0]
         assert run.trajectory.position[-1] == pytest.approx(known, abs=1e-9)

@@ -14,7 +14,7 @@ import numpy as np
 from stages.analytic.compiled import ByKind, compiled, inlined
 from stages.analytic.integration.integrator import STAGES, error_norm, step_factor, take_step
 from stages.analytic.model.kinds import Compliant, Kind, Limited, Rigid, Rolling
-from stages.analytic.model.varied import Varied, VariedCompliant, VariedRigid, keep_delay
+from stages.analytic.model.varied import VariedCompliant, VariedRigid, keep_delay
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.coulomb_guard import wedges
 from stages.analytic.phases.flow import DOUBLE_STANCE, HOVERING, SLIDING_FORWARD, flow
@@ -69,16 +69,8 @@ def eight(p: Kind) -> int:
     return 8
 
 
-@compiled
-def unlimited(p: Kind) -> float:
-    """`largest_step` where the tolerance alone decides."""
-    return np.inf
-
-
 #: Length of a state and of each of its variations: state_size(p).
 state_size: Callable[..., int] = ByKind({Rigid | VariedRigid: four, Compliant | VariedCompliant: eight})
-#: Length that no step exceeds: largest_step(p).
-largest_step: Callable[..., float] = ByKind({Kind | Varied: unlimited})
 #: The status that ends a phase before its event, or EVENT if nothing does: failure(phase, y, p).
 failure: Callable[..., int] = ByKind({Rigid: rigid_failure, Rolling: rolling_failure, Limited: limited_failure})
 
@@ -152,7 +144,7 @@ def integrate(
     Returns (status, duration, last step size, nodes filled, evaluations). Each accepted step start is recorded as
     (duration, phase, state) in `nodes` while there is room.
     """
-    size, base, longest, count = y.size, state_size(p), largest_step(p), 0
+    size, base, count = y.size, state_size(p), 0
     stages, new, rates = np.empty((STAGES, size)), np.empty(size), np.empty(size)
     event, event_rates = np.empty(size), np.empty(size)
     time, evaluations = 0.0, 1
@@ -166,7 +158,6 @@ def integrate(
         h = min(h, FIRST_STEP)
         g0 = 0.0 if leaving else g0
     for _ in range(step_limit):
-        h = min(h, longest)
         if h < SMALLEST_STEP:
             return STEP_FLOOR, time, h, count, evaluations
         evaluations += take_step(phase, y, h, p, stages, new)

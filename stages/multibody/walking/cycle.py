@@ -53,18 +53,16 @@ class Model:
         return SectionWalker(self.biped, self.slope, self.contact, state, self.settings, DIFFERENCE)
 
 
-def solve(model: Model, state: PlanarState, walked: Run, walk: Walk) -> tuple[Cycle, str, LimitCycle | None]:
-    """The cycle near a mid-stance, why the walk from there has not settled on it ("" if it has), and the gait as found.
+def solve(model: Model, state: PlanarState, walked: Run, walk: Walk) -> tuple[Cycle, str]:
+    """The cycle near a mid-stance, and why the walk from there has not settled on it ("" if it has).
 
     Where no cycle is found, measures of the walk's last steps.
     """
-    found = None
     try:
-        found = search(model, state)
-        cycle, failure = solved_cycle(model, state, found, walk), ""
+        cycle, failure = solved_cycle(model, state, search(model, state), walk), ""
     except NoLimitCycle as error:
         cycle, failure = walked_cycle(walked, walk, model.biped.foot_radius), str(error)
-    return cycle, unsettled(walked, walk, cycle, failure), found
+    return cycle, unsettled(walked, walk, cycle, failure)
 
 
 def search(model: Model, state: PlanarState) -> LimitCycle:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import inf
 from typing import NamedTuple
 
 from stages.biped.design import Biped
@@ -15,8 +14,8 @@ X, Y, ANGLE, LENGTH, RATES, SIZE = 0, 1, 2, 4, 6, 12
 
 
 class Penalty(NamedTuple):
-    """The paper's symbols; one over the mass that moves along a leg, 0 for rigid legs; the longest step of the
-    integrator [s]; the height of the hip under which the walker has fallen [m]; the contact law.
+    """The paper's symbols; one over the mass that moves along a leg, 0 for rigid legs; the height of the
+    hip under which the walker has fallen [m]; the contact law.
 
     The law's own type is part of this one: another law is other machine code.
     """
@@ -32,13 +31,12 @@ class Penalty(NamedTuple):
     g_x: float
     g_y: float
     slide: float
-    longest: float
     fallen: float
     law: PointLaw
 
 
-def build_penalty(biped: Biped, slope: Slope, contact: ContactLaw, fallen: float, largest_step: float = inf) -> Penalty:
-    """The walker of a design on its ground; `fallen` in leg lengths, `largest_step` [s]."""
+def build_penalty(biped: Biped, slope: Slope, contact: ContactLaw, fallen: float) -> Penalty:
+    """The walker of a design on its ground; `fallen` in leg lengths."""
     rigid, gravity = biped.legs == "rigid", slope.gravity_vector
     return Penalty(
         M=float(biped.hip_mass),
@@ -52,7 +50,6 @@ def build_penalty(biped: Biped, slope: Slope, contact: ContactLaw, fallen: float
         g_x=gravity[0],
         g_y=gravity[1],
         slide=0.0 if rigid else 1.0 / biped.foot_mass,
-        longest=float(largest_step),
         fallen=fallen * biped.leg_length,
         law=contact.numbers,
     )

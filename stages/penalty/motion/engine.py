@@ -28,12 +28,6 @@ def twelve(p: Penalty) -> int:
 
 
 @compiled
-def longest(p: Penalty) -> float:
-    """`largest_step` [s]."""
-    return p.longest
-
-
-@compiled
 def penalty_failure(now: int, y: np.ndarray, p: Penalty) -> int:
     """`failure`: the hip is too low, or a leg is level."""
     return phase.EVENT if y[1] >= p.fallen and max(abs(y[2]), abs(y[3])) <= 0.5 * pi else phase.FALL
@@ -41,7 +35,7 @@ def penalty_failure(now: int, y: np.ndarray, p: Penalty) -> int:
 
 for function, choice in (
     (flow.flow, penalty_rates), (guards.guard, penalty_guard), (phase.failure, penalty_failure),
-    (phase.state_size, twelve), (phase.largest_step, longest), (varied.keep_delay, again(varied.forget_delay)),
+    (phase.state_size, twelve), (varied.keep_delay, again(varied.forget_delay)),
     (integrator.take_step, again(dop853_step.take_step)), (integrator.error_norm, again(dop853_step.error_norm)),
 ):  # fmt: skip
     extend(function, {Penalty: choice})
