@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 
-from stages.agreement.result import Agreement, drawn
-from stages.agreement.walks import Machine, between_cycles, over_a_walk
 from stages.contact_study.one_step import Scene
 from stages.contact_study.result import VARIED
+from stages.engines.result import EngineAgreement, drawn
+from stages.engines.walks import Machine, between_cycles, over_a_walk
 from stages.ground.contact_law import ContactLaw
 from stages.planar.section import NoLimitCycle, section_numbers
 from stages.planar.state import PlanarState, rolling_state
@@ -19,7 +19,7 @@ SEED = 17
 
 def checked(
     scene: Scene, laws: Sequence[tuple[ContactLaw, int]], cycles: Sequence[ContactLaw], count: int
-) -> Agreement:
+) -> EngineAgreement:
     """So many steps with sets, each given with its cost, and one cycle.
 
     The dearest set is the first, the others and the cycle are drawn. Raises EnginesDisagree.
@@ -42,4 +42,4 @@ def checked(
         with suppress(NoLimitCycle):  # a set without a gait has none to compare
             what = f"the cycle with {named(cycles[number])}"
             distances.append(between_cycles(what, machine, start, section_numbers(start)))
-    return Agreement(SEED, tuple(distances))
+    return EngineAgreement(SEED, tuple(distances))

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.agreement.result import Agreement
 from stages.biped.quantity import quantity
 from stages.contact_study import friction_result
 from stages.contact_study.friction_result import FrictionVariation
 from stages.contact_study.limit_result import COMPLETED, Candidates, RigidLimit, limit_table, search_table, shown
+from stages.engines.result import EngineAgreement
 from stages.ground.contact_law import ContactLaw
 
 #: Keys of the contact set that the study varies, in the paper's order (figures 5 and 6).
@@ -100,7 +100,7 @@ class Result:
     default_friction_variations: tuple[FrictionVariation, ...] = quantity(
         "-", "the same from Adams' default contact set instead of ground.yaml's"
     )
-    agreement: Agreement = quantity("-", "distance of the compiled penalty walker, which walks all this, from Exudyn")
+    engines: EngineAgreement = quantity("-", "distance of the compiled penalty walker, which walks all, from Exudyn")
 
     def summary(self) -> str:
         """What was chosen, in one line."""
@@ -117,7 +117,7 @@ class Result:
             f"v_s {1e3 * law.stiction_velocity:g} mm/s: hip {1e3 * found.hip_position.max():.2f} mm from the rigid "
             f"limit, which is {1e3 * hard.hip_position.max():.2f} mm from rolling feet; {ended}"
             + ("ground.yaml holds it" if self.ground_is_choice else "ground.yaml holds another")
-            + f"; {self.agreement.sentence()}"
+            + f"; {self.engines.sentence()}"
         )
 
     def tables(self) -> tuple[tuple[str, tuple[str, ...], list[tuple[object, ...]]], ...]:
@@ -136,7 +136,7 @@ class Result:
             tables += [limit_table(self.limit), search_table(self.candidates)]
         friction = (("ground.yaml's contact set", self.friction_variations),
                     ("Adams' default contact set", self.default_friction_variations))  # fmt: skip
-        return (*tables, *(friction_result.table(*pair) for pair in friction), self.agreement.table())
+        return (*tables, *(friction_result.table(*pair) for pair in friction), self.engines.table())
 
 
 def _row(name: tuple[str, str], step: OneStep) -> tuple[object, ...]:

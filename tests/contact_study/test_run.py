@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from pipeline.cache import artefact
-from stages.agreement import walks
-from stages.agreement.result import EnginesDisagree
 from stages.analytic.errors import NoGait
 from stages.contact_study import rigid_limit
 from stages.contact_study.result import Result
 from stages.contact_study.rigid_limit import same_set
 from stages.contact_study.run import Inputs, run
+from stages.engines import walks
+from stages.engines.result import EnginesDisagree
 
 
 @pytest.fixture(scope="module")
@@ -75,9 +75,9 @@ def test_tables_show_all_variations_the_family_and_the_best_sets(result):
 
 
 def test_the_study_is_within_a_nanometre_of_exudyn_and_fails_if_it_is_not(result, small, analytic, monkeypatch):
-    step, cycle = result.agreement.distances
+    step, cycle = result.engines.distances
     assert step.allowed == 1e-9 and "step with" in step.what and "cycle with" in cycle.what
-    assert result.agreement.largest < 1e-9 and "of Exudyn at 2 drawn points" in result.summary()
+    assert result.engines.largest < 1e-9 and "of Exudyn at 2 drawn points" in result.summary()
     monkeypatch.setattr(walks, "ONE_STEP", 0.0)
     with pytest.raises(EnginesDisagree, match="disagree on a step with contact_stiffness"):
         run(small, Inputs(analytic))

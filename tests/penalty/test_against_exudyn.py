@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.agreement.drawn import drawn_sets
-from stages.agreement.walks import COMPILED, Machine, between_cycles, over_a_walk
+from stages.engines.drawn import drawn_sets
+from stages.engines.walks import COMPILED, Machine, between_cycles, over_a_walk
 from stages.multibody.parameters import Settings as ExudynSettings
 from stages.multibody.walking.walk import simulate as exudyn_walk
 from stages.penalty.settings import Settings
@@ -68,7 +68,7 @@ def test_the_cycle_is_the_same(placed, contact, gait):
 
 
 def test_a_walk_that_ends_otherwise_is_not_fine(placed, contact):
-    """Its own check must be able to fail: another machine is no agreement."""
+    """Its own check must be able to fail: it does so for another machine."""
     machine, start = placed(contact)
     heavier = dataclasses.replace(machine, biped=dataclasses.replace(machine.biped, foot_mass=0.33501))
 

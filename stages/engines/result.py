@@ -37,7 +37,7 @@ class Distance:
 
 
 @dataclass(frozen=True)
-class Agreement:
+class EngineAgreement:
     """How far the study's compiled penalty walker is from Exudyn, at points of the study drawn by a seed."""
 
     seed: int = quantity("1", "seed of the draw")

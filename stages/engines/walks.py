@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.agreement.result import BUT, Distance
 from stages.biped.design import Biped
+from stages.engines.result import BUT, Distance
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings as ExudynSettings
