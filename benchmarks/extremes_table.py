@@ -21,7 +21,7 @@ from pipeline.cache.artefact import load
 from pipeline.parameters import loading
 from stages.drawing import style
 from stages.extremes import warnings as warned
-from stages.extremes.engines import COULOMB, GAIT, JOINTS, MARCH, TOGETHER, TREE, TWIN, USUAL
+from stages.extremes.engines import COMPILED, COULOMB, GAIT, JOINTS, MARCH, TOGETHER, TREE, TWIN, USUAL
 from stages.extremes.envelope.place import REACH, place_of
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import points
@@ -36,6 +36,7 @@ PACKAGES = ("numpy", "scipy", "numba", "exudyn")
 #: Engines of a stage of the study: the settings they are run with.
 OF_A_STAGE: dict[str, Callable[[Parameters], Any]] = {
     GAIT: lambda here: here.analytic, COULOMB: lambda here: here.analytic, TREE: lambda here: here.multibody,
+    COMPILED: lambda here: here.multibody,
     JOINTS: lambda here: here.multibody, TWIN: lambda here: here.twin,
 }  # fmt: skip
 COLUMNS = ("engine", "axis", "value", "changes", "status", "error", "audit", "reference", "reason")
