@@ -11,11 +11,10 @@ from typing import Any, TypeVar
 
 from stages.analytic.compiled import SOURCES, keeper
 from stages.biped.machine_code import MachineCode
-from stages.ground.compiled import GROUND
 
 F = TypeVar("F", bound=Callable[..., Any])
 FOLDER = Path(__file__).parent
-CODE = MachineCode("penalty", FOLDER, GROUND, *SOURCES)
+CODE = MachineCode("penalty", FOLDER, *SOURCES)
 
 
 def compiled(function: F) -> F:
