@@ -8,7 +8,7 @@ TEST := .venv/installed-test
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PYTEST := $(BIN)/python -m pytest -n 2
 
-.PHONY: install readme study test test-slow check lint coverage audit test-floor lock clean
+.PHONY: install readme study test test-slow check lint coverage audit test-floor wheel lock clean
 
 install: $(STUDY)
 
@@ -71,6 +71,19 @@ $(TEST): requirements/test.txt $(STUDY)
 	$(PIP) install --require-hashes -r requirements/test.txt
 	@touch $@
 
+# A wheel that brings its machine code, compiled for any processor of this platform, this Python and this numba: others
+# compile on the user's machine. Into dist/.
+WHEEL_TAGS = $(shell $(BIN)/python -c 'import sys, sysconfig; v = "cp%d%d" % sys.version_info[:2]; \
+  print("--config-settings=--build-option=--python-tag=" + v, "--config-settings=--build-option=--plat-name=" \
+  + sysconfig.get_platform().replace("-", "_").replace(".", "_"))')
+SHIPPED := stages/biped/machine_code/shipped
+wheel: $(STUDY)
+	rm -rf build $(SHIPPED)
+	NUMBA_CPU_NAME=generic NUMBA_CPU_FEATURES= NUMBA_CACHE_DIR=$(CURDIR)/build/code \
+	  $(BIN)/bipedstudy run-all --accuracy draft --results build/study
+	cp -r build/code/bipedstudy $(SHIPPED)
+	$(PIP) wheel --no-deps --no-build-isolation $(WHEEL_TAGS) --wheel-dir dist . ; done=$$?; rm -rf $(SHIPPED); exit $$done
+
 # Pin again the newest versions that pyproject.toml allows: versions and hashes, no addresses. Needs uv.
 LOCK := uv pip compile --universal --python-version 3.10 --generate-hashes --no-header --no-annotate --quiet --upgrade
 
@@ -81,4 +94,4 @@ lock:
 	echo 'pip-audit>=2.7' | $(LOCK) - --output-file requirements/audit.txt
 
 clean:
-	rm -rf .venv .venv-floor .venv-audit build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf .venv .venv-floor .venv-audit build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache

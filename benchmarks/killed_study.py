@@ -34,6 +34,7 @@ from pathlib import Path
 
 from pipeline.cache import durable
 from pipeline.study import locate
+from tests.pipeline.processes import started
 
 _EVENLY = 10
 _BEFORE_ITS_END = 0.8
@@ -122,10 +123,10 @@ class Killed:
                 self.finished.add(words[0])
                 if words[1] == "computed":
                     self.seconds[words[0]] = time.monotonic() - began
-        workers = children(process.pid)
+        there = started(process.pid)
         if moment < float("inf"):
             if victim == "worker":
-                _kill(workers)
+                _kill(there[-1:])  # the stage's, or the one that would fork it
                 self._notice(under_way, events)
             _kill([process.pid])
             kills_of[under_way] = max(0, kills_of.get(under_way, 0) - 1)
@@ -134,7 +135,7 @@ class Killed:
         told = _WITHOUT_A_SENTENCE.search(errors[0])
         if told or (moment == float("inf") and code):
             self.count.told.append(f"{under_way}, {code}: {errors[0][-2000:]}")
-        left = _still_there(workers)
+        left = _still_there(there)
         wrong = [name for name, digest in digests(self.results).items() if self.right.get(name) != digest]
         self.count.wrong += [f"{name} after a kill in {under_way}" for name in wrong]
         if moment < float("inf"):
@@ -179,13 +180,6 @@ def digests(results: Path) -> dict[str, str]:
     named = ((path.relative_to(results), path) for path in paths)
     return {inner.as_posix(): durable.digest(path.read_bytes()) for inner, path in named
             if inner.parts[0] not in (".cache", *_NOT_RESULTS)}  # fmt: skip
-
-
-def children(pid: int) -> list[int]:
-    """Processes that process `pid` started."""
-    with contextlib.suppress(OSError):
-        return [int(word) for word in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
-    return []
 
 
 def _still_there(pids: list[int]) -> list[int]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -66,12 +67,17 @@ class Graph:
 
 def read(root: Path) -> Graph:
     """Read `root`/dvc.yaml; raises `StudyError` naming every line this pipeline does not understand."""
+    return _graph(yaml_text.text_of(root / FILE_NAME, FILE_NAME), root / FILE_NAME)
+
+
+@lru_cache(maxsize=4)
+def _graph(text: str, path: Path) -> Graph:
     where = FILE_NAME
-    tree = yaml_text.read(root / FILE_NAME, where)
+    tree = yaml_text.parse(text, where)
     problems: list[str] = []
     top = tree.value if isinstance(tree.value, dict) else {}
     if set(top) != {"stages"} or not isinstance(top["stages"].value, dict) or not top["stages"].value:
-        raise StudyError(f'{root / FILE_NAME}: expected the one key "stages" with the stages under it')
+        raise StudyError(f'{path}: expected the one key "stages" with the stages under it')
     stages = [_stage(name, node, where, problems) for name, node in top["stages"].value.items()]
     if problems:
         raise StudyError(problems)

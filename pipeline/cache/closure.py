@@ -5,14 +5,11 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from pipeline.cache import durable
-from pipeline.cache.syntax import Meaning, SyntaxMemo
-
-#: What was read of modules: file and meaning, or None for a name that is no module.
-Known = dict[str, "tuple[str, Meaning] | None"]
+from pipeline.cache.syntax import SyntaxMemo
 
 _DATA = (".csv", ".html", ".json", ".mplstyle", ".sql", ".txt")
 
@@ -25,6 +22,24 @@ class Closure:
     foreign: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class _Module:
+    """A module's file, what it means, the modules of its package that it needs, and the foreign ones."""
+
+    file: str
+    tree: str
+    needs: frozenset[str]
+    foreign: frozenset[str]
+
+
+@dataclass
+class _Known:
+    """What was read: modules by name (None for a name that is no module), and other files by their folder."""
+
+    modules: dict[str, _Module | None] = field(default_factory=dict)
+    beside: dict[str, dict[str, str]] = field(default_factory=dict)
+
+
 class Sources:
     """The package of stages under `code_root`; reads every file afresh each time a closure is asked for.
 
@@ -33,12 +48,12 @@ class Sources:
 
     def __init__(self, code_root: Path, package: str, memo: SyntaxMemo) -> None:
         self.code_root, self.package, self.memo = code_root, package, memo
-        self._held: Known | None = None
+        self._held: _Known | None = None
 
     @contextlib.contextmanager
     def one_moment(self) -> Iterator[None]:
         """Read every file once until the end of this context."""
-        self._held = {}
+        self._held = _Known()
         try:
             yield
         finally:
@@ -50,32 +65,21 @@ class Sources:
         A package whose `__init__` reads its `__path__` is a register: it imports every module of its folder. Files
         beside modules that are not Python (style sheets, templates, tables) belong to the closure as well.
         """
-        known: Known = {} if self._held is None else self._held
+        known = _Known() if self._held is None else self._held
         files: dict[str, str] = {}
         foreign: set[str] = set()
         seen: set[str] = set()
-        waiting = [name for module in modules for name in _with_parents(module)]
+        waiting = {name for module in modules for name in _with_parents(module)}
         while waiting:
-            module = waiting.pop()
-            if module in seen:
-                continue
-            seen.add(module)
-            found = self._read(module, known)
-            if found is None:
-                continue
-            file, meaning = found
-            files[file] = meaning.tree
-            for name, names in meaning.imports:
-                target = name or module
-                if target.split(".")[0] != self.package:
-                    foreign.add(target.split(".")[0])
-                    continue
-                waiting.extend(_with_parents(target))
-                beneath = self._read(target, known)
-                if beneath is not None and beneath[0].endswith("/__init__.py"):  # in case the names are modules
-                    names = self._modules_beside(beneath[0]) if "*" in names else names
-                    waiting.extend(f"{target}.{inner}" for inner in names)
-        files.update(self._beside(files))
+            name = waiting.pop()
+            seen.add(name)
+            module = self._module(name, known)
+            if module is not None:
+                files[module.file] = module.tree
+                foreign |= module.foreign
+                waiting |= module.needs - seen
+        for folder in {os.path.dirname(file) for file in files}:  # noqa: PTH120 - a thousand times in every run
+            files.update(self._beside(folder, known))
         return Closure(dict(sorted(files.items())), tuple(sorted(foreign)))
 
     def file(self, module: str) -> str | None:
@@ -86,24 +90,41 @@ class Sources:
                 return file
         return None
 
-    def _read(self, module: str, known: Known) -> tuple[str, Meaning] | None:
-        """A module's file and what it means, or None where there is no such file."""
-        if module not in known:
-            file = self.file(module)
-            known[module] = (
-                None if file is None else (file, self.memo.meaning(durable.read(self.code_root / file) or b""))
-            )
-        return known[module]
+    def _module(self, name: str, known: _Known) -> _Module | None:
+        if name not in known.modules:
+            file = self.file(name)
+            known.modules[name] = None if file is None else self._read(name, file)
+        return known.modules[name]
+
+    def _read(self, name: str, file: str) -> _Module:
+        meaning = self.memo.meaning(durable.read(self.code_root / file) or b"")
+        needs: set[str] = set()
+        foreign: set[str] = set()
+        for target, names in meaning.imports:
+            target = target or name
+            first = target.partition(".")[0]
+            if first != self.package:
+                foreign.add(first)
+                continue
+            needs.update(_with_parents(target))
+            init = self.file(target) if names else None
+            if init is not None and init.endswith("/__init__.py"):  # in case the names are modules
+                inner = self._modules_beside(init) if "*" in names else names
+                needs.update(f"{target}.{each}" for each in inner)
+        return _Module(file, meaning.tree, frozenset(needs), frozenset(foreign))
 
     def _modules_beside(self, init: str) -> tuple[str, ...]:
         """Names that may be modules of a package."""
         return tuple(path.stem for path in (self.code_root / init).parent.iterdir() if path.name != "__init__.py")
 
-    def _beside(self, files: dict[str, str]) -> Iterator[tuple[str, str]]:
-        for folder in {(self.code_root / file).parent for file in files}:
-            for path in folder.iterdir():
-                if path.suffix in _DATA and not path.name.startswith("."):
-                    yield path.relative_to(self.code_root).as_posix(), durable.digest(durable.read(path) or b"")
+    def _beside(self, folder: str, known: _Known) -> dict[str, str]:
+        """Files of a folder that are not Python, with their digests."""
+        if folder not in known.beside:
+            paths = (path for path in os.scandir(self.code_root / folder) if path.name.endswith(_DATA))
+            names = (path.name for path in paths if not path.name.startswith("."))
+            places = {f"{folder}/{name}": self.code_root / folder / name for name in names}
+            known.beside[folder] = {file: durable.digest(durable.read(path) or b"") for file, path in places.items()}
+        return known.beside[folder]
 
 
 def _with_parents(target: str) -> Iterator[str]:

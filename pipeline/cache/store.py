@@ -17,6 +17,7 @@ import shutil
 import stat
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -52,7 +53,7 @@ class Entry:
     summary: str
     seconds: float
 
-    @property
+    @cached_property
     def key(self) -> str:
         """The cache key."""
         return fingerprint.key(self.ingredients)

@@ -32,32 +32,41 @@ class SyntaxMemo:
     def __init__(self, path: Path | None) -> None:
         self._path = path
         self._known: dict[str, Meaning] = {}
+        self._stored: dict[str, Any] = {}
         self._grown = False
         stored: Any = durable.read_sealed(path) if path else None
         if stored:
-            with contextlib.suppress(ValueError, TypeError, KeyError, AttributeError):
+            with contextlib.suppress(TypeError, KeyError):
                 if stored["for"] == _INTERPRETER:
-                    self._known = {key: _from_json(*entry) for key, entry in stored["files"].items()}
+                    self._stored = dict(stored["files"])
 
     def meaning(self, source: bytes) -> Meaning:
         """Meaning of a source file's bytes. A file that does not parse means its own bytes."""
         key = durable.digest(source)
+        if key not in self._known and key in self._stored:
+            with contextlib.suppress(ValueError, TypeError):
+                self._known[key] = _from_json(*self._stored[key])
         if key not in self._known:
             self._known[key] = _parse(source)
             self._grown = True
         return self._known[key]
 
+    def learn(self, source: bytes, tree: ast.Module) -> None:
+        """Note the meaning of bytes that were parsed already; the tree loses its docstrings."""
+        self._known[durable.digest(source)] = _meaning(tree)
+
     def save(self) -> None:
         """Keep what was learnt; a folder that cannot be written costs only time."""
         if self._path and self._grown:
-            files = {key: (meaning.tree, meaning.imports) for key, meaning in self._known.items()}
+            known = {key: (meaning.tree, meaning.imports) for key, meaning in self._known.items()}
+            files = {**self._stored, **known}
             with contextlib.suppress(OSError):
                 durable.write_sealed(self._path, {"for": _INTERPRETER, "files": files})
                 self._grown = False
 
     def forget(self) -> None:
         """Believe nothing of what was kept, as it contradicts what a worker read."""
-        self._known, self._grown = {}, True
+        self._known, self._stored, self._grown = {}, {}, True
 
 
 _INTERPRETER = f"{sys.version_info.major}.{sys.version_info.minor} {durable.digest(Path(__file__).read_bytes())}"
@@ -72,6 +81,10 @@ def _parse(source: bytes) -> Meaning:
         tree = ast.parse(source)
     except (SyntaxError, ValueError):
         return Meaning(durable.digest(source), ())
+    return _meaning(tree)
+
+
+def _meaning(tree: ast.Module) -> Meaning:
     imports: list[tuple[str, tuple[str, ...]]] = []
     reads_docstrings = False
     for node in ast.walk(tree):

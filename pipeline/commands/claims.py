@@ -14,7 +14,7 @@ import click
 from pipeline.commands import options
 from pipeline.commands.show import print_table
 from pipeline.errors import StudyError
-from pipeline.parameters import yaml_text
+from pipeline.parameters import levels, yaml_text
 from pipeline.study import Study, shown
 
 #: What a verdict may be; "holds if" is completed by a condition. Then how several are counted, and how they look.
@@ -22,6 +22,7 @@ VERDICTS = {
     "holds": ("hold", "yes"),
     "holds if": ("hold on a condition", "if"),
     "does not hold": ("do not hold", "no"),
+    "not decided at this accuracy": ("are not decided at this accuracy", "open"),
     "open": ("are open", "open"),
     "does not apply": ("do not apply", "none"),
 }
@@ -43,6 +44,7 @@ class Claim:
     condition: str
     causes: list[str]
     rests_on: list[str]
+    numbers: list[str] = field(default_factory=list)
 
     @property
     def full_verdict(self) -> str:
@@ -68,11 +70,14 @@ class Claim:
 
 @dataclass(frozen=True)
 class Claims:
-    """results/claims.yaml: sentences that sum it up, claims, and tables beside them (title, columns, rows)."""
+    """results/claims.yaml: the accuracy of the study, sentences that sum it up, claims, and tables beside them (title,
+    columns, rows).
+    """
 
     claims: list[Claim] = field(default_factory=list)
     headlines: list[str] = field(default_factory=list)
     tables: list[dict[str, Any]] = field(default_factory=list)
+    level: str = levels.DEFAULT
 
     def counts(self) -> dict[str, int]:
         """How many claims have each verdict."""
@@ -81,7 +86,8 @@ class Claims:
     def counted(self) -> str:
         """The verdicts that occur, counted, in words."""
         many = [f"{count} {VERDICTS[verdict][0]}" for verdict, count in self.counts().items() if count]
-        return f"{len(self.claims)} claims: {', '.join(many)}."
+        at = "" if self.level == levels.DEFAULT else f" at accuracy {self.level}"
+        return f"{len(self.claims)} claims{at}: {', '.join(many)}."
 
 
 @click.command("claims")
@@ -101,7 +107,7 @@ def command(study: Study, names: tuple[str, ...], as_json: bool, markdown: bool,
         known = ", ".join(claim.id for claim in found.claims)
         raise StudyError(f'there is no claim "{unknown[0]}" (claims: {known})')
     if names:
-        found = Claims([claim for claim in found.claims if claim.id in names])
+        found = Claims([claim for claim in found.claims if claim.id in names], level=found.level)
     if as_json:
         options.print_json(asdict(found))
     elif into is not None:
@@ -173,7 +179,8 @@ def read(study: Study) -> Claims:
         raise StudyError(f"{shown(path)} is not there yet; make it with: bipedstudy run comparison")
     plain = yaml_text.read(path, shown(path)).plain()
     try:
-        found = Claims([Claim(**claim) for claim in plain["claims"]], plain["headlines"], plain["tables"])
+        found = Claims([Claim(**claim) for claim in plain["claims"]], plain["headlines"], plain["tables"],
+                       plain.get("level", levels.DEFAULT))  # fmt: skip
     except (TypeError, KeyError):
         raise StudyError(f"{shown(path)}: not the claims of this version; make them anew with: bipedstudy run "
                          "comparison") from None  # fmt: skip

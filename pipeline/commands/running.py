@@ -6,8 +6,9 @@ import contextlib
 import os
 import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -17,6 +18,7 @@ from pipeline.commands.status import print_survey
 from pipeline.execution import display
 from pipeline.execution.executor import Outcome, bring_up_to_date
 from pipeline.execution.planning import Planner, State
+from pipeline.parameters import levels, loading
 from pipeline.study import Study, shown
 
 
@@ -50,6 +52,7 @@ def run_stages(
         with lock.held(study.results, shown(study.results), command, wait, shows.note):
             with contextlib.suppress(OSError):
                 study.store.sweep()
+            _say_if_less_accurate(study, values, shows)
             outcomes = bring_up_to_date(study, values, shows, force=forced, jobs=jobs or os.cpu_count() or 1)
             written = afterwards(study) if afterwards else None
             if written is not None and not as_json:
@@ -63,6 +66,21 @@ def run_stages(
     seconds = time.perf_counter() - began
     if as_json:
         print_json({"stages": [_plain(outcome) for outcome in outcomes], "seconds": round(seconds, 3)})
+
+
+def _say_if_less_accurate(study: Study, values: Mapping[str, Any], shows: display.Display) -> None:
+    """Results of a higher level do not give way to others without a word."""
+    levels_of = {"kept": set[str](), "asked": set[str]()}
+    for name, parameters in values.items():
+        last = study.store.current(name)
+        for which, plain in (("kept", last.ingredients["parameters"] if last else {}),
+                             ("asked", loading.as_plain(parameters))):  # fmt: skip
+            if level := plain.get(levels.FILE, {}).get(levels.KEY):
+                levels_of[which].add(level)
+    kept, asked = (max((levels.LEVELS.index(level) for level in found), default=0) for found in levels_of.values())
+    if kept > asked:
+        shows.note(f"these results are of accuracy {levels.LEVELS[kept]} and give way to {levels.LEVELS[asked]}; they "
+                   "are kept, and come back at once when that accuracy is asked for again")  # fmt: skip
 
 
 def _say_if_large(study: Study, shows: display.Display) -> None:

@@ -2,10 +2,12 @@
 
 A compiled file beside a source can be older than an edit made within the same second, and a source can be edited
 while a stage runs. So the worker compiles what it reads, and the run checks afterwards that this is what the key says.
+Code that a text was compiled to before, in the process that the worker was forked from, does as well.
 """
 
 from __future__ import annotations
 
+import ast
 import importlib.abc
 import importlib.machinery
 import importlib.util
@@ -18,11 +20,42 @@ from pipeline.cache.closure import Sources
 from pipeline.cache.syntax import SyntaxMemo
 
 
+class Compiled:
+    """Sources that were compiled before anything imports them, by path and text, and what they mean."""
+
+    def __init__(self) -> None:
+        self.code: dict[tuple[str, bytes], CodeType] = {}
+        self.memo = SyntaxMemo(None)
+
+    def take(self, path: Path, source: bytes) -> list[tuple[str, tuple[str, ...]]]:
+        """Compile the source at `path`, unless it is known; what it imports at its head, as (module, names).
+
+        A source that cannot be compiled is left to whoever imports it.
+        """
+        if (str(path), source) in self.code:
+            return []
+        try:
+            tree = ast.parse(source, path)
+            code = compile(tree, path, "exec", dont_inherit=True)
+        except (SyntaxError, ValueError):
+            return []
+        self.code[str(path), source] = code
+        heads: list[tuple[str, tuple[str, ...]]] = []
+        for node in tree.body:
+            if isinstance(node, ast.Import):
+                heads += [(alias.name, ()) for alias in node.names]
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                heads.append((node.module, tuple(alias.name for alias in node.names)))
+        self.memo.learn(source, tree)
+        return heads
+
+
 class ObservedSources(importlib.abc.MetaPathFinder):
     """Finder for one package; `loaded` maps each file (from the code root) to the source bytes that were executed."""
 
-    def __init__(self, code_root: Path, package: str) -> None:
-        self.sources = Sources(code_root, package, SyntaxMemo(None))
+    def __init__(self, code_root: Path, package: str, compiled: Compiled | None = None) -> None:
+        self.compiled = compiled or Compiled()
+        self.sources = Sources(code_root, package, self.compiled.memo)
         self.loaded: dict[str, bytes] = {}
 
     def install(self) -> None:
@@ -59,5 +92,8 @@ class _Loader(importlib.machinery.SourceFileLoader):
         source = self.get_data(path)
         name = Path(path).relative_to(self._observed.sources.code_root).as_posix()
         self._observed.loaded[name] = source
+        known = self._observed.compiled.code.get((path, source))
+        if known is not None:
+            return known
         code: CodeType = compile(source, path, "exec", dont_inherit=True)
         return code

@@ -50,7 +50,8 @@ class Planner:
         plain = loading.as_plain(self.values[name])
         parts = fingerprint.ingredients(stage, self.study.sources, plain, inputs)
         store = self.study.store
-        entry, last = store.entry(fingerprint.key(parts)), store.current(name)
+        key, last = fingerprint.key(parts), store.current(name)
+        entry = last if last is not None and last.key == key else store.entry(key)
         if last is None:
             present = [out for out in stage.outs if store.place(out).exists()]
             reasons = [f"{present[0]} is there, but nothing says how it was made"] if present else ["never run"]

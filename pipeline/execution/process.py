@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.cache import processor
+from pipeline.execution import forked
 from pipeline.execution.job import Job, Task
 from pipeline.home import engine
 
@@ -41,16 +42,21 @@ class Worker:
     def __init__(self, job: Job, folder: Path | str, tell: Callable[[Message], None], log: Path | None = None) -> None:
         search = [str(engine()), *(os.environ.get("PYTHONPATH") or "").split(os.pathsep)]
         path = os.pathsep.join(str(Path(part).absolute()) for part in search if part)
+        environment = {**os.environ, **_SETTINGS, **processor.settings(), "PYTHONPATH": path}
+        self._process: forked.Forked | subprocess.Popen[bytes]
         with open(log or os.devnull, "wb") as errors:
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", "pipeline.execution.worker"],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=errors,
-                cwd=engine(),
-                env={**os.environ, **_SETTINGS, **processor.settings(), "PYTHONPATH": path},
-                start_new_session=os.name == "posix",
-            )
+            if forked.HERE:
+                self._process = forked.started(environment, errors, job.package, job.code_root, [*job.code])
+            else:
+                self._process = subprocess.Popen(
+                    [sys.executable, "-m", "pipeline.execution.worker"],
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    stderr=errors,
+                    cwd=engine(),
+                    env=environment,
+                    start_new_session=os.name == "posix",
+                )
         threading.Thread(target=self._listen, args=(tell,), daemon=True).start()
         self._send(json.dumps([str(folder), job.text()]))
 

@@ -25,7 +25,7 @@ from pipeline.errors import StudyError, is_answer
 from pipeline.execution.columns import columns
 from pipeline.execution.inputs import check_unchanged, given
 from pipeline.execution.job import File, Job, Point, beneath, engine_code
-from pipeline.execution.observed_import import ObservedSources
+from pipeline.execution.observed_import import Compiled, ObservedSources
 from pipeline.execution.process import continue_when_parent_ends, end_group
 from pipeline.graph import Stage, is_inside
 from pipeline.parameters import loading
@@ -47,6 +47,8 @@ class Messages:
 
     def __init__(self) -> None:
         self._file = os.fdopen(os.dup(1), "w", encoding="utf-8")
+        if hasattr(os, "register_at_fork"):  # the end of this process must show, whatever it forked
+            os.register_at_fork(after_in_child=self._file.close)
         os.dup2(2, 1)
         self._reported = 0.0
 
@@ -63,9 +65,11 @@ class Messages:
             self.send(progress=[min(1.0, max(0.0, float(fraction))), str(what)])
 
 
-def main() -> None:
-    """Entry of `python -m pipeline.execution.worker`."""
+def main(compiled: Compiled | None = None) -> None:
+    """Entry of `python -m pipeline.execution.worker`, and, with what it compiled, of a process that forks workers."""
     continue_when_parent_ends()
+    if compiled is not None:
+        os.environ["STAGE_PROCESSES"] = "fork"  # what a stage may do: no library has threads here
     messages = Messages()
     lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(lines,), daemon=True).start()
@@ -74,7 +78,7 @@ def main() -> None:
         folder, text = json.loads(lines.get())
         job = Job.of(text)
         package = job.package
-        computing = Computing(job, Path(folder), messages)
+        computing = Computing(job, Path(folder), messages, compiled)
         while True:
             for index, point in json.loads(lines.get()):
                 messages.send(began=index)
@@ -87,10 +91,10 @@ def main() -> None:
 class Computing:
     """The chain of stages of one job. What an upstream stage made is kept as long as its parameters stay."""
 
-    def __init__(self, job: Job, folder: Path, messages: Messages) -> None:
+    def __init__(self, job: Job, folder: Path, messages: Messages, compiled: Compiled | None = None) -> None:
         self.job, self.folder, self.messages = job, folder, messages
         home = home_of(job.package, Path(job.code_root))
-        self.observed = ObservedSources(home, job.package)
+        self.observed = ObservedSources(home, job.package, compiled)
         self._check_machine()
         importable(job.package, home)  # for the processes that a stage starts
         self.observed.install()
@@ -217,8 +221,11 @@ def _files(stage: Stage, result: Any, provenance: dict[str, str]) -> dict[str, b
 
 
 def _listen(lines: queue.SimpleQueue[bytes]) -> None:
-    for line in sys.stdin.buffer:
-        lines.put(line)
+    begun = b""
+    while part := os.read(0, 1 << 16):  # sys.stdin would be locked meanwhile, and a forked process closes its own
+        *whole, begun = (begun + part).split(b"\n")
+        for line in whole:
+            lines.put(line)
     end_group()
 
 

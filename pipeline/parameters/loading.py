@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.errors import StudyError, nearest
-from pipeline.parameters import uncertainty, yaml_text
+from pipeline.parameters import levels, uncertainty, yaml_text
 from pipeline.parameters.overrides import Override, applied, node_of, parsed
 from pipeline.parameters.value import Refused, allowed, broken_rules, checked, declared, shown, value_of, with_unit
 from pipeline.parameters.yaml_text import Node
@@ -103,10 +103,12 @@ class _Loading:
         self.classes = sections(known)
         self.problems: list[tuple[str, int, str]] = []
         self.overrides: dict[str, list[Override]] = {}
+        self.level = levels.DEFAULT
 
     def load(self, settings: Sequence[str], wanted: Mapping[str, type], asked: Mapping[str, str]) -> dict[str, Any]:
         self._ask(asked, sections(wanted.values()))
         self._read_settings(settings)
+        self._read_level()
         built: dict[type, Any] = {}
         # a file that a stage reads, or that --set changes, is checked whole, also where another stage reads it
         read = {*sections(wanted.values()), *self.overrides}
@@ -122,14 +124,28 @@ class _Loading:
         return stages
 
     def _ask(self, asked: Mapping[str, str], read: Mapping[str, list[type]]) -> None:
-        """Take a request as a change of every file that has its key and is read; `--set` goes before it."""
+        """Take a request as a change of the level, and of every file that has its key and is read; `--set` goes before.
+
+        A word is a level, and changes nothing else.
+        """
         for request in self.requests:
             if text := asked.get(request.NAME):
-                value = node_of(request, text)
+                value, said = node_of(request, text), f"--{request.NAME} {text}"
+                changes = {levels.FILE: (levels.KEY, Node(request.level(value.plain()), 0))}
                 for file, classes in read.items():
                     if file in request.FILES and any(request.NAME in declared(cls) for cls in classes):
-                        override = Override(f"--{request.NAME} {text}", file, request.NAME, (), value)
-                        self.overrides.setdefault(file, []).append(override)
+                        changes[file] = request.NAME, value
+                for file, (key, node) in changes.items():
+                    if file != levels.FILE and isinstance(value.value, str):
+                        continue
+                    self.overrides.setdefault(file, []).append(Override(said, file, key, (), node))
+
+    def _read_level(self) -> None:
+        """The study's level; what is wrong with it is said where its file is checked."""
+        if levels.FILE in self.classes:
+            entry = (self._entries(levels.FILE) or {}).get(levels.KEY, Node(levels.DEFAULT, 0))
+            given = entry.value.get("value", entry).value if isinstance(entry.value, dict) else entry.value
+            self.level = given if given in levels.LEVELS else levels.DEFAULT
 
     def _read_settings(self, settings: Sequence[str]) -> None:
         known = {file: [key for cls in classes for key in declared(cls)] for file, classes in self.classes.items()}
@@ -172,7 +188,7 @@ class _Loading:
                     self._problem(file, 0, f"{name} is missing; allowed: {allowed(field)}")
                 continue
             try:
-                values[name] = value_of(entries[name], field, kind)
+                values[name] = value_of(entries[name], field, kind, self.level)
             except Refused as refused:
                 complete = False
                 self._problem(file, refused.line, refused.of(name), name)

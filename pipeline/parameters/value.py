@@ -15,10 +15,10 @@ from functools import cache
 from typing import Any
 
 from pipeline.errors import nearest
-from pipeline.parameters import uncertainty
+from pipeline.parameters import levels, uncertainty
 from pipeline.parameters.yaml_text import Node
 
-_ENTRY_KEYS = ("value", "rows", "unit", "source", *uncertainty.PARTS)
+_ENTRY_KEYS = ("value", "rows", "unit", "source", levels.PART, *uncertainty.PARTS)
 
 
 class Refused(Exception):
@@ -41,9 +41,17 @@ def declared(cls: type) -> dict[str, tuple[dataclasses.Field[Any], Any]]:
     return {field.name: (field, hints[field.name]) for field in fields}
 
 
-def value_of(entry: Node, field: dataclasses.Field[Any], kind: Any) -> Any:
-    """The checked value of a file's entry. Raises `Refused`, also for a wrong unit or a misspelt part of the entry."""
-    return checked(_unwrapped(entry, field, kind), field, kind)
+def value_of(entry: Node, field: dataclasses.Field[Any], kind: Any, level: str = levels.DEFAULT) -> Any:
+    """The checked value of a file's entry at a level; those at the others are checked as well.
+
+    Raises `Refused`, also for a wrong unit or a misspelt part of the entry.
+    """
+    try:
+        values = {each: checked(_unwrapped(levels.at(entry, each), field, kind), field, kind)
+                  for each in (levels.LEVELS if levels.has(entry) else (level,))}  # fmt: skip
+    except ValueError as reason:
+        raise Refused(str(reason), entry.line) from None
+    return values[level]
 
 
 def checked(node: Node, field: dataclasses.Field[Any], kind: Any) -> Any:

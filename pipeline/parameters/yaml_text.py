@@ -81,14 +81,19 @@ def parse(text: str, where: str, *, with_lines: bool = True) -> Node:
 
 def read(path: Any, where: str) -> Node:
     """Read the YAML file `path`; `where` is how messages name it."""
+    return parse(text_of(path, where), where)
+
+
+def text_of(path: Any, where: str) -> str:
+    """The text of the file `path`, which messages call `where`. Raises `StudyError` if it cannot be read as text."""
     try:
         regular.check(path, where, regular.TEXT)
-        text = path.read_text(encoding="utf-8")
+        text: str = path.read_text(encoding="utf-8")
+        return text
     except UnicodeDecodeError:
         raise StudyError(f"{where}: not a text file in UTF-8") from None
     except OSError as error:
         raise StudyError(f"{where}: cannot be read: {error.strerror}") from None
-    return parse(text, where)
 
 
 class _TooDeep(Exception):

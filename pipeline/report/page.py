@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.cache import durable
 from pipeline.cache.store import Entry
+from pipeline.parameters import levels
 from pipeline.study import Study
 
 if TYPE_CHECKING:
@@ -67,6 +68,7 @@ def html(content: Content, sealed: str, seconds: str, stale: Mapping[str, str]) 
         with_times=bool(seconds),
         seconds=seconds,
         stale=stale,
+        usual_level=levels.DEFAULT,
     )
     head, mark, rest = page.encode().partition(_SEAL.format(sealed).encode())
     return head + mark + _whole(head, rest) + rest

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.accuracy.asked import Accuracy, accuracy
+from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
 from stages.biped.outsole.rubber import Rubber
 from stages.biped.quantity import Bound, Broken, half_widths, parameter
@@ -73,6 +74,7 @@ class Parameters:
     settings: Settings
     design_digits: DesignDigits = DesignDigits()
     slope_digits: SlopeDigits = SlopeDigits()
+    level: Level = Level()
 
     @property
     def half_widths(self) -> dict[str, float]:

@@ -6,10 +6,15 @@ import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from typing import TypeVar
+from typing import Any, TypeVar
 
 Argument = TypeVar("Argument")
 Answer = TypeVar("Answer")
+
+
+def context() -> Any:
+    """How processes begin: as the variable STAGE_PROCESSES says; without it anew, which is safe in any program."""
+    return multiprocessing.get_context(os.environ.get("STAGE_PROCESSES", "spawn"))
 
 
 def each_in_a_process(
@@ -25,8 +30,7 @@ def each_in_a_process(
         for number, argument in enumerate(arguments):
             yield number, function(argument)
         return
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=context) as pool:
+    with ProcessPoolExecutor(workers, mp_context=context()) as pool:
         waiting = {pool.submit(function, argument): number for number, argument in enumerate(arguments)}
         try:
             for done in as_completed(waiting):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stages.analytic.parameters import Settings as ConstraintSettings
+from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
 from stages.campaign.parameters import RadioSettings, RunSettings, SensorSettings
@@ -79,3 +80,4 @@ class Parameters:
     sensor: SensorSettings
     radio: RadioSettings
     settings: Settings
+    level: Level = Level()

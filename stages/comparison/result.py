@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from stages.biped.quantity import quantity
 from stages.comparison.agreement import ModelAgreement, TwinAgreement
+from stages.comparison.claims.accuracy.number import Number
 from stages.comparison.claims.verdict import VERDICTS
 from stages.comparison.determinants import Determinants
 from stages.comparison.digits import TITLE, Digits
@@ -24,10 +25,11 @@ class Claim:
     words: str = quantity("-", "the paper's words")
     implies: str = quantity("-", "the quantity and limit that they imply")
     measured: str = quantity("-", "what this study computes")
-    verdict: str = quantity("-", "holds, holds if, does not hold, open, or does not apply")
+    verdict: str = quantity("-", "what follows, one of `claims.verdict.VERDICTS`")
     condition: str = quantity("-", "what completes holds if; else empty")
     causes: tuple[str, ...] = quantity("-", "the causes that are true of what was measured")
     rests_on: tuple[str, ...] = quantity("-", "parameters other than the biped's that it follows from")
+    numbers: tuple[Number, ...] = quantity("-", "what it was judged by, with numerical errors")
 
 
 @dataclass(frozen=True)
@@ -70,4 +72,7 @@ def counted(verdicts: list[str]) -> str:
 
 
 #: Verdicts of several claims.
-PLURAL = dict(zip(VERDICTS, ("hold", "hold on a condition", "do not hold", "stay open", "do not apply"), strict=True))
+PLURAL = dict(zip(
+    VERDICTS,
+    ("hold", "hold on a condition", "do not hold", "are not decided at this accuracy", "stay open", "do not apply"),
+    strict=True))  # fmt: skip

@@ -49,7 +49,8 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     models_alone = {name: one for name, one in determined.items() if not name.startswith("runs")}
     digits = digits_of(inputs.analytic.uncertainties, models_alone)
     claims = judge(parameters, measure(evidence))
-    files = {"claims.yaml": as_yaml(claims, tables_of(biped, determined, digits), headlines(biped, claims))}
+    files = {"claims.yaml": as_yaml(claims, tables_of(biped, determined, digits), headlines(biped, claims),
+                                     parameters.level.level)}  # fmt: skip
     return Result(models, twin, measured, score, determined, digits, biped, claims, files)
 
 

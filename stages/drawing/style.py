@@ -12,6 +12,7 @@ import matplotlib
 matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
+from fontTools import subset
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
@@ -42,6 +43,7 @@ RULES: dict[Any, Any] = {
     "lines.linewidth": 1.2,
     "legend.frameon": False,
     "figure.constrained_layout.use": True,
+    "axes.titley": 1.0,  # ticks are below: what looks for room above them takes a fifth of the drawing
     "svg.hashsalt": "bipedstudy",
     "pdf.fonttype": 42,
     "pdf.compression": 9,
@@ -51,10 +53,24 @@ RULES: dict[Any, Any] = {
 @contextmanager
 def drawing() -> Iterator[None]:
     """Draw under the study's rules, whatever the user's own defaults are."""
-    with plt.rc_context():
+    with plt.rc_context(), _plain_fonts():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(RULES)
         yield
+
+
+@contextmanager
+def _plain_fonts() -> Iterator[None]:
+    """Embed fonts without their rules for scripts and kerning, which no PDF reader looks at: cutting those down to the
+    signs in use takes four fifths of the time of cutting the font.
+    """
+    options: Any = subset.Options
+    before = getattr(options, "_drop_tables_default", [])  # Matplotlib adds to these
+    options._drop_tables_default = [*before, "GDEF", "GPOS", "GSUB", "kern", "MATH"]
+    try:
+        yield
+    finally:
+        options._drop_tables_default = before
 
 
 def panel_label(axes: Axes, letter: str) -> None:
@@ -72,13 +88,18 @@ def round_ticks(axis: Axis) -> None:
 def pictures(name: str, figure: Figure, dpi: int) -> dict[str, bytes]:
     """The figure as PNG and PDF, keyed by the path relative to the results folder; closes the figure."""
     files = {}
-    for suffix, metadata in (
-        ("png", {"Software": None}),
-        ("pdf", {"CreationDate": None, "Producer": None, "Creator": None}),
-    ):
-        buffer = io.BytesIO()
-        figure.savefig(buffer, format=suffix, dpi=dpi, metadata=metadata)
-        figure.set_layout_engine("none")  # laid out once: that takes longer than the drawing
-        files[f"figures/{name}.{suffix}"] = buffer.getvalue()
+    figure.dpi = dpi
+    engine = figure.get_layout_engine()
+    if engine is not None:  # laid out once, here: each time it is saved, it would be drawn twice for that
+        engine.execute(figure)
+    with plt.rc_context({"figure.constrained_layout.use": False}):
+        figure.set_layout_engine(None)
+        for suffix, metadata in (
+            ("png", {"Software": None}),
+            ("pdf", {"CreationDate": None, "Producer": None, "Creator": None}),
+        ):
+            buffer = io.BytesIO()
+            figure.savefig(buffer, format=suffix, dpi=dpi, metadata=metadata)
+            files[f"figures/{name}.{suffix}"] = buffer.getvalue()
     plt.close(figure)
     return files

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from stages.analytic.parameters import Settings as AnalyticSettings
+from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, faults, parameter
 from stages.ground.contact_law import ContactLaw
@@ -53,6 +54,7 @@ class Parameters:
     multibody: MultibodySettings
     twin: TwinSettings
     settings: Settings
+    level: Level = Level()
 
     def changed(self, changes: Iterator[tuple[str, Any]] | tuple[tuple[str, Any], ...]) -> Parameters:
         """With values changed by their names in the parameter files, as "ground.gravity"; nothing is checked.

@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-import multiprocessing
+import contextlib
 import time
 from collections.abc import Callable, Sequence
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
+from stages.biped.processes import context
 from stages.extremes.verdict import CRASHED, HUNG, Finding
 
 Evaluate = Callable[[Any, Any], Finding]
 POLL_S = 1.0
+#: Processes in a row that may end before they begin a point: it is not the points then.
+MOST_FALSE_STARTS = 3
+_BEGUN = None
+
+
+class NoProcess(Exception):
+    """No process lives long enough to begin a point."""
 
 
 class _Hand:
@@ -21,17 +29,34 @@ class _Hand:
         self.evaluate, self.common = evaluate, common
         self.process: Any = None
         self.line: Connection
-        self.index, self.since = -1, 0.0
+        self.index, self.begun, self.since = -1, False, 0.0
 
     def send(self, index: int, point: Any) -> None:
-        if self.process is None:
-            context = multiprocessing.get_context("spawn")
-            self.line, other = context.Pipe()
-            self.process = context.Process(target=_serve, args=(other, self.evaluate, self.common), daemon=True)
-            self.process.start()
-            other.close()
-        self.index, self.since = index, time.monotonic()
-        self.line.send(point)
+        """Hand over a point. A process that cannot be started, or is dead, shows when it is listened to."""
+        self.index, self.begun, self.since = index, False, time.monotonic()
+        with contextlib.suppress(OSError):
+            if self.process is None:
+                self._start()
+            self.line.send(point)
+
+    def listen(self, longest_s: float) -> Finding | None:
+        """The finding on the point at hand, if there is one by now; if that is not `begun`, it is on the process."""
+        try:
+            if self.process is None:
+                raise EOFError
+            while self.line.poll():
+                word: Finding | None = self.line.recv()
+                if word is not _BEGUN:
+                    self.index = -1
+                    return word
+                self.begun, self.since = True, time.monotonic()
+        except (EOFError, OSError):
+            self.end()
+            return Finding(CRASHED, reason="the process that computed it died")
+        if time.monotonic() - self.since <= longest_s:
+            return None
+        self.end()
+        return Finding(HUNG, reason=f"no answer within {longest_s:g} s")
 
     def end(self) -> None:
         if self.process is not None:
@@ -41,6 +66,14 @@ class _Hand:
             self.process = None
         self.index = -1
 
+    def _start(self) -> None:
+        begin = context()
+        self.line, other = begin.Pipe()
+        with other:
+            process = begin.Process(target=_serve, args=(other, self.evaluate, self.common), daemon=True)
+            process.start()
+        self.process = process
+
 
 def _serve(line: Connection, evaluate: Evaluate, common: Any) -> None:
     while True:
@@ -48,6 +81,7 @@ def _serve(line: Connection, evaluate: Evaluate, common: Any) -> None:
             point = line.recv()
         except EOFError:
             return
+        line.send(_BEGUN)
         line.send(evaluate(common, point))
 
 
@@ -62,32 +96,33 @@ def compute(
 ) -> list[Finding]:
     """`evaluate(common, point)` of every point, in order, in `processes` processes; all three must be picklable.
 
-    A process that dies gives the finding CRASHED, one that takes longer than `longest_s` HUNG; both are replaced.
-    `done` is told how many points are finished.
+    A process that dies at a point gives the finding CRASHED, one that takes longer than `longest_s` HUNG; both are
+    replaced. `done` is told how many points are finished. Raises `NoProcess` if one after the other ends, or hangs,
+    before it begins any.
     """
     hands = [_Hand(evaluate, common) for _ in range(min(processes, len(points)))]
     findings: dict[int, Finding] = {}
     waiting = list(enumerate(points))[::-1]
+    false_starts = 0
     try:
         while len(findings) < len(points):
             for hand in hands:
                 if hand.index < 0 and waiting:
                     hand.send(*waiting.pop())
-            busy = {hand.line: hand for hand in hands if hand.index >= 0}
-            ready = wait(list(busy), POLL_S)
-            for line in ready:
-                hand = busy[line]  # type: ignore[index]
-                index = hand.index
-                try:
-                    findings[index], hand.index = hand.line.recv(), -1
-                except (EOFError, OSError):
-                    hand.end()
-                    findings[index] = Finding(CRASHED, reason="the process that computed it died")
-            for hand in hands:
-                if hand.index >= 0 and time.monotonic() - hand.since > longest_s:
-                    index = hand.index
-                    hand.end()
-                    findings[index] = Finding(HUNG, reason=f"no answer within {longest_s:g} s")
+            busy = [hand for hand in hands if hand.index >= 0]
+            wait([hand.line for hand in busy if hand.process is not None], POLL_S)
+            for hand in busy:
+                index, begun = hand.index, hand.begun
+                finding = hand.listen(longest_s)
+                if hand.begun > begun:
+                    false_starts = 0
+                if finding is not None and hand.begun:
+                    findings[index] = finding
+                elif finding is not None:
+                    waiting.append((index, points[index]))
+                    false_starts += 1
+                if false_starts >= MOST_FALSE_STARTS:
+                    raise NoProcess(f"{false_starts} processes in a row ended before they could compute a point")
             done(len(findings))
     finally:
         for hand in hands:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
 from stages.comparison.limits import Limits
@@ -26,3 +27,4 @@ class Parameters:
     slope: Slope
     contact: ContactLaw
     settings: Settings
+    level: Level = Level()

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
+from stages.biped.accuracy.level import Level
 from stages.biped.quantity import Bound, Broken, parameter
 
 POSITIVE, NOT_NEGATIVE = Bound(above=0), Bound(minimum=0)
@@ -122,3 +123,4 @@ class Parameters:
     settings: Settings
     limits: Limits
     drawing: Drawing
+    level: Level = Level()

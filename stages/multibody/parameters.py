@@ -9,12 +9,12 @@ from typing import ClassVar
 
 from stages.biped.accuracy.asked import Accuracy, accuracy
 from stages.biped.accuracy.estimate import finer_explicit
+from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
-from stages.ground.default_set import DefaultSet
 from stages.ground.slope import Slope
-from stages.multibody.assembly.signals import READ_LATER, SIGNALS
+from stages.planar.signals import READ_LATER, SIGNALS
 
 
 @dataclass(frozen=True)
@@ -99,5 +99,5 @@ class Parameters:
     biped: Biped
     slope: Slope
     contact: ContactLaw
-    default_set: DefaultSet
     settings: Settings
+    level: Level = Level()

@@ -1,11 +1,12 @@
-"""`--accuracy`: an error asked for decides the solver settings of every stage that has the key `accuracy`."""
+"""`--accuracy`: the level of the whole study, or an error, which also decides solver settings of the walks shown."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-from stages.biped.accuracy.asked import CUSTOM, WORDS
+from stages.biped.accuracy.asked import CUSTOM
+from stages.biped.accuracy.level import LEVELS
 from stages.tradeoff.accuracy import choice
 from stages.tradeoff.accuracy.choice import FILES, KEYS, Choice
 from stages.tradeoff.accuracy.reached import line, verified
@@ -13,26 +14,31 @@ from stages.tradeoff.accuracy.reached import line, verified
 NAME = "accuracy"
 METAVAR = "WORD|KEY=VALUE"
 HELP = (
-    "Solver settings of every walk for an error: draft, paper, reference, or as hip_position_m=1e-5. "
-    "Goes before the key accuracy of the parameter files."
+    "Level of the whole study: draft, paper or reference; or an error of the walks shown, as hip_position_m=1e-5, with "
+    "the level that it needs. Goes before accuracy.yaml and the key accuracy of the other files."
 )
 VERIFY_HELP = (
     "Show the errors that the run estimated, and keep them in results/accuracy. Every run that an accuracy is asked of "
     "walks a second time with coarser settings; what it cannot show to be met it refuses, and the command ends with 3."
 )
-FORM = "custom, draft, paper, reference, or an error as in hip_position_m=1e-5"
-__all__ = ["FILES", "FORM", "HELP", "METAVAR", "NAME", "VERIFY_HELP", "decide", "decided", "line", "parsed", "verified",
-           "words"]  # fmt: skip
+FORM = f"{', '.join(LEVELS)}, or an error as in hip_position_m=1e-5"
+__all__ = ["FILES", "FORM", "HELP", "METAVAR", "NAME", "VERIFY_HELP", "decide", "decided", "level", "line", "parsed",
+           "verified", "words"]  # fmt: skip
 
 
 def words() -> tuple[str, ...]:
     """What the text after the option may be, or begin with, for hints at misspelt ones."""
-    return (*KEYS, *WORDS)
+    return (*KEYS, *LEVELS)
+
+
+def level(asked: str | Mapping[str, float]) -> str:
+    """The level of the study for what is asked: the least accurate one whose own errors are no larger."""
+    return asked if isinstance(asked, str) else choice.level(asked)
 
 
 def parsed(text: str) -> str | dict[str, str]:
-    """The text after `--accuracy` as a word, or as the errors asked for. Raises KeyError with an unknown key."""
-    if text in WORDS:
+    """The text after `--accuracy` as a level, or as the errors asked for. Raises KeyError with an unknown key."""
+    if text in LEVELS:
         return text
     asked = {}
     for part in text.split(","):

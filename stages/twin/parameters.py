@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.accuracy.asked import Accuracy, accuracy
+from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
 from stages.biped.outsole.rubber import Rubber
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.multibody.assembly.signals import GROUND_REACTION, IMU
+from stages.planar.signals import GROUND_REACTION, IMU
 from stages.twin.machine.parts import Material, Part
 from stages.twin.machine.table_one import faults
 
@@ -117,6 +118,7 @@ class Parameters:
     slope: Slope
     contact: ContactLaw
     settings: Settings
+    level: Level = Level()
 
     def broken_rules(self) -> Iterator[Broken]:
         """The bill of parts is possible and adds up to the design; point masses need no bill."""

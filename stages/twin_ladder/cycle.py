@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.multibody.walking.section import NoLimitCycle
+from stages.planar.section import NoLimitCycle
 from stages.twin_ladder.section import PLANE_SCALES, SIDE_SCALES, SectionState, Step, StepMap
 
 MOST_ITERATIONS = 16

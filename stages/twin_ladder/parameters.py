@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
 from stages.ground.contact_law import ContactLaw
@@ -42,3 +43,4 @@ class Parameters:
     planar: PlanarSettings
     twin: TwinSettings
     settings: Settings
+    level: Level = Level()

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
+from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
@@ -55,3 +56,4 @@ class Parameters:
     contact: ContactLaw
     twin: TwinSettings
     settings: Settings
+    level: Level = Level()

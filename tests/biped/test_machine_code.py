@@ -216,6 +216,15 @@ def test_shipped_code_is_read_and_never_written(package: Path, repository: Path,
     assert {path: path.read_bytes() for path in shipped.iterdir()} == before
 
 
+def test_code_for_any_processor_serves_this_one(package: Path, repository: Path, tmp_path: Path) -> None:
+    """What `make wheel` compiles."""
+    generic = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
+    made = used(package, repository, NUMBA_CACHE_DIR=tmp_path / "cache", **generic)
+    shipped = shutil.copytree(Path(str(made["folder"])), tmp_path / "shipped")
+    found = used(package, repository, NUMBA_CACHE_DIR=tmp_path / "new", SHIPPED=shipped)
+    assert (found["answer"], found["hits"]) == (made["answer"], 1)
+
+
 def test_damaged_code_is_compiled_again(package: Path, repository: Path, tmp_path: Path) -> None:
     """A flipped bit of machine code is another number or a crash; a truncated index was an unexpected error."""
     cache = tmp_path / "cache"

@@ -207,8 +207,11 @@ def test_claims_survive_yaml_and_the_command_knows_their_verdicts():
     claim = dataclasses.replace(
         judged(PARAMETERS, CASES[0][0]), words='quotes " and: colons', measured="µ ≤ 3 # no comment", causes=("a\nb",)
     )
-    read = yaml.safe_load(as_yaml([claim], [("title", ("", "a"), [("row", "1")])], ["one: two"]))
-    assert read["claims"] == [{**dataclasses.asdict(claim), "causes": ["a\nb"], "rests_on": list(claim.rests_on)}]
+    read = yaml.safe_load(as_yaml([claim], [("title", ("", "a"), [("row", "1")])], ["one: two"], "draft"))
+    numbers = [str(number) for number in claim.numbers]
+    assert read["claims"] == [{**dataclasses.asdict(claim), "causes": ["a\nb"], "rests_on": list(claim.rests_on),
+                               "numbers": numbers}] and numbers  # fmt: skip
+    assert read["level"] == "draft"
     assert read["headlines"] == ["one: two"]
     assert read["tables"] == [{"title": "title", "columns": ["", "a"], "rows": [["row", "1"]]}]
     assert shown.Claim(**read["claims"][0]).full_verdict == HOLDS

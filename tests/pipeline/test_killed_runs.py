@@ -12,7 +12,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.pipeline.processes import started, workers
+
 unix = pytest.mark.skipif(os.name != "posix", reason="uses POSIX signals")
+proc = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc to find the workers")
 
 
 def kill_at_a_random_moment(toy, seconds):
@@ -49,20 +52,21 @@ def test_two_hundred_killed_runs_leave_valid_results(toy_with_commands):
 
 
 @unix
+@proc
 def test_a_worker_ends_with_the_run_that_started_it(toy_with_commands):
     toy = toy_with_commands
     process = toy.start("run", "fall", "--set", "fall.behaviour=sleep")
-    workers = wait_for(lambda: children(process.pid))
+    there = wait_for(lambda: workers(process.pid) and started(process.pid))
     process.kill()
     process.communicate()
-    assert wait_for(lambda: not any(alive(pid) for pid in workers))
+    assert wait_for(lambda: not any(alive(pid) for pid in there))
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere a stopped process cannot notice")
 def test_a_stopped_worker_ends_with_the_run_that_started_it(toy_with_commands):
     toy = toy_with_commands
     process = toy.start("run", "fall", "--set", "fall.behaviour=sleep")
-    (worker,) = wait_for(lambda: children(process.pid))
+    (worker,) = wait_for(lambda: workers(process.pid))
     logs = "results/.cache/making-*/stage.log"
     assert wait_for(lambda: [path for path in toy.root.glob(logs) if path.stat().st_size])  # it sleeps
     os.kill(worker, signal.SIGSTOP)
@@ -76,26 +80,20 @@ def test_a_stopped_worker_ends_with_the_run_that_started_it(toy_with_commands):
 
 
 @unix
+@proc
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_run_keeps_what_it_has(toy_with_commands, number):
     toy = toy_with_commands
     assert toy.command("run-all")[0] == 0
     before = toy.results()
     process = toy.start("run-all", "--set", "fall.behaviour=sleep")
-    workers = wait_for(lambda: children(process.pid))
+    there = wait_for(lambda: workers(process.pid) and started(process.pid))
     process.send_signal(number)
     _, errors = process.communicate(timeout=50)
     assert process.returncode == 128 + number
     assert errors.strip() == "error: stopped; everything computed before is kept"
     assert toy.results() == before
-    assert wait_for(lambda: not any(alive(pid) for pid in workers))
-
-
-def children(pid):
-    task = Path(f"/proc/{pid}/task/{pid}/children")
-    if not task.exists():
-        pytest.skip("needs /proc to find a process's children")
-    return [int(word) for word in task.read_text().split()]
+    assert wait_for(lambda: not any(alive(pid) for pid in there))
 
 
 def alive(pid):

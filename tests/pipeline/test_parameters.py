@@ -95,7 +95,7 @@ WRONG_LINES = {
     "\n\nheight: {value: -1, unit: m}": ":3: height = -1 m is not allowed; allowed: >= 0 m",
     "height: {value: 1, unit: mm}": ':1: height has the unit "mm"; it must be given in "m"',
     "height: {valu: 1}": ':1: height has a part "valu" that means nothing here (only value, rows, unit, '
-    'source, uncertainty, printed); did you mean "value"?',
+    'source, levels, uncertainty, printed); did you mean "value"?',
     "height: {unit: m}": ":1: height has no value; write it as {value: ..., unit: ..., source: ...}",
     "height: 1\nheight: 2": ':2: the key "height" is given twice, first on line 1',
     "height: {value: 1, value: 2}": ':1: the key "value" is given twice, first on line 1',

@@ -24,6 +24,7 @@ from pipeline.sweep.points import Points
 from pipeline.sweep.progress import Meter, duration
 from pipeline.sweep.row import Row
 from pipeline.sweep.sweep import Sweep
+from tests.pipeline.processes import workers
 
 GRID = """
 stage: bounce
@@ -232,17 +233,6 @@ def test_normal_values_have_their_mean_and_deviation(tmp_path):
 SLOW = f"stage: side\nkind: grid\nset: {{side.wait: 0.1}}\nvary: {{side.seed: {list(range(24))}}}\n"
 
 
-def workers():
-    """Worker processes of sweeps that this process started."""
-    found = []
-    for task in Path(f"/proc/{os.getpid()}/task").iterdir():
-        for pid in (task / "children").read_text().split():
-            with_arguments = Path(f"/proc/{pid}/cmdline").read_bytes()
-            if b"pipeline.execution.worker" in with_arguments:
-                found.append(int(pid))
-    return found
-
-
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc to find the workers")
 def test_killed_workers_lose_nothing(toy):
     first, killed = [], []
@@ -250,7 +240,7 @@ def test_killed_workers_lose_nothing(toy):
     class Killing(Display):
         def points(self, done, total, sentence):  # the first two workers, one after the other
             if done == 3:
-                first.extend(workers())
+                first.extend(workers(os.getpid()))
             if done in (3, 9) and first:
                 killed.append(first.pop())
                 os.kill(killed[-1], signal.SIGKILL)

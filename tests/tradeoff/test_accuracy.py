@@ -1,6 +1,7 @@
 """An accuracy asked for: settings the kept table proposes, what is refused, how a run checks and refines them."""
 
 import dataclasses
+import json
 import shutil
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,8 +17,9 @@ from pipeline.errors import StudyError
 from pipeline.parameters import loading
 from pipeline.study import Study
 from stages.biped.accuracy import estimate as error_estimate
-from stages.biped.accuracy.asked import CUSTOM, HIP_ERRORS, PAPER, Accuracy
+from stages.biped.accuracy.asked import CUSTOM, Accuracy
 from stages.biped.accuracy.estimate import ErrorEstimate, NotMet, to_accuracy
+from stages.biped.accuracy.level import LEVELS
 from stages.tradeoff import request
 from stages.tradeoff.accuracy import choice
 
@@ -78,30 +80,64 @@ def test_what_can_be_asked_is_what_the_parameters_have():
 
 
 @pytest.mark.parametrize("line", [
-    "accuracy: draft",
-    'accuracy: {value: draft, unit: "-", source: "a test"}',
     "accuracy: {hip_position_m: 1e-3}",
     "accuracy: {value: {hip_position_m: 1e-3}, source: a test}",
 ])  # fmt: skip
 def test_the_key_of_a_file_asks_as_the_option_does(tmp_path, line):
     found, values, _ = with_key(tmp_path, line)
-    assert decided(found, {"twin": values}) == choices("draft", stages=("twin",))
-    assert values.settings.tolerance == choices("draft")["twin"].settings["tolerance"]
+    assert decided(found, {"twin": values}) == choices("hip_position_m=1e-3", stages=("twin",))
+    assert values.settings.tolerance == choices("hip_position_m=1e-3")["twin"].settings["tolerance"]
 
 
 def test_the_option_goes_before_the_key_and_set_before_both(tmp_path):
-    found, _, _ = with_key(tmp_path, "accuracy: draft")
-    asked = dataclasses.replace(found, asked=(("accuracy", "reference"),))
-    assert asked.parameters(("twin",))["twin"].settings.accuracy == "reference"
+    found, _, _ = with_key(tmp_path, "accuracy: {hip_position_m: 1e-3}")
+    asked = dataclasses.replace(found, asked=(("accuracy", "hip_position_m=1e-7"),))
+    assert asked.parameters(("twin",))["twin"].settings.accuracy.hip_position_m == 1e-7
     mine = dataclasses.replace(asked, settings=("twin.accuracy=custom", "twin.tolerance=3e-6"))
     assert mine.parameters(("twin",))["twin"].settings.tolerance == 3e-6
-    assert mine.parameters(("analytic",))["analytic"].settings.accuracy == "reference"
+    assert mine.parameters(("analytic",))["analytic"].settings.accuracy.hip_position_m == 1e-7
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_a_word_is_the_level_of_the_whole_study_and_what_is_set_by_hand_wins(tmp_path, level):
+    stages = ("analytic", "multibody", "twin", "campaign", "twin_ladder", "comparison")
+    values = study(asked=level).parameters(stages)
+    assert {one.level.level for one in values.values()} == {level}
+    assert all(values[name].settings.accuracy == CUSTOM for name in choice.FILES)
+    mine = study("twin.tolerance=3e-6", asked=level).parameters(stages)
+    assert {mine["twin"].settings.tolerance, mine["campaign"].twin.tolerance} == {3e-6}
+    assert mine["multibody"].settings.tolerance == values["multibody"].settings.tolerance
+    assert study("accuracy.level=draft", asked=level).parameters(("twin",))["twin"].level.level == "draft"
+    _, by_hand, _ = with_key(tmp_path, "accuracy: custom", f"accuracy.level={level}")
+    path = tmp_path / "twin.yaml"
+    path.write_text(path.read_text().replace("tolerance:        {value: 1e-6,", "tolerance:        {value: 4e-6,"))
+    edited = Study(ROOT, tmp_path, ROOT / "results", (f"accuracy.level={level}",)).parameters(("twin",))["twin"]
+    assert edited.settings.tolerance == 4e-6 and by_hand.settings.tolerance == values["twin"].settings.tolerance
+
+
+def test_tolerances_tighten_and_runs_grow_from_level_to_level():
+    draft, paper, reference = (study(asked=level).parameters(("multibody", "twin", "campaign")) for level in LEVELS)
+    for of in (lambda v: v["multibody"].settings.tolerance, lambda v: v["twin"].settings.tolerance,
+               lambda v: v["campaign"].runs.solver_tolerance):
+        assert of(draft) > of(paper) > of(reference)
+    assert draft["campaign"].runs.runs < paper["campaign"].runs.runs == reference["campaign"].runs.runs
+
+
+def test_an_error_brings_the_least_accurate_level_that_has_it():
+    errors = json.loads(choice.LEVEL_ERRORS.read_text())["errors"]
+    assert list(errors) == list(LEVELS)
+    for key in choice.KEYS:
+        assert errors["draft"][key] > errors["paper"][key] > errors["reference"][key]
+        for level in LEVELS:
+            assert choice.level({key: errors[level][key]}) == level
+    assert choice.level({"hip_position_m": 1e-30}) == "reference"
+    assert study(asked="hip_position_m=1e-3").parameters(("campaign",))["campaign"].level.level == "draft"
 
 
 @pytest.mark.parametrize(("line", "said"), [
-    ("accuracy: drft", 'accuracy = "drft" is not allowed; allowed: custom, draft, paper, reference, or errors by '
+    ("accuracy: custm", 'accuracy = "custm" is not allowed; allowed: custom, or errors by '
                        'hip_position_m, period_s, multiplier, peak_force_n as {hip_position_m: 1e-5}; did you mean'),
-    ("accuracy: 1e-5", "accuracy = 1e-05 is not a word; allowed: custom, draft, paper, reference, or errors by"),
+    ("accuracy: 1e-5", "accuracy = 1e-05 is not a word; allowed: custom, or errors by"),
     ("accuracy: {hip_position_m: -1}", "accuracy: hip_position_m = -1 m is not allowed; allowed: > 0 m"),
     ("accuracy: {hip_position: 1e-5}", 'accuracy has an unknown column "hip_position"; did you mean "hip_position_m"?'),
     ("accuracy: {}", "at least one of hip_position_m, period_s, multiplier, peak_force_n"),
@@ -128,11 +164,7 @@ def test_cost_falls_with_the_error_asked_for(stage):
 WAYS = {"multibody": ("Exudyn tree, DOPRI5",), "twin": ("Exudyn tree in space, DOPRI5",)}
 
 
-def test_words_longer_walks_and_other_ways():
-    draft, paper, reference = (choices(word) for word in ("draft", "paper", "reference"))
-    for stage in draft:
-        assert draft[stage].settings["tolerance"] >= paper[stage].settings["tolerance"]
-        assert paper[stage].settings["tolerance"] >= reference[stage].settings["tolerance"]
+def test_longer_walks_and_other_ways():
     longer = choices("hip_position_m=1e-6", "multibody.steps=1000")["multibody"]
     assert longer.settings["tolerance"] < choices("hip_position_m=1e-6")["multibody"].settings["tolerance"]
     joints = choices("hip_position_m=1e-5", "multibody.assembly=joints")["multibody"]
@@ -144,14 +176,8 @@ def test_a_looser_tolerance_that_saves_nothing_is_not_taken():
         assert choices(f"hip_position_m={error!r}")["analytic"].settings["tolerance"] <= choice.LOOSEST_ANALYTIC
 
 
-def test_the_error_of_the_word_paper_is_the_one_measured():
-    rows, _ = choice._rows()
-    measured = [row["errors"]["hip_position"] for row in rows if "rolling" in row["model"] and PAPER in row["mark"]]
-    assert max(measured) <= HIP_ERRORS[PAPER] <= 1.1 * max(measured)
-
-
 @pytest.mark.parametrize(("asked", "said"), [
-    ("quick", "the form is custom, draft, paper, reference"),
+    ("quick", "the form is draft, paper, reference"),
     ("hip_position=1e-5", 'did you mean "hip_position_m"'),
     ("hip_position_m=0", "allowed: > 0"),
     ("hip_position_m=nan", "allowed: > 0"),
@@ -166,9 +192,9 @@ def test_what_cannot_be_had_is_refused_in_a_sentence(asked, said):
 
 def test_a_setting_is_not_given_twice():
     with pytest.raises(StudyError, match=r"--set twin\.tolerance=1e-5 is not allowed: twin\.accuracy decides it"):
-        choices("draft", "twin.tolerance=1e-5")
+        choices("hip_position_m=1e-3", "twin.tolerance=1e-5")
     with pytest.raises(StudyError, match=r"twin\.accuracy decides it"):
-        choices("", "twin.tolerance=1e-5", "twin.accuracy=draft")
+        choices("", "twin.tolerance=1e-5", "twin.accuracy={hip_position_m: 1e-3}")
 
 
 def test_walks_are_compared_at_common_times():
@@ -289,8 +315,8 @@ def test_an_error_that_grows_beyond_the_finest_tolerance_is_refused():
 @pytest.mark.slow
 @pytest.mark.parametrize("error", [1e-4, 1e-6])
 def test_the_true_error_of_a_penalty_walk_keeps_the_request(error):
-    from stages.multibody.assembly.state import rolling_state
     from stages.multibody.run import walk_to_accuracy
+    from stages.planar.state import rolling_state
 
     start = analytic(*ODD, asked="").mid_stance
 

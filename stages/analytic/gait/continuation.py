@@ -12,11 +12,11 @@ import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.gait.poincare import fixed_point, iterate, multipliers_of
+from stages.analytic.gait.poincare import fixed_point, iterate, multipliers_of, poincare_map
 from stages.analytic.model.walker import Vector
 from stages.biped.progress import Progress, ignore
 
-TURNING_POINT, PERIOD_DOUBLING, TORUS = "turning point", "period doubling", "torus"
+KINDS = TURNING_POINT, PERIOD_DOUBLING, TORUS = "turning point", "period doubling", "torus"
 LARGEST_CORRECTIONS = 12
 SMALLEST_STEP = 1e-7
 #: A bend sharper than this is stepped over.
@@ -64,6 +64,7 @@ class Curve:
     def __init__(self, design: DesignPoint, name: str, span: float, cycle: int, tolerance: float) -> None:
         self.design, self.name, self.span = design, name, span
         self.cycle, self.tolerance = cycle, tolerance
+        self.enough = max(1e-12, tolerance / 100)
 
     def residual(self, u: Vector) -> tuple[Vector, np.ndarray, float]:
         """P^cycle(z) - z at u = (z, value / span), the derivative of P^cycle and the duration of the cycle."""
@@ -71,11 +72,18 @@ class Curve:
         steps, derivative = iterate(walker, u[:-1], self.cycle, self.tolerance)
         return steps[-1].z - u[:-1], derivative, sum(step.period for step in steps) * walker.time
 
+    def image(self, u: Vector) -> Vector:
+        """P^cycle(z) at u = (z, value / span)."""
+        walker, z = self.design.with_value(self.name, u[-1] * self.span).walker(), u[:-1]
+        for _ in range(self.cycle):
+            z = poincare_map(walker, z, self.tolerance).z
+        return z
+
     def jacobian(self, u: Vector, derivative: np.ndarray) -> np.ndarray:
         """Derivative of the residual, (j, j + 1); the last column by central differences in the parameter."""
         change = np.zeros_like(u)
         change[-1] = 1e-6
-        slope = (self.residual(u + change)[0] - self.residual(u - change)[0]) / 2e-6
+        slope = (self.image(u + change) - self.image(u - change)) / 2e-6
         return np.column_stack([derivative - np.eye(len(u) - 1), slope])
 
     def tangent(self, u: Vector, derivative: np.ndarray, along: Vector) -> Vector:
@@ -91,7 +99,7 @@ class Curve:
             matrix = np.vstack([self.jacobian(u, derivative), along])
             for _ in range(LARGEST_CORRECTIONS):
                 error = max(np.abs(gap).max(), abs(along @ (u - guess)))
-                if error <= 1e-12 or (error <= 1e-9 and error >= 0.5 * best):
+                if error <= self.enough or (error <= 1e-9 and error >= 0.5 * best):
                     return u, derivative, period
                 best = min(best, error)
                 u = u - np.linalg.solve(matrix, np.append(gap, along @ (u - guess)))
@@ -160,7 +168,7 @@ def locate(curve: Curve, kind: str, left: BranchPoint, right: BranchPoint) -> Br
             return found
         found = curve.point(*corrected, along)
         value = test_functions(found)[kind]
-        if abs(value) < 1e-11 or high - low < 1e-11:
+        if min(abs(value), high - low) < 10 * curve.enough:
             break
         if value * f_low > 0:
             low, f_low, f_high = middle, value, f_high / 2  # the Illinois weight keeps both ends moving
@@ -169,16 +177,18 @@ def locate(curve: Curve, kind: str, left: BranchPoint, right: BranchPoint) -> Br
     return found
 
 
-def special_between(curve: Curve, left: BranchPoint, right: BranchPoint, *, passes: bool) -> list[SpecialPoint]:
-    """Special points between two neighbours on the branch.
+def special_between(
+    curve: Curve, left: BranchPoint, right: BranchPoint, kinds: tuple[str, ...], *, passes: bool
+) -> list[SpecialPoint]:
+    """Special points of these kinds between two neighbours on the branch.
 
     Where the branch `passes` the family of half the cycle it comes back as itself half a cycle later: its tangent is
     upright there, and no gaits meet and vanish. That is the other family's period doubling and no turning point.
     """
     before, after = test_functions(left), test_functions(right)
     found = []
-    for kind in (PERIOD_DOUBLING, TORUS) if passes else (TURNING_POINT, PERIOD_DOUBLING, TORUS):
-        if before[kind] * after[kind] < 0:
+    for kind in kinds:
+        if before[kind] * after[kind] < 0 and not (passes and kind == TURNING_POINT):
             point = locate(curve, kind, left, right)
             if point is not None:
                 found.append(SpecialPoint(kind, point))
@@ -214,7 +224,7 @@ def continue_gait(
     """Follow the gait at `z` of `design` in the parameter `name` until it leaves `limits` or ends.
 
     `largest_step` is the largest distance of two points in section coordinates and shares of the limits' span; with
-    `until_fold` the first turning point ends the branch.
+    `until_fold` the first turning point, the only special point looked for, ends the branch.
     Raises ValueError if `z` leads to no gait of the given cycle.
     """
     start = fixed_point(design.walker(), z, tolerance, cycle)
@@ -247,13 +257,14 @@ def continue_gait(
         if np.abs(new).max() < 0.3 * np.abs(move).max():  # about to fall onto, or on, the family of half the cycle
             step, ended = step / 2, "joins the family of half the cycle"
             continue
-        crossed = special_between(curve, last, point, passes=cycle > 1 and float(new @ move) < 0.0)
+        kinds = (TURNING_POINT,) if until_fold else KINDS
+        crossed = special_between(curve, last, point, kinds, passes=cycle > 1 and float(new @ move) < 0.0)
         special += [one for one in crossed if limits[0] <= one.point.value <= limits[1]]
         if not limits[0] <= point.value <= limits[1]:
             points += on_limit(curve, last, point, limits[0] if point.value < limits[0] else limits[1])
             return Branch(name, cycle, tuple(points), tuple(special), "the limit of the parameter")
         points.append(point)
-        if until_fold and any(one.kind == TURNING_POINT for one in crossed):
+        if until_fold and crossed:
             return Branch(name, cycle, tuple(points), tuple(special), TURNING_POINT)
         move = new
         progress(abs(point.value - points[0].value) / way, f"cycle of {cycle}, {name} = {point.value:.4g}")

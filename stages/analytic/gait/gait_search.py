@@ -26,6 +26,7 @@ from stages.analytic.gait.search_starts import (
     SCAN_STEPS,
     WIDE_ANGLES,
     WIDE_RATES,
+    is_elsewhere,
     is_quick,
     is_searched,
     landed,
@@ -90,9 +91,9 @@ def sources(walker: Walker, *, quick: bool) -> Iterator[list[Vector]]:
     if isinstance(p, Compliant) and not is_quick(p):
         yield rigid_landings(walker, p)
     if is_searched(p):
-        if quick:
-            yield ranked_starts(walker, thinned=2)[0][:FEW_STARTS]
-        yield ranked_starts(walker)[0]
+        tried = list(ranked_starts(walker, thinned=2)[0][:FEW_STARTS]) if quick else []
+        yield tried
+        yield [z for z in ranked_starts(walker)[0] if is_elsewhere(walker, z, tried)]
         yield walked_on(walker)
     elif isinstance(p, Compliant):
         yield softened_ends(walker, p)

@@ -18,7 +18,7 @@ NEAR, LEFT = 0.02, 0.03
 #: Newton's method is tried from so many starts; when a stable gait is enough, from so few if they show one.
 MOST_STARTS, FEW_STARTS = 80, 12
 #: When a stable gait is enough, so many starts in a row that lead to nothing new are the last: the best came first.
-PATIENCE = 24
+PATIENCE = 16
 
 
 def is_new(found: list[FixedPoint], candidate: FixedPoint) -> bool:

@@ -23,6 +23,8 @@ STEP_LIMIT_OF_A_PHASE = 400_000
 #: Damping of Newton's method: longest change of a coordinate at once, and how often it is halved.
 LONGEST_CHANGE = 0.2
 HALVINGS = 6
+#: Near a longer correction the matrix is nearly singular: a place where the walker almost has a gait, and none.
+HOPELESS = 2.0
 #: A change this small is not damped: the test walks without variations, in other integration steps, which differ more.
 SURE_CHANGE = 1e-6
 
@@ -208,6 +210,8 @@ def fixed_point(
             if residual <= good_enough or np.abs(change).max() <= SURE_CHANGE:
                 z = z + change
                 continue
+            if np.abs(change).max() > HOPELESS:
+                break
             shortened = damped_change(walker, z, change, matrix, cycle, tolerance)
             if shortened is None:
                 break

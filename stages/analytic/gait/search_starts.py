@@ -8,6 +8,7 @@ biped with rigid legs. A light foot makes the rates fast, but no stiff legs: whe
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 
 import numpy as np
 
@@ -108,10 +109,16 @@ def angle_and_rate(walker: Walker, z: Vector) -> Vector:
     return z[[0, 1]] if walker.rigid else z[[0, 3]]
 
 
-def ranked_starts(walker: Walker, thinned: int = 1) -> tuple[list[Vector], int]:
+def is_elsewhere(walker: Walker, z: Vector, starts: list[Vector]) -> bool:
+    """Whether a start leads to another gait than `starts`, as far as one can tell: it is not close to them."""
+    return all(np.abs(angle_and_rate(walker, z - other)).max() > SAME_START for other in starts)
+
+
+@lru_cache(maxsize=16)
+def ranked_starts(walker: Walker, thinned: int = 1) -> tuple[tuple[Vector, ...], int]:
     """Starts on the grid, `thinned` or not, and their images, those that move least in one step first.
 
-    And how many steps the longest walk made.
+    And how many steps the longest walk made. Kept for the reason why there is no gait.
     """
     pairs: list[tuple[float, Vector]] = []
     longest = 0
@@ -123,9 +130,9 @@ def ranked_starts(walker: Walker, thinned: int = 1) -> tuple[list[Vector], int]:
                 pairs.append((float(np.abs(angle_and_rate(walker, after - before)).max()), before))
     chosen: list[Vector] = []
     for _, z in sorted(pairs, key=lambda pair: pair[0]):
-        if all(np.abs(angle_and_rate(walker, z - other)).max() > SAME_START for other in chosen):
+        if is_elsewhere(walker, z, chosen):
             chosen.append(z)
-    return chosen, longest
+    return tuple(chosen), longest
 
 
 def walked_on(walker: Walker) -> list[Vector]:

@@ -1,8 +1,8 @@
-"""How accurate a walk is asked to be: a word, or the largest error of something that is measured.
+"""How accurate a walk is asked to be: the largest error of something that is measured.
 
 A stage's settings hold the request beside the solver's own settings. Before the stage runs, the pipeline puts in the
 solver settings that were measured to keep it on Table 1; the stage's run checks them on the design it has, and refines
-them (`stages.biped.accuracy.estimate`). With `custom` they stay as they stand.
+them (`stages.biped.accuracy.estimate`). With `custom` they stay as they stand, at the study's level (`accuracy.level`).
 """
 
 from __future__ import annotations
@@ -13,10 +13,7 @@ from typing import Any
 
 from stages.biped.quantity import Bound, Broken, parameter
 
-CUSTOM, DRAFT, PAPER, REFERENCE = WORDS = ("custom", "draft", "paper", "reference")
-#: Errors of the hip's position [m] that the words stand for. That of `paper` was measured, benchmarks/tradeoff.py: the
-#: paper's setting for its constraint model, tolerance 1e-7, over four steps of Table 1.
-HIP_ERRORS = {DRAFT: 1e-3, PAPER: 6e-7, REFERENCE: 1e-8}
+CUSTOM = "custom"
 
 
 @dataclass(frozen=True)
@@ -47,9 +44,7 @@ class Accuracy:
 
 def errors_asked(asked: str | Accuracy) -> dict[str, float]:
     """The errors that an accuracy stands for, by the keys of `Accuracy`; none for `custom`."""
-    if not isinstance(asked, str):
-        return asked.errors
-    return {} if asked == CUSTOM else {"hip_position_m": HIP_ERRORS[asked]}
+    return {} if isinstance(asked, str) else asked.errors
 
 
 def accuracy(chosen: str) -> Any:
@@ -57,7 +52,7 @@ def accuracy(chosen: str) -> Any:
     return parameter(
         "-",
         f"error asked for; it decides {chosen}, which custom leaves as given",
-        choices=WORDS,
+        choices=(CUSTOM,),
         otherwise=f"errors by {', '.join(Accuracy.__annotations__)} as {{hip_position_m: 1e-5}}",
         default=CUSTOM,
     )

@@ -31,7 +31,9 @@ PROGRAM = "bipedstudy"
 #: Folders that are kept of one name, the newest: as many edits can be undone without compiling.
 KEPT = 4
 #: Folders that hold no compiled code: what is asked and drawn may change without compiling anew.
-NOT_COMPILED = ("pictures", "questions")
+NOT_COMPILED = ("design", "maps", "pictures", "questions")
+#: Machine code that a wheel brings, made for any processor of its platform (`make wheel`); a checkout has none.
+SHIPPED = Path(__file__).parent / "shipped"
 _DIGITS = 24
 _OTHERS = stat.S_IWGRP | stat.S_IWOTH
 
@@ -91,13 +93,15 @@ def _is_alone(found: os.stat_result) -> bool:
 class MachineCode:
     """The machine code of the sources in some folders, kept under `name`.
 
-    `shipped` is a folder that only reads serve: code that came with the package and is vouched for as its sources are.
+    `shipped` is a folder that only reads serve: code that came with the package and is vouched for as its sources are;
+    by default the one in `SHIPPED` that was made of the same sources.
     """
 
     def __init__(self, name: str, *sources: Path, shipped: Path | None = None) -> None:
-        self.name, self.shipped = name, shipped
-        self.stamp = digest(*sources)
+        self.name, self.stamp = name, digest(*sources)
         self.folder = home() / f"{name}-{self.stamp[:_DIGITS]}"
+        brought = SHIPPED / self.folder.name
+        self.shipped = shipped or (brought if brought.is_dir() else None)
         self.refusal = refusal(home())
         if not self.refusal and self.folder.exists():
             self.refusal = refusal(self.folder)

@@ -72,12 +72,19 @@ class _FunctionCache(Cache):  # type: ignore[misc]
 
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
         key = self._index_key(sig, target_context.codegen())
-        found = next((data for files in self._read if (data := files.load(key)) is not None), None)
+        found = next((data for files in self._read for each in (key, for_any_processor(key))
+                      if (data := files.load(each)) is not None), None)  # fmt: skip
         return None if found is None else self._impl.rebuild(target_context, found)
 
     def _save_overload(self, sig: Any, data: Any) -> None:
         if not self._code.refusal:
             super()._save_overload(sig, data)
+
+
+def for_any_processor(key: Any) -> Any:
+    """The key in numba's index of the same function, compiled with NUMBA_CPU_NAME=generic: each processor runs it."""
+    signature, (triple, _, _), code = key
+    return signature, (triple, "generic", ""), code
 
 
 class _Kept(caching.CompileResultCacheImpl):

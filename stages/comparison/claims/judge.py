@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from stages.comparison.claims.accuracy.numerical_error import numbers, other_verdicts
 from stages.comparison.claims.applies import OF_THE_METHOD, another_biped, rests_on
 from stages.comparison.claims.measured import Measured
 from stages.comparison.claims.paper import BIPED, SAYS
-from stages.comparison.claims.verdict import DOES_NOT_APPLY
+from stages.comparison.claims.verdict import DOES_NOT_APPLY, UNDECIDED
 from stages.comparison.parameters import Parameters
 from stages.comparison.result import Claim
 
@@ -21,6 +22,11 @@ def judged(parameters: Parameters, measured: Measured) -> Claim:
     """One claim."""
     says, judgement = SAYS[measured.ID], measured.judge(parameters.settings)
     verdict, condition, causes = judgement.verdict, judgement.condition, judgement.reasons
+    known = numbers(measured, parameters.level.level)
+    for number, other in other_verdicts(measured, parameters.settings, known):
+        verdict, condition = UNDECIDED, ""
+        causes = (*causes, f"{number.name.replace('_', ' ')} = {number.value:.4g} has a numerical error of "
+                           f"{number.error:.1g}, within which the verdict could also be: {other}")  # fmt: skip
     differing = another_biped(parameters, OF_THE_METHOD if measured.METHOD else BIPED)
     if differing:
         verdict, condition = DOES_NOT_APPLY, ""
@@ -35,4 +41,5 @@ def judged(parameters: Parameters, measured: Measured) -> Claim:
         condition=condition,
         causes=causes,
         rests_on=rests_on(parameters, measured.RESTS_ON),
+        numbers=known,
     )

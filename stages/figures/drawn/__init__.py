@@ -12,6 +12,7 @@ from pkgutil import iter_modules
 from types import ModuleType, SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
+from stages.biped.accuracy.level import PAPER
 from stages.drawing import style
 
 if TYPE_CHECKING:
@@ -30,11 +31,22 @@ def given_to(name: str, parameters: Parameters, results: Mapping[str, Any]) -> S
     return SimpleNamespace(parameters=parameters, **{key: results[key] for key in figure(name).INPUTS})
 
 
+def at_level(shown: Any, level: str) -> Any:
+    """A figure that says how accurate its study is, where that is not as usual."""
+    if level == PAPER:
+        return shown
+    said = f"accuracy: {level}"
+    if isinstance(shown, str):
+        return f'{shown}\n<p class="note">{said}</p>'
+    shown.text(0.998, 0.002, said, ha="right", va="bottom", fontsize=6, color=style.MULTIBODY, in_layout=False)
+    return shown
+
+
 def draw(name: str, parameters: Parameters, results: Mapping[str, Any]) -> tuple[dict[str, bytes], str]:
     """A figure's files, by path in the results folder, and its caption."""
     given = given_to(name, parameters, results)
     with style.drawing():
-        shown = figure(name).draw(given)
+        shown = at_level(figure(name).draw(given), parameters.level.level)
         files = (
             {f"figures/{name}.html": shown.encode()}
             if isinstance(shown, str)

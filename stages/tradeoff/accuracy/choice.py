@@ -20,8 +20,10 @@ from pathlib import Path
 from typing import Any
 
 from stages.biped.accuracy.asked import errors_asked
+from stages.biped.accuracy.level import LEVELS, REFERENCE
 
 TABLE = Path(__file__).with_name("table.json")
+LEVEL_ERRORS = Path(__file__).with_name("levels.json")
 #: Parameter files whose settings an accuracy decides; each is its stage's name.
 FILES = ("analytic", "multibody", "twin")
 #: What may be asked for: key -> (error in the table, whether it grows with the steps walked).
@@ -55,10 +57,9 @@ def choose(stage: str, settings: Any) -> Choice:
     rows, walked = _rows()
     model, way, keys = _way(stage, vars(settings))
     mine = [row for row in rows if row["model"] == model and row["way"] == way]
-    asked = settings.accuracy
-    wanted = errors_asked(asked)
+    wanted = errors_asked(settings.accuracy)
     longer = max(1.0, float(settings.steps) / walked)
-    said = asked if isinstance(asked, str) else _text(wanted)
+    said = _text(wanted)
 
     def found(row: Row, key: str) -> float:
         name, grows = KEYS[key]
@@ -78,6 +79,15 @@ def choose(stage: str, settings: Any) -> Choice:
     best = min(good, key=lambda row: (row["evaluations"], row["errors"]["hip_position"]))
     expected = float(best["errors"]["hip_position"]) * longer
     return Choice(stage, dict(wanted), _settings(best, keys), expected)
+
+
+def level(asked: Mapping[str, float]) -> str:
+    """The least accurate level of the study at which the walks shown have errors no larger than asked, else the last.
+
+    The levels' errors were measured by benchmarks/levels.py on the study's own design.
+    """
+    errors = json.loads(LEVEL_ERRORS.read_text(encoding="utf-8"))["errors"]
+    return next((name for name in LEVELS if all(errors[name][key] <= error for key, error in asked.items())), REFERENCE)
 
 
 def decided(stage: str, values: Mapping[str, Any]) -> tuple[str, ...]:

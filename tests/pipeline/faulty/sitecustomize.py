@@ -16,7 +16,7 @@ CHANGES = {"open", "os.rename", "os.remove", "os.mkdir", "os.rmdir"}
 
 def install(kind: str, at: int, worker: bool, below: str, mark: str) -> None:
     """Count the operations of this process from now on, and break the chosen one."""
-    if worker != ("pipeline.execution.worker" in sys.orig_argv):
+    if worker != any(name.startswith("pipeline.execution.") for name in sys.orig_argv):
         return
     count = 0
 

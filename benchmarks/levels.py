@@ -1,0 +1,183 @@
+"""What each accuracy of the whole study costs and changes: time by stage, and every claim's numbers and verdict.
+
+    python -m benchmarks.levels            runs the study at each level from nothing; writes what it keeps, and the page
+    python -m benchmarks.levels draft      measures one level anew, against the kept results of `reference`
+
+Results lie in results/levels/<level>. Errors are differences from the level `reference`; those of `reference` itself
+are differences of its three walks from walks at settings that are tighter again. Kept are
+stages/tradeoff/accuracy/levels.json, errors of the walks, which --accuracy reads, and
+stages/comparison/claims/accuracy/numerical_errors.json, errors of the claims' numbers, which verdicts are held against.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import resource
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from pipeline.cache import artefact
+from stages.analytic.result import Result as Analytic
+from stages.biped.accuracy.asked import Accuracy
+from stages.biped.accuracy.estimate import walk_differences
+from stages.biped.accuracy.level import LEVELS, REFERENCE
+from stages.comparison.claims.accuracy.numerical_error import TABLE as OF_CLAIMS
+from stages.comparison.result import Claim
+from stages.comparison.result import Result as Comparison
+from stages.multibody.result import Result as Multibody
+from stages.tradeoff.accuracy.choice import LEVEL_ERRORS as OF_WALKS
+from stages.twin.result import Result as Twin
+
+ROOT = Path(__file__).resolve().parent.parent
+PLACE, PAGE = ROOT / "results/levels", ROOT / "docs/levels.md"
+COSTS = PLACE / "costs.json"
+#: The stages whose walks are shown, and settings tighter than those of the reference.
+WALKED: dict[str, Any] = {"analytic": Analytic, "multibody": Multibody, "twin": Twin}
+TIGHTER = ("analytic.tolerance=1e-13", "multibody.tolerance=1e-11", "twin.tolerance=1e-9")
+
+
+def command(*words: str) -> dict[str, Any]:
+    """What `bipedstudy` says in JSON."""
+    asked = [sys.executable, "-m", "pipeline.cli", *words, "--json"]
+    found: dict[str, Any] = json.loads(subprocess.run(asked, cwd=ROOT, check=True, stdout=subprocess.PIPE).stdout)
+    return found
+
+
+def run(level: str) -> dict[str, Any]:
+    """The study at a level from nothing, one stage at a time and then on all cores: times [s]."""
+    costs: dict[str, Any] = {}
+    for jobs in ((), ("--jobs", "1")):
+        folder = PLACE / level
+        shutil.rmtree(folder, ignore_errors=True)
+        before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
+        found = command("run-all", "--accuracy", level, "--results", str(folder), *jobs)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        if jobs:
+            costs["stages"] = {one["stage"]: one["seconds"] for one in found["stages"]}
+            costs["processor"] = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        else:
+            costs["clock"] = time.monotonic() - began
+    return costs
+
+
+def result(level: str, stage: str, cls: Any) -> Any:
+    """A stage's result at a level."""
+    return artefact.load(PLACE / level / f"{stage}.h5", cls)
+
+
+def walk_errors(level: str, reference: str) -> dict[str, float]:
+    """Largest differences of the walks shown from those at `reference`, by the keys of an accuracy."""
+    worst = dict.fromkeys(vars(Accuracy()), 0.0)
+    for stage, cls in WALKED.items():
+        one, other = (result(place, stage, cls) for place in (level, reference))
+        found = walk_differences(one.walk, other.walk)
+        leading = [largest_multiplier(each) for each in (one, other)]
+        found["multiplier"] = abs(leading[0] - leading[1])
+        worst |= {key: max(worst[key], value) for key, value in found.items() if math.isfinite(value)}
+    return worst
+
+
+def largest_multiplier(found: Any) -> float:
+    """The leading multiplier's magnitude; NaN where a stage has none."""
+    if isinstance(found, Analytic):
+        return float(math.hypot(*found.gait.floquet_multipliers[0]))
+    return float(found.cycle.largest_multiplier) if isinstance(found, Multibody) else math.nan
+
+
+def claim_errors(level: str) -> dict[str, dict[str, float]]:
+    """Claim -> number -> difference from the reference; numbers that one of both does not have are left out."""
+    errors: dict[str, dict[str, float]] = {}
+    for claim, there in pairs(level):
+        exact = {number.name: number.value for number in there.numbers}
+        errors[claim.id] = {
+            number.name: float(f"{abs(number.value - exact[number.name]):.2g}") for number in claim.numbers
+            if math.isfinite(number.value) and math.isfinite(exact.get(number.name, math.nan))
+        }  # fmt: skip
+    return errors
+
+
+def pairs(level: str) -> Iterator[tuple[Claim, Claim]]:
+    """Each claim at a level and at the reference."""
+    found = (result(place, "comparison", Comparison).claims for place in (level, REFERENCE))
+    return zip(*found, strict=True)
+
+
+def page(costs: Mapping[str, Any], walks: Mapping[str, Mapping[str, float]]) -> str:
+    """The tables."""
+    stages = list(costs[REFERENCE]["stages"])
+    lines = [
+        "# The study at three prices", "", "Generated by `python -m benchmarks.levels`; `--accuracy LEVEL` or "
+        "`params/accuracy.yaml` choose the level.", "",
+        "## What it costs", "",
+        "Seconds by the clock from nothing, with compiled code present, one stage at a time on an otherwise idle "
+        "machine; then on two cores.", "",
+        *table(["stage", *LEVELS], [
+            *([stage, *(f"{costs[level]['stages'][stage]:.1f}" for level in LEVELS)] for stage in stages),
+            ["all, processor time", *(f"{costs[level]['processor']:.0f}" for level in LEVELS)],
+            ["all, by the clock on all cores", *(f"{costs[level]['clock']:.0f}" for level in LEVELS)]]),
+        "", "## What it changes: the walks shown", "",
+        "Largest difference from the reference (its own: from tighter settings) over the walks of constraint model, "
+        "planar penalty model and twin.", "",
+        *table(["error", *LEVELS], [[key, *(f"{walks[level][key]:.1g}" for level in LEVELS)]
+                                    for key in vars(Accuracy())]),
+        "", "## What it changes: the claims", "",
+        "For each claim the number that differs most from the reference, in parts of itself, and the verdict. A "
+        "verdict that its numerical errors could change is *not decided at this accuracy*.", "",
+        *table(["claim", "number", "reference", *(f"{level}, difference" for level in LEVELS[:-1]),
+                *(f"{level}, verdict" for level in LEVELS)], list(claim_rows())),
+    ]  # fmt: skip
+    return "\n".join(lines) + "\n"
+
+
+def claim_rows() -> Iterator[list[str]]:
+    """A row for each claim."""
+    claims = {level: result(level, "comparison", Comparison).claims for level in LEVELS}
+    for of in zip(*(claims[level] for level in LEVELS), strict=True):
+        values = [{number.name: number.value for number in claim.numbers} for claim in of]
+        exact = values[-1]
+        parts = {name: max(abs(each.get(name, math.nan) - value) for each in values[:-1]) / abs(value)
+                 for name, value in exact.items() if math.isfinite(value) and value}  # fmt: skip
+        parts = {name: part for name, part in parts.items() if math.isfinite(part)}
+        name = max(parts, key=lambda name: parts[name], default="")
+        numbers = [f"{exact[name]:.6g}", *(f"{each[name] - exact[name]:+.1e}" for each in values[:-1])] if name else [
+            "-"] * len(LEVELS)  # fmt: skip
+        yield [of[0].id, name, *numbers, *(claim.verdict for claim in of)]
+
+
+def table(columns: list[str], rows: list[list[str]]) -> list[str]:
+    """A table in Markdown."""
+    return ["| " + " | ".join(row) + " |" for row in (columns, ["---"] * len(columns), *rows)]
+
+
+def main() -> None:
+    """Run the levels named (default: all), then keep the errors and write the page."""
+    named = sys.argv[1:] or list(reversed(LEVELS))
+    costs = json.loads(COSTS.read_text()) if COSTS.exists() else {}
+    command("gait")  # compiles, where that is still to do
+    for level in named:
+        costs[level] = run(level)
+        COSTS.write_text(json.dumps(costs, indent=1))
+        print(level, json.dumps(costs[level]), flush=True)
+    if REFERENCE in named:
+        shutil.rmtree(PLACE / "tighter", ignore_errors=True)
+        settings = [word for setting in TIGHTER for word in ("--set", setting)]
+        command("run", *WALKED, "--accuracy", REFERENCE, "--results", str(PLACE / "tighter"), *settings)
+    walks = {level: walk_errors(level, REFERENCE) for level in LEVELS[:-1]}
+    walks[REFERENCE] = walk_errors(REFERENCE, "tighter")
+    kept = {level: {key: float(f"{1.05 * value:.1e}") for key, value in of.items()} for level, of in walks.items()}
+    OF_WALKS.write_text(json.dumps({"made": "benchmarks/levels.py", "errors": kept}, indent=1) + "\n")
+    errors = {level: claim_errors(level) for level in LEVELS[:-1]}
+    OF_CLAIMS.write_text(json.dumps({"made": "benchmarks/levels.py", "errors": errors}, indent=1) + "\n")
+    for level in LEVELS:  # the verdicts again, held against the errors as kept now
+        command("run", "comparison", "--accuracy", level, "--results", str(PLACE / level))
+    PAGE.write_text(page(costs, walks), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

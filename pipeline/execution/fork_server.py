@@ -1,0 +1,154 @@
+"""A process that loads what stages import from other packages, once, and forks their workers, which then have it.
+
+It is asked by `forked` over the socket that is its standard input: a length, then JSON with the package of stages, its
+folder and the source files that the worker's key was made from; with them come the worker's standard input, output and
+error, and a pipe on which its process id and, at its end, its exit code are told. Whoever asked is gone when the socket
+ends; then this process ends as well.
+
+It never runs code of the stages: a worker imports that itself, under observation, so that its result's key stays true.
+Sources are only compiled here. It computes nothing and starts no thread, as a forked process has none of its parent's;
+if some package starts threads when it is loaded, workers are started afresh from then on.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import json
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+import traceback
+from pathlib import Path
+from typing import NoReturn
+
+import numpy as np
+
+from pipeline.cache import durable
+from pipeline.errors import StudyError
+from pipeline.execution import worker
+from pipeline.execution.observed_import import Compiled
+from pipeline.execution.process import continue_when_parent_ends
+from pipeline.stage_modules import home_of
+
+#: Bytes of a request's length.
+HEAD = 8
+_THREADS = Path("/proc/self/task")
+
+
+def main() -> NoReturn:
+    """Entry of `python -m pipeline.execution.fork_server`."""
+    continue_when_parent_ends()
+    server = _Server()
+    os.register_at_fork(after_in_child=np.random.seed)  # or numbers drawn without a seed would be the same in all
+    while server.serve():
+        pass
+    os._exit(0)
+
+
+class _Server:
+    """The socket, what is loaded, and the pipe of each worker that has not ended, by process id."""
+
+    def __init__(self) -> None:
+        self.line = socket.socket(fileno=os.dup(0))
+        self.nothing = os.open(os.devnull, os.O_RDWR)
+        os.dup2(self.nothing, 0)
+        self.woken, wake = os.pipe()
+        for end in (self.woken, wake):
+            os.set_blocking(end, False)
+        signal.signal(signal.SIGCHLD, lambda number, frame: None)
+        signal.set_wakeup_fd(wake)
+        self.own = (self.line.fileno(), self.nothing, self.woken, wake)
+        self.compiled = Compiled()
+        self.seen: set[tuple[str, tuple[str, ...]]] = set()
+        self.workers: dict[int, int] = {}
+
+    def serve(self) -> bool:
+        """Wait for a request, or the end of a worker. False if nobody can ask any more."""
+        ready, _, _ = select.select([self.woken, self.line.fileno()], [], [])
+        if self.woken in ready:
+            os.read(self.woken, 4096)
+            self._take_leave()
+        if self.line.fileno() not in ready:
+            return True
+        head, ends, _, _ = socket.recv_fds(self.line, HEAD, 4)
+        if len(head) < HEAD:
+            return False
+        with self.line.makefile("rb", buffering=0) as stream:
+            text = b""
+            while len(text) < int.from_bytes(head, "big"):
+                part = stream.read(int.from_bytes(head, "big") - len(text))
+                if not part:
+                    return False
+                text += part
+        os.dup2(ends[2], 2)  # what packages say while they are loaded
+        self._load(**json.loads(text))
+        pid = self._forked(ends) if len([*_THREADS.iterdir()]) == 1 else self._afresh(ends)
+        self.workers[pid] = ends[3]
+        os.dup2(self.nothing, 2)
+        for end in ends[:3]:
+            os.close(end)
+        return True
+
+    def _load(self, package: str, code_root: str, files: list[str]) -> None:
+        """Compile sources, and import what they import at their head; the worker says what is wrong with them."""
+        with contextlib.suppress(StudyError):
+            home = home_of(package, Path(code_root))
+            for file in files:
+                source = durable.read(home / file) if file.endswith(".py") else None
+                if source is None:
+                    continue
+                for module, names in self.compiled.take(home / file, source):
+                    if module.split(".")[0] != package and (module, names) not in self.seen:
+                        self.seen.add((module, names))
+                        with contextlib.suppress(BaseException):
+                            __import__(module, fromlist=names)
+
+    def _forked(self, ends: list[int]) -> int:
+        gc.freeze()  # what is loaded here is never looked through for garbage again, and so stays shared
+        pid = os.fork()
+        if pid:
+            return pid
+        try:
+            os.setsid()
+            signal.set_wakeup_fd(-1)
+            signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+            for number, end in enumerate(ends[:3]):
+                os.dup2(end, number)
+            _tell(ends[3], os.getpid())
+            for end in (*self.own, *ends, *self.workers.values()):
+                os.close(end)
+            worker.main(self.compiled)
+        except BaseException as error:
+            traceback.print_exception(error)
+        os._exit(1)
+
+    def _afresh(self, ends: list[int]) -> int:
+        process = subprocess.Popen([sys.executable, "-m", worker.__name__], stdin=ends[0], stdout=ends[1],
+                                   stderr=ends[2], start_new_session=True)  # fmt: skip
+        process.returncode = 0  # it is waited for here, like the others
+        _tell(ends[3], process.pid)
+        return process.pid
+
+    def _take_leave(self) -> None:
+        """Tell the exit codes of the workers that have ended."""
+        with contextlib.suppress(ChildProcessError):
+            while True:
+                pid, status = os.waitpid(-1, os.WNOHANG)
+                if not pid:
+                    return
+                end = self.workers.pop(pid)
+                _tell(end, os.waitstatus_to_exitcode(status))
+                os.close(end)
+
+
+def _tell(end: int, number: int) -> None:
+    with contextlib.suppress(OSError):  # nobody may want to know any more
+        os.write(end, b"%d\n" % number)
+
+
+if __name__ == "__main__":
+    main()

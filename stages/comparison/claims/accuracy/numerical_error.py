@@ -1,0 +1,72 @@
+"""How far the numbers of a claim are off by numerical error, and whether its verdict could change by that much.
+
+The errors are those that benchmarks/levels.py measured against the level `reference`, with the study's own parameters;
+with others they are estimates. At `reference` none is known.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Iterator, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+from stages.comparison.claims.accuracy.number import Number
+from stages.comparison.claims.measured import Measured
+from stages.comparison.parameters import Settings
+
+TABLE = Path(__file__).with_name("numerical_errors.json")
+
+M = TypeVar("M", bound=Measured)
+
+
+@cache
+def measured_errors() -> Mapping[str, Mapping[str, Mapping[str, float]]]:
+    """Level -> claim -> number -> largest difference from the level `reference`."""
+    found: Mapping[str, Mapping[str, Mapping[str, float]]] = json.loads(TABLE.read_text(encoding="utf-8"))["errors"]
+    return found
+
+
+def numbers(measured: Measured, level: str) -> tuple[Number, ...]:
+    """The numbers of a claim with their errors."""
+    errors = measured_errors().get(level, {}).get(measured.ID, {})
+    return tuple(Number(name, value, errors.get(name, math.nan)) for name, value in named(vars(measured)))
+
+
+def named(parts: Any, where: str = "") -> Iterator[tuple[str, float]]:
+    """Name and value of each float in fields and in tuples, to any depth."""
+    pairs = parts.items() if isinstance(parts, Mapping) else enumerate(parts)
+    for key, value in pairs:
+        name = f"{where}.{key}" if where else str(key)
+        if isinstance(value, float):
+            yield name, float(value)
+        elif isinstance(value, tuple):
+            yield from named(value, name)
+
+
+def other_verdicts(measured: Measured, settings: Settings, known: tuple[Number, ...]) -> Iterator[tuple[Number, str]]:
+    """Numbers that change the verdict if they are more or less by their error, and what it then is."""
+    verdict = measured.judge(settings).verdict
+    for number in known:
+        if number.error > 0 and math.isfinite(number.value):
+            for value in (number.value - number.error, number.value + number.error):
+                other = with_number(measured, number.name, value).judge(settings).verdict
+                if other != verdict:
+                    yield number, other
+                    break
+
+
+def with_number(measured: M, name: str, value: float) -> M:
+    """The same claim with one number changed."""
+    field, _, inner = name.partition(".")
+    return dataclasses.replace(measured, **{field: _changed(getattr(measured, field), inner, value)})
+
+
+def _changed(part: Any, name: str, value: float) -> Any:
+    if not name:
+        return value
+    place, _, inner = name.partition(".")
+    return tuple(_changed(item, inner, value) if at == int(place) else item for at, item in enumerate(part))

@@ -1,0 +1,64 @@
+"""Numerical errors of claims: a verdict that they could change is not decided, all others stand."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+
+import pytest
+
+from stages.biped.accuracy.level import LEVELS, Level
+from stages.comparison.claims.accuracy import numerical_error
+from stages.comparison.claims.judge import judged
+from stages.comparison.claims.paper import SAYS
+from stages.comparison.claims.verdict import FAILS, HOLDS, UNDECIDED
+from tests.comparison.test_claims import CASES, PARAMETERS
+
+DRAFT = dataclasses.replace(PARAMETERS, level=Level("draft"))
+STABLE = CASES[3][0]
+
+
+@pytest.fixture
+def errors(monkeypatch):
+    table = {"draft": {STABLE.ID: {"multibody": 1e-2}}}
+    monkeypatch.setattr(numerical_error, "measured_errors", lambda: table)
+    return table
+
+
+def test_a_verdict_that_its_error_could_change_is_not_decided(errors):
+    far, near = (dataclasses.replace(STABLE, multibody=value) for value in (0.985, 0.995))
+    assert judged(DRAFT, far).verdict == HOLDS and judged(PARAMETERS, near).verdict == HOLDS
+    claim = judged(DRAFT, near)
+    assert claim.verdict == UNDECIDED and not claim.condition
+    assert "multibody = 0.995 has a numerical error of 0.01, within which the verdict could" in claim.causes[-1]
+    beyond = judged(DRAFT, dataclasses.replace(STABLE, multibody=1.02))
+    assert beyond.verdict == FAILS, "the margin is twice the error"
+
+
+def test_numbers_carry_their_errors_by_name(errors):
+    numbers = {number.name: number for number in judged(DRAFT, STABLE).numbers}
+    assert numbers["multibody"].error == 1e-2 and "± 0.01" in str(numbers["multibody"])
+    assert math.isnan(numbers["constraint"].error) and "±" not in str(numbers["constraint"])
+
+
+def test_a_number_inside_of_a_tuple_is_named_and_changed():
+    ladder = next(case[0] for case in CASES if case[0].ID == "twin_like_simple")
+    names = dict(numerical_error.named(vars(ladder)))
+    assert names["details.1.1"] == ladder.details[1][1]
+    changed = numerical_error.with_number(ladder, "details.1.1", 0.5)
+    assert changed.details[1] == (ladder.details[1][0], 0.5) and changed.details[0] == ladder.details[0]
+    assert dataclasses.replace(changed, details=ladder.details) == ladder
+
+
+def test_the_kept_errors_are_of_levels_and_claims_that_exist_and_shrink_with_the_level():
+    kept = json.loads(numerical_error.TABLE.read_text())["errors"]
+    assert set(kept) == set(LEVELS[:-1])
+    largest = {}
+    for level, claims in kept.items():
+        assert set(claims) == set(SAYS)
+        largest[level] = [error for of in claims.values() for error in of.values()]
+        assert all(error >= 0 for error in largest[level])
+    smaller = [kept["paper"][claim][name] <= error for claim, of in kept["draft"].items() for name, error in of.items()
+               if name in kept["paper"][claim] and error > 0]  # fmt: skip
+    assert sum(smaller) > 0.8 * len(smaller)

@@ -1,0 +1,15 @@
+"""What only the process whose number stands in the variable FIRST can import."""
+
+from __future__ import annotations
+
+import os
+
+from stages.extremes.verdict import RIGHT, Finding
+
+if os.environ["FIRST"] != str(os.getpid()):
+    raise ImportError("another process")
+
+
+def behave(common: float, point: str) -> Finding:
+    """Never called."""
+    return Finding(RIGHT, common, reason=point)

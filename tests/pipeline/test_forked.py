@@ -1,0 +1,139 @@
+"""Workers are forked from a process that loaded what they import from other packages, once; it is never in the way."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import time
+
+import pytest
+
+from pipeline.errors import StageFailed
+from pipeline.execution import forked
+
+pytestmark = pytest.mark.skipif(not forked.HERE, reason="workers are started afresh on this system")
+FALL, SIDE = "PACKAGE/fall/run.py", "PACKAGE/side/run.py"
+
+
+@pytest.fixture
+def package(done, tmp_path, monkeypatch):
+    """A foreign package `loud`, with the code that is given; stages fall and side import it."""
+
+    def write(code):
+        folder = tmp_path / "foreign"
+        folder.mkdir()
+        told = folder / "told"
+        told.touch()
+        (folder / "loud.py").write_text(f"import os\nopen({str(told)!r}, 'a').write(f'{{os.getpid()}}\\n')\n{code}")
+        monkeypatch.setenv("PYTHONPATH", str(folder))
+        for path in (FALL, SIDE):
+            done.edit(path, "import time\n", "import time\n\nimport loud\n")
+        return lambda: told.read_text().split()
+
+    return write
+
+
+def in_side(done, code):
+    done.edit(SIDE, "    return Result(", "".join(f"    {line}\n" for line in code.splitlines()) + "    return Result(")
+
+
+def test_what_stages_import_is_loaded_once(done, package):
+    told = package("")
+    assert done.run()["side"] == "computed" and done.run(force=True)["side"] == "computed"
+    assert len(told()) == 1
+
+
+def test_a_worker_runs_the_code_that_is_there_when_it_starts(done, package):
+    """The server compiled the text before the edit."""
+    package("")
+    done.run()
+    done.edit("PACKAGE/body/motion.py", "0.5 * gravity", "0.7 * gravity")
+    outcome = next(outcome for outcome in done.outcomes() if outcome.stage == "fall")
+    assert outcome.summary == f"fell {0.7 * 9.81:.2f} m"
+
+
+def test_a_package_that_starts_threads_is_loaded_by_each_worker(done, package):
+    told = package("import threading, time\nthreading.Thread(target=time.sleep, args=(600,), daemon=True).start()\n")
+    in_side(done, "import threading\nassert threading.active_count() == 3")  # main, the listener, and the package's
+    assert done.run(names=("fall", "side")) == {"fall": "computed", "side": "computed"}
+    assert len(told()) == 3
+
+
+def test_a_package_that_cannot_be_loaded_fails_its_stage_alone(done, package):
+    package("raise ZeroDivisionError('no luck')")
+    done.edit(SIDE, "import loud\n", "")
+    with pytest.raises(StageFailed, match=r"^stage fall: ZeroDivisionError: no luck; the full account is in "):
+        done.run("side.seed=5")
+    assert done.run("side.seed=5", names=("side",)) == {"side": "current"}
+
+
+def test_a_package_that_crashes_when_it_is_loaded_fails_its_stage_alone(done, package):
+    package("import signal\nos.kill(os.getpid(), signal.SIGSEGV)")
+    done.edit(SIDE, "import loud\n", "")
+    with pytest.raises(StageFailed, match=r"^stage fall: its process was ended by the system \(SIGSEGV\); the full"):
+        done.run("side.seed=5", jobs=1)
+    assert done.run("side.seed=5", names=("side",)) == {"side": "current"}
+
+
+def test_a_server_that_is_killed_costs_nothing(done):
+    """A worker that runs goes on, and the next has another server."""
+    in_side(done, "import os\nos.kill(os.getppid(), 9)")
+    done.edit("PACKAGE/picture/run.py", "CLAIM", "CLAIMED")
+    hows = done.run("fall.height=3", jobs=1)
+    assert hows == {"fall": "computed", "bounce": "computed", "side": "computed", "picture": "computed"}
+
+
+def test_the_environment_is_that_of_the_moment(done, monkeypatch):
+    in_side(done, "import os\nassert os.environ['MOMENT'] == str(parameters.settings.seed)")
+    for moment in ("7", "8"):
+        monkeypatch.setenv("MOMENT", moment)
+        assert done.run(f"side.seed={moment}", names=("side",)) == {"side": "computed"}
+
+
+def test_numbers_drawn_without_a_seed_differ_between_workers(done):
+    in_side(done, "import sys, numpy as np\nprint('drawn', np.random.random(), file=sys.stderr)\nraise ValueError")
+    drawn = set()
+    for _ in range(2):
+        with pytest.raises(StageFailed):
+            done.run(names=("side",))
+        drawn |= {*re.findall(r"drawn (\S+)", (done.root / "results/log/side.log").read_text())}
+    assert len(drawn) == 2
+
+
+def test_a_stage_that_dies_takes_what_it_started_with_it(done):
+    """Its own processes are forked as well, and must not keep its line open."""
+    in_side(done, "import multiprocessing, os, sys\n"
+                  "child = multiprocessing.get_context('fork').Process(target=time.sleep, args=(300,))\n"
+                  "child.start()\n"
+                  "print('child', child.pid, file=sys.stderr, flush=True)\n"
+                  "os.kill(os.getpid(), 9)")  # fmt: skip
+    began = time.monotonic()
+    with pytest.raises(StageFailed, match=r"stage side: its process was ended by the system \(SIGKILL\)"):
+        done.run(names=("side",))
+    child = int(re.findall(r"child (\d+)", (done.root / "results/log/side.log").read_text())[0])
+    assert time.monotonic() - began < 60
+    with pytest.raises(ProcessLookupError):
+        for _ in range(100):
+            os.kill(child, 0)
+            time.sleep(0.05)
+
+
+def test_processes_of_a_stage_have_what_it_loaded(done):
+    in_side(done, "import multiprocessing, os\n"
+                  "from concurrent.futures import ProcessPoolExecutor\n"
+                  "context = multiprocessing.get_context(os.environ['STAGE_PROCESSES'])\n"
+                  "assert context.get_start_method() == 'fork'\n"
+                  "with ProcessPoolExecutor(2, mp_context=context) as pool:\n"
+                  "    assert [*pool.map(abs, [-1, -2])] == [1, 2]")  # fmt: skip
+    assert done.run(names=("side",)) == {"side": "computed"}
+
+
+def test_a_worker_that_does_not_end_in_time_is_told_apart(done):
+    with open(os.devnull, "wb") as errors:
+        started = forked.started(os.environ, errors, done.package, str(done.root), [])
+    with pytest.raises(subprocess.TimeoutExpired):
+        started.wait(0.2)
+    os.killpg(started.pid, signal.SIGKILL)
+    assert started.wait(10.0) == -signal.SIGKILL
