@@ -11,13 +11,6 @@ import time
 import pytest
 
 
-@pytest.fixture
-def ran(toy_with_commands):
-    code, _, errors = toy_with_commands.command("run-all")
-    assert code == 0, errors
-    return toy_with_commands
-
-
 def test_run_all_prints_a_line_for_each_stage_and_for_the_report(toy_with_commands):
     code, out, errors = toy_with_commands.command("run-all", "--jobs", "1")
     assert (code, errors) == (0, "")
