@@ -13,8 +13,8 @@ from stages.twin_ladder.section import PLANE_SCALES, SIDE_SCALES, SectionState, 
 
 #: Multipliers that are wanted in the plane and out of it; the others are small.
 IN_PLANE, SIDEWAYS = 2, 1
-#: They are known when another stride changes them by no more than this.
-SETTLED, MOST_STRIDES = 5e-4, 6
+#: They are known when another stride changes them by no more than this, in errors of a difference.
+SETTLED, MOST_STRIDES = 5.0, 6
 UPRIGHT = np.zeros(9)
 
 #: Changes (n,) of a section's numbers after a step and after two, for one at the start; all in the section's scales.
@@ -64,13 +64,16 @@ class Gait:
 
 
 class Search:
-    """Looks for the gait of one machine; counts the steps it walks."""
+    """Looks for the gait of one machine; counts the steps it walks. `tolerance` is that of the steps, in the scales."""
 
-    def __init__(self, take: StepMap, difference: float, residual: float, sideways: bool = True) -> None:
+    def __init__(
+        self, take: StepMap, tolerance: float, difference: float, residual: float, sideways: bool = True
+    ) -> None:
         self.take = take
         self.difference = difference
         self.wanted = residual
         self.sideways = sideways
+        self.settled = SETTLED * tolerance / difference
         self.steps = 0
 
     def step(self, plane: np.ndarray, stance: int, side: np.ndarray = UPRIGHT) -> Step:
@@ -89,10 +92,10 @@ class Search:
                             near.derivative)  # fmt: skip
         stride: Stride = cast(Any, found.step)
         first, second = stride.first, stride.second
-        plane, in_plane = leading(self._in_plane(found.numbers, stride), near.in_plane)
+        plane, in_plane = leading(self._in_plane(found.numbers, stride), near.in_plane, self.settled)
         side, sideways = np.zeros(0), near.sideways
         if self.sideways:
-            side, sideways = leading(self._sideways(found.numbers), near.sideways)
+            side, sideways = leading(self._sideways(found.numbers), near.sideways, self.settled)
         period = 0.5 * (first.duration + second.duration)
         return Gait(
             near=Near(found.numbers, found.derivative, in_plane, sideways),
@@ -126,17 +129,18 @@ class Search:
         return changes
 
 
-def leading(changes: Changes, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def leading(changes: Changes, start: np.ndarray, settled: float) -> tuple[np.ndarray, np.ndarray]:
     """The k multipliers of a step that are largest, complex (k,), and the changes (n, k) that go with them.
 
     Orthogonal iteration from `start` (n, k): every stride turns the changes towards those sought, by the ratio of the
-    next multiplier to theirs, squared. What does not settle is taken from all n changes.
+    next multiplier to theirs, squared, until it changes the multipliers by less than `settled`. What does not settle is
+    taken from all n changes.
     """
     basis, known = np.linalg.qr(start)[0], np.full(start.shape[1], np.inf + 0j)
     for _ in range(MOST_STRIDES):
         first, second = (np.column_stack(rows) for rows in zip(*map(changes, basis.T), strict=True))
         found = step_multipliers(basis, first, second)
-        if np.abs(found - known).max() < SETTLED:
+        if np.abs(found - known).max() < settled:
             return found, basis
         basis, known = np.linalg.qr(second)[0], found
     everything = np.eye(len(start))

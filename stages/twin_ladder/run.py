@@ -87,7 +87,7 @@ def climb(parameters: Parameters, machines: list[Rung], cycle: LimitCycle, progr
         near = dataclasses.replace(near, plane=plane)
         length += longer
         take = step_map(rung.machine, parameters.slope, parameters.contact, solver)
-        search = Search(take, settings.difference, settings.residual, settings.sideways)
+        search = Search(take, settings.tolerance, settings.difference, settings.residual, settings.sideways)
         try:
             gait = search.find(near)
         except NoLimitCycle as error:
