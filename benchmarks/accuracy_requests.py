@@ -21,8 +21,8 @@ from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.run import run as run_analytic
 from stages.biped.accuracy.estimate import NotMet, walk_differences
 from stages.biped.walk import Walk
-from stages.multibody.assembly.state import rolling_state
 from stages.multibody.run import walk_to_accuracy
+from stages.planar.state import rolling_state
 
 ROOT = Path(__file__).resolve().parents[1]
 STAGES = ("analytic", "multibody")

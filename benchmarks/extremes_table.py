@@ -21,7 +21,7 @@ from pipeline.cache.artefact import load
 from pipeline.parameters import loading
 from stages.drawing import style
 from stages.extremes import warnings as warned
-from stages.extremes.engines import COULOMB, GAIT, JOINTS, MARCH, TOGETHER, TREE, TWIN, USUAL
+from stages.extremes.engines import COMPILED, COULOMB, GAIT, JOINTS, MARCH, TOGETHER, TREE, TWIN, USUAL
 from stages.extremes.envelope.place import REACH, place_of
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import points
@@ -36,6 +36,7 @@ PACKAGES = ("numpy", "scipy", "numba", "exudyn")
 #: Engines of a stage of the study: the settings they are run with.
 OF_A_STAGE: dict[str, Callable[[Parameters], Any]] = {
     GAIT: lambda here: here.analytic, COULOMB: lambda here: here.analytic, TREE: lambda here: here.multibody,
+    COMPILED: lambda here: here.multibody,
     JOINTS: lambda here: here.multibody, TWIN: lambda here: here.twin,
 }  # fmt: skip
 COLUMNS = ("engine", "axis", "value", "changes", "status", "error", "audit", "reference", "reason")
@@ -49,9 +50,9 @@ Made by `benchmarks/extremes_table.py`; all points are in `extremes.csv`.
 - *right*: within 1e-4 (leg lengths, pendulum times) of a reference of another make. Gaits and steps: SciPy's DOP853 or
   Radau on the readable equations; where legs ring fast and long, and with Coulomb feet, a rerun at tolerance 1e-12
   beside the energy audit. Where round-off of the springs' forces attains no tighter tolerance than the answer's, the
-  rerun is ten times looser, and the difference bounds the error from above. Assembly "joints": the tree. Tree and twin:
-  a rerun at a hundredth of the tolerance beside the energy balance, which has its own column. Rigid limit: the
-  constraint model with Coulomb feet. Derivatives: of the period by slope, foot mass and leg length, against
+  rerun is ten times looser, and the difference bounds the error from above. Assembly "joints" and the compiled penalty
+  walker: the tree at 1e-9. Tree and twin, and the compiled walker where the tree gets nowhere: a rerun at a hundredth of
+  the tolerance beside the energy balance, which has its own column. Rigid limit: the constraint model with Coulomb feet. Derivatives: of the period by slope, foot mass and leg length, against
   extrapolated differences. Error estimate: that of the hip over three steps, within a factor of 2 of the true one.
 - *inaccurate*: further off, but the tolerance asked for or the model's own energy audit tells.
 - *refused*: the parameter check or the search for gaits says no, with a reason. That no gait exists is not proven.

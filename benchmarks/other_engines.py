@@ -24,9 +24,9 @@ from penalty_step import STANDING_FORCE, START, parameters
 from stages.ground.contact_law import ContactLaw
 from stages.ground.operations import SCALARS
 from stages.multibody.assembly.contact import disc_force
-from stages.multibody.assembly.state import PlanarState, rolling_state
 from stages.multibody.parameters import Parameters
 from stages.multibody.walking.walk import build, simulate
+from stages.planar.state import PlanarState, rolling_state
 
 DURATION = 0.3
 GRID = np.linspace(0.0, DURATION, 601)

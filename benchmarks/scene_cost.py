@@ -26,9 +26,10 @@ from stages.extremes.parameters import Parameters
 from stages.extremes.penalty_points import mid_stance
 from stages.ground.blocks import lanes
 from stages.multibody.assembly.inventory import Inventory, take_inventory
-from stages.multibody.assembly.signals import GROUND_REACTION, IMU, SIGNALS
-from stages.multibody.assembly.state import rolling_state
-from stages.multibody.walking.walk import build, sample, simulate
+from stages.multibody.walking.walk import build, simulate
+from stages.planar.sampling import sample
+from stages.planar.signals import GROUND_REACTION, IMU, SIGNALS
+from stages.planar.state import rolling_state
 from stages.twin.machine.machine import build as build_machine
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.walking.events import find_events as find_spatial_events

@@ -20,10 +20,10 @@ import numpy as np
 from pipeline.parameters.loading import load
 from stages.biped.gait import StanceState
 from stages.contact_study.parameters import Parameters as ContactStudy
-from stages.multibody.assembly.state import rolling_state
 from stages.multibody.parameters import Parameters as PlanarParameters
 from stages.multibody.walking.walk import build as build_planar
 from stages.multibody.walking.walk import simulate
+from stages.planar.state import rolling_state
 from stages.twin.machine.connectors import ConnectorTree
 from stages.twin.machine.contact import clearances, generalized_force
 from stages.twin.machine.machine import build

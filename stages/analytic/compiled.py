@@ -45,10 +45,20 @@ class Compiled(CPUDispatcher):
         return super().get_call_template(tuple(map(types.unliteral, arguments)), keywords)
 
 
+def keeper(code: MachineCode) -> Callable[..., Any]:
+    """The decorator whose machine code is kept with these sources: compiled(function, **options of numba)."""
+
+    def compiled(function: F, **options: Any) -> F:
+        dispatcher = Compiled(function, targetoptions=OPTIONS | options)
+        return cast(F, code.keep(dispatcher))
+
+    return compiled
+
+
 def compiled(function: F, **options: Any) -> F:
     """The function as machine code."""
-    dispatcher = Compiled(function, targetoptions=OPTIONS | options)
-    return cast(F, CODE.keep(dispatcher))
+    made: F = keeper(CODE)(function, **options)
+    return made
 
 
 def inlined(function: F) -> F:

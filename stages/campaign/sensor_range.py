@@ -12,7 +12,7 @@ from stages.campaign.parameters import Parameters
 from stages.campaign.result import SetSpike
 from stages.campaign.virtual_sensor import STANDARD_GRAVITY
 from stages.ground.hardening import family_member
-from stages.multibody.assembly.signals import IMU
+from stages.planar.signals import IMU
 from stages.twin.machine.machine import build
 from stages.twin.walking.events import find_events
 from stages.twin.walking.signals import sample

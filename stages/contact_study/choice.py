@@ -18,20 +18,19 @@ from typing import Any
 
 import numpy as np
 
-from stages.contact_study.distance import unmeasured
 from stages.contact_study.limit_result import SEARCHED, TOO_DEAR, Candidates, Distance
 from stages.contact_study.parameters import Settings
 from stages.ground.contact_law import ContactLaw
-from stages.multibody.walking.scuffing import STEP_FLOOR
+from stages.planar.run import STEP_FLOOR
 
 
 def grid(default: ContactLaw, settings: Settings) -> Iterator[ContactLaw]:
-    """All contact laws of the search; of those that differ in v_s alone, that with the most creep first."""
+    """All contact laws of the search."""
     options = (
         settings.searched_stiffness,
         settings.searched_damping,
         settings.searched_depth,
-        sorted(settings.searched_stiction_velocity, reverse=True),
+        settings.searched_stiction_velocity,
     )
     for values in itertools.product(*options):
         changes: dict[str, Any] = dict(zip(SEARCHED, values))
@@ -50,26 +49,17 @@ def choose(
     `default` is the starting set: it is the choice if no other walks and keeps the limit of cost.
     """
     laws = list(grid(default.law, settings))
-    dear = settings.cost_limit * default.solver_steps
+    dear = settings.cost_limit * default.evaluations
     tried: list[Distance] = []
     for index, law in enumerate(laws):
         said(index / len(laws))
-        if tried and tried[-1].outcome == TOO_DEAR and creeps_less(law, tried[-1].law):
-            tried.append(unmeasured(law, TOO_DEAR, tried[-1].solver_steps))
-            continue
-        found = over_a_step(law, lambda one: one.solver_steps <= dear)
-        if found.outcome == STEP_FLOOR or found.solver_steps > dear:
+        found = over_a_step(law, lambda one: one.evaluations <= dear)
+        if found.outcome == STEP_FLOOR or found.evaluations > dear:
             found = dataclasses.replace(found, outcome=TOO_DEAR)
         tried.append(found)
     eligible = sorted((one for one in tried if np.isfinite(one.step_score)), key=lambda one: one.step_score)
     finalists = sorted(map(between_cycles, eligible[: settings.finalists]), key=lambda one: (one.score, one.step_score))
     return finalists[0] if finalists else default, tuple(finalists), columns(tried)
-
-
-def creeps_less(law: ContactLaw, other: ContactLaw) -> bool:
-    """Whether a law differs from another in nothing but a lower v_s."""
-    same = dataclasses.replace(law, stiction_velocity=other.stiction_velocity) == other
-    return same and law.stiction_velocity < other.stiction_velocity
 
 
 def columns(tried: list[Distance]) -> Candidates:
@@ -85,6 +75,6 @@ def columns(tried: list[Distance]) -> Candidates:
         hip_velocity=column("hip_velocity"),
         position_parts=column("position_parts"),
         velocity_parts=column("velocity_parts"),
-        solver_steps=column("solver_steps"),
+        evaluations=column("evaluations"),
         score=column("step_score"),
     )

@@ -11,27 +11,19 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from contextlib import suppress
 
 import numpy as np
 
 from stages.contact_study.constraint_models import ConstraintModel
 from stages.contact_study.limit_result import COMPLETED, PARTS, Distance, HardLimit
-from stages.contact_study.one_step import HipCurve, Scene, hip_curve, in_impact, take_step
+from stages.contact_study.one_step import HipCurve, Scene, cost, hip_curve, in_impact, take_step
 from stages.contact_study.parameters import Settings
 from stages.ground.contact_law import ContactLaw
 from stages.ground.hardening import with_creep, with_impact
-from stages.multibody.assembly.state import PlanarState, rolling_state
-from stages.multibody.walking.plane_cycle import PlaneCycle, find_cycle, follow, step_derivative
-from stages.multibody.walking.section import (
-    SCALES,
-    NoLimitCycle,
-    SectionStep,
-    mid_stance_after,
-    section_numbers,
-    section_state,
-)
-from stages.multibody.walking.walk import build, simulate
+from stages.penalty.step_map import PenaltyStepper
+from stages.planar.limit_cycle import fixed_point
+from stages.planar.section import NoLimitCycle, section_numbers
+from stages.planar.state import PlanarState, rolling_state
 
 #: What is left of a part when it is measured.
 HALF = 0.5
@@ -84,14 +76,14 @@ class Ruler:
     def over_a_step(self, law: ContactLaw, worth: Callable[[Distance], bool] = lambda found: True) -> Distance:
         """Distance over one step; in parts if the set is `worth` two steps more."""
         scene = self.scene
-        walked = take_step(scene, law, signals=())
+        walked, evaluations = take_step(scene, law, signals=()), cost(scene, law)
         curve = hip_curve(scene, walked)
         if isinstance(curve, str):
-            return unmeasured(law, curve, walked.solver_steps)
+            return unmeasured(law, curve, evaluations)
         difference = curve.minus(scene.walk)
         whole = _sizes(difference, in_impact(scene, curve.heel_strike))
         found = dataclasses.replace(
-            unmeasured(law, COMPLETED, walked.solver_steps),
+            unmeasured(law, COMPLETED, evaluations),
             hip_position=whole[:2],
             hip_velocity=whole[2:],
             end_position=difference[-1, :2],
@@ -128,28 +120,18 @@ class Ruler:
         """Period [s] and length [m] of a set's cycle less the limit's, (2,). Raises NoLimitCycle.
 
         The step's derivative is kept from the set before. If it does not lead to the cycle, the walker comes nearer by
-        some steps of its own, and the derivative is measured there.
+        some steps of its own, and a derivative is made there.
         """
         scene, residual = self.scene, self.settings.residual
         start: PlanarState = rolling_state(scene.biped, law, self.limit.mid_stance, scene.walk.standing_force)
-        machine = build(scene.biped, scene.slope, law, scene.solver, signals=())
-
-        def walk(numbers: np.ndarray) -> SectionStep:
-            at = section_state(numbers, start)
-            return mid_stance_after(
-                simulate(scene.biped, scene.slope, law, at, scene.solver, steps=1, assembly=machine)
-            )
-
-        guess = section_numbers(start) / SCALES
-        if self.derivative is not None:
-            with suppress(NoLimitCycle):
-                return self._less_limit(find_cycle(walk, guess, residual, self.derivative))
-            guess = follow(walk, guess, NEARER)[-1]
-        self.derivative = step_derivative(walk, guess, self.settings.perturbation)
-        return self._less_limit(find_cycle(walk, guess, residual, self.derivative))
-
-    def _less_limit(self, cycle: PlaneCycle) -> np.ndarray:
-        return np.array([cycle.step.duration - self.limit.period, cycle.step.length - self.limit.length])
+        stepper = PenaltyStepper(scene.biped, scene.slope, law, start, scene.solver)
+        numbers = section_numbers(start)
+        try:
+            found = fixed_point(stepper, numbers, residual, self.derivative)
+        except NoLimitCycle:
+            found = fixed_point(stepper, stepper.walk(start, NEARER).numbers, residual)
+        self.derivative = found.derivative
+        return np.array([found.step.duration - self.limit.period, found.step.length - self.limit.length])
 
 
 def _sizes(difference: np.ndarray, impact: np.ndarray) -> np.ndarray:
@@ -158,13 +140,13 @@ def _sizes(difference: np.ndarray, impact: np.ndarray) -> np.ndarray:
     return np.concatenate([size[:, :2].max(axis=0), size[~impact, 2:].max(axis=0)])
 
 
-def unmeasured(law: ContactLaw, outcome: str, solver_steps: int) -> Distance:
+def unmeasured(law: ContactLaw, outcome: str, evaluations: int) -> Distance:
     """A set of which nothing is known but its outcome and cost."""
     nothing, pair, three = float("nan"), np.full(2, np.nan), np.full(len(PARTS), np.nan)
     return Distance(
         law=law,
         outcome=outcome,
-        solver_steps=solver_steps,
+        evaluations=evaluations,
         hip_position=pair,
         hip_velocity=pair,
         end_position=pair,

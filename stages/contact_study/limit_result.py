@@ -33,7 +33,7 @@ class Distance:
 
     law: ContactLaw = quantity("-", "the contact law")
     outcome: str = quantity("-", "completed, too dear, or why the step ended early")
-    solver_steps: int = quantity("1", "accepted steps of the explicit solver over one step: the cost")
+    evaluations: int = quantity("1", "evaluations of the rates over one step at cost_tolerance: the cost")
     hip_position: np.ndarray = quantity("m", "largest hip position difference over a step in x and y, shape (2,)")
     hip_velocity: np.ndarray = quantity("m/s", "largest hip velocity difference outside the impact, shape (2,)")
     end_position: np.ndarray = quantity("m", "hip position difference, with its sign, at the step's end, shape (2,)")
@@ -74,7 +74,7 @@ class RigidLimit:
     default: Distance = quantity("-", "the starting set")
     chosen: Distance = quantity("-", "the set that the criterion chooses")
     ground: Distance = quantity("-", "the set of ground.yaml, which the other stages use")
-    most_solver_steps: float = quantity("1", "solver steps that a chosen set may take over one step")
+    most_evaluations: float = quantity("1", "evaluations that a chosen set may take over one step")
     finalists: tuple[Distance, ...] = quantity("-", "the sets of the search compared between cycles, best first")
     family_share: np.ndarray = quantity("1", "what is left of impact and creep of the chosen set, shape (f,)")
     family: tuple[Distance, ...] = quantity("-", "the chosen set's family at these shares, towards the limit")
@@ -93,7 +93,7 @@ class Candidates:
     hip_velocity: np.ndarray = quantity("m/s", "largest hip velocity difference in x and y, shape (c, 2)")
     position_parts: np.ndarray = quantity("m", "largest hip position difference of each part, shape (c, 3)")
     velocity_parts: np.ndarray = quantity("m/s", "largest hip velocity difference of each part, shape (c, 3)")
-    solver_steps: np.ndarray = quantity("1", "accepted solver steps, of sets too dear at least so many, shape (c,)")
+    evaluations: np.ndarray = quantity("1", "evaluations of the rates over one step at cost_tolerance, shape (c,)")
     score: np.ndarray = quantity("1", "distance over one step; infinite if it is not known, shape (c,)")
 
 
@@ -107,7 +107,7 @@ def shown(*values: float) -> tuple[float, ...]:
 
 def limit_table(limit: RigidLimit) -> Table:
     """The limit, then all sets measured from it over one step and between cycles."""
-    heads = ("", *LAWS, "hip x mm", "y mm", "x mm/s", "y mm/s", "T ms", "s mm", "steps", "step score")
+    heads = ("", *LAWS, "hip x mm", "y mm", "x mm/s", "y mm/s", "T ms", "s mm", "evaluations", "step score")
     return "Distance from the rigid limit over one step and between cycles", heads, list(_limit_rows(limit))
 
 
@@ -119,13 +119,13 @@ def search_table(c: Candidates) -> Table:
             *shown(*(getattr(c, key)[row] for key in SEARCHED)),
             *shown(1e3 * c.hip_position[row].max(), 1e3 * c.hip_velocity[row].max()),
             *shown(*(1e3 * c.position_parts[row]), *(1e3 * c.velocity_parts[row])),
-            int(c.solver_steps[row]),
+            int(c.evaluations[row]),
             *shown(c.score[row]),
         )
         for row in best
     ]
     split = tuple(f"{part} {unit}" for unit in ("mm", "mm/s") for part in PARTS)
-    heads = (*LAWS, "hip mm", "hip mm/s", *split, "steps", "score")
+    heads = (*LAWS, "hip mm", "hip mm/s", *split, "evaluations", "score")
     return f"The {len(rows)} best of {len(c.outcome)} sets searched", heads, rows
 
 
@@ -137,7 +137,7 @@ def _limit_rows(limit: RigidLimit) -> Iterator[tuple[object, ...]]:
     named += [(f"family, {share:g}", one) for share, one in zip(limit.family_share, limit.family)]
     for name, one in named:
         laws = shown(*(getattr(one.law, key) for key in SEARCHED))
-        yield (name, *laws, *_differences(one), one.solver_steps, *shown(one.step_score))
+        yield (name, *laws, *_differences(one), one.evaluations, *shown(one.step_score))
 
 
 def _differences(one: Distance | HardLimit) -> tuple[float, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Collection
 from dataclasses import dataclass
 
@@ -13,14 +14,14 @@ from stages.biped.walk import Walk
 from stages.contact_study.result import OneStep
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.multibody.assembly.signals import SIGNALS
-from stages.multibody.assembly.solver import Run
-from stages.multibody.assembly.state import rolling_state
-from stages.multibody.parameters import Settings
-from stages.multibody.walking.events import find_events
-from stages.multibody.walking.scuffing import COMPLETED
-from stages.multibody.walking.trajectory import foot_kinematics
-from stages.multibody.walking.walk import build, ground_reaction, simulate
+from stages.penalty.settings import Settings
+from stages.penalty.walk import simulate
+from stages.planar.events import find_events
+from stages.planar.run import COMPLETED, Run
+from stages.planar.sampling import ground_reaction
+from stages.planar.signals import GROUND_REACTION, SIGNALS
+from stages.planar.state import rolling_state
+from stages.planar.trajectory import foot_kinematics
 
 NO_HEEL_STRIKE = "no heel strike"
 STANDING, LANDING = 0, 1
@@ -28,11 +29,14 @@ STANDING, LANDING = 0, 1
 
 @dataclass(frozen=True)
 class Scene:
-    """What all runs share: the machine, the solver, the constraint model's walk and the time an impact is given [s]."""
+    """What all runs share: the machine, the solver, the tolerance at which costs are told, the constraint model's walk
+    and the time an impact is given [s].
+    """
 
     biped: Biped
     slope: Slope
     solver: Settings
+    cost_tolerance: float
     walk: Walk
     mid_stance: StanceState
     period: float
@@ -52,8 +56,14 @@ class Scene:
 def take_step(scene: Scene, law: ContactLaw, signals: Collection[str] = SIGNALS) -> Run:
     """Walk for one step period; the standing foot starts at its static penetration."""
     start = rolling_state(scene.biped, law, scene.mid_stance, scene.walk.standing_force)
-    machine = build(scene.biped, scene.slope, law, scene.solver, signals=signals)
-    return simulate(scene.biped, scene.slope, law, start, scene.solver, duration=scene.period, assembly=machine)
+    solver = scene.solver if GROUND_REACTION in signals else dataclasses.replace(scene.solver, between=0)
+    return simulate(scene.biped, scene.slope, law, start, solver, duration=scene.period, signals=signals)
+
+
+def cost(scene: Scene, law: ContactLaw) -> int:
+    """Evaluations of the rates that a step takes at the tolerance of costs, whether it is finished or not."""
+    coarse = dataclasses.replace(scene, solver=dataclasses.replace(scene.solver, tolerance=scene.cost_tolerance))
+    return take_step(coarse, law, signals=()).evaluations
 
 
 def landing_force(scene: Scene, run: Run, since_heel_strike: np.ndarray) -> np.ndarray:
@@ -66,7 +76,7 @@ def landing_force(scene: Scene, run: Run, since_heel_strike: np.ndarray) -> np.n
     return np.where((time <= run.trajectory.time[-1])[:, None], force[:, LANDING], np.nan)
 
 
-def unfinished(outcome: str, message: str, law: ContactLaw, solver_steps: int) -> OneStep:
+def unfinished(outcome: str, message: str, law: ContactLaw, evaluations: int) -> OneStep:
     """The row of a step that ended early: the reason, and nothing to compare."""
     nothing, pair = float("nan"), np.full(2, np.nan)
     return OneStep(
@@ -83,7 +93,7 @@ def unfinished(outcome: str, message: str, law: ContactLaw, solver_steps: int) -
         penetration=nothing,
         creep_velocity=nothing,
         heel_strike_lead=nothing,
-        solver_steps=solver_steps,
+        evaluations=evaluations,
     )
 
 
@@ -119,7 +129,7 @@ def measure(scene: Scene, law: ContactLaw, run: Run) -> OneStep:
     """Differences of a step from the constraint model, on that model's samples."""
     curve = hip_curve(scene, run)
     if isinstance(curve, str):
-        return unfinished(curve, run.message, law, run.solver_steps)
+        return unfinished(curve, run.message, law, cost(scene, law))
     trajectory, radius, time = run.trajectory, scene.biped.foot_radius, scene.time
     difference = curve.minus(scene.walk)
     position, velocity = difference[:, :2], difference[:, 2:]
@@ -144,5 +154,5 @@ def measure(scene: Scene, law: ContactLaw, run: Run) -> OneStep:
         penetration=float(depth.max()),
         creep_velocity=float(np.trapezoid(slip, span) / (span[-1] - span[0])),
         heel_strike_lead=scene.heel_strike - curve.heel_strike,
-        solver_steps=run.solver_steps,
+        evaluations=cost(scene, law),
     )

@@ -34,7 +34,7 @@ class Settings:
     position_limit: float = parameter("m", "hip difference that counts one in the score", bound=Bound(above=0))
     velocity_limit: float = parameter("m/s", "hip velocity difference that counts one", bound=Bound(above=0))
     cost_limit: float = parameter(
-        "1", "solver steps a chosen set may take, in those of the starting set", bound=Bound(above=0)
+        "1", "evaluations a step of a chosen set may take, in those of the starting set", bound=Bound(above=0)
     )
     searched_stiffness: tuple[float, ...] = parameter("N/mm^e", "stiffnesses of the search", bound=Bound(above=0))
     searched_damping: tuple[float, ...] = parameter("N s/m", "dampings of the search", bound=Bound(minimum=0))
@@ -60,16 +60,21 @@ class Settings:
         "largest change of a cycle's state in a step, in the section's scales",
         bound=Bound(minimum=1e-10, maximum=1e-3),
     )
-    perturbation: float = parameter(
-        "1",
-        "distance from its guess at which the search of a cycle starts, in the section's scales",
-        bound=Bound(minimum=1e-6, maximum=1e-1),
-    )
     impact_window: float = parameter(
         "s", "time after heel strike in which velocities and forces are not compared", bound=Bound(minimum=0, maximum=1)
     )
-    tolerance: float = parameter("1", "as in multibody.yaml", bound=Bound(minimum=1e-11, maximum=1e-3))
-    largest_step: float = parameter("s", "as in multibody.yaml", bound=Bound(above=0, maximum=1e-2))
+    tolerance: float = parameter(
+        "1", "tolerance of the penalty model, in m, rad, m/s, rad/s", bound=Bound(minimum=1e-12, maximum=1e-3)
+    )
+    cost_tolerance: float = parameter(
+        "1", "tolerance at which the evaluations of a step are counted", bound=Bound(minimum=1e-12, maximum=1e-3)
+    )
+    between: int = parameter(
+        "1", "moments between two steps of the solver at which forces are kept", bound=Bound(minimum=0, maximum=100)
+    )
+    checked: int = parameter(
+        "1", "steps with sets drawn by a seed that Exudyn walks too, and cycles", bound=Bound(minimum=1, maximum=1000)
+    )
     most_solver_steps: int = parameter(
         "1",
         "solver steps without a heel strike after which a run is given up",

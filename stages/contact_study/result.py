@@ -7,7 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.quantity import quantity
+from stages.contact_study import friction_result
+from stages.contact_study.friction_result import FrictionVariation
 from stages.contact_study.limit_result import COMPLETED, Candidates, RigidLimit, limit_table, search_table, shown
+from stages.engines.result import EngineAgreement
 from stages.ground.contact_law import ContactLaw
 
 #: Keys of the contact set that the study varies, in the paper's order (figures 5 and 6).
@@ -42,7 +45,7 @@ class OneStep:
     penetration: float = quantity("m", "deepest penetration", symbol="p")
     creep_velocity: float = quantity("m/s", "mean slip speed of the standing foot before heel strike")
     heel_strike_lead: float = quantity("s", "how much earlier than in the constraint model the foot lands")
-    solver_steps: int = quantity("1", "accepted steps of the explicit solver: the cost")
+    evaluations: int = quantity("1", "evaluations of the rates at cost_tolerance: the cost")
 
     @property
     def completed(self) -> bool:
@@ -66,7 +69,7 @@ class Variations:
     peak_force: np.ndarray = quantity("N", "largest normal force on the landing foot, shape (k,)")
     penetration: np.ndarray = quantity("m", "deepest penetration, shape (k,)", symbol="p")
     creep_velocity: np.ndarray = quantity("m/s", "mean slip speed of the standing foot, shape (k,)")
-    solver_steps: np.ndarray = quantity("1", "accepted solver steps, shape (k,)")
+    evaluations: np.ndarray = quantity("1", "evaluations of the rates at cost_tolerance, shape (k,)")
     force: np.ndarray = quantity("N", "tangential and normal force on the landing foot, shape (k, n, 2)")
 
     def rows(self, key: str) -> list[int]:
@@ -93,6 +96,11 @@ class Result:
     chosen_force: np.ndarray = quantity("N", "tangential and normal force with the chosen set, shape (n, 2)")
     ground: OneStep = quantity("-", "the set of ground.yaml, which the other stages use")
     ground_is_choice: bool = quantity("1", "whether ground.yaml holds the chosen set")
+    friction_variations: tuple[FrictionVariation, ...] = quantity("-", "gait at other transition velocities")
+    default_friction_variations: tuple[FrictionVariation, ...] = quantity(
+        "-", "the same from Adams' default contact set instead of ground.yaml's"
+    )
+    engines: EngineAgreement = quantity("-", "distance of the compiled penalty walker, which walks all, from Exudyn")
 
     def summary(self) -> str:
         """What was chosen, in one line."""
@@ -109,6 +117,7 @@ class Result:
             f"v_s {1e3 * law.stiction_velocity:g} mm/s: hip {1e3 * found.hip_position.max():.2f} mm from the rigid "
             f"limit, which is {1e3 * hard.hip_position.max():.2f} mm from rolling feet; {ended}"
             + ("ground.yaml holds it" if self.ground_is_choice else "ground.yaml holds another")
+            + f"; {self.engines.sentence()}"
         )
 
     def tables(self) -> tuple[tuple[str, tuple[str, ...], list[tuple[object, ...]]], ...]:
@@ -117,18 +126,22 @@ class Result:
         varied: list[tuple[object, ...]] = [_row(("starting set", ""), self.default)]
         for row, key in enumerate(v.key):
             numbers = v.hip_position[row], v.hip_velocity[row], v.normal_force[row], v.penetration[row]
-            varied.append((key, float(v.value[row]), *_shown(*numbers), int(v.solver_steps[row]), v.outcome[row]))
+            varied.append((key, float(v.value[row]), *_shown(*numbers), int(v.evaluations[row]), v.outcome[row]))
         varied += [_row(("chosen set", ""), self.chosen), _row(("ground.yaml", ""), self.ground)]
-        seen = ("hip mm", "hip mm/s", "force N", "depth um", "steps")
-        tables = [("One parameter at a time, differences from the constraint model", ("", "value", *seen, ""), varied)]
-        if self.limit is None or self.candidates is None:
-            return tuple(tables)
-        return (*tables, limit_table(self.limit), search_table(self.candidates))
+        seen = ("hip mm", "hip mm/s", "force N", "depth um", "evaluations")
+        tables: list[friction_result.Table] = [
+            ("One parameter at a time, differences from the constraint model", ("", "value", *seen, ""), varied)
+        ]
+        if self.limit is not None and self.candidates is not None:
+            tables += [limit_table(self.limit), search_table(self.candidates)]
+        friction = (("ground.yaml's contact set", self.friction_variations),
+                    ("Adams' default contact set", self.default_friction_variations))  # fmt: skip
+        return (*tables, *(friction_result.table(*pair) for pair in friction), self.engines.table())
 
 
 def _row(name: tuple[str, str], step: OneStep) -> tuple[object, ...]:
     numbers = step.hip_position, step.hip_velocity, step.normal_force, step.penetration
-    return (*name, *_shown(*numbers), step.solver_steps, step.outcome)
+    return (*name, *_shown(*numbers), step.evaluations, step.outcome)
 
 
 def _shown(position: np.ndarray, velocity: np.ndarray, force: float, depth: float) -> tuple[float, ...]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -19,9 +18,6 @@ from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction
 from stages.ground.hardening import family_member
 
-#: A searched set is given up before heel strike if the solver tries more steps than a choice may take, by a factor for
-#: those it repeats, and than these.
-REPEATED, LEAST_STEPS = 1.5, 1000
 SHARE_OF_SEARCH = 0.7
 
 
@@ -42,13 +38,10 @@ def from_rigid_limit(
     ruler = Ruler(beside, coulomb, settings)
     law = parameters.default_set.law(parameters.contact)
     default = ruler.over_a_step(law)
-    dear = math.ceil(max(LEAST_STEPS, REPEATED * settings.cost_limit * default.solver_steps))
-    frugal = dataclasses.replace(scene.solver, most_solver_steps=dear)
-    search = Ruler(dataclasses.replace(beside, solver=frugal), coulomb, settings)
     chosen, finalists, candidates = choose(
         default,
         settings,
-        search.over_a_step,
+        ruler.over_a_step,
         lambda found: ruler.between_cycles(found, split=True),
         lambda done: said(SHARE_OF_SEARCH * done),
     )
@@ -63,7 +56,7 @@ def from_rigid_limit(
         default=ruler.between_cycles(default, split=False),
         chosen=chosen,
         ground=chosen if same_set(ground, chosen.law) else ruler.between_cycles(ruler.over_a_step(ground), split=True),
-        most_solver_steps=settings.cost_limit * default.solver_steps,
+        most_evaluations=settings.cost_limit * default.evaluations,
         finalists=finalists,
         family_share=np.array(settings.family_shares),
         family=tuple(family),

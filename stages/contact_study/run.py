@@ -17,17 +17,22 @@ import numpy as np
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.result import Result as Analytic
 from stages.biped.progress import Progress, ignore
+from stages.contact_study.checked import checked
+from stages.contact_study.friction import laws_of, vary_friction
 from stages.contact_study.limit_result import COMPLETED
 from stages.contact_study.one_step import Scene, landing_force, measure, take_step
 from stages.contact_study.parameters import Parameters, Settings
 from stages.contact_study.result import VARIED, OneStep, Result, Variations
 from stages.contact_study.rigid_limit import from_rigid_limit, same_set
 from stages.ground.contact_law import ContactLaw
-from stages.multibody.parameters import Settings as SolverSettings
+from stages.penalty.settings import Settings as SolverSettings
+from stages.penalty.step_map import PenaltyStepper
+from stages.planar.state import rolling_state
 
 #: Spans of the force curves [s] from heel strike: start, end, spacing. Impact, bounces, the rest of stance.
 CURVE = ((-2e-3, 6e-3, 5e-5), (6e-3, 40e-3, 1e-4), (40e-3, 330e-3, 1e-3))
-SHARE_OF_VARIATIONS = 0.2
+#: Shares of the time in which one parameter is varied, and until the search ends.
+SHARES = 0.1, 0.6
 
 
 @dataclass(frozen=True)
@@ -43,7 +48,8 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     scene = Scene(
         parameters.biped,
         parameters.slope,
-        SolverSettings.of_one_step(settings.tolerance, settings.largest_step, settings.most_solver_steps),
+        SolverSettings(settings.tolerance, settings.between, most_solver_steps=settings.most_solver_steps),
+        settings.cost_tolerance,
         analytic.walk,
         analytic.mid_stance,
         analytic.gait.period_s,
@@ -60,17 +66,29 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     varied = []
     changes = list(one_at_a_time(default, settings))
     for index, (key, law) in enumerate(changes):
-        progress(SHARE_OF_VARIATIONS * index / len(changes), f"varying {key}")
+        progress(SHARES[0] * index / len(changes), f"varying {key}")
         varied.append((key, *walked(law)))
     limit, candidates, outcome = None, None, COMPLETED
     try:
         limit, candidates = from_rigid_limit(
-            parameters, scene, lambda done: progress(SHARE_OF_VARIATIONS + (1 - SHARE_OF_VARIATIONS) * done, "choosing")
+            parameters, scene, lambda done: progress(SHARES[0] + (SHARES[1] - SHARES[0]) * done, "choosing")
         )
     except (NoGait, StepFailed) as reason:
         outcome = str(reason)
     chosen = limit.chosen.law if limit else default
     chosen_step, chosen_force = walked(chosen)
+    progress(SHARES[1], "varying friction")
+
+    def stepper(law: ContactLaw) -> PenaltyStepper:
+        start = rolling_state(scene.biped, law, scene.mid_stance, scene.walk.standing_force)
+        return PenaltyStepper(scene.biped, scene.slope, law, start, scene.solver)
+
+    friction = [vary_friction(law, stepper, settings.residual) for law in (parameters.contact, default)]
+    progress(0.7, "comparing with Exudyn")
+    walked_laws = [(step.law, step.evaluations) for _, step, _ in varied if step.completed]
+    if limit is not None:
+        walked_laws += [(one.law, one.evaluations) for one in limit.family if one.outcome == COMPLETED]
+    walked_laws = walked_laws or [(default, first.evaluations)]
     return Result(
         time=time,
         default=first,
@@ -83,6 +101,9 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         chosen_force=chosen_force,
         ground=walked(parameters.contact)[0],
         ground_is_choice=limit is not None and same_set(parameters.contact, chosen),
+        friction_variations=friction[0],
+        default_friction_variations=friction[1],
+        engines=checked(scene, walked_laws, laws_of(parameters.contact, friction[0]), settings.checked),
     )
 
 
@@ -128,6 +149,6 @@ def columns(varied: Sequence[tuple[str, OneStep, np.ndarray]]) -> Variations:
         peak_force=column("peak_force"),
         penetration=column("penetration"),
         creep_velocity=column("creep_velocity"),
-        solver_steps=column("solver_steps"),
+        evaluations=column("evaluations"),
         force=np.array([force for _, _, force in varied]),
     )

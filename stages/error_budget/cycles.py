@@ -13,14 +13,14 @@ from stages.error_budget.path import LIMITS, Limits, contributions
 from stages.error_budget.split import Split
 from stages.ground.contact_law import ContactLaw
 from stages.ground.normal_force import static_penetration
-from stages.multibody.assembly.state import rolling_state
-from stages.multibody.parameters import Settings
-from stages.multibody.walking.events import find_events
-from stages.multibody.walking.plane_cycle import find_cycle, step_derivative
-from stages.multibody.walking.section import SCALES, NoLimitCycle, SectionStep, mid_stance_after, section_numbers
-from stages.multibody.walking.section import section_state as state_of
-from stages.multibody.walking.trajectory import Trajectory
-from stages.multibody.walking.walk import build, simulate
+from stages.penalty.settings import Settings
+from stages.penalty.step_map import PenaltyStepper
+from stages.penalty.walk import simulate
+from stages.planar.events import find_events
+from stages.planar.limit_cycle import fixed_point
+from stages.planar.section import NoLimitCycle, section_numbers, section_state
+from stages.planar.state import rolling_state
+from stages.planar.trajectory import Trajectory
 
 #: Scalars of a cycle, in s and m.
 SCALARS = ("step period", "step length")
@@ -59,31 +59,23 @@ class Cycles:
 
     def penalty(self, law: ContactLaw, tolerance: float) -> np.ndarray:
         """The penalty model's cycle, searched from that of the law most like it. Raises NotWalked."""
-        p, settings = self.parameters, self.parameters.settings
-        solver = Settings.of_one_step(tolerance, settings.largest_step)
-        machine = build(p.biped, p.slope, law, solver, signals=())
+        p, solver = self.parameters, Settings(tolerance)
         force = self.coulomb.standing_force
         start = rolling_state(p.biped, law, self.coulomb.mid_stance, force)
-        trajectories: list[Trajectory] = []
-
-        def walk(numbers: np.ndarray) -> SectionStep:
-            run = simulate(p.biped, p.slope, law, state_of(numbers, start), solver, steps=1, assembly=machine)
-            trajectories[:] = [run.trajectory]
-            return mid_stance_after(run)
-
-        guess = section_numbers(start) / SCALES
+        stepper = PenaltyStepper(p.biped, p.slope, law, start, solver)
+        guess = section_numbers(start)
         if self.found:
             near, known = min(self.found, key=lambda other: _distance(other[0], law))
             guess = known.copy()
-            guess[0] += (static_penetration(near, force) - static_penetration(law, force)) / SCALES[0]
+            guess[0] += static_penetration(near, force) - static_penetration(law, force)
         try:
-            if self.derivative is None:
-                self.derivative = step_derivative(walk, guess, settings.perturbation)
-            cycle = find_cycle(walk, guess, settings.residual, self.derivative)
+            cycle = fixed_point(stepper, guess, p.settings.residual, self.derivative)
         except NoLimitCycle as reason:
             raise NotWalked(f"on a cycle: {reason}") from None
-        self.found.append((law, cycle.state))
-        hip = self.folded(trajectories[0], cycle.step.duration, cycle.step.length)
+        self.derivative = cycle.derivative
+        self.found.append((law, cycle.numbers))
+        run = simulate(p.biped, p.slope, law, section_state(cycle.numbers, start), solver, steps=1, signals=())
+        hip = self.folded(run.trajectory, cycle.step.duration, cycle.step.length)
         return self.flat(hip, cycle.step.duration, cycle.step.length)
 
     def folded(self, trajectory: Trajectory, period: float, length: float) -> np.ndarray:

@@ -14,7 +14,7 @@ from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
-from stages.multibody.walking.trajectory import Trajectory
+from stages.planar.trajectory import Trajectory
 
 
 class ConstraintWalk:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from stages.engines.walks import Machine
 from stages.error_budget.convergence import Convergence
 from stages.error_budget.errors import NotWalked
 from stages.error_budget.hip import constraint_gait, penalty_hip
@@ -11,10 +12,10 @@ from stages.error_budget.parameters import Parameters
 from stages.error_budget.path import Limits, contributions
 from stages.error_budget.split import Split
 from stages.ground.contact_law import ContactLaw
-from stages.multibody.assembly.state import rolling_state
-from stages.multibody.parameters import Settings
-from stages.multibody.walking.events import find_events
-from stages.multibody.walking.walk import build, simulate
+from stages.penalty.settings import Settings
+from stages.penalty.walk import simulate
+from stages.planar.events import find_events
+from stages.planar.state import rolling_state
 
 
 class OneStep:
@@ -38,14 +39,25 @@ class OneStep:
         """The penalty model's hip from the common state, (n, 4). Raises NotWalked."""
         p = self.parameters
         start = rolling_state(p.biped, law, self.constraint.mid_stance, self.constraint.standing_force)
-        settings = Settings.of_one_step(tolerance, p.settings.largest_step)
-        machine = build(p.biped, p.slope, law, settings, signals=())
-        run = simulate(p.biped, p.slope, law, start, settings, duration=float(self.time[-1]), assembly=machine)
+        run = simulate(
+            p.biped, p.slope, law, start, Settings(tolerance), duration=float(self.time[-1]), signals=())
         strikes = find_events(run.trajectory, p.biped.foot_radius).heel_strike_time
         if not run.completed or not len(strikes):
             raise NotWalked(f"over one step: {run.message or run.outcome}")
         self.strikes.append(float(strikes[0]))
         return penalty_hip(run.trajectory, self.time)
+
+    def exudyn(self, law: ContactLaw, tolerance: float) -> np.ndarray:
+        """The same of Exudyn's model. Raises NotWalked."""
+        start = rolling_state(self.parameters.biped, law, self.constraint.mid_stance, self.constraint.standing_force)
+        run = self.machine(law).exudyn(start, tolerance, 1, float(self.time[-1]))
+        if not run.completed:
+            raise NotWalked(f"over one step, in Exudyn: {run.message or run.outcome}")
+        return penalty_hip(run.trajectory, self.time)
+
+    def machine(self, law: ContactLaw) -> Machine:
+        """The biped on this ground, for both engines."""
+        return Machine(self.parameters.biped, self.parameters.slope, law)
 
     def compared(self) -> np.ndarray:
         """Times outside the span in which only some of the models have had their impact, (n,)."""
@@ -55,7 +67,7 @@ class OneStep:
 
 def step_budget(parameters: Parameters) -> tuple[np.ndarray, Split, Convergence, np.ndarray]:
     """Times (n,), the budget, how its limits converge, and the hip's largest integration error at the paper's
-    tolerances (2 models, 4 columns). Raises NotWalked, NoGait, StepFailed.
+    tolerances, of the constraint model and of Exudyn's (2, 4). Raises NotWalked, NoGait, StepFailed.
     """
     scene, settings, law = OneStep(parameters), parameters.settings, parameters.contact
     limits = Limits(law, settings.step_share, scene.penalty, settings.penalty_tolerance, settings.limit_tolerance)
@@ -65,7 +77,7 @@ def step_budget(parameters: Parameters) -> tuple[np.ndarray, Split, Convergence,
     fine_penalty = scene.penalty(law, settings.penalty_fine_tolerance)
     paper = (
         scene.coarse_or_fine(settings.paper_constraint_tolerance) - fine,
-        scene.penalty(law, settings.paper_penalty_tolerance) - fine_penalty,
+        scene.exudyn(law, settings.paper_penalty_tolerance) - fine_penalty,
     )
     parts, interaction = contributions(coarse, fine, coulomb, limits, fine_penalty)
     compared = scene.compared()

@@ -32,7 +32,7 @@ class Settings:
         "1", "the tighter one that measures its integration error", bound=Bound(minimum=1e-14, maximum=1e-3)
     )
     penalty_tolerance: float = parameter(
-        "1", "tolerance of the penalty model, in m, rad, m/s, rad/s", bound=Bound(minimum=1e-11, maximum=1e-3)
+        "1", "tolerance of the penalty model, in m, rad, m/s, rad/s", bound=Bound(minimum=1e-12, maximum=1e-3)
     )
     limit_tolerance: float = parameter(
         "1",
@@ -48,20 +48,17 @@ class Settings:
     paper_penalty_tolerance: float = parameter(
         "1", "tolerance of the paper's multibody model", bound=Bound(minimum=1e-11, maximum=1e-3)
     )
-    largest_step: float = parameter("s", "largest step of the explicit solver", bound=Bound(above=0, maximum=1e-2))
     impact_window: float = parameter(
         "s", "time after heel strike in which velocities are not compared", bound=Bound(minimum=0, maximum=0.1)
     )
     points: int = parameter("1", "points of the curves over a step", bound=Bound(minimum=51, maximum=100_001))
-    perturbation: float = parameter(
-        "1",
-        "distance from a cycle at which the derivative of its step is measured, in the section's scales",
-        bound=Bound(minimum=1e-6, maximum=1e-1),
-    )
     residual: float = parameter(
         "1",
         "largest change of a cycle's state in a step, in the section's scales",
         bound=Bound(minimum=1e-10, maximum=1e-3),
+    )
+    checked: int = parameter(
+        "1", "steps with laws of the budget drawn by a seed that Exudyn walks too", bound=Bound(minimum=1, maximum=10)
     )
 
     def broken_rules(self) -> Iterator[Broken]:

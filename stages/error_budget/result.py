@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.quantity import quantity
+from stages.engines.result import EngineAgreement
 from stages.error_budget.convergence import Convergence
 from stages.error_budget.effects import CONTACT, EFFECTS
 from stages.error_budget.split import EACH, POSITION, VELOCITY, Split, orders
@@ -24,7 +25,7 @@ class StepBudget:
     split: Split = quantity("-", "contributions to the hip's motion")
     convergence: Convergence = quantity("-", "how the limits of the effects of contact are approached")
     paper_integration: np.ndarray = quantity(
-        "m, m/s", "largest integration errors of constraint and penalty model at the paper's tolerances, (2, 4)"
+        "m, m/s", "largest integration errors of constraint model and Exudyn's at the paper's tolerances, (2, 4)"
     )
 
 
@@ -52,6 +53,9 @@ class Result:
     outcome: str = quantity("-", "completed, or why a model on the path did not walk")
     step: StepBudget | None = quantity("-", "over one step; empty if a model did not walk")
     cycle: CycleBudget | None = quantity("-", "between cycles; empty if a model did not walk")
+    engines: EngineAgreement | None = quantity(
+        "-", "what the engine changes: the compiled penalty walker less Exudyn's model; empty if a model did not walk"
+    )
 
     def known(self) -> list[tuple[str, StepBudget | CycleBudget]]:
         """The budgets there are, with their names."""
@@ -65,6 +69,8 @@ class Result:
             f"{100 * budget.split.explained(VELOCITY):.1f} % of its velocity explained"
             for name, budget in self.known()
         ]
+        if self.engines is not None:
+            parts.append(f"all contributions from one engine, {self.engines.sentence()}")
         return "; ".join(parts if self.outcome == COMPLETED else [*parts, self.outcome])
 
     def tables(self) -> tuple[tuple[str, tuple[str, ...], list[tuple[object, ...]]], ...]:
@@ -88,6 +94,8 @@ class Result:
             tables.append((f"Penalty minus constraint model, {name}", (*sizes, *columns), rows))
         if tables:
             tables.append(self._trust())
+        if self.engines is not None:
+            tables.append(self.engines.table())
         return tuple(tables)
 
     def _trust(self) -> tuple[str, tuple[str, ...], list[tuple[object, ...]]]:

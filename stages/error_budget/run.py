@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from stages.analytic.errors import NoGait, StepFailed
 from stages.biped.progress import Progress, ignore
+from stages.error_budget.checked import checked
 from stages.error_budget.cycles import cycle_budget
 from stages.error_budget.errors import NotWalked
 from stages.error_budget.one_step import step_budget
@@ -16,13 +17,18 @@ from stages.error_budget.result import COMPLETED, CycleBudget, Result, StepBudge
 
 
 def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore) -> Result:
-    """Split the difference over one step, then between cycles. A model that does not walk is a result that says so."""
-    step, cycle, outcome = None, None, COMPLETED
+    """Split the difference over one step, then between cycles. A model that does not walk is a result that says so.
+
+    Raises EnginesDisagree if the compiled penalty walker is not Exudyn's.
+    """
+    step, cycle, engines, outcome = None, None, None, COMPLETED
     try:
         progress(0.0, "one step with one effect at a time")
         step = StepBudget(*step_budget(parameters))
-        progress(0.3, "cycles with one effect at a time")
+        progress(0.2, "cycles with one effect at a time")
         cycle = CycleBudget(*cycle_budget(parameters))
+        progress(0.4, "comparing with Exudyn")
+        engines = checked(parameters)
     except (NotWalked, NoGait, StepFailed) as reason:
         outcome = str(reason)
-    return Result(outcome, step, cycle)
+    return Result(outcome, step, cycle, engines)

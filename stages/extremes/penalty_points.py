@@ -15,17 +15,19 @@ from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.biped.walk import Walk
 from stages.extremes.constraint_points import usual_gait
-from stages.extremes.engines import JOINTS, LIMIT, TWIN
+from stages.extremes.engines import COMPILED, JOINTS, LIMIT, TREE, TWIN
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import Point
 from stages.extremes.verdict import FAILED, UNCONFIRMED, WRONG, Finding, judged, refused
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
-from stages.multibody.assembly.solver import Run
-from stages.multibody.assembly.state import rolling_state
-from stages.multibody.walking.energy import energy_balance
 from stages.multibody.walking.walk import simulate
+from stages.penalty.settings import Settings as CompiledSettings
+from stages.penalty.walk import simulate as compiled_walk
+from stages.planar.energy import energy_balance
+from stages.planar.run import Run
+from stages.planar.state import rolling_state
 from stages.twin.machine.machine import build
 from stages.twin.walking.energy import energy_balance as spatial_energy_balance
 from stages.twin.walking.record import Record
@@ -73,19 +75,20 @@ def evaluate(parameters: Parameters, point: Point) -> Finding:
         stance, force = mid_stance(here.biped, here.slope)
     except (NoGait, StepFailed) as reason:
         return refused(f"no gait to start from: {reason}")
-    answer = answer_of(here, spatial, stance, force)
-    if point.engine == JOINTS:
-        other = base.changed((*point.changes, ("multibody.assembly", "tree"), ("multibody.tolerance", 1e-9)))
-        tolerance, reference = np.nan, "tree, tolerance 1e-9"
-    else:
-        tolerance = here.twin.tolerance if spatial else here.multibody.tolerance
-        tighter = max(TIGHTEST, tolerance * TIGHTER)
-        file = "twin" if spatial else "multibody"
-        other = here.changed(((f"{file}.tolerance", tighter), (f"{file}.largest_step", 5e-4)))
-        reference = f"tolerance {tighter:.0e}, energy"
+    answer = answer_of(here, point.engine, stance, force)
     if not answer.completed and "gets nowhere" in answer.outcome:
         return Finding(FAILED, reason=answer.outcome)
-    checked = answer_of(other, spatial, stance, force)
+    tolerance = here.twin.tolerance if spatial else here.multibody.tolerance
+    tighter = max(TIGHTEST, tolerance * TIGHTER)
+    file, engine, reference = "twin" if spatial else "multibody", point.engine, f"tolerance {tighter:.0e}, energy"
+    rerun = here.changed(((f"{file}.tolerance", tighter), (f"{file}.largest_step", 5e-4)))
+    if engine in (COMPILED, JOINTS):
+        tree = here.changed((("multibody.assembly", "tree"), ("multibody.tolerance", 1e-9)))
+        checked = answer_of(tree, TREE, stance, force)
+        if engine == JOINTS or "gets nowhere" not in checked.outcome:
+            asked = np.nan if engine == JOINTS else tolerance
+            return compared(answer, checked, here.biped, asked, settings.right_within, "tree, tolerance 1e-9")
+    checked = answer_of(rerun, engine, stance, force)
     return compared(answer, checked, here.biped, tolerance, settings.right_within, reference)
 
 
@@ -108,14 +111,17 @@ def compared(
     return judged(float(error), answer.audit, asked, limit, reference)
 
 
-def answer_of(here: Parameters, spatial: bool, stance: StanceState, force: float) -> Answer:
-    """One step, planar or spatial."""
-    if spatial:
+def answer_of(here: Parameters, engine: str, stance: StanceState, force: float) -> Answer:
+    """One step of an engine."""
+    if engine == TWIN:
         machine = build(here.biped, here.twin)
         start = rolling_start(machine, here.contact, stance, force)
         record = simulate_twin(machine, here.slope, here.contact, start, here.twin, steps=1)
         return spatial_answer(record)
     state = rolling_state(here.biped, here.contact, stance, force)
+    if engine == COMPILED:
+        solver = CompiledSettings(here.multibody.tolerance, most_solver_steps=here.multibody.most_solver_steps)
+        return planar_answer(compiled_walk(here.biped, here.slope, here.contact, state, solver, signals=()), here)
     return planar_answer(simulate(here.biped, here.slope, here.contact, state, here.multibody, steps=1), here)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from stages.biped.design import Biped
 from stages.extremes.engines import (
+    COMPILED,
     COULOMB,
     DERIVATIVES,
     ENGINES,
@@ -49,28 +50,28 @@ def decades(low: float, high: float, count: int) -> list[float]:
 
 
 #: Axis, lowest and highest value, further values, and the engines it is tried with.
-GROUND_FEET, SPRINGS = (TREE, JOINTS, TWIN), (GAIT, COULOMB, TREE, TWIN)
+GROUND_FEET, SPRINGS = (COMPILED, TREE, JOINTS, TWIN), (GAIT, COULOMB, COMPILED, TREE, TWIN)
 AXES: tuple[tuple[str, float, float, tuple[float, ...], tuple[str, ...]], ...] = (
     ("biped.stiffness", 1e2, 1e10, (), SPRINGS),
     ("biped.damping", 1e-2, 1e5, (0.0,), SPRINGS),
     ("ground.slope_deg", 0.1, 10.0, (0.0, 15.0, 20.0, 30.0, 45.0, 60.0, 80.0), SPRINGS),
     (RIGID_LEGS, 0.1, 10.0, (0.0, 20.0), (GAIT,)),
-    ("biped.foot_radius", 1e-3, 0.32, (0.0,), (GAIT, TREE)),
-    ("biped.foot_com", 1e-3, 0.32, (0.0,), (GAIT, TREE)),
-    ("biped.leg_inertia", 1e-6, 0.1, (), (GAIT, TREE)),
-    ("ground.gravity", 1.62, 24.79, (3.71, 9.81), (GAIT, TREE, TWIN)),
-    (MASS_RATIO, 1e-4, 1e4, (), (GAIT, TREE, TWIN)),
-    (SIZE, 1e-3, 10.0, (), (GAIT, TREE)),
-    (LEG_LENGTH, 1e-3, 10.0, (), (GAIT, TREE)),
+    ("biped.foot_radius", 1e-3, 0.32, (0.0,), (GAIT, COMPILED, TREE)),
+    ("biped.foot_com", 1e-3, 0.32, (0.0,), (GAIT, COMPILED, TREE)),
+    ("biped.leg_inertia", 1e-6, 0.1, (), (GAIT, COMPILED, TREE)),
+    ("ground.gravity", 1.62, 24.79, (3.71, 9.81), (GAIT, COMPILED, TREE, TWIN)),
+    (MASS_RATIO, 1e-4, 1e4, (), (GAIT, COMPILED, TREE, TWIN)),
+    (SIZE, 1e-3, 10.0, (), (GAIT, COMPILED, TREE)),
+    (LEG_LENGTH, 1e-3, 10.0, (), (GAIT, COMPILED, TREE)),
     (FRICTION, 1e-2, 5.0, (0.0,), (COULOMB, *GROUND_FEET)),
     ("ground.contact_stiffness", 1.0, 1e10, (), GROUND_FEET),
     ("ground.contact_exponent", 1.0, 5.0, (1.5, 2.2), GROUND_FEET),
     ("ground.contact_damping", 1.0, 1e7, (0.0,), GROUND_FEET),
-    ("ground.damping_depth", 1e-7, 1e-1, (), (TREE, TWIN)),
-    (RESTITUTION, 0.05, 1.0, (), (TREE, TWIN)),
+    ("ground.damping_depth", 1e-7, 1e-1, (), (COMPILED, TREE, TWIN)),
+    (RESTITUTION, 0.05, 1.0, (), (COMPILED, TREE, TWIN)),
     ("ground.stiction_velocity", 1e-6, 1.0, (), GROUND_FEET),
     ("analytic.tolerance", 1e-14, 1e-2, (), (GAIT, STEP)),
-    ("multibody.tolerance", 1e-14, 1e-2, (), (TREE,)),
+    ("multibody.tolerance", 1e-14, 1e-2, (), (COMPILED, TREE)),
     ("multibody.largest_step", 1e-5, 1e-1, (), (TREE,)),
     ("multibody.impact_step", 1e-6, 1e-4, (), (JOINTS,)),
     ("multibody.rolling_step", 1e-5, 1e-1, (), (JOINTS,)),
@@ -79,10 +80,10 @@ AXES: tuple[tuple[str, float, float, tuple[float, ...], tuple[str, ...]], ...] =
 )
 #: Points an axis has for each engine in the full map, engines of which the coarse map has the middle one of each axis,
 #: and draws of all parameters together. All points of the coarse map are points of the full one.
-FULL = {GAIT: 14, COULOMB: 10, STEP: 13, DERIVATIVES: 7, ESTIMATE: 7, TREE: 7, JOINTS: 5, TWIN: 5}
+FULL = {GAIT: 14, COULOMB: 10, STEP: 13, DERIVATIVES: 7, ESTIMATE: 7, COMPILED: 9, TREE: 7, JOINTS: 5, TWIN: 5}
 COARSE = (GAIT, COULOMB, STEP)
-FULL_DRAWS = {GAIT: 30, COULOMB: 20, STEP: 1250, DERIVATIVES: 30, ESTIMATE: 30, TREE: 30, TWIN: 8}
-COARSE_DRAWS = {STEP: 12, TREE: 4, TWIN: 1}
+FULL_DRAWS = {GAIT: 30, COULOMB: 20, STEP: 1250, DERIVATIVES: 30, ESTIMATE: 30, COMPILED: 40, TREE: 30, TWIN: 8}
+COARSE_DRAWS = {STEP: 12, COMPILED: 4, TREE: 4, TWIN: 1}
 FULL_MARCHES = ((1e2, 1e-10), (1e3, 1e-10), (1e4, 1e-6), (1e4, 1e-8), (1e4, 1e-10), (1e5, 1e-10))
 COARSE_MARCHES = ((1e2, 1e-10), (1e3, 1e-10))
 FULL_LIMIT, COARSE_LIMIT = (1.0, 10.0, 1e2, 1e3, 1e4), (1e2,)

@@ -9,7 +9,7 @@ import numpy as np
 
 from stages.biped.progress import Progress, ignore
 from stages.extremes import constraint_points, gait_accounts, penalty_points
-from stages.extremes.engines import COULOMB, GAIT, MARCH, OF_A_GAIT, STEP, TWIN
+from stages.extremes.engines import COMPILED, COULOMB, GAIT, MARCH, OF_A_GAIT, STEP, TWIN
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import Point, points
 from stages.extremes.result import Result
@@ -38,8 +38,10 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
 def compile_once(parameters: Parameters) -> None:
     """Leave compiled code on the disk before the clock of a point runs: compiling takes longer than any point."""
     accounts = OF_A_GAIT if parameters.settings.resolution == "full" else ()
-    for engine in (GAIT, COULOMB, STEP, *accounts, TWIN):
+    for engine in (GAIT, COULOMB, STEP, *accounts, COMPILED, TWIN):
         evaluate(parameters, Point(engine, "none", 0.0, ()))
+    if accounts:
+        evaluate(parameters, Point(COMPILED, "none", 0.0, (("ground.normal_force", "restitution"),)))
 
 
 def evaluate(parameters: Parameters, point: Point) -> Finding:

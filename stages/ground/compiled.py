@@ -18,7 +18,7 @@ from numba.extending import overload_method
 
 from stages.biped import quantity
 from stages.biped.machine_code import MachineCode, folder_of
-from stages.ground.friction import friction_slope
+from stages.ground.friction import friction_slope, signed_coefficient
 from stages.ground.operations import Operations
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -51,8 +51,8 @@ def _coefficient(self: Any, speed: Any, ops: Any) -> Any:
     return getattr(self.instance_class, "coefficient", None)
 
 
-compiled_method(types.BaseNamedTuple, "force", strict=False)(_force)
-compiled_method(types.BaseNamedTuple, "coefficient", strict=False)(_coefficient)
+compiled_method(types.BaseNamedTuple, "force", strict=False, inline="always")(_force)
+compiled_method(types.BaseNamedTuple, "coefficient", strict=False, inline="always")(_coefficient)
 
 
 def _step(x: float, width: float, height: float) -> float:
@@ -84,5 +84,51 @@ COMPILED = Operations(
     length=njit(lambda x, z: math.sqrt(x * x + z * z)),
 )
 
-#: `friction_slope` for compiled functions.
+#: `friction_slope` and `signed_coefficient` for compiled functions.
 compiled_slope = njit(friction_slope)
+compiled_coefficient = njit(signed_coefficient, inline="always")
+
+
+def _limited(x: complex, limit: float, sign: float) -> complex:
+    return x if sign * x.real > sign * limit else complex(limit, 0.0)
+
+
+_inside: Callable[..., complex] = njit(_limited)
+
+
+def _tangent_step(x: complex, width: float, height: complex) -> complex:
+    s = _inside(_inside(x / width, 0.0, 1.0), 1.0, -1.0)
+    return height * (s * s * (3.0 - 2.0 * s))
+
+
+def _tangent_rise(x: complex, width: float, height: complex) -> complex:
+    u = _inside(_inside(x / width, -1.0, 1.0), 1.0, -1.0)
+    return height * (0.5 * u * (3.0 - u * u))
+
+
+def _tangent_power(x: complex, exponent: float) -> complex:
+    if x.real <= 0.0:
+        return complex(0.0, 0.0)
+    return complex(x.real**exponent, exponent * x.real ** (exponent - 1.0) * x.imag)
+
+
+def _tangent_creep(x: complex, width: float, height: complex) -> complex:
+    u = x / width
+    return height * (0.5 * (3.0 - u * u) / width) if u.real < 1.0 else height / x
+
+
+#: Operations on numbers x + i dx with a dx so small that its square is lost: the imaginary part of a result is its
+#: derivative times dx, exact to round-off (complex step; Squire and Trapp, SIAM Review 40, 1998).
+TANGENTS = Operations(
+    sqrt=njit(lambda x: x**0.5),
+    sign=njit(lambda x: complex(math.copysign(1.0, x.real) if x.real != 0.0 else 0.0, 0.0)),
+    absolute=njit(lambda x: -x if x.real < 0.0 else x),
+    round=njit(lambda x: complex(np.rint(x.real), 0.0)),
+    power=njit(_tangent_power),
+    minimum=njit(lambda x, limit: _inside(x, limit, -1.0)),
+    maximum=njit(lambda x, limit: _inside(x, limit, 1.0)),
+    step=njit(_tangent_step),
+    rise=njit(_tangent_rise),
+    creep=njit(_tangent_creep),
+    length=njit(lambda x, z: (x * x + z * z) ** 0.5),
+)

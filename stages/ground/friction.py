@@ -15,8 +15,12 @@ from stages.ground.operations import ARRAYS, Operations
 
 def friction_coefficient(law: ContactLaw, slip: Any, ops: Operations = ARRAYS) -> Any:
     """Signed friction coefficient, odd in the slip velocity [m/s]; the force on the foot is -mu(slip) F_N."""
-    sliding = law.numbers.friction.coefficient(ops.absolute(slip), ops)
-    return ops.rise(slip, law.stiction_velocity, sliding)
+    return signed_coefficient(law.numbers, slip, ops)
+
+
+def signed_coefficient(law: PointLaw, slip: Any, ops: Operations = ARRAYS) -> Any:
+    """`friction_coefficient` of a law in numbers."""
+    return ops.rise(slip, law.stiction_velocity, law.friction.coefficient(ops.absolute(slip), ops))
 
 
 def friction_slope(law: PointLaw, slip_x: Any, slip_z: Any, ops: Operations = ARRAYS) -> Any:

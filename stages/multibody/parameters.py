@@ -13,9 +13,8 @@ from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
-from stages.ground.default_set import DefaultSet
 from stages.ground.slope import Slope
-from stages.multibody.assembly.signals import READ_LATER, SIGNALS
+from stages.planar.signals import READ_LATER, SIGNALS
 
 
 @dataclass(frozen=True)
@@ -100,6 +99,5 @@ class Parameters:
     biped: Biped
     slope: Slope
     contact: ContactLaw
-    default_set: DefaultSet
     settings: Settings
     level: Level = Level()

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -13,9 +10,7 @@ from stages.biped.accuracy.estimate import ErrorEstimate
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.multibody.assembly.inventory import Inventory
-from stages.multibody.walking.energy import EnergyBalance
-
-Table = tuple[str, list[str], list[list[str]]]
+from stages.planar.energy import EnergyBalance
 
 
 @dataclass(frozen=True)
@@ -46,16 +41,6 @@ class Cycle:
 
 
 @dataclass(frozen=True)
-class FrictionVariation:
-    """The gait, a fixed point, with one transition velocity changed; NaN where none is found."""
-
-    name: str = quantity("-", "parameter changed")
-    factor: float = quantity("1", "factor on its value; 1 is the contact set itself")
-    period_s: float = quantity("s", "step period", symbol="T")
-    step_length_m: float = quantity("m", "step length", symbol="s")
-
-
-@dataclass(frozen=True)
 class Facts:
     """How the run was made."""
 
@@ -81,10 +66,6 @@ class Result:
     unsettled: str = quantity("-", "why it has not, else empty")
     cycle: Cycle = quantity("1", "the gait, solved for")
     energy: EnergyBalance = quantity("1", "energy balance over the last whole step")
-    friction_variations: tuple[FrictionVariation, ...] = quantity("-", "gait at other transition velocities")
-    default_friction_variations: tuple[FrictionVariation, ...] = quantity(
-        "-", "the same from Adams' default contact set instead of ground.yaml's"
-    )
     errors: tuple[ErrorEstimate, ...] = quantity("-", "errors of the walk, where an accuracy was asked for")
     facts: Facts = quantity("1", "how the run was made")
     inventory: Inventory = quantity("-", "what the scene held, counted in the assembled system")
@@ -105,50 +86,3 @@ class Result:
             f"{self.steps} steps: {found}, |multiplier| {cycle.largest_multiplier:.3f}, "
             f"energy closed to {self.energy.relative_residual:.0e}"
         )
-
-    def tables(self) -> list[Table]:
-        """What the transition velocities of friction change, as (title, columns, rows of text)."""
-        columns = ["velocity", "factor", "period [s]", "change [%]", "step [mm]", "change [%]"]
-        found = []
-        for contact_set, variations in (
-            ("ground.yaml's contact set", self.friction_variations),
-            ("Adams' default contact set", self.default_friction_variations),
-        ):
-            rows = [
-                [
-                    variation.name.replace("_", " "), f"{variation.factor:.3g}",
-                    f"{variation.period_s:.5f}", f"{100 * in_period:+.2f}",
-                    f"{1e3 * variation.step_length_m:.2f}", f"{100 * in_length:+.2f}",
-                ]
-                for variation, in_period, in_length in changes(variations)
-            ]  # fmt: skip
-            found.append((f"The gait with one transition velocity of friction changed, {contact_set}", columns, rows))
-        return found
-
-
-def changes(variations: Sequence[FrictionVariation]) -> Iterator[tuple[FrictionVariation, float, float]]:
-    """Each variation with its relative change of period and of step length against factor 1."""
-    unchanged = {variation.name: variation for variation in variations if variation.factor == 1.0}
-    for variation in variations:
-        base = unchanged[variation.name]
-        yield variation, variation.period_s / base.period_s - 1.0, variation.step_length_m / base.step_length_m - 1.0
-
-
-def crossing(variations: Sequence[FrictionVariation], name: str, limit: float) -> tuple[float, float]:
-    """Factors on the velocity `name`, below and above 1, at which period or step length has changed by `limit`.
-
-    Interpolated in the logarithm of the factor between the variations computed; NaN where the change stays smaller.
-    """
-    rows = sorted(
-        (math.log(variation.factor), max(abs(in_period), abs(in_length)))
-        for variation, in_period, in_length in changes(variations)
-        if variation.name == name and math.isfinite(in_period)
-    )
-    sides = []
-    for side in ([row for row in rows[::-1] if row[0] <= 0.0], [row for row in rows if row[0] >= 0.0]):
-        sides.append(float("nan"))
-        for (near, less), (far, more) in pairwise(side):
-            if less < limit <= more:
-                sides[-1] = math.exp(near + (far - near) * (limit - less) / (more - less))
-                break
-    return sides[0], sides[1]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -15,16 +14,17 @@ from stages.biped.walk import Walk
 from stages.ground.blocks import lanes
 from stages.multibody.assembly.inventory import bytes_of, take_inventory
 from stages.multibody.assembly.quiet_exudyn import VERSION
-from stages.multibody.assembly.signals import PENETRATION, SLIP
-from stages.multibody.assembly.solver import Assembly, Run
-from stages.multibody.assembly.state import PlanarState, rolling_state
+from stages.multibody.assembly.solver import Assembly
 from stages.multibody.parameters import Parameters, Settings
 from stages.multibody.result import Facts, Result
 from stages.multibody.walking.cycle import Model, solve
-from stages.multibody.walking.energy import EnergyBalance, energy_balance
-from stages.multibody.walking.friction_study import vary_friction
-from stages.multibody.walking.trajectory import foot_kinematics
-from stages.multibody.walking.walk import build, sample, simulate
+from stages.multibody.walking.walk import build, simulate
+from stages.planar.energy import EnergyBalance, energy_balance
+from stages.planar.run import Run
+from stages.planar.sampling import sample
+from stages.planar.signals import PENETRATION, SLIP
+from stages.planar.state import PlanarState, rolling_state
+from stages.planar.trajectory import foot_kinematics
 
 
 @dataclass(frozen=True)
@@ -51,9 +51,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     inventory = take_inventory(assembly.mbs, sampled_bytes=bytes_of(walk, penetration, slip))
     progress(0.4, "solving for the gait")
     model = Model(biped, slope, contact, settings)
-    cycle, reason, gait = solve(model, state, walked, walk)
-    progress(0.6, "varying friction")
-    vary = partial(vary_friction, model, state=state, gait=gait)
+    cycle, reason = solve(model, state, walked, walk)
     return Result(
         outcome=walked.outcome,
         message=walked.message,
@@ -65,8 +63,6 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         unsettled=reason,
         cycle=cycle,
         energy=_last_step_energy(walked, walk, parameters),
-        friction_variations=vary(contact),
-        default_friction_variations=vary(parameters.default_set.law(contact)),
         errors=errors,
         facts=_facts(walked, settings),
         inventory=inventory,

@@ -1,4 +1,4 @@
-"""Ways to walk the planar penalty model in Exudyn: minimal coordinates or joints, several solvers, several grounds."""
+"""Ways to walk the planar penalty model: compiled, or in Exudyn by minimal coordinates or joints, several solvers."""
 
 from __future__ import annotations
 
@@ -13,19 +13,26 @@ from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.multibody.assembly.solver import Run
-from stages.multibody.assembly.state import PlanarState, rolling_state
 from stages.multibody.parameters import Settings
-from stages.multibody.walking.events import find_events
-from stages.multibody.walking.limit_cycle import LimitCycle, limit_cycle
-from stages.multibody.walking.section import SCALES, mid_stance_after, section_state
+from stages.multibody.walking.limit_cycle import limit_cycle
 from stages.multibody.walking.walk import build, simulate
+from stages.penalty.settings import Settings as CompiledSettings
+from stages.penalty.step_map import PenaltyStepper
+from stages.penalty.walk import simulate as compiled_walk
+from stages.planar.events import find_events
+from stages.planar.limit_cycle import LimitCycle, gait_near
+from stages.planar.run import Run
+from stages.planar.section import SCALES, mid_stance_after, section_state
+from stages.planar.signals import GROUND_REACTION
+from stages.planar.state import PlanarState, rolling_state
 from stages.tradeoff.way import Walked, Way, WayFailed, grid
 
 PENALTY = "penalty model"
-TREE, JOINTS = "Exudyn tree, DOPRI5", "Exudyn joints"
+TREE, JOINTS, COMPILED = "Exudyn tree, DOPRI5", "Exudyn joints", "compiled"
 #: Rate evaluations of an accepted step of DOPRI5; the joints' implicit steps count one each.
 STAGES = 6
+#: Moments between two steps of the compiled walker at which it keeps the ground's force.
+BETWEEN = 3
 #: Difference along the leading eigenvector, in the section's scales, and the tolerance of the gait it belongs to.
 ALONG, GAIT_TOLERANCE = 5e-4, 1e-9
 
@@ -83,6 +90,42 @@ def joints_way(at: Scene, solver: str, rolling: float, impact: float, *, multipl
     return way(at, f"{JOINTS}, {solver.replace('_', ' ')}", settings, setting, 1, multiplier, mark)
 
 
+def compiled_way(at: Scene, tolerance: float, *, multiplier: bool = False) -> Way:
+    """The compiled penalty walker, with the exact derivative of its own step."""
+    settings = CompiledSettings(tolerance, BETWEEN)
+    model = at.biped, at.slope, at.contact
+
+    def integrate() -> Run:
+        bare = dataclasses.replace(settings, between=0)
+        return finished(compiled_walk(*model, at.state, bare, steps=at.steps, signals=()))
+
+    def walk() -> Walked:
+        recorded = compiled_walk(*model, at.state, settings, steps=at.steps, signals=(GROUND_REACTION,))
+        return measured(at, finished(recorded), recorded.evaluations)
+
+    def leading() -> float:
+        stepper = PenaltyStepper(*model, at.state, settings)
+        found = gait_near(stepper, at.state, max(GAIT_TOLERANCE, 10.0 * tolerance))
+        return float(np.hypot(*found.floquet_multipliers[0]))
+
+    return Way(at.model, COMPILED, {"tolerance": tolerance}, integrate, walk, leading if multiplier else None)
+
+
+def finished(run: Run) -> Run:
+    """The run, if it got to its end. Raises WayFailed."""
+    if not run.completed:
+        raise WayFailed(run.message or run.outcome)
+    return run
+
+
+def measured(at: Scene, run: Run, evaluations: float) -> Walked:
+    """What is compared of a run that took so many evaluations."""
+    strikes = find_events(run.trajectory, at.biped.foot_radius).heel_strike_time
+    hip = run.trajectory.at(grid(float(run.trajectory.time[-1])))[0][:, :2]
+    peak = float(run.trajectory.ground_reaction[:, :, 1].max())
+    return Walked(hip, float(strikes[-1]), float(strikes[-1] - strikes[-2]), peak, evaluations / at.steps)
+
+
 def way(at: Scene, name: str, settings: Settings, setting: dict[str, Any], stages: int, multiplier: bool,
         mark: str) -> Way:
     """A way whose assembly is built once, so that a second walk costs integration only."""
@@ -91,21 +134,14 @@ def way(at: Scene, name: str, settings: Settings, setting: dict[str, Any], stage
     def run(state: PlanarState, steps: int) -> Run:
         if not built:
             built.append(build(at.biped, at.slope, at.contact, settings))
-        done = simulate(at.biped, at.slope, at.contact, state, settings, steps=steps, assembly=built[0])
-        if not done.completed:
-            raise WayFailed(done.message or done.outcome)
-        return done
+        return finished(simulate(at.biped, at.slope, at.contact, state, settings, steps=steps, assembly=built[0]))
 
     def integrate() -> Run:
         return run(at.state, at.steps)
 
     def walk() -> Walked:
         done = integrate()
-        strikes = find_events(done.trajectory, at.biped.foot_radius).heel_strike_time
-        hip = done.trajectory.at(grid(float(done.trajectory.time[-1])))[0][:, :2]
-        peak = float(done.trajectory.ground_reaction[:, :, 1].max())
-        cost = stages * done.solver_steps / at.steps
-        return Walked(hip, float(strikes[-1]), float(strikes[-1] - strikes[-2]), peak, cost)
+        return measured(at, done, stages * done.solver_steps)
 
     def leading() -> float:
         """w (P(z + e v) - P(z - e v)) / 2e: exact to second order in what the eigenvectors are off."""

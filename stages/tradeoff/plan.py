@@ -22,6 +22,8 @@ from stages.twin.machine.connectors import ConnectorTree
 PAPER, DEFAULT = "paper", "default"
 TRAPEZOIDAL, ALPHA = "trapezoidal", "generalized_alpha"
 LOOSE_STEP = 2e-3
+#: Tolerance of the compiled penalty walker where it confirms a reference.
+TIGHT = 1e-12
 
 
 @dataclass(frozen=True)
@@ -87,18 +89,18 @@ def penalty_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
     settings, ground = parameters.planar, parameters.contact
     start = parameters.biped, parameters.slope
     at = penalty_ways.scene(penalty_ways.PENALTY, *start, ground, settings, analytic.mid_stance, force, steps)
-    tree, joints = penalty_ways.tree_way, penalty_ways.joints_way
+    tree, joints, compiled = penalty_ways.tree_way, penalty_ways.joints_way, penalty_ways.compiled_way
     by_phase = joints(at, TRAPEZOIDAL, 2e-4, 1e-5, multiplier=full, mark=PAPER)
     ways = [tree(at, 10.0**-n, LOOSE_STEP, multiplier=full) for n in (range(3, 10) if full else (3, 4, 6, 8))]
     ways += [tree(at, settings.tolerance, settings.largest_step, multiplier=full, mark=DEFAULT), by_phase]
+    ways += [compiled(at, 10.0**-n, multiplier=full) for n in (range(3, 13) if full else (3, 4, 6, 8, 10))]
     if full:
         ways += [tree(at, 1e-3, 5e-3, multiplier=True), tree(at, 1e-4, 5e-4, multiplier=True)]
         ways += [joints(at, TRAPEZOIDAL, 4e-4, 1e-5, multiplier=True),
                  joints(at, TRAPEZOIDAL, 1e-4, 5e-6, multiplier=True),
                  joints(at, ALPHA, 2e-4, 1e-5), joints(at, ALPHA, 1e-4, 5e-6)]
     tight = [tree(at, value, 1e-3, multiplier=full) for value in ((1e-11, 1e-10) if full else (1e-10, 1e-9))]
-    independent = joints(at, TRAPEZOIDAL, 1e-4, 5e-6) if full else by_phase
-    yield Plan(tight[0], tight[1], independent, tuple(ways))
+    yield Plan(tight[0], tight[1], compiled(at, TIGHT, multiplier=full), tuple(ways))
     if not full:
         return
     for name, change in (
@@ -109,8 +111,9 @@ def penalty_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
         other = dataclasses.replace(ground, **change)
         model = f"{penalty_ways.PENALTY}, {name}"
         at = penalty_ways.scene(model, *start, other, settings, analytic.mid_stance, force, steps)
-        yield Plan(tree(at, 1e-10, LOOSE_STEP), tree(at, 1e-9, LOOSE_STEP), None,
-                   tuple(tree(at, value, LOOSE_STEP) for value in (1e-4, 1e-6, 1e-8)))
+        yield Plan(tree(at, 1e-10, LOOSE_STEP), tree(at, 1e-9, LOOSE_STEP), compiled(at, TIGHT),
+                   (*(tree(at, value, LOOSE_STEP) for value in (1e-4, 1e-6, 1e-8)),
+                    *(compiled(at, value) for value in (1e-4, 1e-6, 1e-8))))
 
 
 def twin_plan(parameters: Parameters, analytic: Analytic) -> Plan:

@@ -10,7 +10,7 @@ from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.multibody.assembly.signals import GROUND_REACTION
+from stages.planar.signals import GROUND_REACTION
 from stages.tradeoff.penalty_ways import STAGES
 from stages.tradeoff.way import Walked, Way, WayFailed, grid
 from stages.twin.machine.contact import X, Y

@@ -13,7 +13,7 @@ from stages.biped.outsole.rubber import Rubber
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.multibody.assembly.signals import GROUND_REACTION, IMU
+from stages.planar.signals import GROUND_REACTION, IMU
 from stages.twin.machine.parts import Material, Part
 from stages.twin.machine.table_one import faults
 

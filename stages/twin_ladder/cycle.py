@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, cast
 
 import numpy as np
 
-from stages.multibody.walking.limit_cycle import fixed_point
+from stages.planar.limit_cycle import by_differences, fixed_point
 from stages.twin_ladder.section import PLANE_SCALES, SIDE_SCALES, SectionState, Step, StepMap
 
 #: Multipliers that are wanted in the plane and out of it; the others are small.
@@ -88,11 +87,9 @@ class Search:
 
     def find(self, near: Near) -> Gait:
         """The gait near that of a machine like this one. Raises NoLimitCycle if it falls or the search fails."""
-        found = fixed_point(cast(Any, self.stride), near.plane, self.wanted, self.difference * PLANE_SCALES,
-                            near.derivative)  # fmt: skip
-        stride: Stride = cast(Any, found.step)
-        first, second = stride.first, stride.second
-        plane, in_plane = leading(self._in_plane(found.numbers, stride), near.in_plane, self.settled)
+        found = fixed_point(_Strides(self), near.plane, self.wanted, near.derivative)
+        first, second = found.step.first, found.step.second
+        plane, in_plane = leading(self._in_plane(found.numbers, found.step), near.in_plane, self.settled)
         side, sideways = np.zeros(0), near.sideways
         if self.sideways:
             side, sideways = leading(self._sideways(found.numbers), near.sideways, self.settled)
@@ -127,6 +124,17 @@ class Search:
             return first, second
 
         return changes
+
+
+class _Strides:
+    """A machine's strides in the plane, as the solver for fixed points wants them."""
+
+    def __init__(self, search: Search) -> None:
+        self.step: Callable[[np.ndarray], Stride] = search.stride
+        self.differences = search.difference * PLANE_SCALES
+
+    def derivative(self, numbers: np.ndarray, after: Stride | None = None) -> np.ndarray:
+        return by_differences(self.step, numbers, self.differences, after)
 
 
 def leading(changes: Changes, start: np.ndarray, settled: float) -> tuple[np.ndarray, np.ndarray]:

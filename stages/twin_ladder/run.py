@@ -13,9 +13,10 @@ import numpy as np
 
 from stages.analytic.result import Result as Analytic
 from stages.biped.progress import Progress, ignore
-from stages.multibody.assembly.state import rolling_state
-from stages.multibody.walking.limit_cycle import LimitCycle, limit_cycle
-from stages.multibody.walking.section import SCALES, NoLimitCycle
+from stages.multibody.walking.limit_cycle import limit_cycle
+from stages.planar.limit_cycle import LimitCycle
+from stages.planar.section import SCALES, NoLimitCycle
+from stages.planar.state import rolling_state
 from stages.twin.result import Result as Twin
 from stages.twin_ladder.cycle import IN_PLANE, SIDEWAYS, Gait, Near, Search
 from stages.twin_ladder.parameters import Parameters

@@ -16,8 +16,8 @@ from scipy.optimize import brentq
 
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.multibody.walking.section import SCALES as PLANAR_SCALES
-from stages.multibody.walking.section import NoLimitCycle
+from stages.planar.section import SCALES as PLANAR_SCALES
+from stages.planar.section import NoLimitCycle
 from stages.twin.machine.contact import COUNT, HINGE, PITCH, ROLL, SLIDE, YAW, X, Y, Z
 from stages.twin.machine.machine import Machine
 from stages.twin.machine.tree import SpatialTree

@@ -20,9 +20,9 @@ from stages.biped.kinematics import (
     swing_point_motion,
 )
 from stages.contact_study.parameters import Parameters as ContactStudy
-from stages.multibody.assembly.state import PlanarState
 from stages.multibody.parameters import Parameters
 from stages.multibody.walking.walk import simulate
+from stages.planar.state import PlanarState
 from stages.twin.machine.contact import HINGE, PITCH, SLIDE
 from stages.twin.machine.kinematics import pair_axes, point_motion
 

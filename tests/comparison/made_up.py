@@ -13,6 +13,7 @@ from stages.biped.walk import SENSOR_SIGNALS, Walk
 from stages.comparison.measurement import MeasurementAgreement
 from stages.contact_study.limit_result import COMPLETED
 from stages.contact_study.result import VARIED, OneStep, Result, Variations
+from stages.engines.result import Distance, EngineAgreement
 from stages.error_budget.convergence import Convergence
 from stages.error_budget.effects import CREEP, EFFECTS, IMPACT, SLIP, UNEXPLAINED
 from stages.error_budget.result import CycleBudget, StepBudget
@@ -104,14 +105,19 @@ def make_study(hip: float = 2e-3, chosen: float = 2e-4, ground_is_choice: bool =
         peak_force=np.full(rows, 500.0),
         penetration=np.full(rows, 4e-5),
         creep_velocity=2 * size,
-        solver_steps=np.full(rows, 600),
+        evaluations=np.full(rows, 600),
         force=bump * (1 + 0.1 * np.arange(rows))[:, None, None],
     )
     best = make_step(hip=chosen)
     return Result(
         time, make_step(hip=hip), bump, variations, make_candidates(DEFAULTS, hip), COMPLETED,
-        make_limit(DEFAULTS, hip, chosen), best, bump, best, ground_is_choice,
+        make_limit(DEFAULTS, hip, chosen), best, bump, best, ground_is_choice, (), (), make_engines(),
     )  # fmt: skip
+
+
+def make_engines() -> EngineAgreement:
+    """A check of the two engines."""
+    return EngineAgreement(1, (Distance("a step", "completed", 1e-11, float("nan"), 1e-9),))
 
 
 def make_budget(integration: float = 1e-8) -> Budget:
@@ -125,7 +131,7 @@ def make_budget(integration: float = 1e-8) -> Budget:
     step = StepBudget(time, split, convergence, np.full((2, 4), integration))
     scalars, interaction = contributions[:, -1, :2].copy(), split.interaction[-1, :2].copy()
     cycle = CycleBudget(time / 0.48, split, scalars, interaction, convergence, np.array([0.48, 0.16]))
-    return Budget("completed", step, cycle)
+    return Budget("completed", step, cycle, make_engines())
 
 
 def make_agreement(origin: str = "measured", share: float = 1.0, frequency: float = 1.9) -> MeasurementAgreement:

@@ -14,9 +14,9 @@ from stages.comparison.determinants import Determinants, of_walk
 from stages.comparison.digits import digits_of
 from stages.comparison.evidence import of_contact, of_gait, studies, walks
 from stages.comparison.tables import side_by_side
+from stages.contact_study.friction_result import FrictionVariation
 from stages.error_budget.effects import CREEP, EFFECTS, SLIP
 from stages.error_budget.split import Split
-from stages.multibody.result import FrictionVariation
 from stages.tradeoff.result import Errors, Row
 
 RADIUS = 0.08
@@ -88,8 +88,8 @@ def friction(key, factor, length):
 def test_the_gait_turns_with_the_velocity_and_the_factor_at_which_it_changes_most():
     rows = [friction("stiction_velocity", *pair) for pair in ((0.5, 0.1616), (1.0, 0.16), (2.0, 0.1568))]
     rows += [friction("friction_velocity", factor, 0.16) for factor in (0.5, 1.0, 2.0)]
-    multibody = SimpleNamespace(default_friction_variations=tuple(rows))
-    results = SimpleNamespace(multibody=multibody, contact_study=SimpleNamespace(default=make_step(creep=4e-3)))
+    study = SimpleNamespace(default_friction_variations=tuple(rows), default=make_step(creep=4e-3))
+    results = SimpleNamespace(contact_study=study)
     limits = SimpleNamespace(settings=SimpleNamespace(unaffected_limit=0.005))
     found = of_contact.friction_velocities(SimpleNamespace(parameters=limits, results=results))
     assert (found.velocity, found.creep) == ("stiction_velocity", 4e-3)

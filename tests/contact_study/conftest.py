@@ -13,9 +13,10 @@ from stages.contact_study.constraint_models import constraint_model
 from stages.contact_study.distance import Ruler
 from stages.contact_study.one_step import Scene
 from stages.contact_study.parameters import Parameters
-from stages.multibody.assembly.state import rolling_state
-from stages.multibody.parameters import Settings
-from stages.multibody.walking.walk import sample, simulate
+from stages.penalty.settings import Settings
+from stages.penalty.walk import simulate
+from stages.planar.sampling import sample
+from stages.planar.state import rolling_state
 
 PERIOD = 0.48
 STANDING_FORCE = 9.4
@@ -34,7 +35,7 @@ def default(parameters):
 @pytest.fixture(scope="session")
 def solver(parameters):
     settings = parameters.settings
-    return Settings.of_one_step(settings.tolerance, settings.largest_step, settings.most_solver_steps)
+    return Settings(settings.tolerance, settings.between, most_solver_steps=settings.most_solver_steps)
 
 
 @pytest.fixture(scope="session")
@@ -53,6 +54,7 @@ def scene(parameters, stand_in, solver):
         parameters.biped,
         parameters.slope,
         solver,
+        parameters.settings.cost_tolerance,
         stand_in.walk,
         stand_in.mid_stance,
         PERIOD,
@@ -77,6 +79,7 @@ def small(parameters):
         searched_stiction_velocity=(0.03,),
         finalists=1,
         family_shares=(1.0, 0.5),
+        checked=1,
     )
     return dataclasses.replace(parameters, settings=few)
 
@@ -97,9 +100,10 @@ def constraints(parameters):
 def beside_rolling(parameters, constraints, solver):
     """The scene of the study, in which sets are walked beside rolling feet."""
     rolling, _ = constraints
-    window = parameters.settings.impact_window
+    settings = parameters.settings
     return Scene(
-        parameters.biped, parameters.slope, solver, rolling.walk, rolling.mid_stance, rolling.period, window
+        parameters.biped, parameters.slope, solver, settings.cost_tolerance, rolling.walk, rolling.mid_stance,
+        rolling.period, settings.impact_window,
     )  # fmt: skip
 
 

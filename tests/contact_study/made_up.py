@@ -17,7 +17,7 @@ def make_distance(law: ContactLaw, hip: float = 1e-3, cost: int = 100) -> Distan
     return Distance(
         law=law,
         outcome=COMPLETED,
-        solver_steps=cost,
+        evaluations=cost,
         hip_position=pair,
         hip_velocity=5 * pair,
         end_position=-pair,
@@ -54,6 +54,6 @@ def make_candidates(default: ContactLaw, hip: float) -> Candidates:
         hip_velocity=np.array([[5 * one, one] for one in sizes] + [unknown]),
         position_parts=np.array([[2 * one, one, 0.1 * one] for one in sizes] + [np.full(3, np.nan)]),
         velocity_parts=np.array([[10 * one, 5 * one, one] for one in sizes] + [np.full(3, np.nan)]),
-        solver_steps=np.array([600, 700, 1400]),
+        evaluations=np.array([600, 700, 1400]),
         score=np.array([*sizes / 1e-4, np.inf]),
     )

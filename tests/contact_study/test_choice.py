@@ -8,7 +8,7 @@ import pytest
 from stages.contact_study.choice import choose, grid
 from stages.contact_study.distance import NOT_SOUGHT, unmeasured
 from stages.contact_study.limit_result import TOO_DEAR
-from stages.multibody.walking.scuffing import STEP_FLOOR
+from stages.planar.run import STEP_FLOOR
 from tests.contact_study.made_up import make_distance
 
 FIXED = ("searched_stiffness", "searched_damping", "searched_depth")
@@ -47,8 +47,8 @@ def test_the_nearest_set_that_keeps_the_cost_wins(parameters, default):
     search = Search(parameters, default, {0.01: (1e-4, 151), 0.02: (2e-4, 150), 0.03: (3e-4, 120), 0.05: (4e-4, 90)})
     assert search.chosen.law.stiction_velocity == 0.02
     assert search.solved == [0.02, 0.03], "the two best over a step"
-    assert search.tried.outcome == ("completed", "completed", "completed", TOO_DEAR)
-    assert np.isinf(search.tried.score[-1]) and np.isfinite(search.tried.score[:-1]).all()
+    assert search.tried.outcome == (TOO_DEAR, "completed", "completed", "completed")
+    assert np.isinf(search.tried.score[0]) and np.isfinite(search.tried.score[1:]).all()
 
 
 def test_cycles_decide_between_the_best_over_a_step(parameters, default):
@@ -65,13 +65,13 @@ def test_a_set_without_a_cycle_is_chosen_only_if_none_has_one(parameters, defaul
     assert both.chosen.law.stiction_velocity == 0.03, "then the step decides"
 
 
-def test_no_set_below_one_that_is_too_dear_is_walked(parameters, default):
+def test_what_is_too_dear_or_does_not_walk_is_not_chosen(parameters, default):
     sets = {0.01: (1e-4, 140), 0.02: (1e-4, 140), 0.03: (STEP_FLOOR, 151), 0.05: (3e-4, 120), 0.06: ("fell", 80)}
     search = Search(parameters, default, sets)
-    assert search.walked == [0.06, 0.05, 0.03]
-    assert search.tried.outcome == ("fell", "completed", TOO_DEAR, TOO_DEAR, TOO_DEAR)
-    assert search.tried.solver_steps.tolist() == [80, 120, 151, 151, 151], "at least so many"
-    assert search.chosen.law.stiction_velocity == 0.05
+    assert search.walked == list(sets)
+    assert search.tried.outcome == ("completed", "completed", TOO_DEAR, "completed", "fell")
+    assert search.tried.evaluations.tolist() == [140, 140, 151, 120, 80]
+    assert search.chosen.law.stiction_velocity == 0.01
 
 
 def test_if_none_is_left_the_starting_set_is_chosen(parameters, default):

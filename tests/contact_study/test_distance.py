@@ -11,7 +11,7 @@ from stages.contact_study.distance import cycle_score, hard_limit, parts, step_s
 from stages.contact_study.limit_result import COMPLETED
 from stages.contact_study.one_step import measure, take_step
 from stages.ground.hardening import family_member
-from stages.multibody.walking.limit_cycle import NoLimitCycle
+from stages.planar.section import NoLimitCycle
 
 TIME = np.linspace(0.0, 1.0, 101)
 
@@ -85,7 +85,7 @@ def test_differences_from_limit_and_of_the_limit_add_up_to_those_of_figure_8(
     hard = hard_limit(ruler.scene, *constraints)
     step = measure(beside_rolling, parameters.contact, take_step(beside_rolling, parameters.contact))
     assert family[0].end_position + hard.end_position == pytest.approx(step.end_position, abs=1e-9)
-    assert family[0].solver_steps == pytest.approx(step.solver_steps, abs=3)
+    assert family[0].evaluations == pytest.approx(step.evaluations, abs=3)
 
 
 def test_the_limit_is_where_it_was_found_from_outside(constraints, ruler):
@@ -107,7 +107,7 @@ def test_a_cycle_that_is_not_found_says_why(ruler, family, monkeypatch):
     def none(*given):
         raise NoLimitCycle("no fixed point")
 
-    monkeypatch.setattr(distance, "find_cycle", none)
+    monkeypatch.setattr(distance, "fixed_point", none)
     found = ruler.between_cycles(family[0], split=True)
     assert found.cycle_outcome == "no fixed point" and np.isnan(found.period) and found.score == np.inf
 

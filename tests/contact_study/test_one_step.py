@@ -7,7 +7,7 @@ import pytest
 
 from stages.contact_study.one_step import NO_HEEL_STRIKE, landing_force, measure, take_step
 from stages.contact_study.run import curve_times
-from stages.multibody.walking.scuffing import STEP_FLOOR
+from stages.planar.run import STEP_FLOOR
 
 
 def test_a_step_does_not_differ_from_itself(scene, default):

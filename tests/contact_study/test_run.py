@@ -12,6 +12,8 @@ from stages.contact_study import rigid_limit
 from stages.contact_study.result import Result
 from stages.contact_study.rigid_limit import same_set
 from stages.contact_study.run import Inputs, run
+from stages.engines import walks
+from stages.engines.result import EnginesDisagree
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +45,7 @@ def test_the_choice_is_among_the_candidates_and_at_the_head_of_its_family(result
     assert result.limit.finalists == (result.limit.chosen,)
     assert [one.law.stiction_velocity for one in result.limit.family] == [0.03, 0.015]
     assert result.limit.family[1].position_parts.sum() < result.limit.family[0].position_parts.sum()
-    assert result.limit.chosen.solver_steps <= result.limit.most_solver_steps
+    assert result.limit.chosen.evaluations <= result.limit.most_evaluations
 
 
 def test_it_says_whether_the_ground_is_its_choice(result, small, analytic):
@@ -63,11 +65,22 @@ def test_runs_give_the_same_bytes_and_survive_storage(result, small, analytic):
 
 
 def test_tables_show_all_variations_the_family_and_the_best_sets(result):
-    (_, columns, varied), (_, limits, measured), (_, searched, tried) = result.tables()
+    (_, columns, varied), (_, limits, measured), (_, searched, tried), *friction, (_, heads, checks) = result.tables()
     assert len(varied) == 1 + 2 + 2 and all(len(row) == len(columns) for row in varied)
     assert len(measured) == 1 + 3 + 1 + 2 and all(len(row) == len(limits) for row in measured)
     assert len(tried) == 2 and all(len(row) == len(searched) for row in tried)
     assert tried[0][-1] <= tried[1][-1]
+    assert all(len(rows) == 14 and len(row) == len(names) for _, names, rows in friction for row in rows)
+    assert len(checks) == 2 and all(len(row) == len(heads) for row in checks)
+
+
+def test_the_study_is_within_a_nanometre_of_exudyn_and_fails_if_it_is_not(result, small, analytic, monkeypatch):
+    step, cycle = result.engines.distances
+    assert step.allowed == 1e-9 and "step with" in step.what and "cycle with" in cycle.what
+    assert result.engines.largest < 1e-9 and "of Exudyn at 2 drawn points" in result.summary()
+    monkeypatch.setattr(walks, "ONE_STEP", 0.0)
+    with pytest.raises(EnginesDisagree, match="disagree on a step with contact_stiffness"):
+        run(small, Inputs(analytic))
 
 
 def test_without_a_gait_with_slipping_feet_there_is_no_choice_but_a_result(small, analytic, default, monkeypatch):
@@ -78,7 +91,7 @@ def test_without_a_gait_with_slipping_feet_there_is_no_choice_but_a_result(small
     found = run(small, Inputs(analytic))
     assert found.limit is None and found.candidates is None and not found.ground_is_choice
     assert found.chosen.law == default and found.variations.outcome == ("completed", "completed")
-    assert "the trailing foot slips away" in found.summary() and len(found.tables()) == 1
+    assert "the trailing foot slips away" in found.summary() and len(found.tables()) == 4
     assert artefact.decode(artefact.encode(found, {}), Result, "contact_study.h5").limit is None
 
 
@@ -93,5 +106,5 @@ def test_ground_yaml_holds_the_choice_of_the_study(parameters, repository):
     assert result.ground_is_choice and same_set(parameters.contact, result.chosen.law), result.summary()
     best, second = result.limit.finalists[:2]
     assert best.score < 0.9 * second.score, "by more than a tenth"
-    assert best.solver_steps <= result.limit.most_solver_steps
+    assert best.evaluations <= result.limit.most_evaluations
     assert result.limit.family[-1].position_parts.sum() < 0.1 * best.position_parts.sum(), "an eighth of both effects"

@@ -7,7 +7,7 @@ import pytest
 
 from pipeline.parameters.loading import load
 from stages.extremes import constraint_points, penalty_points
-from stages.extremes.engines import COULOMB, ENGINES, GAIT, JOINTS, MARCH, OF_A_GAIT, STEP, TREE, TWIN
+from stages.extremes.engines import COMPILED, COULOMB, ENGINES, GAIT, JOINTS, MARCH, OF_A_GAIT, STEP, TREE, TWIN
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import Point, points
 from stages.extremes.run import as_result, evaluate
@@ -137,7 +137,10 @@ def test_an_exception_of_no_one_s_making_is_a_crash(parameters, monkeypatch):
     assert evaluate(parameters, Point(GAIT, "none", 0.0, ())).status == CRASHED
 
 
-@pytest.mark.parametrize("engine", [TREE, *(pytest.param(engine, marks=pytest.mark.slow) for engine in (JOINTS, TWIN))])
+SLOW = [pytest.param(engine, marks=pytest.mark.slow) for engine in (JOINTS, TWIN)]
+
+
+@pytest.mark.parametrize("engine", [COMPILED, TREE, *SLOW])
 def test_a_penalty_model_s_own_point_is_right_and_a_shifted_one_wrong(parameters, engine, monkeypatch):
     loose = with_settings(parameters, penalty_tolerance=1e-6)
     point, honest, calls = Point(engine, "none", 0.0, ()), penalty_points.answer_of, []
@@ -153,7 +156,7 @@ def test_a_penalty_model_s_own_point_is_right_and_a_shifted_one_wrong(parameters
     assert penalty_points.compared(*calls, loose.biped, tolerance, limit, "").status == RIGHT
 
 
-@pytest.mark.parametrize("engine", [TREE, TWIN])
+@pytest.mark.parametrize("engine", [COMPILED, TREE, TWIN])
 def test_a_solver_that_crawls_is_given_up(parameters, engine):
     point = Point(engine, "none", 0.0, (("ground.stiction_velocity", 1e-6),))
     finding = evaluate(with_settings(parameters, most_solver_steps=1000), point)

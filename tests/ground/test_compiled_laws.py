@@ -6,9 +6,9 @@ import numba
 import numpy as np
 import pytest
 
-from stages.ground.compiled import COMPILED, compiled_slope
+from stages.ground.compiled import COMPILED, TANGENTS, compiled_slope
 from stages.ground.contact_law import ContactLaw
-from stages.ground.friction import friction_slope
+from stages.ground.friction import friction_slope, signed_coefficient
 from stages.ground.laws import FRICTIONS, NORMAL_FORCES
 from stages.ground.operations import ARRAYS, SCALARS
 
@@ -74,3 +74,49 @@ def test_operations_on_what_is_not_negative_mean_the_same_in_every_table():
             assert COMPILED.power(x, 2.2) == pytest.approx(table.power(x, 2.2), rel=1e-15)
             assert COMPILED.creep(x, 0.5, 1.1) == pytest.approx(table.creep(x, 0.5, 1.1), rel=1e-14)
             assert COMPILED.length(x, -0.3) == pytest.approx(table.length(x, -0.3), rel=1e-15)
+
+
+STEP = 1e-40
+
+
+@pytest.mark.parametrize("name", NORMAL_FORCES)
+def test_a_law_gives_its_own_derivatives_of_the_normal_force(name):
+    """By a complex step, against central differences of its text over floats; in and out of contact."""
+    law = dataclasses.replace(LAW, normal_force=name).numbers.normal
+    for depth in (-1e-5, 1e-6, 3e-5, 0.99e-4, 5e-4):
+        for rate in (-1.0, -0.01, 0.0, 0.3):
+            tangents = (
+                law.force(complex(depth, STEP), complex(rate, 0.0), TANGENTS),
+                law.force(complex(depth, 0.0), complex(rate, STEP), TANGENTS),
+            )
+            sizes = 1e-5 * max(abs(depth), 1e-6), 1e-6
+            by_depth = [law.force(depth + sign * sizes[0], rate, SCALARS) for sign in (1.0, -1.0)]
+            by_rate = [law.force(depth, rate + sign * sizes[1], SCALARS) for sign in (1.0, -1.0)]
+            for tangent, (ahead, behind), size in zip(tangents, (by_depth, by_rate), sizes):
+                value = law.force(depth, rate, SCALARS)
+                assert tangent.real == pytest.approx(value, rel=1e-12, abs=1e-12)
+                expected, noise = (ahead - behind) / (2 * size), 1e-14 * abs(value) / size
+                assert tangent.imag / STEP == pytest.approx(expected, rel=1e-6, abs=1e-9 + noise)
+
+
+@pytest.mark.parametrize("name", FRICTIONS)
+def test_a_law_gives_its_own_derivative_of_friction(name):
+    law = dataclasses.replace(LAW, friction=name).numbers
+    for slip in (-2.0, -0.4, -0.05, 0.0, 0.03, 0.2, 0.7, 1.5):
+        tangent = signed_coefficient(law, complex(slip, STEP), TANGENTS)
+        ends = [signed_coefficient(law, slip + sign * 1e-7, SCALARS) for sign in (1.0, -1.0)]
+        assert complex(tangent).real == pytest.approx(signed_coefficient(law, slip, SCALARS), rel=1e-12, abs=1e-15)
+        assert complex(tangent).imag / STEP == pytest.approx((ends[0] - ends[1]) / 2e-7, rel=1e-6, abs=1e-7)
+
+
+def test_every_operation_has_its_derivative():
+    pairs = {"sqrt": (), "power": (2.2,), "creep": (0.5, 1.1), "minimum": (0.4,), "maximum": (0.4,), "step": (0.5, 1.1),
+             "rise": (0.5, 1.1), "length": (-0.3,), "absolute": (), "sign": (), "round": ()}  # fmt: skip
+    assert set(pairs) == set(TANGENTS._fields)
+    for name, arguments in pairs.items():
+        for x in (0.2, 0.45, 0.7, 1.3):
+            function, size = getattr(SCALARS, name), 1e-6
+            expected = (function(x + size, *arguments) - function(x - size, *arguments)) / (2 * size)
+            found = getattr(TANGENTS, name)(complex(x, 1e-20), *arguments)
+            assert found.real == pytest.approx(function(x, *arguments), rel=1e-12)
+            assert found.imag / 1e-20 == pytest.approx(expected, rel=1e-7, abs=1e-9), (name, x)

@@ -6,9 +6,9 @@ from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.multibody.assembly.state import rolling_state
 from stages.multibody.parameters import Settings
 from stages.multibody.walking.walk import simulate
+from stages.planar.state import rolling_state
 
 
 @pytest.fixture(scope="session")

@@ -9,8 +9,8 @@ from stages.ground.laws import FRICTIONS, NORMAL_FORCES
 from stages.ground.normal_force import static_penetration
 from stages.ground.operations import ARRAYS, SCALARS
 from stages.multibody.assembly.contact import SYMBOLS, disc_force, symbolic
-from stages.multibody.assembly.state import PlanarState
 from stages.multibody.walking.walk import build, simulate
+from stages.planar.state import PlanarState
 
 LAWS = [(normal, friction) for normal in NORMAL_FORCES for friction in FRICTIONS]
 

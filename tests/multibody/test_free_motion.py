@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.multibody.assembly.state import PlanarState
-from stages.multibody.walking.energy import kinetic_energy, mass_moment, spring_energy
 from stages.multibody.walking.walk import build, simulate
+from stages.planar.energy import kinetic_energy, mass_moment, spring_energy
+from stages.planar.state import PlanarState
 
 ASSEMBLIES = pytest.mark.parametrize("assembly", ["tree", "joints"])
 LEGS = pytest.mark.parametrize("legs", ["compliant", "rigid"])

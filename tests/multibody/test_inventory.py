@@ -8,8 +8,8 @@ import pytest
 from stages.biped.gait import StanceState
 from stages.ground.blocks import Lane
 from stages.multibody.assembly.inventory import take_inventory
-from stages.multibody.assembly.state import rolling_state
 from stages.multibody.walking.walk import build, simulate
+from stages.planar.state import rolling_state
 
 
 def counts(biped, slope, contact, settings, lanes=None):

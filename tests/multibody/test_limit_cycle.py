@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from stages.multibody.walking.limit_cycle import limit_cycle
-from stages.multibody.walking.section import NoLimitCycle, section_numbers, section_state
-from stages.multibody.walking.walk import sample, simulate
+from stages.multibody.walking.walk import simulate
+from stages.planar.sampling import sample
+from stages.planar.section import NoLimitCycle, section_numbers, section_state
 
 
 def test_section_numbers_and_state_are_inverse(start):

@@ -14,8 +14,8 @@ from stages.analytic.walk.recording import crossing_state, record
 from stages.analytic.walk.sampling import sample_walk
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction
-from stages.multibody.assembly.state import rolling_state
 from stages.multibody.walking.walk import simulate
+from stages.planar.state import rolling_state
 
 FRICTION, EXPONENT = 1.1, 2.2
 #: Time around heel strike left out [s].

@@ -5,8 +5,9 @@ import pytest
 
 from stages.ground.blocks import Lane, lanes
 from stages.ground.operations import SCALARS
-from stages.multibody.walking.scuffing import FELL
-from stages.multibody.walking.walk import sample, simulate
+from stages.multibody.walking.walk import simulate
+from stages.planar.run import FELL
+from stages.planar.sampling import sample
 
 
 def test_blocks_of_a_lane():

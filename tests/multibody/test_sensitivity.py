@@ -10,9 +10,9 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
 from stages.ground.contact_law import ContactLaw
-from stages.multibody.assembly.state import rolling_state
 from stages.multibody.walking.cycle import Model, search
-from stages.multibody.walking.limit_cycle import fixed_point
+from stages.planar.limit_cycle import fixed_point
+from stages.planar.state import rolling_state
 
 NAMES = ("biped.hip_mass", "biped.foot_mass", "biped.leg_length", "biped.foot_radius", "biped.foot_com",
          "biped.stiffness", "biped.damping", "ground.slope_deg")
@@ -34,8 +34,7 @@ def test_elasticities_are_those_of_the_constraint_model(biped, slope, settings):
 
     def logarithms(design):
         model, state = model_of(design)
-        walker = model.walker(state)
-        found = fixed_point(walker.step, gait.section_state, 2e-6, walker.differences(5e-4), gait.monodromy_matrix)
+        found = fixed_point(model.walker(state), gait.section_state, 2e-6, gait.monodromy_matrix)
         return np.log([found.step.duration, found.step.length])
 
     _, point = find_gait(biped, slope, 1e-11)

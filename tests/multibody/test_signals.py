@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from stages.biped.walk import NotRecorded, require
-from stages.ground.default_set import DefaultSet
 from stages.multibody.assembly.inventory import bytes_of, take_inventory
-from stages.multibody.assembly.signals import SIGNALS
 from stages.multibody.parameters import Parameters
 from stages.multibody.run import Inputs, run
 from stages.multibody.walking.cycle import walked_cycle
-from stages.multibody.walking.walk import build, sample, simulate
+from stages.multibody.walking.walk import build, simulate
+from stages.planar.sampling import sample
+from stages.planar.signals import SIGNALS
 
 #: Signal -> (attribute of the result, attribute of its walk).
 WHERE = {"ground_reaction": (None, "ground_reaction"), "imu": (None, "foot_specific_force"),
@@ -22,11 +22,8 @@ NUMBERS_A_ROW = {"tree": {(): 21, ("imu",): 25, ("ground_reaction",): 29, SIGNAL
                  "joints": {(): 24, ("imu",): 36, ("ground_reaction",): 32, SIGNALS: 44}}  # fmt: skip
 
 
-ADAMS = DefaultSet(1e5, 2.2, 1e4, 1e-4, 0.1, 1.0)
-
-
 def awaited(model, state, run, walk):
-    return walked_cycle(run, walk, model.biped.foot_radius), "", None
+    return walked_cycle(run, walk, model.biped.foot_radius), ""
 
 
 def walked(biped, slope, contact, start, settings, signals):
@@ -58,10 +55,9 @@ def results(biped, slope, contact, rough, settings):
     inputs = Inputs(SimpleNamespace(walk=force, mid_stance=rough, gait=SimpleNamespace(step_length_m=0.16)))
     chosen = {name: tuple(other for other in SIGNALS if other != name) for name in SIGNALS}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("stages.multibody.run.vary_friction", lambda *_, **__: ())  # of no interest here, as is the cycle
         patch.setattr("stages.multibody.run.solve", awaited)
         return {
-            name: run(Parameters(biped, slope, contact, ADAMS, dataclasses.replace(loose, signals=signals)), inputs)
+            name: run(Parameters(biped, slope, contact, dataclasses.replace(loose, signals=signals)), inputs)
             for name, signals in {"all": SIGNALS, "none": (), **chosen}.items()
         }
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from stages.multibody.assembly.state import rolling_state
-from stages.multibody.walking.trajectory import Trajectory, foot_kinematics
+from stages.planar.state import rolling_state
+from stages.planar.trajectory import Trajectory, foot_kinematics
 
 
 def polynomial_trajectory(degree, exact):

@@ -7,12 +7,14 @@ import pytest
 
 from pipeline.parameters.loading import load
 from stages.contact_study.parameters import Parameters as ContactStudy
-from stages.multibody.assembly.state import PlanarState
 from stages.multibody.parameters import Parameters
-from stages.multibody.walking.energy import energy_balance, mass_moment
-from stages.multibody.walking.events import find_events
-from stages.multibody.walking.scuffing import DIVERGED, FELL, SOLVER_FAILED, STALLED, STEP_FLOOR, Watch
-from stages.multibody.walking.walk import sample, simulate
+from stages.multibody.walking.scuffing import Watch
+from stages.multibody.walking.walk import simulate
+from stages.planar.energy import energy_balance, mass_moment
+from stages.planar.events import find_events
+from stages.planar.run import DIVERGED, FELL, SOLVER_FAILED, STALLED, STEP_FLOOR
+from stages.planar.sampling import sample
+from stages.planar.state import PlanarState
 
 
 @pytest.fixture(scope="module")

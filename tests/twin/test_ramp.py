@@ -8,7 +8,7 @@ import pytest
 
 from pipeline.errors import StudyError
 from pipeline.parameters.loading import load
-from stages.multibody.walking.scuffing import COMPLETED
+from stages.planar.run import COMPLETED
 from stages.twin.parameters import Parameters
 from stages.twin.ramp import BlocksDoNotFit, lay_blocks
 from stages.twin.walking.ramp_watch import MISSED

@@ -7,10 +7,10 @@ import pytest
 
 from stages.biped.gait import StanceState
 from stages.multibody.assembly.inventory import take_inventory
-from stages.multibody.assembly.state import rolling_state
 from stages.multibody.parameters import Settings as PlanarSettings
-from stages.multibody.walking.section import section_numbers, section_state
 from stages.multibody.walking.walk import simulate
+from stages.planar.section import section_numbers, section_state
+from stages.planar.state import rolling_state
 from stages.twin.machine.connectors import ConnectorTree
 from stages.twin.machine.contact import SLIDE
 from stages.twin.machine.machine import build

@@ -7,8 +7,8 @@ import pytest
 
 from stages.biped.outsole.rubber import soled
 from stages.biped.sampling_times import uniform_times
-from stages.multibody.assembly.state import rolling_state
-from stages.multibody.walking.scuffing import FELL, STALLED
+from stages.planar.run import FELL, STALLED
+from stages.planar.state import rolling_state
 from stages.twin.machine.bill import join
 from stages.twin.machine.contact import ROLL, YAW, Z
 from stages.twin.machine.machine import Build, build

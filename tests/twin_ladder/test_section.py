@@ -5,10 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.multibody.assembly.state import PlanarState
-from stages.multibody.walking.section import NoLimitCycle, section_numbers
-from stages.multibody.walking.section import section_state as planar_state
-from stages.multibody.walking.walk import sample, simulate
+from stages.multibody.walking.walk import simulate
+from stages.planar.sampling import sample
+from stages.planar.section import NoLimitCycle, section_numbers
+from stages.planar.section import section_state as planar_state
+from stages.planar.state import PlanarState
 from stages.twin_ladder.cycle import UPRIGHT, leading, step_multipliers
 from stages.twin_ladder.section import SectionState, section_state, start_from, step_map
 

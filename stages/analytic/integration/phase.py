@@ -14,10 +14,10 @@ import numpy as np
 from stages.analytic.compiled import ByKind, compiled, inlined
 from stages.analytic.integration.integrator import STAGES, error_norm, step_factor, take_step
 from stages.analytic.model.kinds import Compliant, Kind, Limited, Rigid, Rolling
-from stages.analytic.model.varied import keep_delay
+from stages.analytic.model.varied import VariedCompliant, VariedRigid, keep_delay
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.coulomb_guard import wedges
-from stages.analytic.phases.flow import DOUBLE_STANCE, HOVERING, RIGID, SLIDING_FORWARD, flow
+from stages.analytic.phases.flow import DOUBLE_STANCE, HOVERING, SLIDING_FORWARD, flow
 from stages.analytic.phases.guards import guard
 from stages.analytic.phases.transitions import hidden_crossing
 
@@ -57,6 +57,20 @@ def limited_failure(phase: int, y: Vector, p: Limited) -> int:
     return status
 
 
+@compiled
+def four(p: Kind) -> int:
+    """`state_size` of rigid legs."""
+    return 4
+
+
+@compiled
+def eight(p: Kind) -> int:
+    """`state_size` of compliant legs."""
+    return 8
+
+
+#: Length of a state and of each of its variations: state_size(p).
+state_size: Callable[..., int] = ByKind({Rigid | VariedRigid: four, Compliant | VariedCompliant: eight})
 #: The status that ends a phase before its event, or EVENT if nothing does: failure(phase, y, p).
 failure: Callable[..., int] = ByKind({Rigid: rigid_failure, Rolling: rolling_failure, Limited: limited_failure})
 
@@ -130,7 +144,7 @@ def integrate(
     Returns (status, duration, last step size, nodes filled, evaluations). Each accepted step start is recorded as
     (duration, phase, state) in `nodes` while there is room.
     """
-    size, base, count = y.size, 4 if phase == RIGID else 8, 0
+    size, base, count = y.size, state_size(p), 0
     stages, new, rates = np.empty((STAGES, size)), np.empty(size), np.empty(size)
     event, event_rates = np.empty(size), np.empty(size)
     time, evaluations = 0.0, 1

@@ -17,11 +17,16 @@ def literal(expression: sp.Expr) -> str:
     return f"{source}.0" if expression.is_Integer else source
 
 
-def function_source(name: str, arguments: Sequence[sp.Symbol], outputs: Sequence[sp.Expr], doc: str) -> str:
-    """Source of one compiled function of the walker's numbers: common subexpressions, return a tuple."""
+def function_source(
+    name: str, arguments: Sequence[sp.Symbol], outputs: Sequence[sp.Expr], doc: str, kind: str = ""
+) -> str:
+    """Source of one compiled function of the walker's numbers: common subexpressions, return a tuple.
+
+    `kind` is the type of these numbers, by default the one that the name says.
+    """
     shared, reduced = sp.cse(list(outputs), symbols=sp.numbered_symbols("u"), order="none")
     used = set().union(*(expression.free_symbols for expression in outputs)) if outputs else set()
-    kind = "Rigid" if name.startswith("rigid") else "Compliant"
+    kind = kind or ("Rigid" if name.startswith("rigid") else "Compliant")
     lines = ["@compiled", f"def {name}({', '.join(f'{name}: float' for name in arguments)}, p: {kind}) -> Numbers:",
              f'    """{doc}"""']
     symbols = [name for name, symbol in d.PARAMETERS.items() if symbol in used]

@@ -40,7 +40,7 @@ class ConstraintsReduceEffort(Measured):
                 Cause(verdict == HOLDS, f"penalty contact takes {ratio:.1f} times the work"),
                 Cause(
                     verdict == HOLDS and self.stiffer > 1,
-                    f"stiffness is what costs: {self.stiffer_by:g} times k_c takes {self.stiffer:.1f} times the steps",
+                    f"stiffness is what costs: {self.stiffer_by:g} times k_c takes {self.stiffer:.1f} times as many",
                 ),
                 Cause(verdict == FAILS, f"penalty contact takes only {ratio:.2f} times the work"),
                 Cause(verdict == OPEN, "no way of one of the models reached this error"),

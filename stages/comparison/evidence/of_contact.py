@@ -10,10 +10,10 @@ from stages.comparison.claims import contact, figure_8
 from stages.comparison.evidence import studies
 from stages.comparison.evidence.evidence import NAN, Evidence
 from stages.comparison.hip_motion import overlay
+from stages.contact_study.friction_result import changes, crossing
 from stages.contact_study.limit_result import COMPLETED
 from stages.error_budget.effects import SLIP, UNEXPLAINED
 from stages.error_budget.split import POSITION, VELOCITY
-from stages.multibody.result import changes, crossing
 
 
 def twice_differentiated(e: Evidence) -> contact.TwiceDifferentiated:
@@ -62,7 +62,7 @@ def contact_set_figure_8(e: Evidence) -> contact.ContactSetFigure8:
 
 
 def friction_velocities(e: Evidence) -> contact.FrictionVelocities:
-    variations, limit = e.results.multibody.default_friction_variations, e.parameters.settings.unaffected_limit
+    variations, limit = e.results.contact_study.default_friction_variations, e.parameters.settings.unaffected_limit
     found = []
     for key in ("stiction_velocity", "friction_velocity"):
         sides = [factor for factor in crossing(variations, key, limit) if math.isfinite(factor)]

@@ -20,11 +20,11 @@ def constraints_reduce_effort(e: Evidence) -> numerics.ConstraintsReduceEffort:
     error = paper.errors.hip_position if paper is not None else NAN
     work, more = (studies.least_work(of_model(rows, model), error) for model in (ROLLING, PENALTY))
     v, default = study.variations, study.default
-    stiffer = [(float(v.value[row]), float(v.solver_steps[row])) for row in v.rows("contact_stiffness")
+    stiffer = [(float(v.value[row]), float(v.evaluations[row])) for row in v.rows("contact_stiffness")
                if v.outcome[row] == default.outcome]  # fmt: skip
     value, steps = max(stiffer, default=(NAN, NAN))
     return numerics.ConstraintsReduceEffort(
-        error, work, more, steps / max(default.solver_steps, 1), value / default.law.contact_stiffness
+        error, work, more, steps / max(default.evaluations, 1), value / default.law.contact_stiffness
     )
 
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from stages.extremes.engines import COULOMB, GAIT, JOINTS
+from stages.extremes.engines import COMPILED, COULOMB, GAIT, JOINTS
 from stages.extremes.verdict import INACCURATE, RIGHT
 
 #: Beyond this distance from every point nothing is known: the widest gap between neighbours of an axis is twice that.
@@ -74,7 +74,7 @@ def place_of(engine: str, biped: Any, slope: Any, ground: Any, settings: Any) ->
     found = {name: math.log10(max(value, least)) for name, (value, least) in numbers.items()}
     if engine == JOINTS:
         solver = {"rolling step": settings.rolling_step / time, "impact step": settings.impact_step / time}
-    elif engine in (GAIT, COULOMB):
+    elif engine in (GAIT, COULOMB, COMPILED):
         solver = {"tolerance": settings.tolerance}
     else:
         solver = {"tolerance": settings.tolerance, "largest step": settings.largest_step / time}

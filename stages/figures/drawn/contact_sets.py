@@ -30,9 +30,9 @@ def draw(given: Given) -> Figure:
         cost.set_title(study.limit_outcome)
         return figure
     limit = study.limit
-    _over(cost, study, limit, lambda one: one.solver_steps, study.candidates.solver_steps)
-    cost.axvline(limit.most_solver_steps, color="black", linewidth=0.8, linestyle=":", label="most a choice may cost")
-    cost.set_xlabel("cost: solver steps of a step [1]")
+    _over(cost, study, limit, lambda one: one.evaluations, study.candidates.evaluations)
+    cost.axvline(limit.most_evaluations, color="black", linewidth=0.8, linestyle=":", label="most a choice may cost")
+    cost.set_xlabel("cost: evaluations of a step [1]")
     _over(stiffness, study, limit, lambda one: one.law.contact_stiffness, study.candidates.contact_stiffness)
     stiffness.set_xlabel("contact stiffness $k_c$ [N/mm$^e$]")
     style.round_ticks(cost.xaxis)
@@ -134,9 +134,9 @@ def caption(given: Given) -> str:
         f"differs from rolling feet by {1e3 * far.hip_position.max():.2f} mm over one step and by "
         f"{1e3 * far.period:+.2f} ms and {1e3 * far.step_length:+.2f} mm a step between cycles: no contact parameter "
         f"removes that (dashed and dotted lines). The chosen set is {distance(limit.chosen):.2f} mm away in "
-        f"{limit.chosen.solver_steps} solver steps ({1e3 * limit.chosen.hip_position.max():.2f} mm where its parts "
-        f"cancel), Adams' defaults are {distance(limit.default):.2f} mm in {limit.default.solver_steps}, the last of "
-        f"the family {distance(last):.2f} mm in {last.solver_steps}. The choice counts the hip's velocity and the "
+        f"{limit.chosen.evaluations} evaluations ({1e3 * limit.chosen.hip_position.max():.2f} mm where its parts "
+        f"cancel), Adams' defaults are {distance(limit.default):.2f} mm in {limit.default.evaluations}, the last of "
+        f"the family {distance(last):.2f} mm in {last.evaluations}. The choice counts the hip's velocity and the "
         "cycles too. Numbers of a set: k_c in 1e5 N/mm^e, c_max in N s/mm, d in mm, v_s in mm/s. Stars and diamonds "
         "between cycles: the chosen set and Adams' defaults."
     )

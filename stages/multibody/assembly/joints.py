@@ -15,12 +15,11 @@ import numpy as np
 from stages.biped.design import Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.multibody.assembly.contact import Lanes, add_ground
+from stages.multibody.assembly.contact import Lanes, add_ground, reactions
 from stages.multibody.assembly.quiet_exudyn import exudyn, items
-from stages.multibody.assembly.signals import GROUND_REACTION, IMU, SIGNALS
-from stages.multibody.assembly.state import PlanarState
 from stages.multibody.walking.scuffing import Pose
-from stages.multibody.walking.trajectory import reactions
+from stages.planar.signals import GROUND_REACTION, IMU, SIGNALS
+from stages.planar.state import PlanarState
 
 OUTPUT = exudyn.OutputVariableType
 IDLE_INERTIA = 1e-3

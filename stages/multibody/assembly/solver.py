@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-import time as clock
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 
 from stages.multibody.assembly.quiet_exudyn import SOLVER_ERRORS, exudyn
-from stages.multibody.assembly.state import PlanarState
 from stages.multibody.parameters import Settings
-from stages.multibody.walking.scuffing import COMPLETED, DIVERGED, RUNNING, SOLVER_FAILED, STALLED, Walker, Watch
-from stages.multibody.walking.trajectory import Trajectory
+from stages.multibody.walking.scuffing import Walker, Watch
+from stages.planar.run import COMPLETED, DIVERGED, RUNNING, SOLVER_FAILED, STALLED, Run
+from stages.planar.state import PlanarState
+from stages.planar.trajectory import Trajectory
 
 SOLVER = exudyn.DynamicSolverType
 FIRST_STEP = 1e-9  # an explicit solver reports no acceleration at its start; the one after this step stands in for it
@@ -38,29 +37,6 @@ class Assembly(Walker, Protocol):
         """Largest violation of a joint seen in the last solver call [m]."""
 
 
-@dataclass(frozen=True)
-class Run:
-    """A finished run: why it ended, what was recorded, what it cost."""
-
-    outcome: str
-    message: str
-    trajectory: Trajectory
-    heel_strikes: int
-    solver_steps: int
-    wall_time: float
-    joint_drift: float
-
-    @property
-    def last_state(self) -> PlanarState:
-        """The last valid state."""
-        return self.trajectory.state_at(float(self.trajectory.time[-1]))
-
-    @property
-    def completed(self) -> bool:
-        """Whether the walker walked as long as it was asked to."""
-        return self.outcome == COMPLETED
-
-
 def integrate(
     assembly: Assembly, state: PlanarState, watch: Watch, settings: Settings, duration: float | None = None
 ) -> Run:
@@ -72,7 +48,7 @@ def integrate(
     assembly.mbs.SetPreStepUserFunction(watch)
     limit = settings.longest_step * (watch.heel_strikes_wanted + 2) if duration is None else duration
     segments: list[dict[str, np.ndarray]] = []
-    drift, began = 0.0, clock.perf_counter()
+    drift = 0.0
     explicit = settings.assembly == "tree"
     fine = False
     if not explicit:
@@ -97,8 +73,8 @@ def integrate(
     trajectory = _trajectory(segments, watch, state, assembly.exact_acceleration)
     if not np.all(np.isfinite(segments[-1]["position"])):
         watch.outcome = DIVERGED
-    steps, spent = len(trajectory.time) - 1, clock.perf_counter() - began
-    return Run(watch.outcome, watch.message, trajectory, watch.heel_strikes, steps, spent, drift)
+    steps = len(trajectory.time) - 1
+    return Run(watch.outcome, watch.message, trajectory, watch.heel_strikes, steps, 0, drift)
 
 
 def _impact_is_near(watch: Watch, now: float, settings: Settings) -> bool:

@@ -12,16 +12,17 @@ from stages.biped.design import Biped
 from stages.biped.walk import Walk
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.multibody.assembly.signals import GROUND_REACTION
-from stages.multibody.assembly.solver import Run
-from stages.multibody.assembly.state import PlanarState
 from stages.multibody.parameters import Settings
 from stages.multibody.result import Cycle
-from stages.multibody.walking.events import find_events
-from stages.multibody.walking.limit_cycle import LimitCycle, SectionWalker, fixed_point, limit_cycle
-from stages.multibody.walking.section import NoLimitCycle, section_state
-from stages.multibody.walking.trajectory import Trajectory, foot_kinematics
+from stages.multibody.walking.limit_cycle import SectionWalker, limit_cycle
 from stages.multibody.walking.walk import build, simulate
+from stages.planar.events import find_events
+from stages.planar.limit_cycle import LimitCycle, fixed_point
+from stages.planar.run import Run
+from stages.planar.section import NoLimitCycle, section_state
+from stages.planar.signals import GROUND_REACTION
+from stages.planar.state import PlanarState
+from stages.planar.trajectory import Trajectory, foot_kinematics
 
 #: Steps at the end of a walk that tell what it does.
 LAST_STEPS = 4
@@ -49,21 +50,19 @@ class Model:
 
     def walker(self, state: PlanarState) -> SectionWalker:
         """The step map on the section, around a mid-stance."""
-        return SectionWalker(self.biped, self.slope, self.contact, state, self.settings)
+        return SectionWalker(self.biped, self.slope, self.contact, state, self.settings, DIFFERENCE)
 
 
-def solve(model: Model, state: PlanarState, walked: Run, walk: Walk) -> tuple[Cycle, str, LimitCycle | None]:
-    """The cycle near a mid-stance, why the walk from there has not settled on it ("" if it has), and the gait as found.
+def solve(model: Model, state: PlanarState, walked: Run, walk: Walk) -> tuple[Cycle, str]:
+    """The cycle near a mid-stance, and why the walk from there has not settled on it ("" if it has).
 
     Where no cycle is found, measures of the walk's last steps.
     """
-    found = None
     try:
-        found = search(model, state)
-        cycle, failure = solved_cycle(model, state, found, walk), ""
+        cycle, failure = solved_cycle(model, state, search(model, state), walk), ""
     except NoLimitCycle as error:
         cycle, failure = walked_cycle(walked, walk, model.biped.foot_radius), str(error)
-    return cycle, unsettled(walked, walk, cycle, failure), found
+    return cycle, unsettled(walked, walk, cycle, failure)
 
 
 def search(model: Model, state: PlanarState) -> LimitCycle:
@@ -77,9 +76,8 @@ def solved_cycle(model: Model, state: PlanarState, found: LimitCycle, walk: Walk
     fine = model.at(min(model.settings.tolerance, COARSE))
     walker = fine.walker(state)
     point = fixed_point(
-        walker.step, found.section_state, RESIDUAL if fine is model else NEAR, walker.differences(DIFFERENCE),
-        found.monodromy_matrix,
-    )  # fmt: skip
+        walker, found.section_state, RESIDUAL if fine is model else NEAR, found.monodromy_matrix
+    )
     settings = fine.settings
     machine = build(model.biped, model.slope, model.contact, settings,
                     signals=[name for name in settings.signals if name == GROUND_REACTION])

@@ -15,19 +15,10 @@ from typing import Protocol
 
 from stages.ground.blocks import Lane
 from stages.ground.operations import SCALARS
+from stages.planar.run import COMPLETED, DIVERGED, FALLEN, FELL, RUNNING, STALLED, STEP_FLOOR
 
 Pose = tuple[float, float, tuple[float, float], tuple[float, float]]
 
-COMPLETED = "completed"
-RUNNING = "running"
-FELL = "fell"
-STALLED = "stalled"
-DIVERGED = "diverged"
-STEP_FLOOR = "step floor"
-SOLVER_FAILED = "solver failed"
-
-#: Hip height, in leg lengths, under which the walker has fallen.
-FALLEN = 0.5
 #: Calls at one and the same time after which the solver is stuck (an explicit solver at its smallest step never ends).
 STUCK = 60
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import brentq
 
-from stages.multibody.walking.events import Events, located
+from stages.planar.events import Events, located
 from stages.twin.machine.contact import clearances, clearances_along
 from stages.twin.walking.record import Record
 

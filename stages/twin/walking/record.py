@@ -9,7 +9,7 @@ import numpy as np
 from stages.biped.between_steps import acting, hermite
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.multibody.walking.scuffing import COMPLETED
+from stages.planar.run import COMPLETED
 from stages.twin.machine.machine import Machine
 
 

@@ -14,7 +14,7 @@ from scipy.interpolate import PchipInterpolator
 
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
-from stages.multibody.assembly.signals import GROUND_REACTION, IMU
+from stages.planar.signals import GROUND_REACTION, IMU
 from stages.twin.machine.contact import HINGE, PITCH, ROLL, SLIDE, YAW, Z, along, point_law
 from stages.twin.machine.kinematics import Axes, pair_axes, point_motion
 from stages.twin.parameters import ATTITUDE, COORDINATES, FOOT_FORCE, IMU_IN_SPACE, Settings

@@ -14,7 +14,7 @@ from stages.ground.normal_force import static_penetration
 from stages.ground.slope import Slope
 from stages.multibody.assembly.quiet_exudyn import SOLVER_ERRORS
 from stages.multibody.assembly.solver import SOLVER, explicit_settings, first_sentence, valid_rows
-from stages.multibody.walking.scuffing import DIVERGED, RUNNING, SOLVER_FAILED, STALLED
+from stages.planar.run import DIVERGED, RUNNING, SOLVER_FAILED, STALLED
 from stages.twin.machine.contact import COUNT, HINGE, PITCH, ROLL, SLIDE, YAW, X, Y, Z
 from stages.twin.machine.machine import Machine
 from stages.twin.machine.tree import SpatialTree

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stages.multibody.walking.scuffing import COMPLETED, DIVERGED, FALLEN, FELL, RUNNING, STALLED, STEP_FLOOR, STUCK
+from stages.multibody.walking.scuffing import STUCK
+from stages.planar.run import COMPLETED, DIVERGED, FALLEN, FELL, RUNNING, STALLED, STEP_FLOOR
 from stages.twin.machine.contact import HINGE, PITCH, ROLL, YAW, Y, clearances
 from stages.twin.machine.tree import SpatialTree
 

@@ -1,19 +1,18 @@
-"""What the solver left behind, step by step, and its values in between."""
+"""What a solver left behind, step by step, and its values in between."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from stages.biped.between_steps import acting, hermite
-from stages.multibody.assembly.state import PlanarState
+from stages.planar.state import PlanarState
 
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Signals at the solver's own steps, in the slope frame, from Exudyn's sensors.
+    """Signals at the solver's own steps, in the slope frame.
 
     The columns of `position`, `velocity` and `acceleration` are hip x, hip y, angles of leg 0 and 1, lengths of leg 0
     and 1. `ground_reaction` is (n, 2 legs, 2), `foot_acceleration` that of the inner foot's mass centre, (n, 2);
@@ -70,12 +69,3 @@ def foot_kinematics(
     penetration_rate = -(velocity[:, 1] - reach_rate * cosine + reach * rate * sine)
     centre_velocity = velocity[:, 0] + reach_rate * sine + reach * rate * cosine
     return penetration, penetration_rate, centre_velocity + radius * rate
-
-
-def reactions(rows: Mapping[str, np.ndarray], count: int) -> np.ndarray:
-    """Force of the ground on each foot from Exudyn's sensors `ground 0` and `ground 1`, (n, 2, 2) [N].
-
-    (n, 0, 2) without these sensors.
-    """
-    names = [name for name in ("ground 0", "ground 1") if name in rows]
-    return np.stack([-rows[name][:, 1:3] for name in names], axis=1) if names else np.zeros((count, 0, 2))

@@ -8,34 +8,32 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from stages.contact_study.friction_result import FrictionVariation
 from stages.ground.contact_law import ContactLaw
-from stages.multibody.assembly.state import PlanarState
-from stages.multibody.result import FrictionVariation
-from stages.multibody.walking.cycle import COARSE, DIFFERENCE, Model
-from stages.multibody.walking.limit_cycle import FixedPoint, LimitCycle, fixed_point
-from stages.multibody.walking.section import NoLimitCycle, section_numbers
+from stages.penalty.step_map import PenaltyStepper
+from stages.planar.limit_cycle import FixedPoint, fixed_point
+from stages.planar.section import NoLimitCycle, section_numbers
 
 #: Changes of each transition velocity on both sides, outwards: what the paper may mean by small to moderate.
 FACTORS = (tuple(2.0 ** (-0.5 * step) for step in (1, 2, 4)), tuple(2.0 ** (0.5 * step) for step in (1, 2, 4)))
 VELOCITIES = ("stiction_velocity", "friction_velocity")
-#: Residual in the section's scales: period and length are then known to 1e-5 of themselves.
-RESIDUAL = 5e-5
+#: Steps after which a walker is near its gait, if the mid-stance it starts from does not lead to it at once.
+SETTLING_STEPS = 8
 
 
 def vary_friction(
-    model: Model, contact: ContactLaw, state: PlanarState, gait: LimitCycle | None
+    contact: ContactLaw, stepper: Callable[[ContactLaw], PenaltyStepper], residual: float
 ) -> tuple[FrictionVariation, ...]:
     """Gaits on ground with this contact law, and with each transition velocity changed alone by `FACTORS`.
 
-    `state` is a mid-stance, `gait` one on similar ground, if there is one. Changes that break the order of the
-    velocities are left out.
+    `stepper` walks on ground with a law from a mid-stance near its gait; `residual` is that of the gaits, in the
+    section's scales. Changes that break the order of the velocities are left out.
     """
-    coarse = dataclasses.replace(model.at(COARSE), contact=contact)
-    start, derivative = (section_numbers(state), None) if gait is None else (gait.section_state, gait.monodromy_matrix)
-    base = solved(coarse, state, start, derivative)
+    base = first_gait(stepper(contact), residual)
     found = []
     for name in VELOCITIES:
         found.append(row(name, 1.0, base))
@@ -45,12 +43,42 @@ def vary_friction(
                 law = dataclasses.replace(contact, **{name: factor * getattr(contact, name)})
                 if any(True for _ in law.broken_rules()):
                     continue
-                guess, slope = extrapolated(known, math.log(factor)) if known else (start, derivative)
-                point = solved(dataclasses.replace(coarse, contact=law), state, guess, slope)
+                point = next_gait(stepper(law), known, math.log(factor), residual)
                 if point is not None:
                     known.append((math.log(factor), point))
                 found.append(row(name, factor, point))
     return tuple(sorted(found, key=lambda one: (VELOCITIES.index(one.name), one.factor)))
+
+
+def laws_of(contact: ContactLaw, variations: Sequence[FrictionVariation]) -> list[ContactLaw]:
+    """The contact laws of variations of this one that have a gait."""
+    known = [one for one in variations if math.isfinite(one.period_s)]
+    return [dataclasses.replace(contact, **{one.name: one.factor * getattr(contact, one.name)}) for one in known]
+
+
+def first_gait(walker: PenaltyStepper, residual: float) -> FixedPoint | None:
+    """The gait near the walker's start, or where some steps lead to; None if there is none."""
+    try:
+        return fixed_point(walker, section_numbers(walker.start), residual)
+    except NoLimitCycle:
+        pass
+    try:
+        return fixed_point(walker, walker.walk(walker.start, SETTLING_STEPS).numbers, residual)
+    except NoLimitCycle:
+        return None
+
+
+def next_gait(
+    walker: PenaltyStepper, known: list[tuple[float, FixedPoint]], at: float, residual: float
+) -> FixedPoint | None:
+    """The gait on the line through the last two known ones, each with the logarithm of its factor, `at` another."""
+    if not known:
+        return first_gait(walker, residual)
+    numbers, derivative = extrapolated(known, at)
+    try:
+        return fixed_point(walker, numbers, residual, derivative)
+    except NoLimitCycle:
+        return None
 
 
 def extrapolated(known: list[tuple[float, FixedPoint]], at: float) -> tuple[np.ndarray, np.ndarray]:
@@ -60,17 +88,6 @@ def extrapolated(known: list[tuple[float, FixedPoint]], at: float) -> tuple[np.n
         before, earlier = known[-2]
         numbers = numbers + (numbers - earlier.numbers) * (at - there) / (there - before)
     return numbers, last.derivative
-
-
-def solved(
-    model: Model, state: PlanarState, numbers: np.ndarray, derivative: np.ndarray | None
-) -> FixedPoint | None:
-    """The gait near these section numbers, or None."""
-    walker = model.walker(state)
-    try:
-        return fixed_point(walker.step, numbers, RESIDUAL, walker.differences(DIFFERENCE), derivative)
-    except NoLimitCycle:
-        return None
 
 
 def row(name: str, factor: float, point: FixedPoint | None) -> FrictionVariation:

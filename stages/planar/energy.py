@@ -13,7 +13,7 @@ from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import friction_coefficient
 from stages.ground.normal_force import normal_force
 from stages.ground.slope import Slope
-from stages.multibody.walking.trajectory import Trajectory, foot_kinematics
+from stages.planar.trajectory import Trajectory, foot_kinematics
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from scipy.optimize import brentq
 
-from stages.multibody.walking.trajectory import Trajectory, foot_kinematics
+from stages.planar.trajectory import Trajectory, foot_kinematics
 
 
 @dataclass(frozen=True)

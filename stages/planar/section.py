@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from stages.multibody.assembly.solver import Run
-from stages.multibody.assembly.state import PlanarState
+from stages.planar.run import Run
+from stages.planar.state import PlanarState
 
 # Scales in which the residual and the steps of the central differences are measured: m, rad, m/s, rad/s as below.
 SCALES = np.array([1e-2, 1e-1, 1e-2, 1e-2, 1e-1, 1e-1, 1.0, 1.0, 1e-1, 1e-1])

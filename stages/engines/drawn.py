@@ -1,0 +1,35 @@
+"""Contact sets drawn by a seed, for checks of one engine against the other; hard ones are among them."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+
+import numpy as np
+
+from stages.ground.contact_law import ContactLaw
+from stages.ground.laws import NORMAL_FORCES
+
+#: Ranges of the draws, evenly by ratio, around the sets of the study: Adams' defaults to a hundred times as stiff.
+RANGES = {
+    "contact_stiffness": (3e4, 1e7),
+    "contact_damping": (3e3, 1e5),
+    "damping_depth": (1e-5, 3e-4),
+    "stiction_velocity": (5e-3, 0.2),
+    "contact_exponent": (1.5, 3.0),
+    "impact_speed": (0.1, 0.5),
+    "restitution": (0.1, 0.9),
+}
+#: A stiffness is that of this exponent: with another, the depth under this force [N] stays what it is.
+EXPONENT, FORCE = 2.2, 10.0
+
+
+def drawn_sets(like: ContactLaw, seed: int, count: int, normal_force: str) -> Iterator[ContactLaw]:
+    """So many contact sets with this law of the normal force; friction coefficients are those of `like`."""
+    generator = np.random.default_rng([seed, list(NORMAL_FORCES).index(normal_force)])
+    for _ in range(count):
+        values = {key: float(low * (high / low) ** generator.uniform()) for key, (low, high) in RANGES.items()}
+        depth = (FORCE / values["contact_stiffness"]) ** (1.0 / EXPONENT)  # in mm, as the stiffness is
+        values["contact_stiffness"] = FORCE / depth ** values["contact_exponent"]
+        values["friction_velocity"] = 10.0 * values["stiction_velocity"]
+        yield dataclasses.replace(like, normal_force=normal_force, **values)  # type: ignore[arg-type]

@@ -1,0 +1,132 @@
+"""How far the compiled penalty walker is from Exudyn's model of the same machine, over walks and between cycles.
+
+The two share the contact laws' text and the rule of the swinging foot, and nothing of the mechanics: equations derived
+by Lagrange on one side, Exudyn's bodies, joints and integrator on the other. Both are walked at settings fixed for the
+check, whatever a study walks with, and each once more with others, which tells its own error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.biped.design import Biped
+from stages.engines.result import BUT, Distance
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+from stages.multibody.parameters import Settings as ExudynSettings
+from stages.multibody.walking.limit_cycle import SectionWalker
+from stages.multibody.walking.walk import simulate as exudyn_walk
+from stages.penalty.settings import Settings
+from stages.penalty.step_map import PenaltyStepper
+from stages.penalty.walk import simulate as compiled_walk
+from stages.planar.limit_cycle import FixedPoint, fixed_point
+from stages.planar.run import Run
+from stages.planar.state import PlanarState
+
+#: Tolerances of both models in a check, and the looser ones that tell their own errors. Over one step Exudyn is given a
+#: tighter one where the first does not come near enough.
+COMPILED, COMPILED_LOOSER = 1e-12, 1e-11
+EXUDYN, EXUDYN_LOOSER, EXUDYN_TIGHTER = 1e-10, 1e-9, 1e-11
+LARGEST_STEP = 5e-4
+#: Over one step the models are this close [m]; over more, and between cycles, so many times the larger own error.
+ONE_STEP, TIMES = 1e-9, 3.0
+#: Times at which paths are compared.
+COMPARED = 2000
+#: Residual, in the section's scales, from which one more correction leads to either model's cycle.
+RESIDUAL = 1e-6
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A biped on its ground, walked by both engines."""
+
+    biped: Biped
+    slope: Slope
+    contact: ContactLaw
+
+    def compiled(self, state: PlanarState, tolerance: float, steps: int, duration: float | None) -> Run:
+        """A walk of the compiled walker."""
+        return compiled_walk(
+            self.biped, self.slope, self.contact, state, Settings(tolerance), steps=steps,
+            duration=duration, signals=(),
+        )  # fmt: skip
+
+    def exudyn(self, state: PlanarState, tolerance: float, steps: int, duration: float | None) -> Run:
+        """A walk of Exudyn's model."""
+        settings = ExudynSettings.of_one_step(tolerance, LARGEST_STEP)
+        return exudyn_walk(self.biped, self.slope, self.contact, state, settings, steps=steps, duration=duration)
+
+
+def over_a_walk(
+    what: str, machine: Machine, state: PlanarState, steps: int = 1, duration: float | None = None
+) -> Distance:
+    """Distance over a walk of so many steps, or of so long [s], from a state.
+
+    Own errors are not needed over one step, and not measured.
+    """
+    ours, other = machine.compiled(state, COMPILED, steps, duration), machine.exudyn(state, EXUDYN, steps, duration)
+    distance = hip_distance(ours, other)
+    if steps == 1:
+        if distance > ONE_STEP:
+            other = machine.exudyn(state, EXUDYN_TIGHTER, steps, duration)
+        return Distance(what, outcome_of(ours, other), hip_distance(ours, other), float("nan"), ONE_STEP)
+    own = max(
+        hip_distance(ours, machine.compiled(state, COMPILED_LOOSER, steps, duration)),
+        hip_distance(other, machine.exudyn(state, EXUDYN_LOOSER, steps, duration)),
+    )
+    return Distance(what, outcome_of(ours, other), distance, own, TIMES * own)
+
+
+def outcome_of(ours: Run, other: Run) -> str:
+    """How both walks ended, or how each did."""
+    if ours.outcome == other.outcome:
+        return ours.outcome
+    return f"{ours.outcome} compiled,{BUT}{other.outcome} in Exudyn"
+
+
+def hip_distance(one: Run, other: Run) -> float:
+    """Largest distance of two walks' hips [m] as long as both last."""
+    time = np.linspace(0.0, min(float(one.trajectory.time[-1]), float(other.trajectory.time[-1])), COMPARED)
+    first, second = (run.trajectory.at(time)[0][:, :2] for run in (one, other))
+    return float(np.linalg.norm(first - second, axis=1).max())
+
+
+def between_cycles(what: str, machine: Machine, state: PlanarState, numbers: np.ndarray) -> Distance:
+    """Distance of the cycles of both models near section numbers (10,). Raises NoLimitCycle.
+
+    In lengths: step length, period times speed, height of the hip and lengths of the legs at mid-stance.
+    """
+    parts = machine.biped, machine.slope, machine.contact, state
+    stepper = PenaltyStepper(*parts, Settings(COMPILED))
+    near = fixed_point(stepper, numbers, RESIDUAL)
+    derivative = stepper.derivative(near.numbers)
+    ours = corrected(stepper, near, derivative)
+    looser = corrected(PenaltyStepper(*parts, Settings(COMPILED_LOOSER)), ours, derivative)
+    other, other_looser = (
+        corrected(SectionWalker(*parts, ExudynSettings.of_one_step(tolerance, LARGEST_STEP), 1e-4), ours, derivative)
+        for tolerance in (EXUDYN, EXUDYN_LOOSER)
+    )
+    true, exudyn = lengths_of(ours, ours), lengths_of(other, ours)
+    errors = lengths_of(looser, ours) - true, lengths_of(other_looser, ours) - exudyn
+    own = max(np.abs(error).max() for error in errors)
+    distance = float(np.abs(exudyn - true).max())
+    return Distance(what, "completed", distance, float(own), float(TIMES * own))
+
+
+def corrected(walker: PenaltyStepper | SectionWalker, near: FixedPoint, derivative: np.ndarray) -> FixedPoint:
+    """The walker's own cycle, that of a model as close to it as round-off, by one correction and the step from there.
+
+    Raises NoLimitCycle.
+    """
+    moved = walker.step(near.numbers).numbers - near.numbers
+    numbers = near.numbers + np.linalg.solve(np.eye(10) - derivative, moved)
+    step = walker.step(numbers)
+    return FixedPoint(numbers, step, float(np.abs(step.numbers - numbers).max()), derivative)
+
+
+def lengths_of(point: FixedPoint, like: FixedPoint) -> np.ndarray:
+    """What is compared of a cycle [m], (5,); its period as the way at the speed of another."""
+    way = point.step.duration * like.step.length / like.step.duration
+    return np.array([point.step.length, way, point.numbers[0], *point.numbers[2:4]])

@@ -1,0 +1,57 @@
+"""The engine of the constraint walkers, integrating penalty walkers: the same steps, error control and event location.
+
+Its functions are chosen by the type of the walker's numbers; here they learn what this room's type does.
+"""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+
+from stages.analytic.compiled import extend
+from stages.analytic.integration import dop853_step, integrator, phase
+from stages.analytic.model import varied
+from stages.analytic.phases import flow, guards
+from stages.analytic.walk import recording
+from stages.penalty.compiled import again, compiled
+from stages.penalty.model.walker import Penalty
+from stages.penalty.motion.accelerations import accelerations
+from stages.penalty.motion.feet import penalty_guard
+from stages.penalty.motion.flow import penalty_rates
+
+
+@compiled
+def twelve(p: Penalty) -> int:
+    """`state_size`."""
+    return 12
+
+
+@compiled
+def penalty_failure(now: int, y: np.ndarray, p: Penalty) -> int:
+    """`failure`: the hip is too low, or a leg is level."""
+    return phase.EVENT if y[1] >= p.fallen and max(abs(y[2]), abs(y[3])) <= 0.5 * pi else phase.FALL
+
+
+for function, choice in (
+    (flow.flow, penalty_rates), (guards.guard, penalty_guard), (phase.failure, penalty_failure),
+    (phase.state_size, twelve), (varied.keep_delay, again(varied.forget_delay)),
+    (integrator.take_step, again(dop853_step.take_step)), (integrator.error_norm, again(dop853_step.error_norm)),
+):  # fmt: skip
+    extend(function, {Penalty: choice})
+
+#: `integrate` of the engine.
+integrate = again(phase.integrate)
+#: `states_at` of the constraint walkers' recording.
+states_at = again(recording.states_at)
+
+
+@compiled
+def readings(phases: np.ndarray, states: np.ndarray, p: Penalty) -> np.ndarray:
+    """Of states (n, 12) in their phases (n,), (n, 10): accelerations, then normal force and friction of both feet."""
+    rows = np.empty((states.shape[0], 10))
+    for i in range(states.shape[0]):
+        qdd, force, _, _, _ = accelerations(phases[i], states[i], p)
+        rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3], rows[i, 4], rows[i, 5] = qdd
+        rows[i, 6], rows[i, 7], rows[i, 8], rows[i, 9] = force
+    return rows

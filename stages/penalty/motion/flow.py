@@ -1,0 +1,74 @@
+"""Rates of the penalty walker's state, and of the variations that are carried with it.
+
+The state is y = (q, qd) with q = (hip x, y, angle of leg 0 and 1, length of leg 0 and 1), followed by any number of
+variations dy. The rates are continuous wherever the ground begins or ceases to act, so variations need no jump there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stages.analytic.compiled import Numbers
+from stages.penalty.compiled import compiled
+from stages.penalty.model import equations as eq
+from stages.penalty.model.walker import Penalty
+from stages.penalty.motion.accelerations import Six, accelerations, solve
+from stages.penalty.motion.contact import force_slopes
+from stages.penalty.motion.feet import acts_on
+
+Vector = np.ndarray
+
+
+@compiled
+def store(rates: Vector, y: Vector, start: int, qdd: Six) -> None:
+    """Rates of one 12-vector (q, qd) stored from `start`."""
+    for i in range(6):
+        rates[start + i] = y[start + 6 + i]
+    rates[start + 6], rates[start + 7], rates[start + 8] = qdd[0], qdd[1], qdd[2]
+    rates[start + 9], rates[start + 10], rates[start + 11] = qdd[3], qdd[4], qdd[5]
+
+
+@compiled
+def leg_jacobian_of(y: Vector, leg: int, qdd: Six, normal: float, friction: float, p: Penalty) -> Numbers:
+    """`leg_jacobian` of a leg at the state (12,)."""
+    turn, slide = (qdd[2], qdd[4]) if leg == 0 else (qdd[3], qdd[5])
+    return eq.leg_jacobian(
+        y[2 + leg], y[4 + leg], y[8 + leg], y[10 + leg], qdd[0], qdd[1], turn, slide, normal, friction, p)
+
+
+@compiled
+def leg_variation(
+    j: Numbers, t: Numbers, slopes: tuple[float, float, float, float], dy: Vector, start: int, leg: int
+) -> tuple[float, float, float, float]:
+    """Change of a leg's part of Q - C qd - M qdd and of the ground's push, at unchanged qdd, for the variation stored
+    from `start`: x, y, angle, length.
+    """
+    angle, length = dy[start + 2 + leg], dy[start + 4 + leg]
+    turning, sliding = dy[start + 8 + leg], dy[start + 10 + leg]
+    depth = -dy[start + 1] - t[12] * angle - t[13] * length
+    rate = j[16] * angle + j[17] * length - dy[start + 7] - t[12] * turning - t[13] * sliding
+    slip = j[18] * angle + j[19] * length + dy[start + 6] + t[14] * turning + t[15] * sliding
+    normal = slopes[0] * depth + slopes[1] * rate
+    friction = slopes[2] * slip + slopes[3] * normal
+    return (
+        j[0] * angle + j[1] * length + j[2] * turning + j[3] * sliding + friction,
+        j[4] * angle + j[5] * length + j[6] * turning + j[7] * sliding + normal,
+        j[8] * angle + j[9] * length + j[10] * turning + j[11] * sliding + t[12] * normal + t[14] * friction,
+        j[12] * angle + j[13] * length + j[14] * turning + j[15] * sliding + t[13] * normal + t[15] * friction,
+    )
+
+
+@compiled
+def penalty_rates(phase: int, y: Vector, p: Penalty, rates: Vector) -> None:
+    """Write dy/dt of state and variations into `rates`."""
+    qdd, force, factors, t, u = accelerations(phase, y, p)
+    store(rates, y, 0, qdd)
+    if y.size > 12:
+        j = leg_jacobian_of(y, 0, qdd, force[0], force[1], p)
+        k = leg_jacobian_of(y, 1, qdd, force[2], force[3], p)
+        first = force_slopes(acts_on(phase, 0), t[9], t[10], t[11], p.law)
+        second = force_slopes(acts_on(phase, 1), u[9], u[10], u[11], p.law)
+        for start in range(12, y.size, 12):
+            a = leg_variation(j, t, first, y, start, 0)
+            b = leg_variation(k, u, second, y, start, 1)
+            store(rates, y, start, solve(factors, a[0] + b[0], a[1] + b[1], a[2], b[2], a[3], b[3]))

@@ -1,0 +1,90 @@
+"""The penalty walker's step from mid-stance to mid-stance, with its exact derivative, and its gait."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stages.biped.design import Biped
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+from stages.penalty.model.walker import ANGLE, SIZE, X
+from stages.penalty.settings import Settings
+from stages.penalty.walk import Progress, begin, numbers_of
+from stages.planar.run import COMPLETED
+from stages.planar.section import NoLimitCycle, SectionStep, section_numbers, section_state
+from stages.planar.state import PlanarState
+
+#: Places in the state of the section's numbers: with leg 0 standing, and with leg 1.
+PLACES = np.array([[1, 3, 4, 5, 6, 7, 8, 9, 10, 11], [1, 2, 5, 4, 6, 7, 9, 8, 11, 10]])
+#: The section's numbers that rigid legs do not have: lengths and their rates.
+LENGTHS = [2, 3, 8, 9]
+
+
+class PenaltyStepper:
+    """Takes steps from mid-stance to mid-stance, and counts them; `start` tells which feet are in play there."""
+
+    def __init__(
+        self, biped: Biped, slope: Slope, contact: ContactLaw, start: PlanarState, settings: Settings
+    ) -> None:
+        self.start, self.settings = start, settings
+        self.p = numbers_of(biped, slope, contact)
+        self.rigid = biped.legs == "rigid"
+        self.steps_walked = 0
+
+    def walk(self, start: PlanarState, steps: int) -> SectionStep:
+        """Walk from a mid-stance to the one after `steps` steps. Raises NoLimitCycle."""
+        return self._ended(self._walked(start, steps), start)
+
+    def step(self, numbers: np.ndarray) -> SectionStep:
+        """One step from section numbers (10,). Raises NoLimitCycle."""
+        return self.walk(section_state(numbers, self.start), 1)
+
+    def derivative(self, numbers: np.ndarray, after: SectionStep | None = None) -> np.ndarray:
+        """Exact derivative (10, 10) of the step from section numbers (10,): by variations that walk along.
+
+        Columns and rows of what rigid legs do not have are zero. Raises NoLimitCycle.
+        """
+        walk = self._walked(section_state(numbers, self.start), 1, varied=True)
+        columns = walk.y[SIZE:].reshape(10, SIZE)
+        found = columns[:, PLACES[self._standing(walk)]].T
+        if self.rigid:
+            found[LENGTHS], found[:, LENGTHS] = 0.0, 0.0
+        return found
+
+    def _walked(self, start: PlanarState, steps: int, varied: bool = False) -> Progress:
+        self.steps_walked += steps
+        walk = begin(self.p, start, self.settings, steps)
+        if varied:
+            columns = np.zeros((10, SIZE))
+            columns[np.arange(10), PLACES[0]] = 1.0
+            walk.y = np.concatenate([walk.y, columns.ravel()])
+        walk.go_on()
+        if walk.outcome != COMPLETED:
+            raise NoLimitCycle(walk.message or walk.outcome)
+        return walk
+
+    def _ended(self, walk: Progress, start: PlanarState) -> SectionStep:
+        y, stance = walk.y[:SIZE], self._standing(walk)
+        state = state_of(y, walk.in_play, stance)
+        length = float(y[X]) - start.hip_position[0]
+        return SectionStep(section_numbers(state), state, walk.time, length, walk.evaluations)
+
+    def _standing(self, walk: Progress) -> int:
+        return int(np.argmin(np.abs(walk.y[ANGLE : ANGLE + 2])))
+
+
+def state_of(y: np.ndarray, in_play: tuple[bool, bool], first: int) -> PlanarState:
+    """A state (12,) under its names, the legs named so that leg `first` comes first."""
+
+    def legs(place: int) -> tuple[float, float]:
+        return float(y[place + first]), float(y[place + 1 - first])
+
+    return PlanarState(
+        hip_position=(float(y[0]), float(y[1])),
+        hip_velocity=(float(y[6]), float(y[7])),
+        leg_angle=legs(2),
+        leg_rate=legs(8),
+        leg_length=legs(4),
+        leg_length_rate=legs(10),
+        in_play=(in_play[first], in_play[1 - first]),
+    )

@@ -1,0 +1,246 @@
+"""Let the penalty walker walk: the counterpart of `stages.multibody.walking.walk`, with the same words for the same."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Collection
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+
+from stages.analytic.integration.phase import EVENT, FALL, STEP_LIMIT, TIME_LIMIT
+from stages.biped.design import Biped
+from stages.biped.kinematics import Coordinate, Motion, shifted, swing_point_motion
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+from stages.penalty.model.walker import ANGLE, LENGTH, RATES, SIZE, Penalty, X, Y, build_penalty
+from stages.penalty.motion import feet
+from stages.penalty.motion.engine import integrate, readings, states_at
+from stages.penalty.settings import Settings
+from stages.planar.run import COMPLETED, DIVERGED, FALLEN, FELL, RUNNING, STALLED, STEP_FLOOR, Run
+from stages.planar.signals import GROUND_REACTION, IMU, SIGNALS
+from stages.planar.state import PlanarState
+from stages.planar.trajectory import Trajectory
+
+#: First step of all [s]: the error estimate corrects it either way.
+FIRST_STEP = 1e-5
+#: A guard this far below zero has fallen; nearer to it is round-off of the event just located.
+FALLEN_GUARD = -1e-12
+#: Rows that the record of a stretch has room for at first, and the factor of more room.
+ROOM, GROWTH = 2048, 8
+EVALUATIONS = 12
+NO_ROOM = np.empty((0, 2 + SIZE))
+END = 2
+
+
+@lru_cache(maxsize=64)
+def numbers_of(biped: Biped, slope: Slope, contact: ContactLaw) -> Penalty:
+    """The walker's numbers."""
+    return build_penalty(biped, slope, contact, FALLEN)
+
+
+@dataclass
+class Progress:
+    """A walk on its way: what the watch over an Exudyn run knows as well.
+
+    `y`: state (12,), followed by any variations, changed in place. `record`: rows of time [s], phase and state at the
+    start of every step, or None if none are kept.
+    """
+
+    p: Penalty
+    y: np.ndarray
+    phase: int
+    settings: Settings
+    wanted: float
+    last_landed: int
+    until: float = math.inf
+    record: list[np.ndarray] | None = None
+    time: float = 0.0
+    heel_strikes: int = 0
+    last_heel_strike: float = 0.0
+    since: int = 0
+    evaluations: int = 0
+    steps: int = 0
+    outcome: str = RUNNING
+    message: str = ""
+    switches: list[tuple[float, int, bool]] = field(default_factory=list)
+
+    @property
+    def in_play(self) -> tuple[bool, bool]:
+        """Whether the ground acts on each leg."""
+        return feet.acts_on(self.phase, 0), feet.acts_on(self.phase, 1)
+
+    def go_on(self) -> None:
+        """Walk until the outcome is known."""
+        length = FIRST_STEP
+        self._change()
+        while self.outcome == RUNNING:
+            length = self._stretch(length)
+
+    def _stretch(self, length: float) -> float:
+        """Integrate to the next event; the length of its last step."""
+        settings = self.settings
+        patience = self.last_heel_strike + settings.longest_step - self.time
+        limit, steps = min(patience, self.until - self.time), settings.most_solver_steps - self.since
+        before = self.y.copy()
+        room = 0 if self.record is None and self.until == math.inf else ROOM
+        while True:
+            nodes = np.empty((room, 2 + SIZE)) if room else NO_ROOM
+            status, taken, length, count, evaluations = integrate(
+                self.phase, self.y, self.p, settings.tolerance, limit, steps, length, nodes)
+            if count < room or not room:
+                break
+            self.y[:] = before
+            room *= GROWTH
+        self.evaluations += evaluations
+        self.since += evaluations // EVALUATIONS
+        if self.time + taken > self.until:
+            taken = self._cut(nodes[:count])
+            status = TIME_LIMIT
+        if self.record is not None:
+            rows = self._with_moments_between(nodes[:count], taken)
+            rows[:, 0] += self.time
+            self.record.append(rows)
+            self.steps += count
+        self.time += taken
+        if status == EVENT:
+            self._change(first=True)
+        else:
+            self._end(status, patience)
+        return length
+
+    def _with_moments_between(self, nodes: np.ndarray, taken: float) -> np.ndarray:
+        """The record of a stretch of this length with the moments between, by shorter steps: as accurate as the steps.
+        """
+        parts = self.settings.between + 1
+        if parts == 1 or not len(nodes):
+            return nodes
+        spans = np.diff(nodes[:, 0], append=taken)
+        times = (nodes[:, :1] + spans[:, None] * np.arange(parts) / parts).ravel()
+        start, states = nodes[:, 0].copy(), np.ascontiguousarray(nodes[:, 2:])
+        rows = np.repeat(nodes, parts, axis=0)
+        rows[:, 0], rows[:, 2:] = times, states_at(self.phase, start, states, times, self.p)
+        return rows
+
+    def _cut(self, nodes: np.ndarray) -> float:
+        """Take the last step again, to the time at which the walk ends; how long the stretch is then."""
+        last, left = nodes[-1:], self.until - self.time
+        self.y[:SIZE] = states_at(self.phase, last[:, 0].copy(), last[:, 2:].copy(), np.array([left]), self.p)[0]
+        return left
+
+    def _change(self, first: bool = False) -> None:
+        """Change the status of every leg whose guard has fallen; with `first` one has just been located."""
+        while self.outcome == RUNNING:
+            who, value = feet.due(self.phase, self.y, self.p)
+            if not first and value > (0.0 if who == END else FALLEN_GUARD):
+                return
+            first = False
+            if who == END:
+                self.outcome = COMPLETED
+                self.y[ANGLE + feet.end_of(self.phase) - 1] = 0.0
+                return
+            self._set(who, feet.status_after(self.phase, self.y, self.p, who))
+
+    def _set(self, leg: int, status: int) -> None:
+        statuses = [feet.status_of(self.phase, other) for other in (0, 1)]
+        end, acted = feet.end_of(self.phase), statuses[leg] != feet.OUT
+        statuses[leg] = status
+        if status == feet.LANDED:
+            self.heel_strikes += 1
+            self.last_heel_strike, self.last_landed, self.since = self.time, leg, 0
+            end = leg + 1 if self.heel_strikes >= self.wanted else end
+        elif acted != (status != feet.OUT):
+            self.switches.append((self.time, leg, not acted))
+        self.phase = feet.phase_of(statuses[0], statuses[1], end)
+
+    def _end(self, status: int, patience: float) -> None:
+        """Why the integration ended before an event, in the words of the watch over Exudyn's runs."""
+        at = f"t = {self.time:.6g} s"
+        if not np.isfinite(self.y[:SIZE]).all():
+            self.outcome, self.message = DIVERGED, f"the state is no longer finite at {at}"
+        elif status == TIME_LIMIT and self.time >= self.until:
+            self.outcome = COMPLETED
+        elif status == TIME_LIMIT:
+            self.outcome, self.message = STALLED, f"no heel strike for {self.settings.longest_step:g} s at {at}"
+        elif status == FALL:
+            self.outcome, self.message = FELL, f"the walker fell at {at}"
+        else:
+            many = f"after {self.settings.most_solver_steps} steps without a heel strike"
+            reason = many if status == STEP_LIMIT else "at its smallest step"
+            self.outcome, self.message = STEP_FLOOR, f"the solver gets nowhere {reason}, {at}"
+
+
+def simulate(
+    biped: Biped,
+    slope: Slope,
+    contact: ContactLaw,
+    state: PlanarState,
+    settings: Settings,
+    *,
+    steps: int = 1,
+    duration: float | None = None,
+    signals: Collection[str] = SIGNALS,
+) -> Run:
+    """Walk from `state` at t = 0 through `steps` heel strikes to the mid-stance after them, or for `duration` [s].
+
+    The walk ends where the hip is over the foot that landed last. A fall, a standstill or a failure of the solver ends
+    it earlier and is told by the run's outcome. Motion, accelerations and what `signals` names are kept at every step
+    and at the moments between that the settings ask for.
+    """
+    p = numbers_of(biped, slope, contact)
+    walk = begin(p, state, settings, math.inf if duration is not None else steps)
+    walk.record = []
+    walk.until = math.inf if duration is None else duration
+    walk.go_on()
+    trajectory = recorded(walk, state, biped, signals)
+    return Run(
+        walk.outcome, walk.message, trajectory, walk.heel_strikes, walk.steps, walk.evaluations, 0.0)
+
+
+def begin(p: Penalty, state: PlanarState, settings: Settings, steps: float) -> Progress:
+    """A walk about to begin from a state, through so many heel strikes. Rigid legs have their natural length."""
+    y = np.array([
+        *state.hip_position, *state.leg_angle, *state.leg_length, *state.hip_velocity, *state.leg_rate,
+        *state.leg_length_rate,
+    ])  # fmt: skip
+    if p.slide == 0.0:
+        y[LENGTH:RATES], y[RATES + LENGTH :] = p.L_nat, 0.0
+    statuses = []
+    for leg, acts in enumerate(state.in_play):
+        standing = feet.height(y, p, leg, y, 0)[0] <= 0.0
+        statuses.append(feet.OUT if not acts else feet.LANDED if standing else feet.AWAITED)
+    last = 1 if statuses[1] == feet.LANDED != statuses[0] else 0
+    return Progress(p, y, feet.phase_of(statuses[0], statuses[1], 0), settings, steps, last)
+
+
+def recorded(walk: Progress, state: PlanarState, biped: Biped, signals: Collection[str]) -> Trajectory:
+    """The record of a walk at the solver's own steps."""
+    end = np.concatenate([[walk.time, walk.phase], walk.y[:SIZE]])
+    rows = np.concatenate([*(walk.record or []), end[None]])
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    rows = rows[np.concatenate([np.diff(rows[:, 0]) > 0.0, [True]])]
+    states = np.ascontiguousarray(rows[:, 2:])
+    read = readings(rows[:, 1].astype(np.int64), states, walk.p)
+    place, motion, change = states[:, :RATES], states[:, RATES:], read[:, :RATES]
+    count = len(rows)
+    force = read[:, [7, 6, 9, 8]].reshape(count, 2, 2) if GROUND_REACTION in signals else np.zeros((count, 0, 2))
+    felt = foot_acceleration(place, motion, change, biped) if IMU in signals else np.zeros((count, 0))
+    return Trajectory(
+        time=rows[:, 0].copy(), position=place.copy(), velocity=motion.copy(), acceleration=change.copy(),
+        foot_acceleration=felt, ground_reaction=force, in_play_at_start=state.in_play,
+        switches=tuple(walk.switches), exact_acceleration=True,
+    )  # fmt: skip
+
+
+def foot_acceleration(place: np.ndarray, motion: np.ndarray, change: np.ndarray, biped: Biped) -> np.ndarray:
+    """Acceleration of the inner foot's mass centre, (n, 2) [m/s^2]."""
+    hip = Motion(*(rows[:, [X, Y]] for rows in (place, motion, change)))
+    angle, length = (Coordinate(place[:, i], motion[:, i], change[:, i]) for i in (2, 4))
+    return swing_point_motion(hip, angle, shifted(length, biped.foot_com)).acceleration
+
+
+def at_tolerance(settings: Settings, tolerance: float) -> Settings:
+    """The same settings at another tolerance."""
+    return dataclasses.replace(settings, tolerance=tolerance)

@@ -1,0 +1,168 @@
+"""A walker's own gait on penalty ground: fixed point, period and multipliers of its step map."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+
+from stages.biped.quantity import quantity
+from stages.planar.section import SCALES, NoLimitCycle, SectionStep, section_numbers
+from stages.planar.state import PlanarState
+
+SETTLING_STEPS = 8
+NEWTON_STEPS = 16
+#: The derivative is made anew when an iteration leaves more than this of the residual, so often at most.
+SLOW, MOST_RENEWALS = 0.8, 4
+#: Times a change of the state is halved if the model does not take a step from it.
+HALVINGS = 4
+
+
+@dataclass(frozen=True)
+class LimitCycle:
+    """A gait at mid-stance; rows and columns are the numbers of `section_numbers`."""
+
+    section_state: np.ndarray = quantity("1", "hip y, swing angle, both lengths, then the rates, shape (10,)")
+    period_s: float = quantity("s", "duration of one step", symbol="T")
+    step_length_m: float = quantity("m", "advance of the hip in one step", symbol="s")
+    monodromy_matrix: np.ndarray = quantity("1", "derivative of the step map, shape (10, 10)")
+    floquet_multipliers: np.ndarray = quantity("1", "eigenvalues, largest first, real and imaginary part, (10, 2)")
+    residual: float = quantity("1", "how far the fixed point moves in one step, in the scales of the section")
+    solver_steps: int = quantity("1", "solver steps of one step")
+    steps_walked: int = quantity("1", "steps walked to find the gait and its derivative")
+
+
+class After(Protocol):
+    """What a step, or a stride, is known by: the section numbers (10,) at its end."""
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """Section numbers (10,)."""
+
+
+S = TypeVar("S", bound=After)
+
+
+@dataclass(frozen=True)
+class FixedPointOf(Generic[S]):
+    """Section numbers (10,) that a step changes by no more than `residual`, that step, and its derivative (10, 10)."""
+
+    numbers: np.ndarray
+    step: S
+    residual: float
+    derivative: np.ndarray
+
+
+FixedPoint = FixedPointOf[SectionStep]
+
+
+class Steps(Protocol[S]):
+    """A map of the section to itself, of a step or of a stride."""
+
+    def step(self, numbers: np.ndarray) -> S:
+        """One step from section numbers (10,). Raises NoLimitCycle."""
+
+    def derivative(self, numbers: np.ndarray, after: S | None = None) -> np.ndarray:
+        """Derivative (10, 10) of the step from section numbers (10,), which leads to `after` if that is known.
+
+        Raises NoLimitCycle.
+        """
+
+
+class StepTaker(Steps[SectionStep], Protocol):
+    """A model that takes steps from mid-stance to mid-stance, and counts them."""
+
+    steps_walked: int
+
+    def walk(self, start: PlanarState, steps: int) -> SectionStep:
+        """Walk from a mid-stance to the one after `steps` steps. Raises NoLimitCycle."""
+
+
+def gait_near(walker: StepTaker, state: PlanarState, tolerance: float) -> LimitCycle:
+    """The gait near `state`, a mid-stance, or, if there is none, near the end of a walk of some steps from it.
+
+    `tolerance` is the residual wanted, in `SCALES`. Raises NoLimitCycle.
+    """
+    try:
+        found = fixed_point(walker, section_numbers(state), tolerance)
+    except NoLimitCycle:
+        found = fixed_point(walker, walker.walk(state, SETTLING_STEPS).numbers, tolerance)
+    derivative = walker.derivative(found.numbers)
+    multipliers = floquet_multipliers(derivative)
+    after = found.step
+    return LimitCycle(
+        found.numbers,
+        after.duration,
+        after.length,
+        derivative,
+        multipliers,
+        found.residual,
+        after.solver_steps,
+        walker.steps_walked,
+    )
+
+
+def fixed_point(
+    walker: Steps[S], numbers: np.ndarray, wanted: float, derivative: np.ndarray | None = None
+) -> FixedPointOf[S]:
+    """The fixed point of a step map near `numbers` (10,), to the residual `wanted`. Raises NoLimitCycle.
+
+    Newton's method; each step taken corrects the derivative (Broyden's rank one), which is made anew where the residual
+    falls slowly. `derivative` (10, 10) of a similar model serves at first.
+    """
+    after, previous, renewals = walker.step(numbers), np.inf, 0
+    for _ in range(NEWTON_STEPS):
+        moved = after.numbers - numbers
+        residual = float(np.abs(moved / SCALES).max())
+        if residual < wanted:
+            break
+        if derivative is None or (residual > SLOW * previous and renewals < MOST_RENEWALS):
+            derivative, renewals = walker.derivative(numbers, after), renewals + 1
+        previous = residual
+        change = np.linalg.solve(np.eye(10) - derivative, moved)
+        change, then = _taken(walker, numbers, change)
+        scaled = change / SCALES
+        missed = then.numbers - after.numbers - derivative @ change
+        derivative = derivative + np.outer(missed, scaled / SCALES) / float(scaled @ scaled)
+        numbers, after = numbers + change, then
+    else:
+        raise NoLimitCycle(f"no fixed point within {NEWTON_STEPS} iterations, residual {residual:.1e}")
+    return FixedPointOf(numbers, after, residual, np.eye(10) if derivative is None else derivative)
+
+
+def _taken(walker: Steps[S], numbers: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, S]:
+    """A change of the section numbers from which the model takes a step: the one asked for, or a part of it."""
+    for _ in range(HALVINGS):
+        try:
+            return change, walker.step(numbers + change)
+        except NoLimitCycle:
+            change = 0.5 * change
+    return change, walker.step(numbers + change)
+
+
+def by_differences(
+    step: Callable[[np.ndarray], S],
+    numbers: np.ndarray,
+    differences: np.ndarray,
+    after: S | None = None,
+) -> np.ndarray:
+    """Derivative (10, 10) of a step map by central differences, or by forward ones from the step `after` numbers."""
+    columns = []
+    for index, size in enumerate(differences):
+        change = np.zeros(10)
+        change[index] = size
+        ahead = step(numbers + change).numbers
+        if after is None:
+            columns.append((ahead - step(numbers - change).numbers) / (2.0 * size))
+        else:
+            columns.append((ahead - after.numbers) / size)
+    return np.column_stack(columns)
+
+
+def floquet_multipliers(derivative: np.ndarray) -> np.ndarray:
+    """Eigenvalues of a derivative of the step map, largest first, real and imaginary part, (10, 2)."""
+    values = np.linalg.eigvals(derivative)
+    values = values[np.lexsort((-values.imag, -np.abs(values)))]
+    return np.column_stack([values.real, values.imag])

@@ -1,0 +1,45 @@
+"""A run of a planar walker on penalty ground, whatever integrates it: why it ended, what was recorded, what it cost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stages.planar.state import PlanarState
+from stages.planar.trajectory import Trajectory
+
+COMPLETED = "completed"
+RUNNING = "running"
+FELL = "fell"
+STALLED = "stalled"
+DIVERGED = "diverged"
+STEP_FLOOR = "step floor"
+SOLVER_FAILED = "solver failed"
+
+#: Hip height, in leg lengths, under which the walker has fallen.
+FALLEN = 0.5
+
+
+@dataclass(frozen=True)
+class Run:
+    """A finished run: why it ended, what was recorded, what it cost.
+
+    `evaluations` of the rates are 0 where the solver does not tell them.
+    """
+
+    outcome: str
+    message: str
+    trajectory: Trajectory
+    heel_strikes: int
+    solver_steps: int
+    evaluations: int
+    joint_drift: float
+
+    @property
+    def last_state(self) -> PlanarState:
+        """The last valid state."""
+        return self.trajectory.state_at(float(self.trajectory.time[-1]))
+
+    @property
+    def completed(self) -> bool:
+        """Whether the walker walked as long as it was asked to."""
+        return self.outcome == COMPLETED

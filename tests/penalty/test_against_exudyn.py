@@ -1,0 +1,106 @@
+"""The compiled penalty walker against Exudyn's model: one step, ten steps, solved cycles, by a seed, hard sets too."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stages.engines.drawn import drawn_sets
+from stages.engines.walks import COMPILED, Machine, between_cycles, over_a_walk
+from stages.multibody.parameters import Settings as ExudynSettings
+from stages.multibody.walking.walk import simulate as exudyn_walk
+from stages.penalty.settings import Settings
+from stages.penalty.step_map import PenaltyStepper
+from stages.penalty.walk import simulate
+from stages.planar.limit_cycle import gait_near
+from stages.planar.section import NoLimitCycle
+from stages.planar.state import rolling_state
+
+LAWS = ("impact", "restitution")
+SEED = 20
+
+
+@pytest.fixture(scope="module")
+def placed(biped, slope, rough):
+    """A machine on a contact set, and its start."""
+
+    def on(contact, **changed):
+        machine, stance = dataclasses.replace(biped, **changed), rough
+        if machine.legs == "rigid":
+            stance = dataclasses.replace(rough, stance_length=biped.leg_length, swing_length=biped.leg_length)
+        return Machine(machine, slope, contact), rolling_state(machine, contact, stance, 9.4)
+
+    return on
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_one_step_is_the_same_to_a_nanometre(placed, contact, law):
+    for drawn in drawn_sets(contact, SEED, 2, law):
+        distance = over_a_walk("a step", *placed(drawn))
+        assert distance.fine and distance.distance < 1e-9, drawn
+
+
+def test_rigid_legs_and_legs_with_inertia_are_the_same_too(placed, contact):
+    for changed in ({"legs": "rigid"}, {"leg_inertia": 5e-4}):
+        distance = over_a_walk("a step", *placed(contact, **changed), duration=0.3)
+        assert distance.fine, (changed, distance)
+
+
+def test_forces_and_the_foot_sensor_are_the_same(placed, contact, biped, slope):
+    _, start = placed(contact)
+    other = exudyn_walk(biped, slope, contact, start, ExudynSettings.of_one_step(1e-10, 2e-4), steps=1)
+    ours = simulate(biped, slope, contact, start, Settings(COMPILED), steps=1)
+    assert ours.completed and other.completed and ours.heel_strikes == other.heel_strikes == 1
+    time = np.linspace(1e-3, 0.45, 400)
+    for name in ("ground_reaction", "foot_acceleration", "acceleration"):
+        one, two = (
+            np.array([np.interp(time, run.trajectory.time, column) for column in getattr(run.trajectory, name).reshape(
+                len(run.trajectory.time), -1).T])
+            for run in (ours, other)
+        )  # fmt: skip
+        assert np.median(np.abs(one - two)) < 1e-5 * np.abs(one).max(), name
+
+
+def test_the_cycle_is_the_same(placed, contact, gait):
+    machine, start = placed(contact)
+    distance = between_cycles("a cycle", machine, start, gait.section_state)
+    assert distance.fine and 0.0 < distance.own_error < 1e-8
+
+
+def test_a_walk_that_ends_otherwise_is_not_fine(placed, contact):
+    """Its own check must be able to fail: it does so for another machine."""
+    machine, start = placed(contact)
+    heavier = dataclasses.replace(machine, biped=dataclasses.replace(machine.biped, foot_mass=0.33501))
+
+    class Mixed(Machine):
+        def exudyn(self, *given):
+            return heavier.exudyn(*given)
+
+    mixed = Mixed(machine.biped, machine.slope, machine.contact)
+    assert not over_a_walk("a step", mixed, start).fine
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", LAWS)
+def test_twenty_sets_over_a_step_and_between_cycles(placed, contact, law):
+    cycles = 0
+    for drawn in drawn_sets(contact, SEED, 20, law):
+        machine, start = placed(drawn)
+        assert over_a_walk("a step", machine, start).fine, drawn
+        stepper = PenaltyStepper(machine.biped, machine.slope, drawn, start, Settings(1e-9))
+        try:
+            cycle = gait_near(stepper, start, 1e-6)
+            distance = between_cycles("a cycle", machine, start, cycle.section_state)
+        except NoLimitCycle:
+            continue
+        assert distance.fine, (drawn, distance)
+        cycles += 1
+    assert cycles >= 15
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", LAWS)
+def test_ten_steps_differ_by_the_models_own_errors(placed, contact, law):
+    for drawn in drawn_sets(contact, SEED, 3, law):
+        distance = over_a_walk("a step", *placed(drawn), steps=10)
+        assert distance.fine, (drawn, distance)

@@ -1,0 +1,108 @@
+"""Walks of the penalty walker by themselves: energy, convergence, how they end, what they record."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.phases.flow import SINGLE_STANCE
+from stages.analytic.walk.recording import crossing_state, record
+from stages.analytic.walk.sampling import sample_walk
+from stages.biped.gait import StanceState
+from stages.ground.friction_coefficients import Friction
+from stages.ground.hardening import family_member
+from stages.penalty.settings import Settings
+from stages.penalty.walk import simulate
+from stages.planar.energy import energy_balance
+from stages.planar.events import find_events
+from stages.planar.run import FELL, STALLED, STEP_FLOOR
+from stages.planar.signals import GROUND_REACTION
+from stages.planar.state import rolling_state
+
+#: Standing on one leg, nearly at rest.
+STILL = StanceState(0.0, 0.331, -0.1, 0.333, 0.01, 0.0, 0.0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def walked(biped, slope, contact, start):
+    return simulate(biped, slope, contact, start, Settings(1e-11, 2), steps=2)
+
+
+def test_energy_is_accounted_for(walked, biped, slope, contact):
+    """Over two steps, gravity's work against the losses in leg dampers, contact damping and friction."""
+    assert walked.completed and walked.heel_strikes == 2
+    balance = energy_balance(walked.trajectory, biped, slope, contact, 0.0, float(walked.trajectory.time[-1]))
+    assert balance.relative_residual < 1e-7
+    assert min(balance.leg_damper_loss, balance.contact_damping_loss, balance.friction_loss) > 1e-3
+
+
+def test_a_tighter_tolerance_comes_nearer(walked, biped, slope, contact, start):
+    end = walked.trajectory.position[-1]
+    errors = []
+    for tolerance in (1e-5, 1e-7, 1e-9):
+        run = simulate(biped, slope, contact, start, Settings(tolerance), steps=2, signals=())
+        errors.append(np.abs(run.trajectory.position[-1] - end).max())
+    assert errors[0] < 1e-4 and errors[1] < 1e-6 and errors[2] < 1e-8
+
+
+def test_what_is_not_asked_for_is_not_recorded(walked, biped, slope, contact, start):
+    bare = simulate(biped, slope, contact, start, Settings(1e-7), steps=1, signals=())
+    assert bare.trajectory.ground_reaction.shape[1:] == (0, 2) and bare.trajectory.foot_acceleration.shape[1] == 0
+    some = simulate(biped, slope, contact, start, Settings(1e-7), steps=1, signals=(GROUND_REACTION,))
+    assert some.trajectory.ground_reaction[0, 0, 1] == pytest.approx(9.4, rel=1e-12)
+    assert walked.trajectory.foot_acceleration.shape == (len(walked.trajectory.time), 2)
+
+
+def test_a_walk_of_a_given_time_ends_there(walked, biped, slope, contact, start):
+    for end in (0.1, 0.35, 0.6):
+        run = simulate(biped, slope, contact, start, Settings(1e-11), duration=end, signals=())
+        assert run.completed and run.trajectory.time[-1] == end
+        known = walked.trajectory.at(np.array([end]))[0][0]
+        assert run.trajectory.position[-1] == pytest.approx(known, abs=1e-9)
+
+
+def test_how_walks_end_early(biped, slope, contact, start):
+    back = dataclasses.replace(start, hip_velocity=(-0.6, 0.0), leg_rate=(2.0, 0.0))
+    run = simulate(biped, slope, contact, back, Settings(1e-8), steps=1)
+    assert run.outcome == FELL and "the walker fell at t =" in run.message
+    hung = dataclasses.replace(slope, slope_deg=0.0)
+    still = rolling_state(biped, contact, STILL, 9.4)
+    run = simulate(biped, hung, contact, still, Settings(1e-8, longest_step=0.05), steps=1)
+    assert run.outcome == STALLED and run.message.startswith("no heel strike for 0.05 s")
+    run = simulate(biped, slope, contact, start, Settings(1e-8, most_solver_steps=20), steps=1)
+    assert run.outcome == STEP_FLOOR and "gets nowhere after 20 steps" in run.message
+
+
+def test_events_lie_between_the_switches(walked, biped):
+    """Each leg goes out of play at or after it has left the ground, comes into play ahead, and lands after that."""
+    found = find_events(walked.trajectory, biped.foot_radius)
+    outs = {leg: time for time, leg, acts in walked.trajectory.switches if not acts}
+    ins = {leg: time for time, leg, acts in walked.trajectory.switches if acts and time > 0.0}
+    assert len(found.heel_strike_time) == 2 and set(outs) == {0, 1}
+    for leg in (0, 1):
+        off = found.toe_off_time[found.toe_off_leg == leg]
+        assert off[0] <= outs[leg] + 1e-9
+    assert ins[0] < found.heel_strike_time[found.heel_strike_leg == 0][-1]
+
+
+@pytest.mark.parametrize("legs", ["compliant", "rigid"])
+def test_as_contact_hardens_it_walks_as_the_constraint_model_does(biped, slope, contact, legs):
+    """With Coulomb's transition; what sets it apart is of first order in the share of contact's effects."""
+    machine = dataclasses.replace(biped, legs=legs)
+    friction = Friction(contact.static_friction, contact.static_friction)
+    walker, point = find_gait(machine, slope, 1e-11, friction)
+    upright = crossing_state(walker, point.z, 1e-11)
+    phase = SINGLE_STANCE if legs == "compliant" else 0
+    walk = sample_walk(walker, record(walker, upright, 2, 1e-11, phase), 5000.0)
+    base = dataclasses.replace(contact, dynamic_friction=contact.static_friction, stiction_velocity=0.02)
+    time = walk.time[(walk.time < 0.45) & (np.abs(walk.time - walk.heel_strike_time[0]) > 5e-3)]
+    away = []
+    for share in (0.1, 0.05, 0.025):
+        law = family_member(base, share)
+        state = rolling_state(machine, law, walker.stance_state(upright), walk.standing_force)
+        run = simulate(machine, slope, law, state, Settings(1e-9), duration=0.47, signals=())
+        hip = run.trajectory.at(time)[0][:, :2]
+        away.append(np.abs(hip - walk.hip_position[np.isin(walk.time, time)]).max())
+    far, middle, near = away
+    assert abs(8.0 * near - 6.0 * middle + far) / 3.0 < 0.1 * near
