@@ -5,14 +5,13 @@ from __future__ import annotations
 import csv
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
+from tests import warm
 from tests.imu.stand_in import make_database, make_run
 
 ACCELERATION, RATE = ("ax", "ay", "az"), ("gx", "gy", "gz")
@@ -26,14 +25,9 @@ def database(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def ingest(repository: Path, *arguments: object, **environment: str) -> tuple[int, str, str]:
-    done = subprocess.run(
-        [sys.executable, "-m", "pipeline.cli", "ingest", *map(str, arguments)],
-        cwd=repository,
-        env={**os.environ, "PYTHONPATH": str(repository), **environment},
-        text=True,
-        capture_output=True,
-        timeout=300,
-    )
+    environment = {**os.environ, "PYTHONPATH": str(repository), **environment}
+    code = "from pipeline.cli import main; main()"
+    done = warm.run(code, "ingest", *map(str, arguments), cwd=repository, env=environment)
     assert "Traceback" not in done.stderr
     return done.returncode, done.stdout, done.stderr
 
