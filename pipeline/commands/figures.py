@@ -9,6 +9,7 @@ from pathlib import Path
 
 import click
 
+from pipeline import completion
 from pipeline.cache import processor, provenance, regular
 from pipeline.commands import options
 from pipeline.errors import FAILED, StudyError
@@ -16,8 +17,8 @@ from pipeline.report.pictures import TOLERANCE, compare
 from pipeline.study import Study, shown
 
 
-@click.command("figures")
-@click.argument("names", nargs=-1, metavar="NAME...")
+@click.command("figures", epilog=options.examples("figures"))
+@click.argument("names", nargs=-1, metavar="NAME...", shell_complete=completion.figures)
 @options.own_study
 @click.option(
     "--into",

@@ -56,7 +56,7 @@ def run_stages(
             outcomes = bring_up_to_date(study, values, shows, force=forced, jobs=jobs or os.cpu_count() or 1)
             written = afterwards(study) if afterwards else None
             if written is not None and not as_json:
-                click.echo(f"{written.stem:<12} written              {shown(written)}")
+                click.echo(f"{written.stem:<13} written             {shown(written)}")
             if any(outcome.how == "computed" for outcome in outcomes):
                 _say_if_large(study, shows)
     except lock.NotWritable:
