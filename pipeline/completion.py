@@ -17,7 +17,7 @@ from pipeline.study import Study, locate
 
 Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
 _KEY = re.compile(r"^([a-z]\w*):", re.MULTILINE)
-_CLAIM = re.compile(r"^\s*-? *id: *(\S+)", re.MULTILINE)
+_CLAIM = re.compile(r"^- id: *\"?([^\s\"]+)", re.MULTILINE)
 
 
 def _completer(words: Callable[[Study], Iterable[str]]) -> Completer:
