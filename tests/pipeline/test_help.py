@@ -13,8 +13,9 @@ def test_a_run_with_other_parameters_says_whose_results_give_way(ran):
 
 
 def test_without_arguments_there_is_plain_help(ran):
-    code, _, text = ran.command()
-    assert code == 2 and text.startswith("Usage: bipedstudy") and "error" not in text
+    code, said, errors = ran.command()
+    text = said + errors  # click 8.1 prints it to standard output and ends with 0
+    assert code == (0 if said else 2) and text.startswith("Usage: bipedstudy") and "error" not in text
     titles = [line for line in text.splitlines() if line.endswith(":") and not line.startswith(" ")]
     assert titles == ["Options:", "Study:", "Questions to stage side:", "Looking:", "Housekeeping:"]
 
