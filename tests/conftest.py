@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+from tests import warm
+
 os.environ.setdefault("MPLBACKEND", "Agg")
 
 # The same examples on every machine, however slow it is: a test that fails must say something about the code.
@@ -17,6 +19,10 @@ settings.load_profile("study")
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--write-golden", action="store_true", help="Write tests/baseline anew from what is drawn now.")
+
+
+def pytest_sessionfinish() -> None:
+    warm.stop()
 
 
 @pytest.fixture(scope="session")

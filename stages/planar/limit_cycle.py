@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
@@ -34,32 +34,50 @@ class LimitCycle:
     steps_walked: int = quantity("1", "steps walked to find the gait and its derivative")
 
 
+class After(Protocol):
+    """What a step, or a stride, is known by: the section numbers (10,) at its end."""
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """Section numbers (10,)."""
+
+
+S = TypeVar("S", bound=After)
+
+
 @dataclass(frozen=True)
-class FixedPoint:
+class FixedPointOf(Generic[S]):
     """Section numbers (10,) that a step changes by no more than `residual`, that step, and its derivative (10, 10)."""
 
     numbers: np.ndarray
-    step: SectionStep
+    step: S
     residual: float
     derivative: np.ndarray
 
 
-class StepTaker(Protocol):
+FixedPoint = FixedPointOf[SectionStep]
+
+
+class Steps(Protocol[S]):
+    """A map of the section to itself, of a step or of a stride."""
+
+    def step(self, numbers: np.ndarray) -> S:
+        """One step from section numbers (10,). Raises NoLimitCycle."""
+
+    def derivative(self, numbers: np.ndarray, after: S | None = None) -> np.ndarray:
+        """Derivative (10, 10) of the step from section numbers (10,), which leads to `after` if that is known.
+
+        Raises NoLimitCycle.
+        """
+
+
+class StepTaker(Steps[SectionStep], Protocol):
     """A model that takes steps from mid-stance to mid-stance, and counts them."""
 
     steps_walked: int
 
     def walk(self, start: PlanarState, steps: int) -> SectionStep:
         """Walk from a mid-stance to the one after `steps` steps. Raises NoLimitCycle."""
-
-    def step(self, numbers: np.ndarray) -> SectionStep:
-        """One step from section numbers (10,). Raises NoLimitCycle."""
-
-    def derivative(self, numbers: np.ndarray, after: SectionStep | None = None) -> np.ndarray:
-        """Derivative (10, 10) of the step from section numbers (10,), which leads to `after` if that is known.
-
-        Raises NoLimitCycle.
-        """
 
 
 def gait_near(walker: StepTaker, state: PlanarState, tolerance: float) -> LimitCycle:
@@ -87,8 +105,8 @@ def gait_near(walker: StepTaker, state: PlanarState, tolerance: float) -> LimitC
 
 
 def fixed_point(
-    walker: StepTaker, numbers: np.ndarray, wanted: float, derivative: np.ndarray | None = None
-) -> FixedPoint:
+    walker: Steps[S], numbers: np.ndarray, wanted: float, derivative: np.ndarray | None = None
+) -> FixedPointOf[S]:
     """The fixed point of a step map near `numbers` (10,), to the residual `wanted`. Raises NoLimitCycle.
 
     Newton's method; each step taken corrects the derivative (Broyden's rank one), which is made anew where the residual
@@ -111,10 +129,10 @@ def fixed_point(
         numbers, after = numbers + change, then
     else:
         raise NoLimitCycle(f"no fixed point within {NEWTON_STEPS} iterations, residual {residual:.1e}")
-    return FixedPoint(numbers, after, residual, np.eye(10) if derivative is None else derivative)
+    return FixedPointOf(numbers, after, residual, np.eye(10) if derivative is None else derivative)
 
 
-def _taken(walker: StepTaker, numbers: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, SectionStep]:
+def _taken(walker: Steps[S], numbers: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, S]:
     """A change of the section numbers from which the model takes a step: the one asked for, or a part of it."""
     for _ in range(HALVINGS):
         try:
@@ -125,10 +143,10 @@ def _taken(walker: StepTaker, numbers: np.ndarray, change: np.ndarray) -> tuple[
 
 
 def by_differences(
-    step: Callable[[np.ndarray], SectionStep],
+    step: Callable[[np.ndarray], S],
     numbers: np.ndarray,
     differences: np.ndarray,
-    after: SectionStep | None = None,
+    after: S | None = None,
 ) -> np.ndarray:
     """Derivative (10, 10) of a step map by central differences, or by forward ones from the step `after` numbers."""
     columns = []

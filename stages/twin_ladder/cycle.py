@@ -1,30 +1,57 @@
-"""A machine's gait: fixed point of its stride in the plane, and multipliers of its two steps by finite differences."""
+"""A machine's gait: fixed point of its stride in the plane, and the leading multipliers of its two steps."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from stages.planar.section import NoLimitCycle
+from stages.planar.limit_cycle import by_differences, fixed_point
 from stages.twin_ladder.section import PLANE_SCALES, SIDE_SCALES, SectionState, Step, StepMap
 
-MOST_ITERATIONS = 16
-#: The derivative is made anew when an iteration leaves more than this of the residual, so often at most.
-SLOW, MOST_RENEWALS = 0.3, 4
+#: Multipliers that are wanted in the plane and out of it; the others are small.
+IN_PLANE, SIDEWAYS = 2, 1
+#: They are known when another stride changes them by no more than this, in errors of a difference.
+SETTLED, MOST_STRIDES = 5.0, 6
 UPRIGHT = np.zeros(9)
+
+#: Changes (n,) of a section's numbers after a step and after two, for one at the start; all in the section's scales.
+Changes = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+
+
+@dataclass(frozen=True)
+class Stride:
+    """Two steps from the inner pair's mid-stance; numbers (10,) in the plane at their end."""
+
+    first: Step
+    second: Step
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """As a step of the planar model has them."""
+        return self.second.end.plane
+
+
+@dataclass(frozen=True)
+class Near:
+    """What a machine's gait tells of one like it.
+
+    plane (10,): its mid-stance; derivative of its stride (10, 10); changes of a mid-stance that grow most or fade last,
+    a column each, in scales, in the plane (10, 2) and out of it (9, 1).
+    """
+
+    plane: np.ndarray
+    derivative: np.ndarray
+    in_plane: np.ndarray
+    sideways: np.ndarray
 
 
 @dataclass(frozen=True)
 class Gait:
-    """A gait at the inner pair's mid-stance.
+    """A gait: its leading multipliers of a step, largest first, complex; strides walked, solver steps of one stride."""
 
-    plane (10,): its numbers; derivatives of both steps in the plane (2, 10, 10), in the section's scales; multipliers
-    of a step, largest first, complex; strides walked and solver steps of one stride.
-    """
-
-    plane: np.ndarray
-    derivatives: np.ndarray
+    near: Near
     plane_multipliers: np.ndarray
     side_multipliers: np.ndarray
     period: float
@@ -36,13 +63,16 @@ class Gait:
 
 
 class Search:
-    """Newton's method on the stride of one machine; counts the strides it walks."""
+    """Looks for the gait of one machine; counts the steps it walks. `tolerance` is that of the steps, in the scales."""
 
-    def __init__(self, take: StepMap, difference: float, residual: float, sideways: bool = True) -> None:
+    def __init__(
+        self, take: StepMap, tolerance: float, difference: float, residual: float, sideways: bool = True
+    ) -> None:
         self.take = take
         self.difference = difference
         self.wanted = residual
         self.sideways = sideways
+        self.settled = SETTLED * tolerance / difference
         self.steps = 0
 
     def step(self, plane: np.ndarray, stance: int, side: np.ndarray = UPRIGHT) -> Step:
@@ -50,84 +80,92 @@ class Search:
         self.steps += 1
         return self.take(SectionState(plane, side), stance)
 
-    def stride(self, plane: np.ndarray) -> tuple[Step, Step]:
-        """Two steps from the inner pair's mid-stance in the plane."""
-        first = self.step(plane, 0)
-        return first, self.step(first.end.plane, 1)
+    def stride(self, plane: np.ndarray, side: np.ndarray = UPRIGHT) -> Stride:
+        """Two steps from the inner pair's mid-stance."""
+        first = self.step(plane, 0, side)
+        return Stride(first, self.step(first.end.plane, 1, first.end.side))
 
-    def find(self, plane: np.ndarray, derivatives: np.ndarray) -> Gait:
-        """The gait near `plane`; `derivatives` (2, 10, 10) of a machine like this one serve until its own are known.
-
-        Raises NoLimitCycle if the machine falls or the iteration does not converge.
-        """
-        previous, renewals = np.inf, 0
-        for _ in range(MOST_ITERATIONS):
-            first, second = self.stride(plane)
-            moved = (second.end.plane - plane) / PLANE_SCALES
-            residual = float(np.abs(moved).max())
-            if residual < self.wanted:
-                break
-            if residual > SLOW * previous and renewals < MOST_RENEWALS:
-                derivatives, renewals = self.plane_derivatives(plane, first, second), renewals + 1
-            previous = residual
-            newton = np.linalg.solve(np.eye(10) - derivatives[1] @ derivatives[0], moved)
-            plane = plane + PLANE_SCALES * newton
-        else:
-            raise NoLimitCycle(f"no fixed point within {MOST_ITERATIONS} iterations, residual {residual:.1e}")
-        return self._measured(plane, first, second, residual)
-
-    def _measured(self, plane: np.ndarray, first: Step, second: Step, residual: float) -> Gait:
-        derivatives = self.plane_derivatives(plane, first, second)
-        side = self.side_derivatives(plane, first.end.plane) if self.sideways else np.zeros((2, 0, 0))
+    def find(self, near: Near) -> Gait:
+        """The gait near that of a machine like this one. Raises NoLimitCycle if it falls or the search fails."""
+        found = fixed_point(_Strides(self), near.plane, self.wanted, near.derivative)
+        first, second = found.step.first, found.step.second
+        plane, in_plane = leading(self._in_plane(found.numbers, found.step), near.in_plane, self.settled)
+        side, sideways = np.zeros(0), near.sideways
+        if self.sideways:
+            side, sideways = leading(self._sideways(found.numbers), near.sideways, self.settled)
         period = 0.5 * (first.duration + second.duration)
         return Gait(
-            plane=plane,
-            derivatives=derivatives,
-            plane_multipliers=step_multipliers(derivatives),
-            side_multipliers=step_multipliers(side),
+            near=Near(found.numbers, found.derivative, in_plane, sideways),
+            plane_multipliers=plane,
+            side_multipliers=side,
             period=period,
             step_length=0.5 * (first.length + second.length),
             limp=(first.duration - second.duration) / period,
-            residual=residual,
+            residual=found.residual,
             strides=self.steps // 2,
             solver_steps=first.solver_steps + second.solver_steps,
         )
 
-    def plane_derivatives(self, inner: np.ndarray, first: Step, second: Step) -> np.ndarray:
-        """Derivatives (2, 10, 10) of the steps from the inner and from the outer pair's mid-stance, in scales."""
-        both = []
-        for stance, (at, base) in enumerate(((inner, first.end.plane), (first.end.plane, second.end.plane))):
-            columns = []
-            for index, scale in enumerate(PLANE_SCALES):
-                change = np.zeros(10)
-                change[index] = self.difference * scale
-                columns.append((self.step(at + change, stance).end.plane - base) / (self.difference * PLANE_SCALES))
-            both.append(np.column_stack(columns))
-        return np.stack(both)
+    def _in_plane(self, plane: np.ndarray, base: Stride) -> Changes:
+        def changes(change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            after = self.stride(plane + self.difference * PLANE_SCALES * change)
+            ends = (after.first.end.plane - base.first.end.plane, after.numbers - base.numbers)
+            first, second = (end / (self.difference * PLANE_SCALES) for end in ends)
+            return first, second
 
-    def side_derivatives(self, inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
-        """The same out of the plane (2, 9, 9). The mirrored run is not walked: it would give the mirrored motion."""
-        both = []
-        for stance, at in enumerate((inner, outer)):
-            columns = []
-            for index, scale in enumerate(SIDE_SCALES):
-                change = np.zeros(9)
-                change[index] = self.difference * scale
-                columns.append(self.step(at, stance, change).end.side / (self.difference * SIDE_SCALES))
-            both.append(np.column_stack(columns))
-        return np.stack(both)
+        return changes
+
+    def _sideways(self, plane: np.ndarray) -> Changes:
+        """The mirrored run is not walked: it would give the mirrored motion, and the motion in the plane stays."""
+
+        def changes(change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            after = self.stride(plane, self.difference * SIDE_SCALES * change)
+            first, second = (step.end.side / (self.difference * SIDE_SCALES) for step in (after.first, after.second))
+            return first, second
+
+        return changes
 
 
-def step_multipliers(derivatives: np.ndarray) -> np.ndarray:
-    """Multipliers of a step from the derivatives (2, n, n) of two steps in turn, largest first, complex (n,).
+class _Strides:
+    """A machine's strides in the plane, as the solver for fixed points wants them."""
 
-    The factor of a stride is an eigenvalue of their product; that of a step is its root, with the sign that tells
-    whether a disturbance has changed its sign after the first step. For alike pairs these are the step map's own.
+    def __init__(self, search: Search) -> None:
+        self.step: Callable[[np.ndarray], Stride] = search.stride
+        self.differences = search.difference * PLANE_SCALES
+
+    def derivative(self, numbers: np.ndarray, after: Stride | None = None) -> np.ndarray:
+        return by_differences(self.step, numbers, self.differences, after)
+
+
+def leading(changes: Changes, start: np.ndarray, settled: float) -> tuple[np.ndarray, np.ndarray]:
+    """The k multipliers of a step that are largest, complex (k,), and the changes (n, k) that go with them.
+
+    Orthogonal iteration from `start` (n, k): every stride turns the changes towards those sought, by the ratio of the
+    next multiplier to theirs, squared, until it changes the multipliers by less than `settled`. What does not settle is
+    taken from all n changes.
     """
-    values, vectors = np.linalg.eig(derivatives[1] @ derivatives[0])
+    basis, known = np.linalg.qr(start)[0], np.full(start.shape[1], np.inf + 0j)
+    for _ in range(MOST_STRIDES):
+        first, second = (np.column_stack(rows) for rows in zip(*map(changes, basis.T), strict=True))
+        found = step_multipliers(basis, first, second)
+        if np.abs(found - known).max() < settled:
+            return found, basis
+        basis, known = np.linalg.qr(second)[0], found
+    everything = np.eye(len(start))
+    first, second = (np.column_stack(rows) for rows in zip(*map(changes, everything), strict=True))
+    return step_multipliers(everything, first, second)[: start.shape[1]], basis
+
+
+def step_multipliers(basis: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Multipliers of a step (k,), largest first, complex, from changes (n, k) and what two steps make of them.
+
+    `basis` has orthonormal columns that a stride maps onto each other. The factor of a stride is an eigenvalue of that;
+    the factor of a step is its root, with the sign that tells whether a disturbance has changed its sign after the
+    first step. For alike pairs these are the step map's own.
+    """
+    values, vectors = np.linalg.eig(basis.T @ second)
     roots = np.sqrt(values.astype(complex))
-    after = derivatives[0] @ vectors
-    along = (vectors.conj() * after).sum(axis=0)
+    along = ((basis @ vectors).conj() * (first @ vectors)).sum(axis=0)
     roots = np.where((along * roots.conj()).real < 0.0, -roots, roots)
     ordered: np.ndarray = roots[np.lexsort((-roots.imag, -np.abs(roots).round(12)))]
     return ordered

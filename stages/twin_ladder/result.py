@@ -25,10 +25,10 @@ class RungGait:
     step_length_m: float = quantity("m", "advance of the hip in a step", symbol="s")
     inner_outer_difference: float = quantity("1", "limp: from inner to outer mid-stance less back, over the mean step")
     plane_multipliers: np.ndarray = quantity(
-        "1", "multipliers of a step in the plane, largest first, real and imaginary part, shape (10, 2)"
+        "1", "the two largest multipliers of a step in the plane, real and imaginary part, shape (2, 2)"
     )
     side_multipliers: np.ndarray = quantity(
-        "1", "multipliers of a step in roll, yaw and sideways motion, shape (9, 2) or empty"
+        "1", "the largest multiplier of a step in roll, yaw and sideways motion, shape (1, 2) or empty"
     )
     residual: float = quantity("1", "how far the fixed point moves in a stride, in the section's scales")
     solver_steps: float = quantity("1", "solver steps a step of walking takes")

@@ -18,13 +18,15 @@ from stages.planar.limit_cycle import LimitCycle
 from stages.planar.section import SCALES, NoLimitCycle
 from stages.planar.state import rolling_state
 from stages.twin.result import Result as Twin
-from stages.twin_ladder.cycle import Gait, Search
+from stages.twin_ladder.cycle import IN_PLANE, SIDEWAYS, Gait, Near, Search
 from stages.twin_ladder.parameters import Parameters
 from stages.twin_ladder.result import COMPLETED, Result, RungGait
 from stages.twin_ladder.rungs import Rung, rungs
 from stages.twin_ladder.section import step_map
 
 PLANAR = "planar model"
+#: Steps after which only the changes are left that go with the leading multipliers.
+LEFT_AFTER = 4
 PLANAR_ADDED = "the ground yields and lets the feet creep: penalty contact and friction instead of constraints"
 
 
@@ -76,26 +78,32 @@ def climb(parameters: Parameters, machines: list[Rung], cycle: LimitCycle, progr
     """Gaits of the spatial machines, each searched from the last one found."""
     settings = parameters.settings
     solver = dataclasses.replace(parameters.twin, tolerance=settings.tolerance)
-    plane = cycle.section_state
-    derivatives = np.stack([cycle.monodromy_matrix * SCALES / SCALES[:, None]] * 2)
+    near = like_planar(cycle)
     length = parameters.biped.leg_length
     rows = []
     for number, rung in enumerate(machines, 1):
         progress(number / (len(machines) + 1), f"gait with {rung.name}")
         longer = float(rung.machine.length.mean()) - length  # a longer machine stands higher on its feet
-        start = plane + longer * np.array([1.0, 0.0, 1.0, 1.0, *[0.0] * 6])
+        plane = near.plane + longer * np.array([1.0, 0.0, 1.0, 1.0, *[0.0] * 6])
+        near = dataclasses.replace(near, plane=plane)
         length += longer
         take = step_map(rung.machine, parameters.slope, parameters.contact, solver)
-        search = Search(take, settings.difference, settings.residual, settings.sideways)
+        search = Search(take, settings.tolerance, settings.difference, settings.residual, settings.sideways)
         try:
-            gait = search.find(start, derivatives)
+            gait = search.find(near)
         except NoLimitCycle as error:
             rows.append(without_gait(rung.name, rung.added, str(error), rung.is_twin))
-            plane = start
             continue
-        plane, derivatives = gait.plane, gait.derivatives
+        near = gait.near
         rows.append(spatial_row(rung, gait))
     return rows
+
+
+def like_planar(cycle: LimitCycle) -> Near:
+    """What the planar model's gait tells of the first machine; of motion out of the plane it knows nothing."""
+    step = cycle.monodromy_matrix
+    scaled = np.linalg.matrix_power(step * SCALES / SCALES[:, None], LEFT_AFTER)
+    return Near(cycle.section_state, step @ step, np.linalg.svd(scaled)[0][:, :IN_PLANE], np.ones((9, SIDEWAYS)))
 
 
 def planar_row(cycle: LimitCycle) -> RungGait:
@@ -108,7 +116,7 @@ def planar_row(cycle: LimitCycle) -> RungGait:
         period_s=cycle.period_s,
         step_length_m=cycle.step_length_m,
         inner_outer_difference=0.0,
-        plane_multipliers=cycle.floquet_multipliers,
+        plane_multipliers=cycle.floquet_multipliers[:IN_PLANE],
         side_multipliers=np.zeros((0, 2)),
         residual=cycle.residual,
         solver_steps=float(cycle.solver_steps),

@@ -19,7 +19,7 @@ from stages.analytic.gait.newton import by_stability
 from stages.analytic.gait.poincare import poincare_map
 from stages.analytic.maps import box as boxes
 from stages.analytic.maps.anchors import Anchors, anchor
-from stages.analytic.maps.answers import COLUMNS, Outcome, Task, Way, anchors_of, block
+from stages.analytic.maps.answers import COLUMNS, Outcome, Task, Way, anchors_of, block, followed
 from stages.analytic.maps.following import along_tangent, corrected, in_parts
 from stages.analytic.parameters import Parameters, Settings
 from stages.analytic.questions import map as design_map
@@ -202,3 +202,20 @@ def test_a_wrong_file_is_refused_with_key_value_and_what_is_allowed(given, words
     with pytest.raises(WrongOption) as refused:
         asked(Listener(), given)
     assert words in str(refused.value) and "\n" not in str(refused.value)
+
+
+def test_a_jump_to_an_unstable_gait_of_another_family_is_not_taken():
+    """From the nearest anchor Newton's method leads to a gait with a multiplier of 2.66; the family's has .685."""
+    design = BASE.with_value("ground.slope_deg", 3.465546218487395).with_value("biped.stiffness", 2077.099920803618)
+    anchors = []
+    wide = boxes.read({"kind": "grid", "vary": {
+        "ground.slope_deg": {"low": 0.2, "high": 6, "steps": 120},
+        "biped.stiffness": {"low": 300, "high": 30000, "steps": 120, "scale": "log"}}}, BASE)  # fmt: skip
+    for values in wide.spread(300)[[153, 281, 89]]:
+        beside = wide.design(BASE, values)
+        anchors.append(anchor(*find_gait(beside.biped, beside.slope, 1e-10), 1e-10))
+    walker = design.walker()
+    assert by_stability(along_tangent(walker, anchors[0], 1e-10)) > 2
+    _, found = followed(walker, Anchors(anchors), 1e-10)
+    _, searched = find_gait(design.biped, design.slope, 1e-10)
+    assert by_stability(found) < 0.7 and np.allclose(found.z, searched.z, atol=1e-8)

@@ -6,8 +6,6 @@ import json
 import os
 import pickle
 import shutil
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
@@ -16,6 +14,7 @@ import pytest
 from pipeline.cache.closure import Sources
 from pipeline.cache.syntax import SyntaxMemo
 from stages.biped import machine_code
+from tests import warm
 
 unix = pytest.mark.skipif(os.name != "posix", reason="looks at owners and modes")
 root = pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="gives files to somebody else")
@@ -41,7 +40,8 @@ hits = sum(times.stats.cache_hits.values())
 print(json.dumps({"answer": answer, "hits": hits, "folder": str(CODE.folder), "refusal": CODE.refusal}))
 """
 AS_USER = """
-import os, runpy
+import os, runpy, sys
+sys.dont_write_bytecode = True
 import numba
 if {user} is not None:
     numba.njit(lambda x: 2.0 * x)(1.0)  # loads what that user may not be able to read: this Python's own library
@@ -67,10 +67,10 @@ def used(package: Path, repository: Path, user: int | None = None, **environment
     """What a new process, of this user or another, finds: the answer, how many functions were loaded, from where."""
     search = os.pathsep.join([str(package.parent), str(repository)])
     clean = {name: value for name, value in os.environ.items() if name not in ("XDG_CACHE_HOME", "NUMBA_CACHE_DIR")}
-    done = subprocess.run(
-        [sys.executable, "-B", "-c", AS_USER.format(user=user)], text=True, capture_output=True, cwd=package.parent,
-        check=False,
-        env={**clean, "PYTHONPATH": search, **{name: str(value) for name, value in environment.items()}})  # fmt: skip
+    environment = {name: str(value) for name, value in environment.items()}
+    anew = any(name.startswith("NUMBA_CPU") for name in environment)  # Numba reads them when it is loaded
+    done = warm.run(AS_USER.format(user=user), cwd=package.parent, env={**clean, "PYTHONPATH": search, **environment},
+                    anew=anew)  # fmt: skip
     assert done.returncode == 0, done.stderr
     found: dict[str, object] = json.loads(done.stdout)
     return found

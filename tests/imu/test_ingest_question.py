@@ -5,14 +5,13 @@ from __future__ import annotations
 import csv
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
+from tests import warm
 from tests.imu.stand_in import make_database, make_run
 
 ACCELERATION, RATE = ("ax", "ay", "az"), ("gx", "gy", "gz")
@@ -26,14 +25,9 @@ def database(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def ingest(repository: Path, *arguments: object, **environment: str) -> tuple[int, str, str]:
-    done = subprocess.run(
-        [sys.executable, "-m", "pipeline.cli", "ingest", *map(str, arguments)],
-        cwd=repository,
-        env={**os.environ, "PYTHONPATH": str(repository), **environment},
-        text=True,
-        capture_output=True,
-        timeout=300,
-    )
+    environment = {**os.environ, "PYTHONPATH": str(repository), **environment}
+    code = "from pipeline.cli import main; main()"
+    done = warm.run(code, "ingest", *map(str, arguments), cwd=repository, env=environment)
     assert "Traceback" not in done.stderr
     return done.returncode, done.stdout, done.stderr
 
@@ -106,11 +100,15 @@ def test_what_a_lab_takes_away(repository: Path, database: Path, tmp_path: Path)
     assert code == 0, errors
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
     tables = {name: list(csv.DictReader((tmp_path / "out" / f"{name}.csv").open()))
-              for name in ("runs", "events", "steps", "leg", "strides")}  # fmt: skip
+              for name in ("runs", "events", "times", "steps", "leg", "hip_path", "strides")}  # fmt: skip
     report = json.loads(out)["runs"]
     assert [row["name"] for row in tables["runs"]] == [one["name"] for one in report]
     assert [float(row["step_frequency [Hz]"]) for row in tables["runs"]] == [one["step_frequency"] for one in report]
-    assert len(tables["events"]) == sum(one["heel_strikes"] for one in report)
+    kinds = [row["event"] for row in tables["events"]]
+    assert kinds.count("heel strike") == sum(one["heel_strikes"] for one in report)
+    assert kinds.count("toe-off") > 0 and set(kinds) == {"heel strike", "toe-off"}
+    assert all(0.3 < float(row["inner_stance [s]"]) < 0.7 for row in tables["times"])
+    assert len(tables["hip_path"]) == 51 * len(tables["steps"])
     assert all(0.1 < float(row["length [m]"]) < 0.2 for row in tables["steps"])
     assert len(tables["strides"]) == 101 * sum(one["strides"] for one in report)
     with np.load(tmp_path / "out/curves.npz") as curves:

@@ -32,7 +32,7 @@ def toy_with_commands(tmp_path: Path) -> Toy:
 
 @pytest.fixture(scope="session")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Toy:
-    """A toy study that has been run once; tests copy it with `copy_of`."""
+    """A toy study that has been run once; tests take a copy, `done`."""
     toy = written(tmp_path_factory.mktemp("finished"), f"toy{os.getpid()}_{next(_serial)}")
     before = list(sys.path)
     toy.run()
@@ -48,3 +48,19 @@ def done(finished: Toy, tmp_path: Path) -> Toy:
     before = list(sys.path)
     yield replace(finished, root=root)
     sys.path[:] = before
+
+
+@pytest.fixture(scope="session")
+def finished_with_commands(tmp_path_factory: pytest.TempPathFactory) -> Toy:
+    """A toy study for the command line that has been run once; tests take a copy, `ran`."""
+    toy = with_commands(tmp_path_factory.mktemp("finished"))
+    code, _, errors = toy.command("run-all")
+    assert code == 0, errors
+    return toy
+
+
+@pytest.fixture
+def ran(finished_with_commands: Toy, tmp_path: Path) -> Toy:
+    """A toy study for the command line that has been run once, free to be spoilt."""
+    shutil.copytree(finished_with_commands.root, tmp_path, dirs_exist_ok=True)
+    return replace(finished_with_commands, root=tmp_path)

@@ -65,9 +65,8 @@ def test_the_tolerance_is_a_fraction_of_a_grey_level():
     assert 0 < TOLERANCE < 1
 
 
-def test_a_figure_is_drawn_alone_from_the_artefacts_that_it_names(toy_with_commands):
-    toy = toy_with_commands
-    assert toy.command("run-all")[0] == 0
+def test_a_figure_is_drawn_alone_from_the_artefacts_that_it_names(ran):
+    toy = ran
     before = toy.results()
     (toy.root / "results/bounce.h5").unlink()
     extra = ("--set", "picture.extra=true")
@@ -98,10 +97,9 @@ def test_figures_of_another_processor_are_compared_within_a_tolerance(toy_with_c
     assert "is not there to tell" in toy.command("figures", "--check")[1]
 
 
-def test_the_command_draws_from_the_artefacts_that_lie_there(toy_with_commands):
-    toy = toy_with_commands
-    assert toy.command("figures")[0] == 2
-    assert toy.command("run-all")[0] == 0
+def test_the_command_draws_from_the_artefacts_that_lie_there(ran):
+    toy = ran
+    assert toy.command("figures", "--results", "elsewhere")[0] == 2
     assert toy.command("figures")[1] == "results/figures/one.svg\n"
     before = toy.results()
     code, out, errors = toy.command("figures", "--check")

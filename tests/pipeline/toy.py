@@ -15,6 +15,7 @@ from pathlib import Path
 from pipeline.execution.display import Display
 from pipeline.execution.executor import Outcome, bring_up_to_date
 from pipeline.study import Study
+from tests import warm
 
 HOME = Path(__file__).resolve().parents[2]
 TEMPLATE = Path(__file__).with_name("toy_study")
@@ -63,24 +64,27 @@ class Toy:
 
     def start(self, *arguments: str, environment: Mapping[str, str] | None = None) -> subprocess.Popen[str]:
         """Start `bipedstudy` in the study's folder as a process of its own."""
-        environment = {**os.environ, "PYTHONPATH": str(HOME), "COLUMNS": "200", **(environment or {})}
-        # a shell that runs the tests in the background has interrupts ignored, and its children inherit that
-        heed = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
-        code = f"{heed}; import sys; sys.path.insert(0, {str(self.root)!r}); from pipeline.cli import main; main()"
         return subprocess.Popen(
-            [sys.executable, "-c", code, *arguments],
+            [sys.executable, "-c", self._code(), *arguments],
             cwd=self.root,
-            env=environment,
+            env={**self._environment(), **(environment or {})},
             text=True,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
         )
 
+    def _code(self) -> str:
+        # a shell that runs the tests in the background has interrupts ignored, and its children inherit that
+        heed = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+        return f"{heed}; import sys; sys.path.insert(0, {str(self.root)!r}); from pipeline.cli import main; main()"
+
+    def _environment(self) -> dict[str, str]:
+        return {**os.environ, "PYTHONPATH": str(HOME), "COLUMNS": "200"}
+
     def command(self, *arguments: str) -> tuple[int, str, str]:
         """Run `bipedstudy` to its end: exit code, standard output, standard error."""
-        process = self.start(*arguments)
-        out, errors = process.communicate(timeout=300)
-        return process.returncode, out, errors
+        done = warm.run(self._code(), *arguments, cwd=self.root, env=self._environment())
+        return done.returncode, done.stdout, done.stderr
 
 
 def written(root: Path, package: str) -> Toy:

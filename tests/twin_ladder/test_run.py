@@ -10,7 +10,7 @@ from stages.biped.gait import StanceState
 from stages.twin.machine.machine import build
 from stages.twin.walking.events import find_events
 from stages.twin.walking.simulate import rolling_start, simulate_twin
-from stages.twin_ladder.cycle import Search
+from stages.twin_ladder.cycle import Near, Search
 from stages.twin_ladder.result import COMPLETED, Result, RungGait
 from stages.twin_ladder.run import Inputs, run, without_gait
 from stages.twin_ladder.section import PLANE_SCALES, SectionState, Step
@@ -73,11 +73,18 @@ def test_newton_finds_the_fixed_point_of_a_known_step():
         end = SectionState(fixed[1 - stance] + PLANE_SCALES * away, 0.5 * state.side)
         return Step(end, 0.5 + 0.01 * stance, 0.16, 100)
 
-    gait = Search(take, 1e-3, 1e-10).find(fixed[0] + 0.1 * PLANE_SCALES, np.zeros((2, 10, 10)))
-    assert gait.plane == pytest.approx(fixed[0], abs=1e-9)
-    assert gait.derivatives == pytest.approx(np.stack(steps), abs=1e-6)
+    near = Near(fixed[0] + 0.1 * PLANE_SCALES, np.zeros((10, 10)), rng.normal(size=(10, 2)), np.ones((9, 1)))
+    search = Search(take, 1e-10, 1e-3, 1e-10)
+    gait = search.find(near)
+    assert gait.near.plane == pytest.approx(fixed[0], abs=1e-9)
+    wanted = np.linalg.eigvals(steps[1] @ steps[0])
+    wanted = wanted[np.argsort(-np.abs(wanted))][:2]
+    assert np.sort_complex(gait.plane_multipliers**2) == pytest.approx(np.sort_complex(wanted), abs=1e-6)
     assert gait.period == pytest.approx(0.505) and gait.limp == pytest.approx(-0.01 / 0.505)
-    assert abs(gait.side_multipliers) == pytest.approx(0.5)
+    assert gait.side_multipliers == pytest.approx([0.5]) and gait.strides == search.steps // 2
+    again = Search(take, 1e-10, 1e-3, 1e-10)
+    assert again.find(gait.near).plane_multipliers == pytest.approx(gait.plane_multipliers, abs=1e-6)
+    assert again.steps < search.steps, "a machine like one that is known takes fewer steps"
 
 
 @pytest.mark.slow

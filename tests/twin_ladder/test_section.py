@@ -10,7 +10,7 @@ from stages.planar.sampling import sample
 from stages.planar.section import NoLimitCycle, section_numbers
 from stages.planar.section import section_state as planar_state
 from stages.planar.state import PlanarState
-from stages.twin_ladder.cycle import UPRIGHT, step_multipliers
+from stages.twin_ladder.cycle import UPRIGHT, leading, step_multipliers
 from stages.twin_ladder.section import SectionState, section_state, start_from, step_map
 
 
@@ -84,7 +84,7 @@ def test_multipliers_of_alike_steps_are_those_of_one():
     wanted = np.zeros((5, 5))
     wanted[:2, :2], wanted[2, 2], wanted[3, 3] = block, -0.9, 0.6
     derivative = vectors @ wanted @ np.linalg.inv(vectors)
-    found = step_multipliers(np.stack([derivative, derivative]))
+    found = step_multipliers(np.eye(5), derivative, derivative @ derivative)
     assert found[0] == pytest.approx(-0.9) and found[1] == pytest.approx(0.6)
     assert sorted(found[2:4], key=lambda value: value.imag) == pytest.approx([0.3 - 0.4j, 0.3 + 0.4j])
 
@@ -92,5 +92,42 @@ def test_multipliers_of_alike_steps_are_those_of_one():
 def test_multipliers_of_two_steps_square_to_those_of_the_stride():
     rng = np.random.default_rng(12)
     one, other = rng.normal(size=(2, 4, 4))
-    found = np.sort_complex(step_multipliers(np.stack([one, other])) ** 2)
+    found = np.sort_complex(step_multipliers(np.eye(4), one, other @ one) ** 2)
     assert found == pytest.approx(np.sort_complex(np.linalg.eigvals(other @ one).astype(complex)))
+
+
+@pytest.mark.parametrize(
+    ("values", "wanted", "all_nine"),
+    [
+        ((-0.9, 0.6, 0.01), [-0.9, 0.6], False),
+        ((0.7, 0.7j, 0.02), [0.7j, -0.7j], True),  # three of one size: two changes cannot hold them
+        ((0.9j, 0.02, 0.01), [0.9j, -0.9j], False),
+        ((0.8, 0.7999, 0.7998), [0.8, 0.7999], None),
+    ],
+)
+def test_leading_multipliers_are_found_from_few_changes(values, wanted, all_nine):
+    """An imaginary one stands for a pair. The made-up step is linear, its vectors are far from orthogonal."""
+    rng = np.random.default_rng(8)
+    blocks = [np.array([[0.0, abs(value)], [-abs(value), 0.0]]) if isinstance(value, complex) else np.array([[value]])
+              for value in values]  # fmt: skip
+    size = sum(len(block) for block in blocks)
+    diagonal = np.zeros((9, 9))
+    at = 0
+    for block in blocks:
+        diagonal[at : at + len(block), at : at + len(block)] = block
+        at += len(block)
+    assert at == size
+    vectors = rng.normal(size=(9, 9))
+    step = vectors @ diagonal @ np.linalg.inv(vectors)
+    asked = []
+
+    def changes(change):
+        asked.append(change)
+        return step @ change, step @ step @ change
+
+    found, basis = leading(changes, rng.normal(size=(9, 2)), 5e-4)
+    assert basis.shape == (9, 2) and np.sort_complex(np.abs(found)) == pytest.approx(np.sort(np.abs(wanted)), abs=2e-3)
+    if all_nine is not None:
+        assert (len(asked) > 12) is all_nine
+    if all_nine is False:
+        assert np.sort_complex(found) == pytest.approx(np.sort_complex(np.array(wanted, dtype=complex)), abs=2e-3)

@@ -8,11 +8,13 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from stages.analytic.derivatives.step_map import varied_step
 from stages.analytic.errors import StepFailed
+from stages.analytic.gait.newton import by_stability
 from stages.analytic.gait.poincare import FixedPoint
 from stages.analytic.model.kinds import Rigid
 from stages.analytic.model.stiffness import attainable_tolerance, compliant
@@ -26,6 +28,18 @@ class Anchor:
     numbers: Vector
     z: Vector
     slopes: np.ndarray
+    stable: bool
+
+    @classmethod
+    def of(cls, plain: Sequence[Any]) -> Anchor:
+        """The anchor that `plain` tells of."""
+        numbers, z, slopes, stable = plain
+        return cls(np.array(numbers), np.array(z), np.array(slopes).reshape(len(z), -1), stable)
+
+    @property
+    def plain(self) -> list[Any]:
+        """Numbers, coordinates, slopes by rows, and whether the gait is stable."""
+        return [self.numbers.tolist(), self.z.tolist(), self.slopes.ravel().tolist(), self.stable]
 
     def towards(self, numbers: Vector) -> Vector:
         """Coordinates of the gait of a walker with other numbers, along the tangent."""
@@ -41,7 +55,7 @@ def anchor(walker: Walker, point: FixedPoint, tolerance: float) -> Anchor | None
         slopes = np.linalg.solve(np.eye(point.z.size) - step.by_state, step.along)
     except (StepFailed, np.linalg.LinAlgError):
         return None
-    return Anchor(np.array(walker.p), point.z, slopes)
+    return Anchor(np.array(walker.p), point.z, slopes, by_stability(point) < 1)
 
 
 def with_numbers(walker: Walker, numbers: Vector) -> Walker:

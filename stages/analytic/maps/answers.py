@@ -10,6 +10,7 @@ import enum
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -84,24 +85,21 @@ class Task:
     base: DesignPoint
     tolerance: float
     search: str
-    anchors: Sequence[Sequence[Sequence[float]]]
+    anchors: Sequence[Sequence[Any]]
     first: int
     end: int
 
 
-def anchors_of(task: Task) -> list[list[list[float]] | None]:
-    """The anchors `first` to before `end` among so many spread over the box: numbers, coordinates, slopes by rows; None
-    where there is no gait.
-    """
-    found: list[list[list[float]] | None] = []
+def anchors_of(task: Task) -> list[list[Any] | None]:
+    """The anchors `first` to before `end` among so many spread over the box (`Anchor.plain`); None without a gait."""
+    found: list[list[Any] | None] = []
     for values in task.box.spread(task.end)[task.first :]:
         design = task.box.design(task.base, values)
         here: Anchor | None = None
         if design.is_legal():
             with suppress(NoGait, StepFailed):
                 here = anchor(*find_gait(design.biped, design.slope, task.tolerance, design.friction), task.tolerance)
-        found.append(
-            None if here is None else [here.numbers.tolist(), here.z.tolist(), here.slopes.ravel().tolist()])
+        found.append(None if here is None else here.plain)
     return found
 
 
@@ -110,8 +108,7 @@ def block(task: Task) -> list[list[float]]:
     designs = [task.box.design(task.base, values) for values in task.box.values(task.first, task.end)]
     walkers = [design.walker() if design.is_legal() else None for design in designs]
     answers: dict[int, tuple[Way, FixedPoint]] = {}
-    far = Anchors([Anchor(np.array(numbers), np.array(z), np.array(slopes).reshape(len(z), -1))
-                   for numbers, z, slopes in task.anchors])  # fmt: skip
+    far = Anchors([Anchor.of(plain) for plain in task.anchors])
     for index, walker in enumerate(walkers):
         answer = None if walker is None or walker.p.g_x <= 0 else followed(walker, far, task.tolerance)
         if answer is not None:
@@ -133,17 +130,22 @@ def block(task: Task) -> list[list[float]]:
 
 def followed(walker: Walker, anchors: Anchors, tolerance: float, nearest: Way = Way.TANGENT
              ) -> tuple[Way, FixedPoint] | None:  # fmt: skip
-    """The design's gait from a few anchors: at once, or else in parts."""
+    """The design's gait from a few anchors: at once, or else in parts.
+
+    Newton's method may leave the family for another one. So a gait that is unstable where the anchor is stable is one
+    answer among those of all these anchors, also in parts, of which the most stable is taken.
+    """
     near = anchors.nearest(np.array(walker.p), TRIED)
-    for rank, known in enumerate(near):
-        found = along_tangent(walker, known, tolerance)
-        if found is not None:
-            return (Way.NEIGHBOUR if rank else nearest), found
-    for known in near:
-        found = in_parts(walker, known, tolerance)
-        if found is not None:
-            return Way.HOMOTOPY, found
-    return None
+    doubtful: list[tuple[Way, FixedPoint]] = []
+    for lead, way in ((along_tangent, None), (in_parts, Way.HOMOTOPY)):
+        for rank, known in enumerate(near):
+            found = lead(walker, known, tolerance)
+            if found is not None:
+                answer = way or (Way.NEIGHBOUR if rank else nearest), found
+                if by_stability(found) < 1 or not known.stable:
+                    return answer
+                doubtful.append(answer)
+    return min(doubtful, key=lambda answer: by_stability(answer[1]), default=None)
 
 
 def beside(
