@@ -85,15 +85,25 @@ def round_ticks(axis: Axis) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def pictures(name: str, figure: Figure, dpi: int) -> dict[str, bytes]:
-    """The figure as PNG and PDF, keyed by the path relative to the results folder; closes the figure."""
-    files = {}
+@contextmanager
+def laid_out(figure: Figure, dpi: int) -> Iterator[None]:
+    """Lay a figure out once, for this resolution: as often as it is saved inside, it is only drawn.
+
+    Saving alone would lay it out as well, and for that draw it twice, each time.
+    """
     figure.dpi = dpi
     engine = figure.get_layout_engine()
-    if engine is not None:  # laid out once, here: each time it is saved, it would be drawn twice for that
+    if engine is not None:
         engine.execute(figure)
     with plt.rc_context({"figure.constrained_layout.use": False}):
         figure.set_layout_engine(None)
+        yield
+
+
+def pictures(name: str, figure: Figure, dpi: int) -> dict[str, bytes]:
+    """The figure as PNG and PDF, keyed by the path relative to the results folder; closes the figure."""
+    files = {}
+    with laid_out(figure, dpi):
         for suffix, metadata in (
             ("png", {"Software": None}),
             ("pdf", {"CreationDate": None, "Producer": None, "Creator": None}),
