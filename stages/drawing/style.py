@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import io
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -53,7 +54,7 @@ RULES: dict[Any, Any] = {
 @contextmanager
 def drawing() -> Iterator[None]:
     """Draw under the study's rules, whatever the user's own defaults are."""
-    with plt.rc_context(), _plain_fonts():
+    with plt.rc_context(), _plain_fonts(), _no_garbage():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(RULES)
         yield
@@ -71,6 +72,18 @@ def _plain_fonts() -> Iterator[None]:
         yield
     finally:
         options._drop_tables_default = before
+
+
+@contextmanager
+def _no_garbage() -> Iterator[None]:
+    """Look for no garbage among the many objects of ticks and fonts, which takes a fifth of the time of a figure."""
+    before = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if before:
+            gc.enable()
 
 
 def panel_label(axes: Axes, letter: str) -> None:
