@@ -51,9 +51,10 @@ Made by `benchmarks/extremes_table.py`; all points are in `extremes.csv`.
   Radau on the readable equations; where legs ring fast and long, and with Coulomb feet, a rerun at tolerance 1e-12
   beside the energy audit. Where round-off of the springs' forces attains no tighter tolerance than the answer's, the
   rerun is ten times looser, and the difference bounds the error from above. Assembly "joints" and the compiled penalty
-  walker: the tree at 1e-9. Tree and twin, and the compiled walker where the tree gets nowhere: a rerun at a hundredth of
-  the tolerance beside the energy balance, which has its own column. Rigid limit: the constraint model with Coulomb feet. Derivatives: of the period by slope, foot mass and leg length, against
-  extrapolated differences. Error estimate: that of the hip over three steps, within a factor of 2 of the true one.
+  walker: the tree at 1e-9. Tree and twin, and the compiled walker where the tree gets nowhere: a rerun at a hundredth
+  of the tolerance beside the energy balance, which has its own column. Rigid limit: the constraint model with Coulomb
+  feet. Derivatives: of the period by slope, foot mass and leg length, against extrapolated differences. Error
+  estimate: that of the hip over three steps, within a factor of 2 of the true one.
 - *inaccurate*: further off, but the tolerance asked for or the model's own energy audit tells.
 - *refused*: the parameter check or the search for gaits says no, with a reason. That no gait exists is not proven.
 - *failed*: the run ended early with a reason: a fall, a standstill, the limit on solver steps.

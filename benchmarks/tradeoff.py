@@ -195,13 +195,13 @@ def page(kept: dict[str, Any]) -> str:
         "implicit steps by phase on bodies and joints. The first ratio of time holds the cost of calls from Python,",
         "the ratio of evaluations does not.", "",
         "## Asking for an error", "",
-        "`accuracy: draft`, `paper`, `reference` or `{hip_position_m: 1e-5}` in `params/analytic.yaml`,",
-        "`multibody.yaml` or `twin.yaml`, or `--accuracy` for all of them, takes the cheapest setting below that was",
-        f"measured {MARGIN:g} times better than asked, the hip's error in proportion to the steps walked. With",
-        "`custom` the solver's settings are those of the file. The tables hold for this study's design and ground; for",
-        "another, `--verify` estimates the hip's error by a second run and the order that the tables show. Stages with",
-        "grounds, machines or starts of their own keep their own tolerances: `campaign`, `contact_study`,",
-        "`error_budget`, `extremes`, `twin_ladder`, `twin_pushes`."]
+        "`accuracy: {hip_position_m: 1e-5}` in `params/analytic.yaml`, `multibody.yaml` or `twin.yaml`, or `--accuracy",
+        "hip_position_m=1e-5` for all of them, takes the cheapest setting below that was measured",
+        f"{MARGIN:g} times better than asked, the hip's error in proportion to the steps walked. The run checks it on",
+        "the design it has and refines it where needed; `--verify` shows what it found. With `custom` the solver's",
+        "settings are those of the file at the study's level, `draft`, `paper` or `reference`: `docs/levels.md` says",
+        "what each costs and changes. An error asked for brings the least accurate level that has it to the",
+        "other stages."]
     for model in result.references:
         pairs = [(row, cost) for row, cost in zip(result.rows, times) if row.model == model.model]
         chosen = front([row for row, _ in pairs], [cost for _, cost in pairs], ERRORS[0])

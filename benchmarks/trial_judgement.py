@@ -105,7 +105,7 @@ def main() -> None:
     chosen = parser.parse_args()
     parameters, walks = campaign(chosen.seed, chosen.runs, chosen.walks)
     imu = load(ROOT / "params", (), {"imu": ImuParameters}, [ImuParameters])["imu"]
-    families = [good, *wrong_logs.WRONG, *wrong_logs.LATER, *wrong_logs.CLOCKS]
+    families = [good, *wrong_logs.WRONG, *wrong_logs.LATER, *wrong_logs.CLOCKS, *wrong_logs.LAST]
     families = [one for one in families if not chosen.family or one.__name__ in chosen.family]
     sizes = " | ".join(f"errors x {times:g}" for times in chosen.times)
     print(f"| family | {sizes} | wrong and accepted | unsaid |\n" + "|---" * (len(chosen.times) + 3) + "|")

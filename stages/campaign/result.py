@@ -31,6 +31,17 @@ class SensorTruth:
 
 
 @dataclass(frozen=True)
+class LegTruth:
+    """How the inner leg and the hip really moved through a walk, and when feet left the ground."""
+
+    time: np.ndarray = quantity("s", "even times, shape (n,)", symbol="t")
+    angle: np.ndarray = quantity("rad", "inner leg's angle from the slope normal, foot ahead positive, shape (n,)")
+    hip_at_strike: np.ndarray = quantity("m", "hip along and above the slope at each heel strike, shape (s, 2)")
+    toe_off_time: np.ndarray = quantity("s", "times of toe-off, shape (o,)", symbol="t_TO")
+    toe_off_leg: np.ndarray = quantity("1", "pair that leaves the ground, 0 inner, 1 outer, shape (o,)")
+
+
+@dataclass(frozen=True)
 class RunTruth:
     """One synthetic run."""
 
@@ -43,6 +54,7 @@ class RunTruth:
     failed_attempts: int = quantity("1", "pushes after which the twin did not walk to the end")
     heel_strike_time: np.ndarray = quantity("s", "true times of heel strike, shape (s,)", symbol="t_HS")
     heel_strike_leg: np.ndarray = quantity("1", "pair that lands, 0 inner, 1 outer, shape (s,)")
+    leg: LegTruth = quantity("-", "motion of the inner leg and of the hip")
     hip: SensorTruth = quantity("-", "hip sensor")
     foot: SensorTruth = quantity("-", "foot sensor")
 

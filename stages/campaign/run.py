@@ -126,6 +126,7 @@ def sensed_run(
         failed_attempts=walked.attempts - 1,
         heel_strike_time=walked.heel_strike_time,
         heel_strike_leg=walked.heel_strike_leg,
+        leg=walked.leg,
         hip=truths["hip"],
         foot=truths["foot"],
     )

@@ -11,6 +11,7 @@ from stages.biped.gait import StanceState
 from stages.biped.sampling_times import uniform_times
 from stages.biped.walk import Walk, require
 from stages.campaign.parameters import Parameters
+from stages.campaign.result import LegTruth
 from stages.campaign.standing import joined, rolling_leg, stand_and_push
 from stages.campaign.variation import Variation, draw_variation, generator
 from stages.campaign.virtual_sensor import SensorMotion
@@ -21,6 +22,7 @@ from stages.twin.walking.signals import Signals, sample
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 
 MOST_ATTEMPTS = 10
+TRUTH_HZ = 200.0  # at which the true angle is kept: twice a sensor's rate
 
 
 class NoWalk(RuntimeError):
@@ -38,6 +40,7 @@ class TwinRun:
     foot: SensorMotion
     heel_strike_time: np.ndarray
     heel_strike_leg: np.ndarray
+    leg: LegTruth
     variation: Variation
     attempts: int
 
@@ -71,8 +74,22 @@ def walk_twin(number: int, state: StanceState, normal_force: float, parameters: 
         if signals is not None:
             hip, foot = _with_stand(signals, variation, slope, parameters)
             walk = signals.walk
-            return TwinRun(hip, foot, walk.heel_strike_time, walk.heel_strike_leg, variation, attempt + 1)
+            strikes, legs = walk.heel_strike_time, walk.heel_strike_leg
+            return TwinRun(hip, foot, strikes, legs, leg_truth(walk), variation, attempt + 1)
     raise NoWalk(f"synthetic run {number}: the twin fell after each of {MOST_ATTEMPTS} pushes; try a smaller push_sd")
+
+
+def leg_truth(walk: Walk) -> LegTruth:
+    """What the ingest will be held against, from a walk's own motion."""
+    time = uniform_times(float(walk.time[-1]), TRUTH_HZ)
+    hip = [np.interp(walk.heel_strike_time, walk.time, axis) for axis in walk.hip_position.T]
+    return LegTruth(
+        time=time,
+        angle=np.interp(time, walk.time, walk.leg_angle[:, 0]),
+        hip_at_strike=np.column_stack(hip),
+        toe_off_time=walk.toe_off_time,
+        toe_off_leg=walk.toe_off_leg,
+    )
 
 
 def _signals(

@@ -33,6 +33,9 @@ class Settings(Limits):
         "rms difference over range below which two curves are called nearly identical",
         bound=Bound(above=0, maximum=1),
     )
+    hip_path_share: float = parameter(
+        "1", "error of the hip's way that is considerable, of the way", bound=Bound(above=0, maximum=1)
+    )
     enclosure_share: float = parameter(
         "1",
         "share of the stride from which the measurements are said to enclose a curve",

@@ -10,8 +10,8 @@ from stages.comparison.claims.accuracy.number import Number
 from stages.comparison.claims.verdict import VERDICTS
 from stages.comparison.determinants import Determinants
 from stages.comparison.digits import TITLE, Digits
-from stages.comparison.ingest_score import IngestScore
-from stages.comparison.measurement import MeasurementAgreement
+from stages.comparison.runs.ingest_score import IngestScore
+from stages.comparison.runs.measurement import MeasurementAgreement
 from stages.comparison.summary import BipedSummary
 from stages.comparison.tables import Table, side_by_side
 
@@ -53,7 +53,7 @@ class Result:
     def tables(self) -> list[Table]:
         """This biped, its determinants, and how well the ingest reads what is known: (title, columns, rows)."""
         own = tables_of(self.biped, self.determinants, self.digits)
-        return [*own, self.ingest.table()] if self.ingest is not None else own
+        return [*own, self.ingest.table(), self.ingest.leg_table()] if self.ingest is not None else own
 
 
 def tables_of(biped: BipedSummary, determinants: dict[str, Determinants], digits: dict[str, Digits]) -> list[Table]:

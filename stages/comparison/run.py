@@ -17,11 +17,11 @@ from stages.comparison.digits import digits_of
 from stages.comparison.evidence.evidence import Evidence
 from stages.comparison.evidence.measure import measure
 from stages.comparison.evidence.summarise import summarise
-from stages.comparison.ingest_score import score_ingest
 from stages.comparison.inputs import Inputs
-from stages.comparison.measurement import compare_measurement
 from stages.comparison.parameters import Parameters
 from stages.comparison.result import Result, tables_of
+from stages.comparison.runs.ingest_score import score_ingest
+from stages.comparison.runs.measurement import compare_measurement
 from stages.comparison.stride import last_stride
 
 
@@ -39,11 +39,12 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     models = compare_models(inputs.analytic, inputs.multibody, strides)
     twin = compare_twin(inputs.twin, strides)
     measured = compare_measurement(
-        inputs.imu, inputs.twin.walk, strides["twin"], strides["multibody"], settings.skipped_steps
-    )
-    score = score_ingest(inputs.campaign, inputs.imu, settings.skipped_steps)
+        inputs.imu, inputs.twin.walk, strides["twin"], strides["multibody"], inputs.multibody.walk,
+        settings.skipped_steps,
+    )  # fmt: skip
+    score = score_ingest(inputs.campaign, inputs.imu, settings.skipped_steps, parameters.slope.gravity)
     progress(0.8, "judging the claims")
-    evidence = Evidence(parameters, inputs, models, twin, measured)
+    evidence = Evidence(parameters, inputs, models, twin, measured, score)
     determined, biped = determinants(evidence), summarise(evidence)
     models_alone = {name: one for name, one in determined.items() if not name.startswith("runs")}
     digits = digits_of(inputs.analytic.uncertainties, models_alone)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from stages.biped.processes import each_in_a_process
 from stages.biped.progress import Progress, ignore
-from stages.comparison.measurement import MeasurementAgreement
+from stages.comparison.runs.measurement import MeasurementAgreement
 from stages.figures.drawn import NAMES, draw, figure
 from stages.figures.inputs import Inputs
 from stages.figures.parameters import Parameters

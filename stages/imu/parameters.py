@@ -104,7 +104,10 @@ class Drawing:
     rolling_error: float = parameter("1", "what a step departs from rolling on a rigid leg, relative, standard "
                                      "deviation", bound=NOT_NEGATIVE)  # fmt: skip
     rate_gain_error: float = parameter("1", "standard error of a gyroscope's gain, relative", bound=NOT_NEGATIVE)
-    strike_error_s: float = parameter("s", "standard error of a heel strike's time", bound=NOT_NEGATIVE)
+    onset_error_s: float = parameter("s", "standard error of when a leg's impacts begin, the same for all of a run",
+                                     bound=NOT_NEGATIVE)  # fmt: skip
+    strike_scatter_s: float = parameter("s", "standard deviation of single strikes about that", bound=NOT_NEGATIVE)
+    toe_off_error_s: float = parameter("s", "standard error of when the foot is let go", bound=NOT_NEGATIVE)
     stand_error_deg: float = parameter("deg", "standard error of rest_leg_angle_deg", bound=NOT_NEGATIVE)
 
     def broken_rules(self) -> Iterator[Broken]:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.quantity import quantity
+from stages.imu.reports.run_report import RunReport, Table, tables
+from stages.imu.reports.sensor_report import SensorReport
 from stages.imu.trial.ensemble import Ensemble
 from stages.imu.trial.leg_motion import LegMotion
-from stages.imu.trial.report import SensorReport
-from stages.imu.trial.run_report import RunReport, Table, tables
 
 
 @dataclass(frozen=True)

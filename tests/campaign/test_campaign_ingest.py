@@ -19,7 +19,7 @@ from stages.campaign.parameters import Parameters
 from stages.campaign.result import Result as Campaign
 from stages.campaign.run import MOUNTING, SYNTHETIC, device, sensed_run
 from stages.campaign.twin_run import TwinRun, first_state, walk_twin
-from stages.comparison.ingest_score import IngestScore, score_ingest
+from stages.comparison.runs.ingest_score import IngestScore, score_ingest
 from stages.imu.parameters import Parameters as ImuParameters
 from stages.imu.run import Inputs
 from stages.imu.run import run as ingest
@@ -68,7 +68,7 @@ def scores(
         path.write_bytes(database_bytes([device(place, parameters) for place in MOUNTING], sent))
         result = ingest(every["imu"], Inputs(path))
         assert len(result.runs) == RUNS
-        score = score_ingest(Campaign(SYNTHETIC, tuple(truth for _, truth, _ in made), (), {}), result, 3)
+        score = score_ingest(Campaign(SYNTHETIC, tuple(truth for _, truth, _ in made), (), {}), result, 3, 9.81)
         assert score is not None
         print(f"seed {seed}, {request.param}:", *(" ".join(row) for row in score.table()[2]), sep="\n  ")
         found.append(score)

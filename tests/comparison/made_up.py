@@ -10,7 +10,8 @@ import numpy as np
 from scipy.interpolate import interp1d
 
 from stages.biped.walk import SENSOR_SIGNALS, Walk
-from stages.comparison.measurement import MeasurementAgreement
+from stages.comparison.runs.leg_agreement import LegAgreement, LegCurves, of_walk
+from stages.comparison.runs.measurement import MeasurementAgreement
 from stages.contact_study.limit_result import COMPLETED
 from stages.contact_study.result import VARIED, OneStep, Result, Variations
 from stages.engines.result import Distance, EngineAgreement
@@ -139,4 +140,15 @@ def make_agreement(origin: str = "measured", share: float = 1.0, frequency: floa
     found = Agreement(0.1, 0.01, 0.99, True, 0.98, 0.0, -0.2, 0.2, share)
     difference = FrequencyDifference(frequency - 2.0, frequency - 2.1, frequency - 1.9, 0.95)
     signals = dict.fromkeys(SENSOR_SIGNALS, found)
-    return MeasurementAgreement(origin, 30, frequency, 0.01, 2.0, difference, difference, 40.0, signals, signals)
+    return MeasurementAgreement(
+        origin, 30, frequency, 0.01, 2.0, difference, difference, 40.0, signals, signals, make_leg()
+    )
+
+
+def make_leg() -> LegAgreement:
+    """A leg of the runs that swings a tenth further than both models', over steps a tenth as long again."""
+    model = of_walk(make_walk(), 101, 51)
+    runs = LegCurves(1.1 * model.angle, 1.1 * model.rate, 1.1 * model.hip_path, 1.1 * model.step_length)
+    every = [np.stack([one, 1.02 * one]) for one in (runs.angle, runs.rate, runs.hip_path)]
+    apart = np.array([5e-3, 1e-3])
+    return LegAgreement(runs, *every, 1e-3, 8e-4, model, model, 0.02, 0.02, apart, apart)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from stages.imu.trial.events import HeelStrikes, step_frequency
+from stages.imu.strikes.heel_strikes import HeelStrikes
+from stages.imu.strikes.step_frequency import step_frequency
 from stages.imu.trial.frames import angle_between
 from stages.imu.trial.places import FORWARD, LATERAL, UP
+from stages.imu.trial.sensor import filter_delay
 from stages.imu.trial.trial import Trial
 from tests.imu.made_logs import Log, true_signals
 
@@ -31,6 +33,8 @@ def tolerances(log: Log) -> dict[str, float]:
         "frame": 1.0 + 4 * pitch + 4 * 0.5 * sensor.acceleration_gain_sd,
         "rate": 0.05 + 4 * sensor.angular_rate_gain_sd,
         "force": 0.08 + 4 * gain,
+        "leg angle": 0.5 + 4 * (runs.stance_sd_deg + 20 * sensor.angular_rate_gain_sd),
+        "step length": 0.01 + 4 * sensor.angular_rate_gain_sd,
     }
 
 
@@ -56,6 +60,10 @@ def wrong_quantities(log: Log, trial: Trial) -> dict[str, float]:
     if len(late) == 2 and abs(late["foot"] - late["hip"]) > limit["foot lag"]:
         wrong["foot lag"] = late["foot"] - late["hip"]
     wrong |= _wrong_strikes(log, trial, late)
+    if late:
+        for what, off in leg_errors(log, trial, late["hip" if "hip" in late else "foot"]).items():
+            if off > limit[what]:
+                wrong[what] = off
     skipped = 3
     true_frequency = step_frequency(HeelStrikes(log.strike_time[skipped:], log.strike_leg[skipped:])).value
     if not abs(trial.frequency.value / true_frequency - 1) <= limit["step frequency"]:
@@ -79,6 +87,25 @@ def _wrong_strikes(log: Log, trial: Trial, late: dict[str, float]) -> dict[str, 
     if hit.any() and not (trial.strikes.leg[hit] == log.strike_leg[nearest[hit]]).all():
         wrong["legs"] = float(np.mean(trial.strikes.leg[hit] != log.strike_leg[nearest[hit]]))
     return wrong
+
+
+def leg_errors(log: Log, trial: Trial, late: float) -> dict[str, float]:
+    """Rms error of the leg's angle through the walk [deg], and mean error of the steps' length, relative.
+
+    `late` [s] is how late the samples are dated, their low pass's delay taken off.
+    """
+    delay = filter_delay(log.recordings[0].device.bandwidth_hz)
+    at = trial.leg.time - late - delay
+    walking = (at > 0.1) & (at < log.leg.time[-1] - 0.1)
+    off = (trial.leg.angle - np.interp(at, log.leg.time, log.leg.angle))[walking]
+    errors = {"leg angle": float(np.degrees(np.sqrt(np.mean(off**2)))) if len(off) else 0.0}
+    if len(trial.leg.step_length):
+        strikes = log.strike_time + late + delay
+        first, last = (np.abs(strikes - each[:, None]).argmin(axis=1)
+                       for each in (trial.leg.stance_start, trial.leg.stance_end))  # fmt: skip
+        true = log.leg.hip_at_strike[last, 0] - log.leg.hip_at_strike[first, 0]
+        errors["step length"] = abs(float(trial.leg.step_length.mean() / true.mean() - 1)) if true.mean() > 0 else 1.0
+    return errors
 
 
 def signal_errors(log: Log, place: str, true_time: np.ndarray, force: np.ndarray, rate: np.ndarray) -> dict[str, float]:

@@ -10,12 +10,13 @@ import numpy as np
 
 from stages.campaign.parameters import Parameters, SensorSettings
 from stages.campaign.radio import transmit
+from stages.campaign.result import LegTruth
 from stages.campaign.run import BETWEEN_RUNS, FIRST_RUN_AT, MOUNTING, SENSOR_STREAM, SYNTHETIC, device
 from stages.campaign.twin_run import TwinRun
 from stages.campaign.variation import generator
 from stages.campaign.virtual_sensor import SensorMotion, draw_errors, low_pass, read
 from stages.imu.sources.schema import Device, Experiment, Recording
-from stages.imu.trial.events import OUTER
+from stages.imu.strikes.heel_strikes import OUTER
 
 #: Spreads of a sensor that grow with its errors.
 ERRORS = (
@@ -47,6 +48,7 @@ class Log:
     rotations: dict[str, np.ndarray]
     strike_time: np.ndarray
     strike_leg: np.ndarray
+    leg: LegTruth
     parameters: Parameters
     number: int
 
@@ -93,7 +95,7 @@ def made_log(
         rotations[place] = errors.rotation.T
     return Log(
         experiment, tuple(recordings), felt, rotations, walked.heel_strike_time, walked.heel_strike_leg,
-        parameters, number,
+        walked.leg, parameters, number,
     )  # fmt: skip
 
 

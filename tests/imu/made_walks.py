@@ -30,10 +30,10 @@ def stand_in_walks(count: int, parameters: Parameters) -> list[TwinRun]:
     for number in range(count):
         rng = generator(parameters.runs.seed, number, 0)
         variation = draw_variation(parameters.runs, SLOPE, rng)
-        hip, foot, strikes = walking(STEPS, PERIOD_S * (1 + 0.01 * rng.normal()))
+        hip, foot, strikes, truth = walking(STEPS, PERIOD_S * (1 + 0.01 * rng.normal()))
         rate = hip.angular_velocity[:, 2]
         time, leg = stand_and_push(0.0, (0.0, rate[0], (rate[1] - rate[0]) / GRID), REST_S, PUSH_S, GRID)
         before = rolling_leg((leg[0], leg[1], leg[2]), BIPED, SLOPE, time)
         legs = (np.arange(STEPS) + 1) % 2
-        walks.append(TwinRun(joined(before[0], hip), joined(before[1], foot), strikes, legs, variation, 1))
+        walks.append(TwinRun(joined(before[0], hip), joined(before[1], foot), strikes, legs, truth, variation, 1))
     return walks

@@ -15,7 +15,7 @@ from stages.biped.design import Biped
 from stages.campaign.database import database_bytes
 from stages.campaign.parameters import RadioSettings, SensorSettings
 from stages.campaign.radio import Transmitted, transmit
-from stages.campaign.result import RunTruth, SensorTruth
+from stages.campaign.result import LegTruth, RunTruth, SensorTruth
 from stages.campaign.standing import joined, rolling_leg, stand_and_push
 from stages.campaign.virtual_sensor import Readings, SensorErrors, SensorMotion, draw_errors, read
 from stages.ground.slope import Slope
@@ -71,8 +71,13 @@ def sensor_truth(place: str, errors: SensorErrors, readings: Readings, sent: Tra
     )
 
 
-def walking(steps: int, period: float, amplitude: float = 0.24) -> tuple[SensorMotion, SensorMotion, np.ndarray]:
-    """Inner leg standing and swinging in turn from mid-stance at t = 0; strikes (s,), the outer leg's first."""
+def walking(
+    steps: int, period: float, amplitude: float = 0.24
+) -> tuple[SensorMotion, SensorMotion, np.ndarray, LegTruth]:
+    """Inner leg standing and swinging in turn from mid-stance at t = 0; strikes (s,), the outer leg's first.
+
+    The other leg leaves the ground when one lands.
+    """
     strikes = (np.arange(steps) + 0.5) * period
     time = np.arange(0, strikes[-1] + 0.4 * period, GRID)
     wide = np.arange(-200, len(time) + 200) * GRID
@@ -98,7 +103,9 @@ def walking(steps: int, period: float, amplitude: float = 0.24) -> tuple[SensorM
         turning = np.stack([zero, zero, rate], axis=1)
         return SensorMotion(time, on_body[inside], turning[inside])
 
-    return felt(hip), felt(foot), strikes
+    at_strikes = np.column_stack([np.interp(strikes, time, axis[inside]) for axis in hip.T])
+    off = np.arange(steps) % 2
+    return felt(hip), felt(foot), strikes, LegTruth(time, phi[inside], at_strikes, strikes, off)
 
 
 def make_run(
@@ -106,10 +113,10 @@ def make_run(
 ) -> tuple[Experiment, Truth]:
     rng = np.random.default_rng(seed)
     period *= 1 + 0.01 * rng.normal()
-    hip, foot, strikes = walking(steps, period)
+    hip, foot, strikes, leg = walking(steps, period)
     rate = hip.angular_velocity[:, 2]
-    time, leg = stand_and_push(0.0, (0.0, rate[0], (rate[1] - rate[0]) / GRID), rest_s, 0.4, GRID)
-    before = rolling_leg(tuple(leg), BIPED, SLOPE, time)
+    time, pushed = stand_and_push(0.0, (0.0, rate[0], (rate[1] - rate[0]) / GRID), rest_s, 0.4, GRID)
+    before = rolling_leg(tuple(pushed), BIPED, SLOPE, time)
     sensors, sent = {}, []
     start = 1.6e9 + 100.0 * seed
     for place, motion, rest in zip(("hip", "foot"), (hip, foot), before):
@@ -127,6 +134,7 @@ def make_run(
         failed_attempts=0,
         heel_strike_time=strikes,
         heel_strike_leg=(np.arange(steps) + 1) % 2,
+        leg=leg,
         hip=sensors["hip"],
         foot=sensors["foot"],
     )

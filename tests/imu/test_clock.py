@@ -10,9 +10,11 @@ from scipy.optimize import linprog
 
 from stages.campaign.radio import Transmitted
 from stages.imu.clock.clock import Clock, repair_clock
+from stages.imu.clock.counter import unwrap_counter
 from stages.imu.clock.envelope import least_squares_line, lower_envelope, robust_line
+from stages.imu.clock.indexed import BY_DEVICE_STAMP, IndexedRecording
 from stages.imu.clock.lateness import straighten
-from stages.imu.clock.packet_index import BY_DEVICE_STAMP, IndexedRecording, index_samples, unwrap_counter
+from stages.imu.clock.packet_index import index_samples
 from stages.imu.sources.columns import recording_from_columns
 from stages.imu.sources.schema import Recording
 from tests.imu.stand_in import RADIO, ROUGH_RADIO, SETTINGS, device, make_run

@@ -100,11 +100,15 @@ def test_what_a_lab_takes_away(repository: Path, database: Path, tmp_path: Path)
     assert code == 0, errors
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
     tables = {name: list(csv.DictReader((tmp_path / "out" / f"{name}.csv").open()))
-              for name in ("runs", "events", "steps", "leg", "strides")}  # fmt: skip
+              for name in ("runs", "events", "times", "steps", "leg", "hip_path", "strides")}  # fmt: skip
     report = json.loads(out)["runs"]
     assert [row["name"] for row in tables["runs"]] == [one["name"] for one in report]
     assert [float(row["step_frequency [Hz]"]) for row in tables["runs"]] == [one["step_frequency"] for one in report]
-    assert len(tables["events"]) == sum(one["heel_strikes"] for one in report)
+    kinds = [row["event"] for row in tables["events"]]
+    assert kinds.count("heel strike") == sum(one["heel_strikes"] for one in report)
+    assert kinds.count("toe-off") > 0 and set(kinds) == {"heel strike", "toe-off"}
+    assert all(0.3 < float(row["inner_stance [s]"]) < 0.7 for row in tables["times"])
+    assert len(tables["hip_path"]) == 51 * len(tables["steps"])
     assert all(0.1 < float(row["length [m]"]) < 0.2 for row in tables["steps"])
     assert len(tables["strides"]) == 101 * sum(one["strides"] for one in report)
     with np.load(tmp_path / "out/curves.npz") as curves:

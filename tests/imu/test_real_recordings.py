@@ -10,10 +10,12 @@ from scipy.signal import find_peaks
 
 from stages.imu.clock.packet_index import index_samples
 from stages.imu.judgement.verdict import REFUSED
+from stages.imu.reports.sensor_report import SensorReport
 from stages.imu.sources.source_csv import CsvSource
-from stages.imu.trial.events import INNER
-from stages.imu.trial.report import SensorReport
-from stages.imu.trial.trial import read_sensor, read_trial, strikes_of
+from stages.imu.strikes.heel_strikes import INNER
+from stages.imu.trial.sensor_on_body import read_sensor
+from stages.imu.trial.trial import read_trial
+from stages.imu.trial.walking import strikes_of
 from tests.imu.real_recordings import FOLDER, ipol, xio
 from tests.imu.stand_in import LIMITS, PARAMETERS, SETTINGS
 
@@ -133,7 +135,7 @@ def test_the_shipped_detector_finds_a_persons_heel_strikes(name: str, side: str)
     foot = next(one for one in recordings if one.device.place == f"{side.lower()} foot")
     sensor, _, _ = read_sensor(foot, SETTINGS, LIMITS)
     assert sensor is not None
-    strikes = strikes_of({"foot": sensor}, SETTINGS)
+    strikes, _ = strikes_of({"foot": sensor}, SETTINGS)
     own = np.interp(strikes.time[strikes.leg == INNER], sensor.time, sensor.trace.indexed.recording.packet)
     apart = np.abs(own[:, None] - marked)
     recall, precision = np.mean(apart.min(axis=0) <= 15), np.mean(apart.min(axis=1) <= 15)

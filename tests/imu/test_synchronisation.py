@@ -1,12 +1,43 @@
-"""Hip and foot are brought together by their stamps first, then by cross-correlation within half a step."""
+"""Hip and foot are brought together by their stamps first, then by cross-correlation within half a step.
+
+Where each is dated by its own clock, by their motion alone.
+"""
 
 import numpy as np
 import pytest
 
+from stages.imu.reports.run_report import RunReport
 from stages.imu.result import Result
 from stages.imu.run import Inputs, run
+from stages.imu.sources.source_sqlite import SqliteSource
+from stages.imu.trial.trial import read_trial
 from tests.imu.damage import edited
 from tests.imu.stand_in import PARAMETERS, make_database, make_run
+
+
+def on_own_clocks(lag: float, drift: float, folder) -> RunReport:
+    """The report of a run with the sensors' own stamps alone, the foot's late by `lag` [s] and slow by `drift`."""
+    own = f"device_stamp = (device_stamp + {lag}) * {1 + drift}"
+    nothing = "packet = NULL, position = NULL, phone_stamp = NULL, server_stamp = NULL"
+    content = edited(
+        make_database([make_run(4)]),
+        (f"UPDATE sample SET {nothing}", ()), (f"UPDATE sample SET {own} WHERE device_id = 2", ()),
+    )  # fmt: skip
+    path = folder / "log.sqlite"
+    path.write_bytes(content)
+    with SqliteSource(path) as source:
+        ((experiment, recordings),) = source.runs()
+    return read_trial(experiment, recordings, PARAMETERS).report()
+
+
+@pytest.mark.parametrize(("lag", "drift"), [(0.0, 0.0), (7.3, 0.0), (-1234.5, 1e-3), (86_400.0, -2e-3)])
+def test_clocks_without_a_common_beginning(lag: float, drift: float, tmp_path) -> None:
+    found = on_own_clocks(lag, drift, tmp_path)
+    assert found.accepted, found.reason
+    assert found.overlap > 0.98 and found.evidence.agreement > 0.9995
+    assert abs(found.foot_lag) < 0.01, "what is left when they lie over each other"
+    assert {"foot lag", "clock", "step frequency"} <= set(found.not_trusted)
+    assert any("by their motion alone" in remark for remark in found.remarks)
 
 
 def ingested(lag: float, folder) -> Result:

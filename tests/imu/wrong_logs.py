@@ -1,7 +1,7 @@
 """Families of logs that are wrong in one way: each takes a good log and a generator, and gives what a lab then has.
 
 `WRONG` are the families named from outside and some of our own, by which the limits were chosen; `LATER` were written
-and first run when the limits stood; `CLOCKS` do it to the clocks alone.
+and first run when the limits stood, `LAST` when `LATER` had been answered; `CLOCKS` do it to the clocks alone.
 """
 
 from __future__ import annotations
@@ -315,6 +315,82 @@ LATER: tuple[Family, ...] = (
 # Clocks.
 
 
+def gyroscope_drifts(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """One gyroscope warms up: 4 deg/s more on each axis by the end, from the still stand on."""
+    full = log.parameters.sensor.gyroscope_range_deg_s
+    by = 4.0 / full * 2 ** (log.parameters.sensor.bits - 1)
+
+    def drifted(one: TracedRecording) -> TracedRecording:
+        share = np.clip((one.true_time + 0.5) / (one.true_time.max() + 0.5), 0.0, 1.0)
+        return replaced(one, angular_rate=one.angular_rate + by * share[:, None])
+
+    return log.changed(PLACES[rng.integers(2)], drifted)
+
+
+def smoothed_by_the_logger(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """One sensor's readings are means of the last 13 rows."""
+
+    def smoothed(one: TracedRecording) -> TracedRecording:
+        def mean(values: np.ndarray) -> np.ndarray:
+            return np.array([values[max(0, row - 12) : row + 1].mean(axis=0) for row in range(len(values))])
+
+        return replaced(one, acceleration=mean(one.acceleration), angular_rate=mean(one.angular_rate))
+
+    return log.changed(PLACES[rng.integers(2)], smoothed)
+
+
+def numbered_after_the_loss(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """The phone numbers the packets that arrived: a tenth was lost before, and nothing shows it."""
+
+    def renumbered(one: TracedRecording) -> TracedRecording:
+        packets = np.unique(one.packet)
+        kept = packets[rng.random(len(packets)) > 0.1]
+        left = one.take(np.isin(one.packet, kept))
+        assert isinstance(left, TracedRecording)
+        return replaced(left, packet=np.searchsorted(kept, left.packet).astype(float),
+                        device_stamp=np.full(left.rows, np.nan))  # fmt: skip
+
+    return log.changed("both", renumbered)
+
+
+def gravity_taken_off(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """One sensor's export is a phone's linear acceleration: the stand's mean is taken off."""
+    still = log.recordings[0].true_time.min() + log.parameters.runs.rest_s - 0.1
+
+    def taken(one: TracedRecording) -> TracedRecording:
+        return replaced(one, acceleration=one.acceleration - one.acceleration[one.true_time < still].mean(axis=0))
+
+    return log.changed(PLACES[rng.integers(2)], taken)
+
+
+def magnetometer_as_gyroscope(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """The columns mapped as one gyroscope are a magnetometer's: the earth's field, turning with the leg."""
+    place = PLACES[rng.integers(2)]
+    motion = log.motions[place]
+    turned = np.concatenate([[0.0], np.cumsum(np.diff(motion.time) * motion.angular_velocity[:-1, 2])])
+    heading = rng.uniform(0, 2 * np.pi)
+    north, up = 20.0 * np.cos(heading), 45.0
+
+    def field(one: TracedRecording) -> TracedRecording:
+        angle = np.interp(one.true_time, motion.time, turned)
+        c, s = np.cos(angle), np.sin(angle)
+        across = np.full(len(angle), 20.0 * np.sin(heading))
+        on_body = np.column_stack((c * north + s * up, c * up - s * north, across))
+        counts = 10.0 * (on_body @ log.rotations[place]) + rng.normal(scale=3.0, size=on_body.shape)
+        return replaced(one, angular_rate=np.rint(counts))
+
+    return log.changed(place, field)
+
+
+LAST: tuple[Family, ...] = (
+    gyroscope_drifts,
+    smoothed_by_the_logger,
+    numbered_after_the_loss,
+    gravity_taken_off,
+    magnetometer_as_gyroscope,
+)
+
+
 def _set_by(log: Log, *sizes: float) -> Log:
     """The phone's clock is set by so much [s], evenly over the run; both sensors' packets bear it."""
     starts = [one.phone_stamp.min() for one in log.recordings]
@@ -383,6 +459,12 @@ def device_stamps_only(log: Log, walks: Sequence[TwinRun], rng: np.random.Genera
     return log.changed("both", blind)
 
 
+def foot_of_another_run_and_device_stamps_only(
+    log: Log, walks: Sequence[TwinRun], rng: np.random.Generator
+) -> Log:
+    return device_stamps_only(foot_of_another_run(log, walks, rng), walks, rng)
+
+
 def server_stamps_only(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
     return log.changed("both", lambda one: replaced(one, phone_stamp=np.full(one.rows, np.nan)))
 
@@ -411,6 +493,7 @@ CLOCKS: tuple[Family, ...] = (
     no_counter,
     no_counter_but_device_stamps,
     device_stamps_only,
+    foot_of_another_run_and_device_stamps_only,
     server_stamps_only,
     eight_bit_counter,
     restarted,

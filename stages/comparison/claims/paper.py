@@ -176,6 +176,13 @@ SAYS = {
         "detailed model [...]",
         "at equal phase the hip's accelerations and angular velocity of both differ by a small part of their range",
     ),
+    "hip_path_drifts": Statement(
+        "7.4",
+        "Different measurements could also be of interest: for example, the hip position in the x and y direction of "
+        "motion [...]. However, [...] the double integrations that would be needed in the hip trajectory calculation "
+        "would introduce a considerable amount of accumulated error.",
+        "from the sensors the hip's path comes out only with a considerable error, since it takes two integrations",
+    ),
     "measurement_encloses": Statement(
         "7.4",
         "Finally, the whole set of the experimental data envelops the simulated ones [...]",

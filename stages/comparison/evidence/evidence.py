@@ -8,8 +8,9 @@ import numpy as np
 
 from stages.comparison.agreement import ModelAgreement, TwinAgreement
 from stages.comparison.inputs import Inputs
-from stages.comparison.measurement import MeasurementAgreement
 from stages.comparison.parameters import Parameters
+from stages.comparison.runs.ingest_score import IngestScore
+from stages.comparison.runs.measurement import MeasurementAgreement
 
 NAN = float("nan")
 
@@ -23,6 +24,7 @@ class Evidence:
     models: ModelAgreement
     twin: TwinAgreement
     measured: MeasurementAgreement
+    ingest: IngestScore | None
 
 
 def largest(multipliers: np.ndarray) -> float:

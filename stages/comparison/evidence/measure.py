@@ -31,6 +31,7 @@ def measure(e: Evidence) -> tuple[Measured, ...]:
         of_gait.step_frequency(e.results.analytic),
         of_measurement.sensor_range(e),
         of_twin.twin_like_simple(e),
+        of_measurement.hip_path_drifts(e),
         of_measurement.encloses(e.measured),
         of_measurement.slower(e.measured),
         of_measurement.outsole_slows(e),

@@ -7,11 +7,11 @@ import math
 import numpy as np
 
 from stages.biped.walk import SENSOR_SIGNALS
-from stages.comparison.claims import measurement
+from stages.comparison.claims import leg_motion, measurement
 from stages.comparison.claims.paper import STANDARD_GRAVITY
 from stages.comparison.evidence import studies
 from stages.comparison.evidence.evidence import NAN, Evidence
-from stages.comparison.measurement import MeasurementAgreement
+from stages.comparison.runs.measurement import MeasurementAgreement
 
 
 def sensor_range(e: Evidence) -> measurement.SensorRange:
@@ -29,6 +29,22 @@ def sensor_range(e: Evidence) -> measurement.SensorRange:
          max((one.time_above_range for one in known), default=NAN)),
         float(np.median(behind)) / STANDARD_GRAVITY if behind else NAN,
     )  # fmt: skip
+
+
+def hip_path_drifts(e: Evidence) -> leg_motion.HipPathDrifts:
+    legs, seen = e.ingest.leg if e.ingest is not None else None, e.measured.leg
+    lengths = (NAN,) * 4
+    if seen is not None:
+        lengths = seen.runs.step_length, seen.step_length_error, seen.twin.step_length, seen.simple.step_length
+    truth = (NAN,) * 4
+    if legs is not None:
+        truth = (float(np.mean(legs.way)), _rms(legs.twice), _rms(legs.step), _rms(legs.angle))
+    return leg_motion.HipPathDrifts(e.measured.origin, *truth, *lengths)
+
+
+def _rms(errors: np.ndarray) -> float:
+    known = errors[np.isfinite(errors)]
+    return float(np.sqrt(np.mean(known**2))) if len(known) else NAN
 
 
 def encloses(measured: MeasurementAgreement) -> measurement.MeasurementEncloses:

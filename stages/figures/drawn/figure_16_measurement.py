@@ -1,9 +1,12 @@
 """Figure 16: hip acceleration and angular velocity of the (synthetic) measurements, the twin and the simple model.
 
-Beside each panel stand the numbers of the agreement; below them the difference of the step frequencies.
+Beside each panel stand the numbers of the agreement; below them the leg's angle against its rate, the hip's path over a
+stance, and the difference of the step frequencies.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -11,7 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stages.biped.walk import SENSOR_SIGNALS
-from stages.comparison.measurement import MeasurementAgreement
+from stages.comparison.runs.leg_agreement import LegAgreement
+from stages.comparison.runs.measurement import MeasurementAgreement
 from stages.comparison.stride import last_stride
 from stages.drawing import style
 from stages.figures.inputs import Given
@@ -28,16 +32,17 @@ PANELS = (
 
 
 def draw(given: Given) -> Figure:
-    """Registered strides of all runs in grey, twin and simple model over them, their agreement beside.
+    """Registered strides of all runs in grey, twin and simple model over them, their agreement beside; the leg below.
 
     The measurements' origin (measured, synthetic or mixed) stands in the picture.
     """
     measured, points = given.comparison.measurement, given.parameters.settings.phase_points
     strides = np.concatenate([run.strides for run in given.imu.runs])  # (s, p, 6)
     twin, simple = last_stride(given.twin.walk, points), last_stride(given.multibody.walk, points)
-    figure, grid = plt.subplots(
-        3, 2, figsize=(style.TWO_COLUMNS, 6.0), sharex="col", gridspec_kw={"width_ratios": (1.0, 0.62)}
-    )
+    figure = plt.figure(figsize=(style.TWO_COLUMNS, 8.4))
+    parts: Any = figure.subfigures(2, 1, height_ratios=(6.0, 2.4))
+    above, below = parts
+    grid = above.subplots(3, 2, sharex="col", gridspec_kw={"width_ratios": (1.0, 0.62)})
     phase = np.linspace(0, 100, strides.shape[1])
     for (column, name, unit), (panel, beside), letter in zip(PANELS, grid, "abc", strict=True):
         panel.plot(phase, strides[:, :, column].T, color=style.MEASURED, linewidth=0.3, alpha=0.35)
@@ -61,12 +66,32 @@ def draw(given: Given) -> Figure:
         signal = SENSOR_SIGNALS[column]
         write(beside, agreement_rows(measured.twin[signal], measured.simple[signal], unit))
     grid[-1, 0].set_xlabel("stride of the inner leg, heel strike to heel strike [%]")
-    figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    above.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    if measured.leg is not None:
+        portrait, path = below.subplots(1, 2)
+        draw_leg(portrait, path, measured.leg)
     figure.supxlabel(frequency_line(measured), fontsize=7)
     if measured.origin != "measured":
         words, place = "SYNTHETIC measurements", grid[0, 0].transAxes
         grid[0, 0].text(0.99, 0.04, words, transform=place, ha="right", va="bottom", fontsize=7, color="#555555")
     return figure
+
+
+def draw_leg(portrait: Axes, path: Axes, leg: LegAgreement) -> None:
+    """The inner leg's angle against its rate over a stride, and the hip over the leg's stance, of runs and models."""
+    for angle, rate in zip(leg.angles, leg.rates):
+        portrait.plot(np.degrees(angle), np.degrees(rate), color=style.MEASURED, linewidth=0.3, alpha=0.35)
+    for along, height in leg.hip_paths.transpose(0, 2, 1):
+        path.plot(1e3 * along, 1e3 * height, color=style.MEASURED, linewidth=0.3, alpha=0.35)
+    for model, form, color in ((leg.twin, "-", style.TWIN), (leg.simple, "--", style.MULTIBODY)):
+        portrait.plot(np.degrees(model.angle), np.degrees(model.rate), form, color=color)
+        path.plot(*(1e3 * model.hip_path.T), form, color=color)
+    portrait.set_xlabel("leg angle [deg]")
+    portrait.set_ylabel("its rate [deg/s]")
+    path.set_xlabel("hip along the slope over a stance [mm]")
+    path.set_ylabel("above it [mm]")
+    style.panel_label(portrait, "d")
+    style.panel_label(path, "e")
 
 
 def agreement_rows(twin: Agreement, simple: Agreement, unit: str) -> list[tuple[str, str, str]]:
@@ -122,10 +147,23 @@ def frequency_line(measured: MeasurementAgreement) -> str:
 
 def caption(given: Given) -> str:
     measured = given.comparison.measurement
+    leg = measured.leg
     shares = ", ".join(f"{100 * measured.twin[name].envelope_share:.0f} %" for name in list(measured.twin)[:3])
     return (
         f"{measured.runs} {measured.origin} runs at {measured.step_frequency:.4f} Hz "
         f"(± {measured.step_frequency_spread:.4f} between runs), twin {measured.twin_step_frequency:.4f} Hz over the "
         f"same steps. The envelope holds the twin over {shares} of the stride."
+        + ("" if leg is None else leg_words(leg))
         + (" Synthetic runs test the method; they cannot confirm a model." if measured.origin != "measured" else "")
+    )
+
+
+def leg_words(leg: LegAgreement) -> str:
+    """What the lower panels show, in numbers."""
+    runs, twin, simple = (f"{1e3 * one.step_length:.1f} mm" for one in (leg.runs, leg.twin, leg.simple))
+    return (
+        " Below, from one integration of the rate and the foot that rolls: the leg's angle, "
+        f"{np.degrees(leg.twin_angle):.2f} and {np.degrees(leg.simple_angle):.2f} degrees rms from the twin's and the "
+        f"simple model's, and the hip over a stance; steps of {runs} ± {1e3 * leg.step_length_error:.1f} mm each, "
+        f"{twin} in the twin, {simple} in the simple model. The runs' hip is a rigid leg's, the models' legs give way."
     )

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.imu.clock.envelope import Line, least_squares_line, robust_line
+from stages.imu.clock.indexed import BY_ROWS, IndexedRecording, arrival_stamp
 from stages.imu.clock.lateness import Straightened, moments, straighten, unevenness
-from stages.imu.clock.packet_index import BY_ROWS, IndexedRecording, arrival_stamp
 
 FASTEST = 100.0  # times the nominal rate: faster, or backwards, the stamps mean nothing
 

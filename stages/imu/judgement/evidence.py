@@ -16,7 +16,7 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from stages.biped.quantity import quantity
-from stages.imu.trial.events import INNER, HeelStrikes, filled
+from stages.imu.strikes.heel_strikes import INNER, HeelStrikes, filled
 
 LOW_PASS_HZ = 12.0  # both sides of the lever arm's equation: a derivative of the rate is noise above
 AROUND_STRIKE_S = (-0.06, 0.10)  # left out of it: impacts shake the sensors
@@ -150,6 +150,8 @@ def spacing_of(strikes: HeelStrikes) -> tuple[float, float]:
         return NAN, NAN
     step = np.diff(strikes.time)
     usual = float(np.median(step))
+    if not usual > 0:
+        return float("inf"), 0.0
     whole = np.maximum(1, np.rint(step / usual))
     other = np.diff(strikes.leg) != 0
     return float(np.abs(step / usual - whole).max()), float(np.mean(other == (whole % 2 == 1)))

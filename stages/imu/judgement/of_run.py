@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 
-from stages.imu.clock.packet_index import BY_ROWS
+from stages.imu.clock.indexed import BY_ROWS
 from stages.imu.judgement.evidence import Evidence
 from stages.imu.judgement.sensor_evidence import flat_tops, static_reading
 from stages.imu.judgement.verdict import (
@@ -45,10 +45,11 @@ def verdict_on(
     if not sensors:
         why = "; ".join(["no usable sensor at hip or foot", *(one.sentence for one in left_out)])
         return Verdict((_refuse(why),))
+    own_clocks = len(sensors) == 2 and all(trace.clock.stamp == "device" for trace, _ in sensors.values())
     found = [
         *_on_what_is_there(experiment, sensors, left_out),
         *_on_clocks(sensors),
-        *_on_two_places(overlap, lever_arm, lag_at_edge, evidence, limits),
+        *_on_two_places(overlap, own_clocks, lever_arm, lag_at_edge, evidence, limits),
         *_on_the_walk(strikes, frequency, evidence, settings, limits),
         *_on_each_place(sensors, evidence, settings, limits),
     ]
@@ -107,8 +108,13 @@ def _on_clocks(sensors: Mapping[str, tuple[SensorTrace, Frame]]) -> Iterator[Fin
 
 
 def _on_two_places(
-    overlap: float, lever_arm: float, lag_at_edge: bool, evidence: Evidence, limits: Limits
+    overlap: float, own_clocks: bool, lever_arm: float, lag_at_edge: bool, evidence: Evidence, limits: Limits
 ) -> Iterator[Finding]:
+    if own_clocks:
+        yield _remark(
+            "hip and foot are dated by clocks of their own: they were brought together by their motion alone",
+            LAG, CLOCK,
+        )  # fmt: skip
     if overlap < limits.smallest_overlap:
         yield _refuse(
             f"hip and foot share only {overlap:.0%} of their time: logs of different runs, or clocks that were not set"
@@ -131,8 +137,9 @@ def _on_two_places(
     if evidence.agreement < limits.usual_agreement:
         yield _remark(
             f"hip and foot turn less alike than on one leg (R2 {evidence.agreement:.4f}): logs of different runs, a "
-            "sensor that is loose, or a clock that was set",
-            LAG, LEVER, *(f"{place} {what}" for place in ("hip", "foot") for what in (RATE, FORCE, FRAME)),
+            "sensor that is loose or smoothed, or a clock that was set",
+            LAG, LEVER, STRIKES, FREQUENCY,
+            *(f"{place} {what}" for place in ("hip", "foot") for what in (RATE, FORCE, FRAME)),
         )  # fmt: skip
     if abs(math.log(max(abs(evidence.rate_ratio), 1e-9))) > math.log1p(limits.rate_scale_tolerance):
         yield _refuse(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from stages.imu.clock.packet_index import BY_ROWS
+from stages.imu.clock.indexed import BY_ROWS
 from stages.imu.judgement.sensor_evidence import (
     FEWEST_ROWS,
     angular_rate_unit,

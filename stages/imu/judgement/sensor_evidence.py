@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from stages.imu.clock.packet_index import IndexedRecording
+from stages.imu.clock.indexed import IndexedRecording
 from stages.imu.sources.units import implied_angular_rate_unit, turning_ratio
 from stages.imu.trial.sensor import SensorTrace
 

@@ -17,6 +17,10 @@ CLOCK, FREQUENCY, STRIKES, LEGS, LAG, LEVER = (
 )  # fmt: skip
 FRAME, FORCE, RATE = "frame", "force", "rate"
 
+#: What follows from others: not to be trusted where one of those is not, at either place.
+LEG_ANGLE, STEP_LENGTH = "leg angle", "step length"
+FOLLOWS = ((LEG_ANGLE, (FRAME, RATE, LAG, CLOCK)), (STEP_LENGTH, (LEG_ANGLE, STRIKES, LEGS)))
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -47,8 +51,11 @@ class Verdict:
 
     @property
     def not_trusted(self) -> tuple[str, ...]:
-        """Quantities that the remarks are about, each once."""
-        return tuple(dict.fromkeys(name for one in self.findings if not one.refused for name in one.about))
+        """Quantities that the remarks are about, and what follows from them, each once."""
+        names = [name for one in self.findings if not one.refused for name in one.about]
+        for name, origins in FOLLOWS:
+            names += [name] if any(one.removeprefix("hip ").removeprefix("foot ") in origins for one in names) else []
+        return tuple(dict.fromkeys(names))
 
     def sentences(self, refused: bool) -> tuple[str, ...]:
         """Of the refusals, or of the remarks."""

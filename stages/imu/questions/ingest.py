@@ -14,9 +14,9 @@ from stages.imu.errors import SourceRefused
 from stages.imu.parameters import Parameters
 
 if TYPE_CHECKING:
+    from stages.imu.reports.run_report import RunReport
+    from stages.imu.reports.sensor_report import SensorReport
     from stages.imu.sources.database import DatabaseWriter
-    from stages.imu.trial.report import SensorReport
-    from stages.imu.trial.run_report import RunReport
     from stages.imu.trial.trial import Trial
 
 VARIABLE = "env:"
@@ -40,10 +40,10 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Read every run of the source and report on it. Raises WrongOption, also for what the ingest refuses."""
     if options.propose is not None:
         return proposed(options, asking)
+    from stages.imu.reports.picture import picture
+    from stages.imu.reports.run_report import origin_of, tables
     from stages.imu.run import trials
     from stages.imu.sources.database import DatabaseWriter
-    from stages.imu.trial.picture import picture
-    from stages.imu.trial.run_report import origin_of, tables
 
     sensors: list[SensorReport] = []
     runs: list[RunReport] = []
@@ -62,7 +62,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     except SourceRefused as refused:
         raise WrongOption(str(refused)) from None
     if options.export is not None:
-        from stages.imu.trial.export import exported
+        from stages.imu.reports.export import exported
 
         with asking.new_file(options.export) as folder:
             folder.mkdir()

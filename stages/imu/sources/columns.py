@@ -22,6 +22,7 @@ from stages.imu.sources.stamps import in_seconds, moment
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 FASTEST_RATE_HZ = 1e5
 LARGEST_VALUE = 1e15
+AT_ONCE = 10_000  # rows that a processor has at hand
 LARGEST_STAMP = 1e19  # nanoseconds since 1970 are a fifth of it
 
 
@@ -53,10 +54,12 @@ def number_or_moment(cell: Any) -> float:
 def recording_from_columns(experiment: Experiment, device: Device, columns: np.ndarray) -> Recording:
     """A recording from an array (n, 11) whose columns are those of `SAMPLE_VALUES`, stamps in any unit.
 
-    Values that no sensor gives become NaN.
+    Values that no sensor gives become NaN, in `columns` itself, of which the recording's arrays are parts.
     """
     limit = np.where([name.endswith("_stamp") for name in SAMPLE_VALUES], LARGEST_STAMP, LARGEST_VALUE)
-    columns = np.where(np.abs(columns) < limit, columns, np.nan)
+    for first in range(0, len(columns), AT_ONCE):
+        rows = columns[first : first + AT_ONCE]
+        np.copyto(rows, np.nan, where=~(np.abs(rows) < limit))
     packet, position = columns[:, :2].T
     sensor, phone, server = (in_seconds(stamp, device.rate_hz) for stamp in columns[:, 2:5].T)
     return Recording(experiment, device, packet, position, sensor, phone, server, columns[:, 5:8], columns[:, 8:11])

@@ -15,8 +15,8 @@ A description of one experiment, as it stands in a YAML file:
 `device` takes the columns of table `device` in `stages.imu.sources.schema`, `columns` those of table `sample`. Several
 experiments stand as a list under the one key `runs`. A gyroscope that has a file of its own stands under `gyroscope`,
 with the same keys but `device`; its rows are brought to those of the accelerometer by packet and position where both
-files have them, else by stamp. A MATLAB or HDF5 file has names of arrays in the place of columns. Stamps may be in any
-unit that the nominal rate confirms, or written dates and times.
+files have them, else by stamp. A MATLAB or HDF5 file has names of arrays in the place of columns, a bag of ROS or an
+MCAP file topics with fields. Stamps may be in any unit that the nominal rate confirms, or written dates and times.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from typing import Any
 import numpy as np
 
 from stages.imu.errors import SourceRefused, printable
-from stages.imu.sources import array_file, text_table
 from stages.imu.sources.columns import device_from_row, experiment_from_row, recording_from_columns
+from stages.imu.sources.files import one_file
+from stages.imu.sources.files.text_table import Layout
 from stages.imu.sources.schema import SAMPLE_VALUES, TABLES, Device, Experiment, Recording
 from stages.imu.sources.stamps import in_seconds
-from stages.imu.sources.text_table import Layout
 
 DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 NEEDED = ("ax", "ay", "az", "gx", "gy", "gz")
@@ -98,11 +98,14 @@ class CsvSource:
         wanted = list(dict.fromkeys(one.columns.values()))
         stamps = [name for value, name in one.columns.items() if value in STAMPS]
         path = self.folder / one.file
-        is_array = path.suffix.lower() in array_file.ENDINGS
-        found = array_file.read(path, wanted) if is_array else text_table.read(path, one.layout, wanted, stamps)
-        rows = len(next(iter(found.values())))
-        nothing = np.full(rows, np.nan)
-        return np.column_stack([found[one.columns[v]] if v in one.columns else nothing for v in SAMPLE_VALUES])
+        found = dict(one_file.read(path, one.layout, wanted, stamps))
+        table = np.full((len(next(iter(found.values()))), len(SAMPLE_VALUES)), np.nan)
+        for name in wanted:
+            values = found.pop(name)  # so that each is in memory once
+            for column, value in enumerate(SAMPLE_VALUES):
+                if one.columns.get(value) == name:
+                    table[:, column] = values
+        return table
 
 
 def beside(table: np.ndarray, other: np.ndarray, one: ColumnMap) -> np.ndarray:

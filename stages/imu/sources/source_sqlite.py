@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from stages.imu.errors import SourceRefused, printable
-from stages.imu.sources import plain_file
+from stages.imu.sources.files import plain_file
 from stages.imu.sources.schema import TABLES
 from stages.imu.sources.source_tables import Extent, TableSource
 

@@ -18,9 +18,13 @@ import numpy as np
 
 from stages.biped.quantity import quantity
 from stages.imu.parameters import Drawing
-from stages.imu.trial.events import INNER, OUTER, HeelStrikes, filled
+from stages.imu.strikes.heel_strikes import INNER, OUTER, HeelStrikes, filled
+from stages.imu.strikes.step_times import UNKNOWN, StepTimes
 
 PATH_POINTS = 51
+ROUNDED_S = 0.012  # how far a low pass rounds the corner of a landing off
+CONTINUED_S = 0.08  # from how far inside the angle is continued to a landing
+FEWEST_POINTS = 8
 
 
 @dataclass(frozen=True)
@@ -35,9 +39,7 @@ class LegMotion:
     step_length: np.ndarray = quantity("m", "travel of the hip in between: the other leg's step, shape (k,)")
     step_length_error: np.ndarray = quantity("m", "standard error of each, shape (k,)")
     hip_path: np.ndarray = quantity("m", "hip along and above the slope over each of these steps, shape (k, p, 2)")
-    inner_step_time: float = quantity("s", "mean time from the other leg's landing to this one's")
-    outer_step_time: float = quantity("s", "mean time from this leg's landing to the other's")
-    asymmetry: float = quantity("1", "difference of the two over their mean")
+    times: StepTimes = quantity("-", "step, stance and swing of both legs")
 
 
 def leg_angle(time: np.ndarray, lateral_rate: np.ndarray, rest: np.ndarray, rest_angle: float) -> np.ndarray:
@@ -58,6 +60,23 @@ def hip_at(angle: np.ndarray, drawing: Drawing) -> np.ndarray:
     return np.stack([r * theta + above * np.sin(theta), r + above * np.cos(theta)], axis=-1)
 
 
+def stance_angle(time: np.ndarray, angle: np.ndarray, start: float, end: float) -> np.ndarray:
+    """The angle [rad] at `PATH_POINTS` even times from one landing to the next, as if nothing were beside.
+
+    A landing changes the rate at once, and a sensor's low pass rounds that corner off: what is near to a landing is
+    continued, by a cubic, from the stance's inside.
+    """
+    at = np.linspace(start, end, PATH_POINTS)
+    found = np.asarray(np.interp(at, time, angle))
+    for landing, inward in ((start, 1.0), (end, -1.0)):
+        depth = inward * (time - landing)
+        inside, near = (depth >= ROUNDED_S) & (depth <= CONTINUED_S), inward * (at - landing) < ROUNDED_S
+        if inside.sum() >= FEWEST_POINTS and 0.5 * (end - start) > CONTINUED_S:
+            cubic = np.polynomial.Polynomial.fit(depth[inside], angle[inside], 3)
+            found[near] = cubic(inward * (at[near] - landing))
+    return found
+
+
 def leg_motion(
     time: np.ndarray,
     angle: np.ndarray,
@@ -65,13 +84,15 @@ def leg_motion(
     bias_error: float,
     sensors: int,
     strikes: HeelStrikes,
+    times: StepTimes,
     drawing: Drawing,
 ) -> LegMotion:
     """The motion of the leg from its angle (m,) on an even grid (m,) [s].
 
     The angle's error is that of the stand, of the gyroscopes' gain on what was turned since (shared by `sensors` of
     them), and of the bias, `bias_error` [rad/s], on the time since the grid began. A step's is that of the gain, of the
-    leg's length and of both landings' times, and what rolling on a compliant leg departs from a rigid one.
+    leg's length, of when each leg's impacts begin and of both landings' own times, and what rolling on a compliant leg
+    departs from a rigid one.
     """
     gain = drawing.rate_gain_error / math.sqrt(max(sensors, 1))
     since = time - time[0] if len(time) else time
@@ -83,36 +104,19 @@ def leg_motion(
     usual = np.median(end - start) if len(start) else 0.0
     inside &= np.abs(end - start - usual) <= 0.5 * usual
     start, end = start[inside], end[inside]
-    phase = start[:, None] + (end - start)[:, None] * np.linspace(0.0, 1.0, PATH_POINTS)
-    path = hip_at(np.interp(phase, time, angle), drawing) if len(start) else np.empty((0, PATH_POINTS, 2))
+    swept = [stance_angle(time, angle, *both) for both in zip(start, end)]
+    path = hip_at(np.array(swept).reshape(-1, PATH_POINTS), drawing)
     length = path[:, -1, 0] - path[:, 0, 0]
     share = math.sqrt(gain**2 + drawing.leg_length_error**2 + drawing.rolling_error**2)
     apart = (end - start) / (PATH_POINTS - 1)
     ends = (path[:, [1, -1], 0] - path[:, [0, -2], 0]) / apart[:, None]  # speeds at both landings
-    said = np.sqrt((share * length) ** 2 + drawing.strike_error_s**2 * (ends**2).sum(axis=1))
+    late = math.hypot(drawing.onset_error_s, drawing.strike_scatter_s)
+    said = np.sqrt((share * length) ** 2 + late**2 * (ends**2).sum(axis=1))
     path[:, :, 0] -= path[:, :1, 0]
-    inner, outer = step_times(strikes)
-    return LegMotion(
-        time, angle, error, start, end, length, said, path, inner, outer,
-        (inner - outer) / (0.5 * (inner + outer)) if inner + outer > 0 else math.nan,
-    )  # fmt: skip
-
-
-def step_times(strikes: HeelStrikes) -> tuple[float, float]:
-    """Mean duration [s] of the steps that end with the inner and with the outer leg's landing; NaN for none.
-
-    A step with a strike missing inside is left out.
-    """
-    step = np.diff(strikes.time)
-    whole = step < 1.5 * np.median(step) if len(step) else np.zeros(0, dtype=bool)
-    means = []
-    for leg in (INNER, OUTER):
-        mine = step[whole & (strikes.leg[1:] == leg)]
-        means.append(float(mine.mean()) if len(mine) else math.nan)
-    return means[0], means[1]
+    return LegMotion(time, angle, error, start, end, length, said, path, times)
 
 
 def nothing() -> LegMotion:
     """A leg of which nothing is known."""
     none = np.empty(0)
-    return LegMotion(none, none, none, none, none, none, none, np.empty((0, PATH_POINTS, 2)), *(math.nan,) * 3)
+    return LegMotion(none, none, none, none, none, none, none, np.empty((0, PATH_POINTS, 2)), UNKNOWN)

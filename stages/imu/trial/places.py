@@ -9,8 +9,8 @@ import numpy as np
 
 from stages.imu.clock.resample import resample
 from stages.imu.parameters import Settings
-from stages.imu.trial.events import filled
-from stages.imu.trial.events import step_period as period_of
+from stages.imu.strikes.heel_strikes import filled
+from stages.imu.strikes.heel_strikes import step_period as period_of
 from stages.imu.trial.frames import Frame
 from stages.imu.trial.leg_motion import leg_angle
 from stages.imu.trial.sensor import SensorTrace

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stages.imu.clock.resample import resample
-from stages.imu.trial.events import INNER, HeelStrikes
+from stages.imu.strikes.heel_strikes import INNER, HeelStrikes
 
 
 def stride_bounds(strikes: HeelStrikes, skipped: int = 0) -> np.ndarray:

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.imu.clock.clock import Clock, repair_clock
-from stages.imu.clock.packet_index import IndexedRecording, index_samples
+from stages.imu.clock.indexed import IndexedRecording
+from stages.imu.clock.packet_index import index_samples
 from stages.imu.parameters import Settings
 from stages.imu.sources.schema import Recording
 from stages.imu.sources.units import Scale, scale_of

@@ -201,31 +201,3 @@ def _best_shift(
     curvature = left - 2 * middle + right
     step = SHIFTS_S[1] - SHIFTS_S[0]
     return float(SHIFTS_S[best] + (0.5 * (left - right) / curvature * step if curvature > 0 else 0.0))
-
-
-@dataclass(frozen=True)
-class StepFrequency:
-    """Steps per second [Hz] with its standard error [Hz] and the number of heel strikes behind it."""
-
-    value: float
-    standard_error: float
-    strikes: int
-
-
-def step_frequency(strikes: HeelStrikes) -> StepFrequency:
-    """Frequency from a straight line through the strike times, with an offset of its own for each leg.
-
-    Strikes are numbered by whole steps, so a strike that was missed does not count as a long step.
-    """
-    if len(strikes.time) < 4:
-        return StepFrequency(float("nan"), float("nan"), len(strikes.time))
-    step = np.diff(strikes.time)
-    number = np.append(0, np.cumsum(np.maximum(1, np.rint(step / np.median(step)))))
-    columns = np.column_stack((np.ones(len(number)), number, strikes.leg))
-    if len(set(strikes.leg.tolist())) == 1:
-        columns = columns[:, :2]
-    solution, _, _, _ = np.linalg.lstsq(columns, strikes.time, rcond=None)
-    residual = strikes.time - columns @ solution
-    variance = residual @ residual / max(1, len(number) - columns.shape[1])
-    period_error = np.sqrt(variance * np.linalg.pinv(columns.T @ columns)[1, 1])
-    return StepFrequency(1 / solution[1], float(period_error / solution[1] ** 2), len(number))

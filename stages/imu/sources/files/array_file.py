@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from stages.imu.errors import SourceRefused, printable
-from stages.imu.sources import plain_file
+from stages.imu.sources.files import plain_file
 
 ENDINGS = (".mat", ".h5", ".hdf5")
 _COLUMN = re.compile(r"(.*)\[(\d+)\]$")
@@ -34,6 +34,31 @@ def read(path: Path, wanted: Sequence[str]) -> Mapping[str, np.ndarray]:
     lengths = {len(column) for column in found.values()}
     if len(lengths) > 1:
         raise SourceRefused(f"{printable(path.name)}: its columns are {min(lengths)} to {max(lengths)} long")
+    return found
+
+
+def groups_of(path: Path) -> dict[str, list[str]]:
+    """Names of the arrays in each group of an HDF5 file; those of a MATLAB file stand in one. Raises SourceRefused."""
+    plain_file.check(path)
+    found: dict[str, list[str]] = {}
+    try:
+        with path.open("rb") as file:
+            is_hdf5 = b"\x89HDF\r\n\x1a\n" in file.read(520)
+        if not is_hdf5:
+            from scipy.io import whosmat
+
+            return {"": [name for name, _, _ in whosmat(path)]}
+        import h5py
+
+        def seen(name: str, item: Any) -> None:
+            if isinstance(item, h5py.Dataset):
+                group, _, last = name.rpartition("/")
+                found.setdefault(group, []).append(last)
+
+        with h5py.File(path, "r") as opened:
+            opened.visititems(seen)
+    except Exception as error:  # readers of a format raise whatever a broken file makes them raise
+        raise SourceRefused(f"{printable(path.name)} is no MATLAB or HDF5 file that can be read") from error
     return found
 
 

@@ -11,7 +11,9 @@ import numpy as np
 
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.imu.judgement.evidence import Evidence
-from stages.imu.trial.run_report import RunReport
+from stages.imu.reports.run_report import RunReport
+from stages.imu.strikes.heel_strikes import INNER, OUTER
+from stages.imu.strikes.step_times import StepTimes
 from stages.imu.trial.trial import Trial
 
 UNITS = {"force": "m/s^2", "rate": "rad/s"}
@@ -19,15 +21,27 @@ Row = Sequence[object]
 
 
 def exported(trials: Iterable[Trial]) -> dict[str, bytes]:
-    """Files by name: runs, events, steps, leg and strides as CSV, and the curves as npz; refused runs in runs alone."""
+    """Files by name: runs, events, times by leg, steps, leg, hip path and strides as CSV, and the curves as npz.
+
+    Refused runs stand in runs alone.
+    """
     found = list(trials)
     used = [trial for trial in found if trial.accepted]
     files = {
         "runs.csv": table(_run_columns(), (_run(trial.report()) for trial in found)),
         "events.csv": table(
-            ("run", "time [s]", "leg [0 inner, 1 outer]"),
-            ((trial.experiment.name, time, int(leg)) for trial in used
-             for time, leg in zip(trial.strikes.time, trial.strikes.leg)),
+            ("run", "time [s]", "leg [0 inner, 1 outer]", "event"),
+            ((trial.experiment.name, *event) for trial in used for event in events_of(trial)),
+        ),
+        "times.csv": table(
+            ("run", *(f"{field.name} [{field.metadata['unit']}]" for field in dataclasses.fields(StepTimes))),
+            ((trial.experiment.name, *dataclasses.astuple(trial.leg.times)) for trial in used),
+        ),
+        "hip_path.csv": table(
+            ("run", "step", "phase [1]", "along the slope [m]", "above it [m]"),
+            ((trial.experiment.name, number, phase, *place) for trial in used
+             for number, path in enumerate(trial.leg.hip_path)
+             for phase, place in zip(np.linspace(0, 1, len(path)), path)),
         ),
         "steps.csv": table(
             ("run", "start [s]", "end [s]", "length [m]", "standard error [m]"),
@@ -48,6 +62,15 @@ def exported(trials: Iterable[Trial]) -> dict[str, bytes]:
         ),
     }  # fmt: skip
     return files | {"curves.npz": _curves(used)}
+
+
+def events_of(trial: Trial) -> list[tuple[float, int, str]]:
+    """Time [s], leg and kind of every event; the inner leg's toe-offs where the foot's sensor shows them."""
+    strikes, double = trial.strikes, trial.leg.times.double_stance
+    found = [(float(time), int(leg), "heel strike") for time, leg in zip(strikes.time, strikes.leg)]
+    if np.isfinite(double):
+        found += [(float(time + double), INNER, "toe-off") for time in strikes.time[strikes.leg == OUTER]]
+    return sorted(found)
 
 
 def table(columns: Sequence[str], rows: Iterable[Row]) -> bytes:

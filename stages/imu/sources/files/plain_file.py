@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import stat
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import TextIO
 
@@ -11,6 +12,8 @@ from stages.imu.errors import SourceRefused, printable
 
 #: Longest line of a table [characters]; a sparse file of gigabytes is one line.
 LONGEST_LINE = 1_000_000
+#: Characters read at a time.
+BLOCK = 1 << 20
 
 
 def check(path: Path) -> None:
@@ -24,9 +27,21 @@ def check(path: Path) -> None:
         raise SourceRefused(f"{printable(path.name)} cannot be read: it is {what}, not a file")
 
 
-def lines(file: TextIO, name: str) -> Iterator[str]:
-    """The lines of a text, one in memory at a time. Raises SourceRefused for one that no table has."""
-    while line := file.readline(LONGEST_LINE):
-        if len(line) == LONGEST_LINE:
+def blocks(file: TextIO, name: str) -> Iterator[list[str]]:
+    """The lines of a text, opened with any kind of newline, without their ends; some `BLOCK` characters at a time.
+
+    Raises SourceRefused for a line that no table has.
+    """
+    begun = ""
+    while text := file.read(BLOCK):
+        *whole, begun = (begun + text).split("\n")
+        if len(begun) >= LONGEST_LINE:
             raise SourceRefused(f"{printable(name)} is no table (a line of more than {LONGEST_LINE:,} characters)")
-        yield line
+        yield whole
+    if begun:
+        yield [begun]
+
+
+def lines(file: TextIO, name: str) -> Iterator[str]:
+    """The same, a line at a time."""
+    return chain.from_iterable(blocks(file, name))

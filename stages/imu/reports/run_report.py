@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from stages.biped.quantity import quantity
 from stages.imu.judgement.evidence import Evidence
 from stages.imu.judgement.verdict import REFUSED
-from stages.imu.trial.report import NOT_OBSERVABLE, SensorReport
+from stages.imu.reports.sensor_report import NOT_OBSERVABLE, SensorReport
 
 Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
 

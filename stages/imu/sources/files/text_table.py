@@ -9,18 +9,17 @@ from __future__ import annotations
 import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import chain, islice
+from itertools import chain
 from pathlib import Path
 from typing import TextIO
 
 import numpy as np
 
 from stages.imu.errors import SourceRefused, printable
-from stages.imu.sources import plain_file
 from stages.imu.sources.columns import number
+from stages.imu.sources.files import plain_file
 from stages.imu.sources.stamps import moments
 
-BLOCK_ROWS = 20_000
 LEAST_READ = 0.5  # of the cells that hold anything: below it the column is something else than numbers
 HEAD_BYTES = 4096
 
@@ -56,7 +55,7 @@ def read(path: Path, layout: Layout, wanted: Sequence[str], stamps: Sequence[str
     plain_file.check(path)
     name = path.name
     try:
-        with path.open(encoding=encoding_of(path), errors="replace", newline="") as file:
+        with path.open(encoding=encoding_of(path), errors="replace") as file:
             return _columns(file, name, layout, wanted, stamps)
     except csv.Error as error:
         raise SourceRefused(f"{printable(name)} is no table ({error})") from error
@@ -67,18 +66,20 @@ def read(path: Path, layout: Layout, wanted: Sequence[str], stamps: Sequence[str
 def _columns(
     file: TextIO, name: str, layout: Layout, wanted: Sequence[str], stamps: Sequence[str]
 ) -> Mapping[str, np.ndarray]:
-    after_head = islice(plain_file.lines(file, name), layout.header_rows, None)
-    head = next(after_head, "")
+    blocks = plain_file.blocks(file, name)
+    first: list[str] = []
+    while len(first) <= layout.header_rows and (block := next(blocks, None)) is not None:
+        first += block
+    head = first[layout.header_rows] if len(first) > layout.header_rows else ""
     names = names_of(head, layout)
-    lines = chain(() if layout.header else (head,), after_head)
+    first = first[layout.header_rows + layout.header :]
     places = [_place(name, names, one) for one in wanted]
     columns = [_Column(one, place, one in stamps) for one, place in zip(wanted, places)]
-    block = list(islice(lines, BLOCK_ROWS))
     if layout.header:
-        block = _without_units(block, layout, [one.place for one in columns if not one.may_be_written])
-    while block:
-        _add_block(block, layout, columns)
-        block = list(islice(lines, BLOCK_ROWS))
+        first = _without_units(first, layout, [one.place for one in columns if not one.may_be_written])
+    for block in chain((first,), blocks):
+        if block:
+            _add_block(block, layout, columns)
     return {one.name: one.checked(name) for one in columns}
 
 
@@ -108,6 +109,7 @@ class _Column:
     def checked(self, file: str) -> np.ndarray:
         """The whole column (n,). Raises SourceRefused if it holds something that was not read, or nothing."""
         whole = np.concatenate(self.parts) if self.parts else np.empty(0)
+        self.parts.clear()
         if len(whole) and not self.filled:
             raise SourceRefused(f"{printable(file)}: the column {printable(self.name)} is empty")
         if np.isfinite(whole).sum() < LEAST_READ * self.filled:
@@ -123,7 +125,7 @@ def _add_block(block: Sequence[str], layout: Layout, columns: Sequence[_Column])
     text = [one for one in columns if one.written]
     table = None if text and any('"' in line for line in block) else _fast(block, layout, [one.place for one in plain])
     if table is not None:
-        rows = [line.rstrip("\r\n").split(layout.delimiter) for line in block if line.strip()] if text else []
+        rows = [line.split(layout.delimiter) for line in block if line.strip()] if text else []
         if not text or len(rows) == len(table):
             for one, values in zip(plain, table.T):
                 one.parts.append(values)

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from stages.biped.quantity import quantity
 from stages.campaign.result import Result as Campaign
 from stages.campaign.result import RunTruth, SensorTruth
+from stages.comparison.runs.leg_score import LegScore, score_legs
+from stages.comparison.tables import Table
 from stages.imu.result import Result as Ingested
 from stages.imu.result import Run, SensorSignals
-from stages.imu.trial.events import HeelStrikes, step_frequency
+from stages.imu.strikes.heel_strikes import HeelStrikes
+from stages.imu.strikes.step_frequency import step_frequency
 from stages.imu.trial.frames import angle_between
 
 STRIKE_TOLERANCE = 0.010  # s, within which a heel strike counts as found
@@ -29,8 +33,18 @@ class IngestScore:
     strike_error: np.ndarray = quantity("s", "rms error of the heel strikes found, less the clock's delay")
     legs_right: np.ndarray = quantity("1", "whether the leg of every strike found is the true one")
     frequency_error: np.ndarray = quantity("1", "relative error of the step frequency")
+    leg: LegScore = quantity("-", "leg angle, step lengths and times by leg")
 
-    def table(self) -> tuple[str, tuple[str, ...], list[tuple[str, ...]]]:
+    def leg_table(self) -> Table:
+        """Errors of the leg's motion beside what is said of them: (title, columns, rows)."""
+        rows: list[tuple[str, ...]] = [
+            (name, f"{rms:.3g}", "" if said != said else f"{said:.3g}", "" if held != held else f"{100 * held:.0f}")
+            for name, rms, said, held in self.leg.rows()
+        ]
+        columns = ("quantity", "rms error", "standard error said", "95 % intervals that hold, %")
+        return f"Leg motion against the truth of {len(self.recall)} synthetic runs", columns, rows
+
+    def table(self) -> Table:
         """Mean over the runs and the worst of them: (title, columns, rows)."""
 
         def row(name: str, values: np.ndarray, scale: float = 1.0, least: bool = False) -> tuple[str, ...]:
@@ -49,13 +63,25 @@ class IngestScore:
         return title, ("measure", "mean", "worst"), rows
 
 
-def score_ingest(campaign: Campaign, imu: Ingested, skipped: int) -> IngestScore | None:
+def score_ingest(campaign: Campaign, imu: Ingested, skipped: int, gravity: float) -> IngestScore | None:
     """Score of all accepted runs; None unless each is a run of this campaign. `skipped` strikes have no frequency."""
     truths = {truth.name: truth for truth in campaign.runs}
     if any(run.report.name not in truths or run.report.origin != campaign.origin for run in imu.runs):
         return None
     scores = [_score_run(run, truths[run.report.name], skipped) for run in imu.runs]
-    return IngestScore(*(np.array(column) for column in zip(*scores, strict=True)))
+    columns: list[Any] = [np.array(column) for column in zip(*scores, strict=True)]
+    known = [(run, truths[run.report.name]) for run in imu.runs]
+    columns.append(score_legs(((run, truth, shift_of(run, truth)) for run, truth in known), skipped, gravity))
+    return IngestScore(*columns)
+
+
+def shift_of(run: Run, truth: RunTruth) -> float:
+    """What is added to true time to have a run's own [s]: its clock, and the radio's mean delay."""
+    signals, sensor = next(
+        (one, true) for one, true in ((run.hip, truth.hip), (run.foot, truth.foot)) if len(one.time)
+    )
+    delay = float(np.mean(_time_errors(run.start - truth.clock_start, signals, sensor)))
+    return delay + sensor.low_pass_delay - run.start + truth.clock_start
 
 
 def _score_run(run: Run, truth: RunTruth, skipped: int) -> tuple[float, float, float, float, float, float, bool, float]:
@@ -64,7 +90,7 @@ def _score_run(run: Run, truth: RunTruth, skipped: int) -> tuple[float, float, f
     errors = [_time_errors(run.start - truth.clock_start, signals, sensor) for signals, sensor in seen]
     delay = float(np.mean(errors[0]))
     # A signal's time is that of its sample less the low pass's delay, so only the radio's delays the strikes.
-    at = run.start - truth.clock_start + run.heel_strike_time - delay - seen[0][1].low_pass_delay
+    at = run.heel_strike_time - shift_of(run, truth)
     nearest = np.abs(at[:, None] - truth.heel_strike_time).argmin(axis=1)
     error = at - truth.heel_strike_time[nearest]
     hit = np.abs(error) <= STRIKE_TOLERANCE

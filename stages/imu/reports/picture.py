@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stages.imu.clock.clock import packet_arrivals
-from stages.imu.clock.packet_index import arrival_stamp
+from stages.imu.clock.indexed import arrival_stamp
 from stages.imu.trial.places import FORWARD, LATERAL, UP
 from stages.imu.trial.trial import Trial
 

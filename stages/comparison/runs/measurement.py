@@ -9,6 +9,7 @@ import numpy as np
 
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
+from stages.comparison.runs.leg_agreement import LegAgreement, compare_leg
 from stages.comparison.stride import Stride, through_low_pass
 from stages.imu.result import Result as Ingested
 from stages.imu.trial.agreement import Agreement, FrequencyDifference, agreement, frequency_difference
@@ -28,6 +29,7 @@ class MeasurementAgreement:
     bandwidth: float = quantity("Hz", "low pass of the sensors, which the models' curves pass too; NaN: none declared")
     twin: dict[str, Agreement] = quantity("-", "agreement with the twin, by signal")
     simple: dict[str, Agreement] = quantity("-", "agreement with the simple model, by signal")
+    leg: LegAgreement | None = quantity("-", "leg angle, hip path and step length; empty if no run has them")
 
 
 def same_steps_frequency(imu: Ingested, walk: Walk, skipped: int) -> float:
@@ -38,7 +40,7 @@ def same_steps_frequency(imu: Ingested, walk: Walk, skipped: int) -> float:
 
 
 def compare_measurement(
-    imu: Ingested, walk: Walk, twin: Stride, simple: Stride, skipped: int
+    imu: Ingested, walk: Walk, twin: Stride, simple: Stride, simple_walk: Walk, skipped: int
 ) -> MeasurementAgreement:
     """Agreement of the ingest's result with the last stride of twin and simple model.
 
@@ -57,6 +59,7 @@ def compare_measurement(
         bandwidth=bandwidth,
         twin=stride_agreement(imu, twin, bandwidth),
         simple=stride_agreement(imu, simple, bandwidth),
+        leg=compare_leg(imu, walk, simple_walk, skipped),
     )
 
 

@@ -1,0 +1,88 @@
+"""Step, stance and swing of each leg in time, and how far the legs differ, each with a standard error."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.biped.quantity import quantity
+from stages.imu.parameters import Drawing
+from stages.imu.strikes.heel_strikes import INNER, OUTER, HeelStrikes
+
+NAN = float("nan")
+
+
+@dataclass(frozen=True)
+class StepTimes:
+    """Means over the run's own steps after the transient, standard errors beside them; NaN for what is not known.
+
+    Nothing on the inner leg tells when the outer one leaves the ground: its double stance is taken to be the inner
+    leg's, with an error as large as itself.
+    """
+
+    inner_step: float = quantity("s", "from the outer leg's landing to the inner one's")
+    outer_step: float = quantity("s", "from the inner leg's landing to the outer one's")
+    step_error: float = quantity("s", "standard error of both")
+    double_stance: float = quantity("s", "from the outer leg's landing to the inner one's toe-off")
+    double_stance_error: float = quantity("s", "its standard error")
+    inner_stance: float = quantity("s", "from the inner leg's landing to its toe-off")
+    inner_swing: float = quantity("s", "from the inner leg's toe-off to its landing")
+    inner_error: float = quantity("s", "standard error of the inner leg's stance and swing")
+    outer_stance: float = quantity("s", "from the outer leg's landing to its toe-off")
+    outer_swing: float = quantity("s", "from the outer leg's toe-off to its landing")
+    outer_error: float = quantity("s", "standard error of the outer leg's stance and swing")
+    asymmetry: float = quantity("1", "inner less outer step over their mean")
+    asymmetry_error: float = quantity("1", "its standard error")
+    stance_asymmetry: float = quantity("1", "inner less outer stance over their mean")
+    stance_asymmetry_error: float = quantity("1", "its standard error")
+
+
+UNKNOWN = StepTimes(*(NAN,) * 15)
+
+
+def step_times(strikes: HeelStrikes, double_stance: float, drawing: Drawing) -> StepTimes:
+    """Times by leg from strikes and from how long after the outer leg's the inner foot is let go [s], NaN if unknown.
+
+    A leg's strikes share one error, that of their onset, and scatter each; toe-off has an error of its own.
+    """
+    (inner, fewest), (outer, others) = (_mean_step(strikes, leg) for leg in (INNER, OUTER))
+    scatter = drawing.strike_scatter_s / math.sqrt(max(min(fewest, others), 1))
+    step = math.sqrt(2) * math.hypot(drawing.onset_error_s, scatter)
+    known = math.hypot(drawing.onset_error_s, drawing.toe_off_error_s, scatter) if double_stance > 0 else NAN
+    other = math.hypot(known, double_stance)
+    stances = outer + double_stance, inner + double_stance
+    # What is taken out of one step is in the other: their difference is off by twice the error of one.
+    return StepTimes(
+        inner_step=inner,
+        outer_step=outer,
+        step_error=step,
+        double_stance=double_stance,
+        double_stance_error=known,
+        inner_stance=stances[0],
+        inner_swing=inner - double_stance,
+        inner_error=known,
+        outer_stance=stances[1],
+        outer_swing=outer - double_stance,
+        outer_error=other,
+        asymmetry=_over_mean(inner - outer, inner, outer),
+        asymmetry_error=_over_mean(2 * step, inner, outer),
+        stance_asymmetry=_over_mean(stances[0] - stances[1], *stances),
+        stance_asymmetry_error=_over_mean(math.hypot(2 * step, other), *stances),
+    )
+
+
+def _over_mean(value: float, first: float, second: float) -> float:
+    return value / (0.5 * (first + second)) if first + second > 0 else NAN
+
+
+def _mean_step(strikes: HeelStrikes, leg: int) -> tuple[float, int]:
+    """Mean duration of the steps that end with this leg's landing [s], and how many there are.
+
+    A step with a strike missing inside is left out.
+    """
+    step = np.diff(strikes.time)
+    whole = step < 1.5 * np.median(step) if len(step) else np.zeros(0, dtype=bool)
+    mine = step[whole & (strikes.leg[1:] == leg)]
+    return (float(mine.mean()) if len(mine) else NAN), len(mine)

@@ -1,0 +1,92 @@
+"""What the sensors of a run say of the walk: heel strikes, the leg's motion, and its strides laid over each other."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from stages.biped.walk import SENSOR_SIGNALS
+from stages.imu.parameters import Parameters, Settings
+from stages.imu.strikes.heel_strikes import NO_STRIKES, OUTER, HeelStrikes, find_heel_strikes
+from stages.imu.strikes.impact_onset import Samples, at_onsets, lift_after
+from stages.imu.strikes.step_times import step_times
+from stages.imu.trial.leg_motion import LegMotion, leg_motion, nothing
+from stages.imu.trial.places import (
+    FORWARD,
+    LATERAL,
+    PLACES,
+    UP,
+    BodySensor,
+    angle_on,
+    bias_error,
+    common_grid,
+    longest_step,
+    on_grid,
+)
+from stages.imu.trial.registration import register
+from stages.imu.trial.sensor import filter_delay
+
+
+def strikes_of(sensors: dict[str, BodySensor], settings: Settings) -> tuple[HeelStrikes, float]:
+    """Heel strikes of the run, and the corner of the low pass they show [Hz], NaN if they show none.
+
+    From the hip sensor, which seldom clips, with the foot's help; else from the foot's.
+    """
+    present = [place for place in PLACES if place in sensors]
+    if not present:
+        return NO_STRIKES, math.nan
+    first, *rest = present
+    grid = common_grid({first: sensors[first]}, settings)
+    values = on_grid(sensors[first], grid, settings)
+    others = [values[:, [3 + LATERAL]]]
+    others += [on_grid(sensors[place], grid, settings)[:, [FORWARD, UP, 3 + LATERAL]] for place in rest]
+    band = (settings.slowest_step_hz, settings.fastest_step_hz)
+    found = find_heel_strikes(grid, values[:, [FORWARD, UP]], values[:, 3 + LATERAL], np.hstack(others), band)
+    return at_onsets(found, samples_of(sensors[first], [FORWARD, UP]), settings.skipped_steps)
+
+
+def samples_of(sensor: BodySensor, axes: list[int]) -> Samples:
+    """The sensor's samples of the force on these axes."""
+    taken = filter_delay(sensor.trace.indexed.recording.device.bandwidth_hz)
+    return Samples(sensor.time, sensor.force[:, axes], sensor.trace.rate_hz, taken)
+
+
+def leg_of(
+    sensors: dict[str, BodySensor], strikes: HeelStrikes, corner_hz: float, parameters: Parameters
+) -> LegMotion:
+    """The leg's motion from the rates of all sensors, where several see it from their mean; toe-off from the foot's."""
+    settings = parameters.settings
+    first = next((place for place in PLACES if place in sensors), None)
+    grid = common_grid(sensors, settings) if sensors else np.empty(0)
+    if first is None or len(grid) < 2:
+        return nothing()
+    seen = {place: on_grid(sensor, grid, settings) for place, sensor in sensors.items()}
+    angles = [angle_on(grid, place, seen, sensor, settings) for place, sensor in sensors.items()]
+    errors = [bias_error(sensor) for sensor in sensors.values()]
+    lift = math.nan
+    if "foot" in sensors:
+        lift = lift_after(strikes.time[strikes.leg == OUTER], samples_of(sensors["foot"], [UP]), corner_hz)
+    return leg_motion(
+        grid,
+        np.mean(angles, axis=0),
+        math.radians(settings.rest_leg_angle_deg),
+        math.sqrt(sum(error**2 for error in errors)) / len(errors),
+        len(sensors),
+        strikes,
+        step_times(strikes, lift, parameters.drawing),
+        parameters.drawing,
+    )
+
+
+def registered(sensors: dict[str, BodySensor], bounds: np.ndarray, settings: Settings) -> np.ndarray:
+    """Signals of all strides (s, p, 6) in the order of `SENSOR_SIGNALS`; NaN for a sensor that is missing."""
+    strides = np.full((len(bounds), settings.phase_points, len(SENSOR_SIGNALS)), np.nan)
+    for first, place in ((0, "hip"), (3, "foot")):
+        if place in sensors and len(bounds):
+            sensor = sensors[place]
+            signals = np.column_stack((sensor.force[:, [FORWARD, UP]], sensor.rate[:, LATERAL]))
+            strides[:, :, first : first + 3] = register(
+                sensor.time, signals, bounds, settings.phase_points, longest_step(sensor, settings)
+            )
+    return strides

@@ -1,0 +1,123 @@
+"""Exports of common makers, made of one synthetic run: --propose names the maker, and its map reads the file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from datetime import datetime, timedelta, timezone
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import yaml
+
+from stages.imu.judgement.verdict import REFUSED
+from stages.imu.sources.makers import MAKERS
+from stages.imu.sources.proposal import proposal
+from stages.imu.sources.source_csv import CsvSource
+from stages.imu.sources.units import scale_of
+from stages.imu.trial.trial import read_trial
+from tests.imu.made_logs import Log
+from tests.imu.stand_in import PARAMETERS
+from tests.imu.test_proposal import Table, dot, lines, log, table, text, two_files, units_row, xsens
+
+__all__ = ["log", "table"]  # fixtures
+G = 9.80665
+Files = Mapping[str, str]
+
+
+def one(written: tuple[str | bytes, str | bytes | None]) -> Files:
+    names = ("log_acc.csv", "log_gyr.csv")
+    return {name: content for name, content in zip(names, written) if isinstance(content, str)}
+
+
+def phyphox(t: Table) -> Files:
+    kinds = (("Acceleration", "m/s^2"), ("Gyroscope", "rad/s"))
+    names = ["Time (s)", *(f"{kind} {axis} ({unit})" for kind, unit in kinds for axis in "xyz")]
+    head = ",".join(f'"{name}"' for name in names)
+    return {"Raw Data.csv": lines([head], [[f"{s:.9E}", *text(a, 9), *text(w, 9)] for s, a, w in zip(*t[1:])])}
+
+
+def sensor_logger(t: Table) -> Files:
+    def file(values: np.ndarray) -> str:
+        stamps = ((f"{1_600_000_000_000_000_000 + 10_000_000 * n}", f"{s:.9f}") for n, s in zip(t[0], t[1]))
+        rows = [[*stamp, *text(row[::-1], 9)] for stamp, row in zip(stamps, values)]
+        return lines(["time,seconds_elapsed,z,y,x"], rows)
+
+    return {"TotalAcceleration.csv": file(t[2]), "Gyroscope.csv": file(t[3])}
+
+
+def axivity(t: Table) -> Files:
+    head = ["Time,Accel-X (g),Accel-Y (g),Accel-Z (g),Gyro-X (d/s),Gyro-Y (d/s),Gyro-Z (d/s)"]
+    first = datetime(2021, 3, 4, 10, tzinfo=timezone.utc)
+    rows = [[(first + timedelta(seconds=float(s))).strftime("%Y-%m-%d %H:%M:%S.%f")[:-3], *text(a / G),
+             *text(np.degrees(w))] for s, a, w in zip(*t[1:])]  # fmt: skip
+    return {"6012345_0000000001.csv": lines(head, rows)}
+
+
+def physics_toolbox(t: Table) -> Files:
+    rows = [[f"{s:.3f}", *text(a / G), *text(w)] for s, a, w in zip(*t[1:])]
+    return {"walk.csv": lines(["time,gFx,gFy,gFz,wx,wy,wz"], rows)}
+
+
+def noraxon(t: Table) -> Files:
+    part = "Noraxon MyoMotion-Segments-Foot RT"
+    kinds = ("Accel Sensor A{} (mG)", "Gyroscope-{} (deg/s)")
+    names = ["time", *(f"{part}-{kind.format(axis)}" for kind in kinds for axis in "xyz")]
+    rows = [[f"{s:.4f}", *text(1e3 * a / G), *text(np.degrees(w))] for s, a, w in zip(*t[1:])]
+    return {"trial.csv": lines([",".join(names)], rows)}
+
+
+EXPORTS: dict[str, Callable[[Table], Files]] = {
+    "Xsens DOT": lambda t: one(dot(t)),
+    "Xsens MTw": lambda t: one(xsens(t)),
+    "Shimmer": lambda t: one(units_row(t)),
+    "phyphox": phyphox,
+    "Sensor Logger": sensor_logger,
+    "MetaWear": lambda t: one(two_files(t)),
+    "Axivity": axivity,
+    "Physics Toolbox": physics_toolbox,
+    "Noraxon": noraxon,
+}
+
+
+def read(folder: Path, name: str, log: Log, table: Table) -> list[str]:
+    """What --propose told of a file whose map, with place, mounting and slope filled in, reads the run."""
+    said, told = proposal(folder / name)
+    description = yaml.safe_load(said)
+    (run,) = description["runs"]
+    run["experiment"]["slope_deg"] = log.experiment.slope_deg
+    run["files"][0]["device"] |= {"place": "hip", "forward_axis": "+y", "up_axis": "-x", "bandwidth_hz": 40}
+    ((experiment, recordings),) = CsvSource(description, folder).runs()
+    scale = scale_of(recordings[0].device)
+    whole = np.isfinite(recordings[0].angular_rate).all(axis=1)
+    assert whole.mean() > 0.95
+    np.testing.assert_allclose(recordings[0].acceleration * scale.acceleration, table[2], atol=1e-3)
+    np.testing.assert_allclose((recordings[0].angular_rate * scale.angular_rate)[whole], table[3][whole], atol=1e-4)
+    trial = read_trial(experiment, recordings, PARAMETERS)
+    assert trial.verdict.outcome != REFUSED, trial.verdict.findings
+    return told
+
+
+@pytest.mark.parametrize("maker", EXPORTS)
+def test_a_makers_export_is_named_and_read(maker: str, table: Table, log: Log, tmp_path: Path) -> None:
+    files = EXPORTS[maker](table)
+    for name, content in files.items():
+        (tmp_path / name).write_text(content)
+    told = read(tmp_path, next(iter(files)), log, table)
+    assert any(f"names as {maker}" in line for line in told), told
+    assert not [line for line in told if "guess" in line], told
+
+
+def test_an_hdf5_export_of_apdm(table: Table, log: Log, tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "20210304-walk.h5", "w") as file:
+        group = file.create_group("Sensors/4231")
+        group["Time"] = 1_614_852_000_000_000 + 10_000 * table[0]
+        group["Accelerometer"], group["Gyroscope"] = table[2], table[3]
+        group["Magnetometer"] = np.zeros_like(table[3])
+    told = read(tmp_path, "20210304-walk.h5", log, table)
+    assert any("Sensors/4231" in line and "APDM" in line for line in told)
+
+
+def test_every_maker_has_an_export_here() -> None:
+    assert all(any(maker.name.startswith(known) for known in EXPORTS) for maker in MAKERS)
