@@ -140,6 +140,7 @@ class Page:
         elif method == "Runtime.exceptionThrown":
             self.said.append(str(about["exceptionDetails"]))
         elif method == "Log.entryAdded":
-            self.said.append(str(about["entry"]))
+            if about["entry"]["source"] != "rendering":  # what Chromium thinks of this machine's graphics
+                self.said.append(str(about["entry"]))
         elif method == "Network.requestWillBeSent":
             self.requests.append(about["request"]["url"])
