@@ -10,6 +10,7 @@ from stages.biped.quantity import Bound, parameter
 from stages.comparison.limits import Limits
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
+from stages.twin.parameters import Settings as Twin
 
 
 @dataclass(frozen=True)
@@ -27,5 +28,6 @@ class Parameters:
     biped: Biped
     slope: Slope
     contact: ContactLaw
+    twin: Twin
     settings: Settings
     level: Level = Level()
