@@ -1,7 +1,7 @@
 """Results as HDF5: a dataclass becomes a group, each field a dataset with units, symbol, long name and dimensions.
 
-A tuple of dataclasses becomes a table, a dataset for each column. The words are netCDF's, so that its readers understand
-them: `pipeline/cache/hdf5`.
+A tuple of dataclasses becomes a table, a dataset for each column. The words are netCDF's, so that its readers
+understand them: `pipeline/cache/hdf5`.
 
 The same numbers give the same bytes on every run: no clock time, one library version, fields in order. Whether a stage
 finds the same numbers to the last bit is another matter: on another processor it may not (`processor.py`).
@@ -33,7 +33,8 @@ T = TypeVar("T")
 def encode(result: Any, provenance: Mapping[str, str], about: Mapping[str, str] | None = None) -> bytes:
     """The HDF5 file of a result dataclass. `provenance` becomes the attributes of the group `provenance`.
 
-    `about` (title, source, license, ...) are further attributes of the file. Raises `TypeError` for what HDF5 cannot hold.
+    `about` (title, source, license, ...) are further attributes of the file. Raises `TypeError` for what cannot be
+    stored.
     """
     with h5py.File(
         "artefact", "w", driver="core", backing_store=False, libver=("v110", "v110"), track_order=True
@@ -90,7 +91,7 @@ def tree(content: bytes, name: str) -> list[Field]:
     """Every field of an artefact, groups included (their shape is None), in the order of declaration."""
     with _opened(content, name) as file:
         return [field for key in dimensions.fields(file) if key != _PROVENANCE
-                for field in _branch(file[key], key)]
+                for field in _branch(file[key], key)]  # fmt: skip
 
 
 def _branch(item: Any, path: str) -> Iterator[Field]:

@@ -147,7 +147,7 @@ def test_a_foreign_hdf5_file_is_one_sentence(tmp_path):
     ("form", "sentence"),
     [
         ("bipedstudy artefact 3", "made by a newer version of this program (format 3); this one reads format 2"),
-        ("bipedstudy artefact 1", "made by an earlier version of this program (format 1); this one reads format 2; run"),
+        ("bipedstudy artefact 1", "made by an earlier version of this program (format 1); this one reads format 2;"),
         ("bipedstudy artefact 0", "an HDF5 file, but not an artefact of this study"),
         ("bipedstudy artefact one", "an HDF5 file, but not an artefact of this study"),
         ("another program 1", "an HDF5 file, but not an artefact of this study"),

@@ -75,8 +75,8 @@ def test_a_sweep_gives_what_run_gives(toy):
 def test_units_and_reasons_stand_in_the_table(toy):
     run(toy, GRID)
     with h5py.File(toy.root / "table.h5") as file:
-        assert file["table/ground.gravity"].attrs["unit"] == "m/s^2"
-        assert dict(file["table/force"].attrs) == {"unit": "N", "symbol": "F", "description": "peak force"}
+        assert file["table/ground.gravity"].attrs["units"] == "m/s^2"
+        assert dict(file["table/force"].attrs) == {"units": "N", "symbol": "F", "long_name": "peak force"}
 
 
 def test_known_points_are_not_computed_again_until_the_code_is_edited(toy):

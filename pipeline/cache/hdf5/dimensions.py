@@ -6,6 +6,8 @@ import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 _TIME = "time"
 #: What netCDF-4 calls a dimension that has a length and no values; readers hide it from the variables.
 _LENGTH_ALONE = b"This is a netCDF dimension but not a netCDF variable."
@@ -40,19 +42,27 @@ def names(
     return found
 
 
-def attach(
-    group: Any, members: Mapping[str, Any], declared: Mapping[str, Sequence[str]], rows: Any = None
-) -> None:
-    """Give the datasets among `members` of an HDF5 group their dimension scales; `rows` is the first one of all."""
-    shapes = {name: getattr(item, "shape", None) for name, item in members.items()}
-    first = rows.name.rpartition("/")[2] if rows is not None else ""
-    scales = {first: rows} if first else {}
+def attach(group: Any, members: Mapping[str, Any], declared: Mapping[str, Sequence[str]], row: Any = None) -> None:
+    """Give the datasets among `members` of an HDF5 group their dimension scales; `row` is the first one of all."""
+    shapes: dict[str, tuple[int, ...] | None] = {name: getattr(item, "shape", None) for name, item in members.items()}
+    first = row.name.rpartition("/")[2] if row is not None else ""
+    scales = {first: row} if first else {}
     for field, dimensions in names(shapes, declared, first).items():
         for axis, name in enumerate(dimensions):
+            item = members[field]
             if name not in scales:
-                scales[name] = _coordinate(members[name]) if name in members else length(group, name, shapes[field][axis])
-            if members[field] is not scales[name]:
-                members[field].dims[axis].attach_scale(scales[name])
+                own = name in members
+                scales[name] = _coordinate(members[name]) if own else length(group, name, item.shape[axis])
+            if item is not scales[name]:
+                item.dims[axis].attach_scale(scales[name])
+
+
+def rows(group: Any, name: str, count: int, **storage: Any) -> Any:
+    """The dimension scale of a table: the numbers of its rows, from 0."""
+    scale = group.create_dataset(name, data=np.arange(count, dtype="<i8"), track_times=False, **storage)
+    scale.attrs["long_name"] = "number of the row"
+    scale.make_scale(name)
+    return scale
 
 
 def length(group: Any, name: str, size: int) -> Any:

@@ -73,7 +73,7 @@ def _write_rows(group: Any, rows: Sequence[Any]) -> None:
     columns: Columns = _columns(rows) if rows else {}
     apart = [name for name, (_, column) in columns.items() if column is None]
     numbers = [str(index) for index in range(len(rows) if apart else 0)]
-    scale = dimensions.length(group, dimensions.free("row", {**columns, **dict.fromkeys(numbers)}), len(rows))
+    scale = dimensions.rows(group, dimensions.free("row", {**columns, **dict.fromkeys(numbers)}), len(rows))
     _write_columns(group, columns, scale)
     for number, row in zip(numbers, rows):
         write_fields(group.create_group(number, track_order=True), row, apart)
