@@ -19,6 +19,8 @@ import time
 from collections.abc import Mapping
 from typing import IO, Any
 
+from pipeline.cache.fingerprint import entry_modules
+from pipeline.execution.job import Job
 from pipeline.home import engine
 
 #: Whether workers are forked here.
@@ -108,12 +110,12 @@ class _Server:
             self.process.wait(1.0)
 
 
-def started(
-    environment: Mapping[str, str], errors: IO[bytes], package: str, code_root: str, files: list[str]
-) -> Forked:
-    """A worker process for sources of a package of stages; it writes its errors to the open file `errors`."""
+def started(environment: Mapping[str, str], errors: IO[bytes], job: Job) -> Forked:
+    """A worker process for a job; it writes its errors to the open file `errors`."""
     global _server
-    wanted = json.dumps({"package": package, "code_root": code_root, "files": files}).encode()
+    modules = [module for stage in job.stages for module in entry_modules(stage, job.package)]
+    about = {"package": job.package, "code_root": job.code_root, "files": [*job.code], "modules": modules}
+    wanted = json.dumps(about).encode()
     with _lock:
         if _server is not None and _server.fits == _traits(environment):
             with contextlib.suppress(OSError):

@@ -25,7 +25,7 @@ class Settings:
 
     FILE: ClassVar[str] = "extremes"
 
-    resolution: str = parameter("-", "points: some, or the whole map", choices=("coarse", "full"))
+    resolution: str = parameter("-", "points: few, some, or the whole map", choices=("few", "coarse", "full"))
     processes: int = parameter("1", "processes that compute side by side", bound=Bound(minimum=1, maximum=256))
     right_within: float = parameter(
         "1", "largest error of a right answer, in leg lengths and pendulum times", bound=Bound(above=0, maximum=0.1)

@@ -78,21 +78,28 @@ AXES: tuple[tuple[str, float, float, tuple[float, ...], tuple[str, ...]], ...] =
     ("twin.tolerance", 1e-14, 1e-2, (), (TWIN,)),
     ("twin.largest_step", 1e-5, 1e-1, (), (TWIN,)),
 )
-#: Points an axis has for each engine in the full map, engines of which the coarse map has the middle one of each axis,
-#: and draws of all parameters together. All points of the coarse map are points of the full one.
+#: Points an axis has for each engine in the full map, and engines of which the other maps have the middle one of each
+#: axis; then, by resolution, draws of all parameters together, steps in a row, and the rigid limit. All points of a map
+#: are points of the next one.
 FULL = {GAIT: 14, COULOMB: 10, STEP: 13, DERIVATIVES: 7, ESTIMATE: 7, COMPILED: 9, TREE: 7, JOINTS: 5, TWIN: 5}
 COARSE = (GAIT, COULOMB, STEP)
-FULL_DRAWS = {GAIT: 30, COULOMB: 20, STEP: 1250, DERIVATIVES: 30, ESTIMATE: 30, COMPILED: 40, TREE: 30, TWIN: 8}
-COARSE_DRAWS = {STEP: 12, COMPILED: 4, TREE: 4, TWIN: 1}
-FULL_MARCHES = ((1e2, 1e-10), (1e3, 1e-10), (1e4, 1e-6), (1e4, 1e-8), (1e4, 1e-10), (1e5, 1e-10))
-COARSE_MARCHES = ((1e2, 1e-10), (1e3, 1e-10))
-FULL_LIMIT, COARSE_LIMIT = (1.0, 10.0, 1e2, 1e3, 1e4), (1e2,)
+DRAWS: dict[str, dict[str, int]] = {
+    "few": {},
+    "coarse": {STEP: 12, COMPILED: 4, TREE: 4, TWIN: 1},
+    "full": {GAIT: 30, COULOMB: 20, STEP: 1250, DERIVATIVES: 30, ESTIMATE: 30, COMPILED: 40, TREE: 30, TWIN: 8},
+}
+MARCHES = {
+    "few": (),
+    "coarse": ((1e2, 1e-10), (1e3, 1e-10)),
+    "full": ((1e2, 1e-10), (1e3, 1e-10), (1e4, 1e-6), (1e4, 1e-8), (1e4, 1e-10), (1e5, 1e-10)),
+}
+LIMITS = {"few": (), "coarse": (1e2,), "full": (1.0, 10.0, 1e2, 1e3, 1e4)}
 
 
 def points(parameters: Parameters) -> tuple[Point, ...]:
     """All points of the resolution that the settings ask for, engine by engine."""
-    full = parameters.settings.resolution == "full"
-    draws = FULL_DRAWS if full else COARSE_DRAWS
+    resolution = parameters.settings.resolution
+    full = resolution == "full"
     found = [Point(engine, USUAL, 1.0, ()) for engine in (FULL if full else COARSE)]
     for axis, low, high, more, engines in AXES:
         for engine in (*engines, *(OF_A_GAIT if full and GAIT in engines else ())):
@@ -100,11 +107,10 @@ def points(parameters: Parameters) -> tuple[Point, ...]:
             middle = [even[len(even) // 2]] if engine in COARSE else []
             values = sorted({*even, *more}) if full else middle
             found += [Point(engine, axis, value, changes(parameters.biped, axis, value)) for value in values]
-    for engine, number in draws.items():
+    for engine, number in DRAWS[resolution].items():
         found += drawn(parameters.biped, engine, number)
-    marches, limits = (FULL_MARCHES, FULL_LIMIT) if full else (COARSE_MARCHES, COARSE_LIMIT)
-    found += [Point(MARCH, f"steps, tolerance {t:g}", n, (("analytic.tolerance", t),)) for n, t in marches]
-    found += [Point(LIMIT, "stiffer contact", factor, ()) for factor in limits]
+    found += [Point(MARCH, f"steps, tolerance {t:g}", n, (("analytic.tolerance", t),)) for n, t in MARCHES[resolution]]
+    found += [Point(LIMIT, "stiffer contact", factor, ()) for factor in LIMITS[resolution]]
     return tuple(sorted(found, key=lambda point: ENGINES.index(point.engine)))
 
 

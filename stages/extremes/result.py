@@ -18,7 +18,7 @@ Table = tuple[str, list[str], list[list[str]]]
 class Result:
     """The map: a row a point, n rows, sorted by engine and axis."""
 
-    resolution: str = quantity("-", "coarse or full")
+    resolution: str = quantity("-", "few, coarse or full")
     engine: tuple[str, ...] = quantity("-", "what was asked")
     axis: tuple[str, ...] = quantity("-", "what was varied")
     value: np.ndarray = quantity("1", "value on the axis, shape (n,); of draws their number")

@@ -45,7 +45,9 @@ def test_the_full_map_has_its_points_and_its_ranges(full):
 
 def test_the_coarse_map_is_part_of_the_full_one(full, parameters):
     coarse = points(parameters)
-    assert set(coarse) < set(full) and {point.engine for point in coarse} == set(ENGINES) - {JOINTS, *OF_A_GAIT}
+    few = points(with_settings(parameters, resolution="few"))
+    assert set(few) < set(coarse) < set(full)
+    assert {point.engine for point in coarse} == set(ENGINES) - {JOINTS, *OF_A_GAIT}
 
 
 def test_every_point_is_what_it_says(full, parameters):

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from stages.biped.accuracy.level import Level
 from stages.comparison.hip_motion import HipDifference
 from stages.comparison.stride import last_stride
 from stages.extremes.result import Result as Extremes
@@ -120,11 +121,11 @@ def comparison(origin="synthetic"):
     return SimpleNamespace(models=SimpleNamespace(same_start=same_start), measurement=make_agreement(origin))
 
 
-def parameters():
+def parameters(level="paper"):
     """A design on a slope of 2 degrees, and pictures of few pixels."""
     return SimpleNamespace(
         biped=SimpleNamespace(foot_radius=0.083), slope=SimpleNamespace(angle=np.radians(2)), contact=DEFAULTS,
-        settings=Settings(3e-4, 5e-3, 101, 80),
+        settings=Settings(3e-4, 5e-3, 101, 80), level=Level(level),
     )  # fmt: skip
 
 

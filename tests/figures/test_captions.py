@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from stages.biped import processes
-from stages.figures import run
+from stages.figures import drawn, run
 from stages.figures.drawn import NAMES, figure
 from stages.figures.inputs import Inputs
 from stages.figures.result import Caption
@@ -64,3 +64,15 @@ def test_the_stage_draws_all_in_their_places_with_captions_beside(monkeypatch):
         *(f"figures/{name}.{kind}" for name in ("figure_04_normal_force", "error_budget") for kind in ("png", "pdf")),
     }  # fmt: skip
     assert said[-1] == 1.0
+
+
+@pytest.mark.parametrize("name", ["error_budget", "gait_animation"])
+def test_a_figure_of_another_accuracy_than_the_usual_says_so(name, monkeypatch):
+    drafts, usual = ([], [])
+    for level, shown in (("draft", drafts), ("paper", usual)):
+        monkeypatch.setattr(drawn.style, "pictures", lambda name, figure, dpi, shown=shown: shown.append(figure) or {})
+        files, _ = drawn.draw(name, parameters(level), results())
+        shown += [content.decode() for content in files.values()]
+    said = [one if isinstance(one, str) else " ".join(text.get_text() for text in one.texts)
+            for one in (drafts[0], usual[0])]  # fmt: skip
+    assert "accuracy: draft" in said[0] and "accuracy:" not in said[1]

@@ -75,9 +75,34 @@ def test_the_score_sees_what_is_wrong(ingested) -> None:
     assert after.recall[0] == pytest.approx(before.recall[0] - 3 / 12)
     assert after.frequency_error[0] > before.frequency_error[0] + 5e-4
     assert after.frame_angle[1:].tolist() == before.frame_angle[1:].tolist()
+    assert after.leg.angle[0] == pytest.approx(before.leg.angle[0], abs=1e-3)
     stranger = dataclasses.replace(first, name="another")
     unknown = Campaign("synthetic", (stranger, *others), (), {})
     assert score_ingest(unknown, result, skipped, gravity) is None
+
+
+def test_the_legs_score_sees_what_is_wrong(ingested) -> None:
+    """Steps, angle and times of the first run are off by what its truth is changed by."""
+    result, (first, *others) = ingested
+    leg = dataclasses.replace(
+        first.leg, hip_at_strike=1.02 * first.leg.hip_at_strike, angle=first.leg.angle + 0.05,
+        toe_off_time=first.leg.toe_off_time + 0.004,
+    )  # fmt: skip
+    wrong = dataclasses.replace(first, leg=leg)
+    before, after = (
+        score_ingest(Campaign("synthetic", (one, *others), (), {}), result, SETTINGS.skipped_steps, SETTINGS.gravity)
+        for one in (first, wrong)
+    )
+    assert before is not None and after is not None
+    mine = before.leg.step_run == 0
+    assert np.abs(before.leg.step).max() < 0.03 and mine.sum() >= 3
+    assert (after.leg.step - before.leg.step)[mine] == pytest.approx(-0.02, abs=1e-3)
+    assert (after.leg.step == before.leg.step)[~mine].all()
+    assert after.leg.angle[0] == pytest.approx(0.05, abs=5e-3) and before.leg.angle[0] < 5e-3
+    shift = (after.leg.times - before.leg.times)[0]
+    known = np.isfinite(shift)
+    assert shift[known] == pytest.approx(np.array([0.0, -0.004, -0.004, 0.004, -0.004])[known], abs=1e-9)
+    assert known[0] and {name: held for name, _, _, held in before.leg.rows()}["step length %"] > 0.8
 
 
 def test_origin_is_passed_on(ingested) -> None:

@@ -38,7 +38,7 @@ def test_the_report_and_a_stored_copy(repository: Path, database: Path, tmp_path
     code, out, errors = ingest(repository, database, "--store", copy)
     assert code == 0 and "2 of 2 runs can be used" in errors
     assert [line.split()[0] for line in out.splitlines() if "(synthetic)" in line] == [
-        "Rows", "Clocks", "Sensors", "Runs"
+        "Rows", "Clocks", "Sensors", "Runs", "Legs,"
     ]  # fmt: skip
     assert database.read_bytes() == before
     _, again, _ = ingest(repository, copy)

@@ -12,6 +12,9 @@ import pytest
 
 from pipeline.errors import StageFailed
 from pipeline.execution import forked
+from pipeline.execution.fork_server import foreign
+from pipeline.execution.job import Job
+from pipeline.execution.observed_import import Compiled
 
 pytestmark = pytest.mark.skipif(not forked.HERE, reason="workers are started afresh on this system")
 FALL, SIDE = "PACKAGE/fall/run.py", "PACKAGE/side/run.py"
@@ -130,9 +133,20 @@ def test_processes_of_a_stage_have_what_it_loaded(done):
     assert done.run(names=("side",)) == {"side": "computed"}
 
 
+def test_what_is_imported_late_is_not_loaded_before(repository):
+    """The derivation of the equations, with SymPy, is imported by no function that stage analytic calls."""
+    files = [path.relative_to(repository).as_posix() for path in (repository / "stages").rglob("*.py")]
+    compiled = Compiled()
+    heads = {file: compiled.take(repository / file, (repository / file).read_bytes()) for file in files}
+    found = {stage: {module.split(".")[0] for module, _ in foreign("stages", [f"stages.{stage}.run"], heads)}
+             for stage in ("analytic", "extremes", "figures")}  # fmt: skip
+    assert {"numpy", "numba"} <= found["analytic"] and not found["analytic"] & {"sympy", "matplotlib", "exudyn"}
+    assert "sympy" in found["extremes"] and "matplotlib" in found["figures"]
+
+
 def test_a_worker_that_does_not_end_in_time_is_told_apart(done):
     with open(os.devnull, "wb") as errors:
-        started = forked.started(os.environ, errors, done.package, str(done.root), [])
+        started = forked.started(os.environ, errors, Job(done.package, str(done.root), str(done.root), (), {}))
     with pytest.raises(subprocess.TimeoutExpired):
         started.wait(0.2)
     os.killpg(started.pid, signal.SIGKILL)

@@ -16,6 +16,7 @@ from stages.imu.strikes.heel_strikes import INNER, OUTER
 from stages.imu.strikes.step_times import StepTimes
 from stages.imu.trial.trial import Trial
 
+APART = ("evidence", "times")  # tables in themselves: the one beside the runs, the other in a file of its own
 UNITS = {"force": "m/s^2", "rate": "rad/s"}
 Row = Sequence[object]
 
@@ -84,13 +85,13 @@ def table(columns: Sequence[str], rows: Iterable[Row]) -> bytes:
 
 
 def _run_columns() -> tuple[str, ...]:
-    flat = [(field.name, field.metadata["unit"]) for field in dataclasses.fields(RunReport) if field.name != "evidence"]
+    flat = [(one.name, one.metadata["unit"]) for one in dataclasses.fields(RunReport) if one.name not in APART]
     flat += [(field.name, field.metadata["unit"]) for field in dataclasses.fields(Evidence)]
     return tuple(name if unit == "-" else f"{name} [{unit}]" for name, unit in flat)
 
 
 def _run(report: RunReport) -> Row:
-    own = [getattr(report, field.name) for field in dataclasses.fields(report) if field.name != "evidence"]
+    own = [getattr(report, field.name) for field in dataclasses.fields(report) if field.name not in APART]
     return ["; ".join(one) if isinstance(one, tuple) else one
             for one in (*own, *dataclasses.astuple(report.evidence))]  # fmt: skip
 

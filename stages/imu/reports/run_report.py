@@ -10,6 +10,7 @@ from stages.biped.quantity import quantity
 from stages.imu.judgement.evidence import Evidence
 from stages.imu.judgement.verdict import REFUSED
 from stages.imu.reports.sensor_report import NOT_OBSERVABLE, SensorReport
+from stages.imu.strikes.step_times import StepTimes
 
 Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
 
@@ -28,6 +29,9 @@ class RunReport:
     strides: int = quantity("1", "strides after the transient")
     step_frequency: float = quantity("Hz", "steps per second after the transient", symbol="f")
     step_frequency_error: float = quantity("Hz", "standard error of the step frequency")
+    step_length: float = quantity("m", "mean travel of the hip over the inner leg's stances; NaN without any")
+    step_length_error: float = quantity("m", "standard error of one step's length")
+    times: StepTimes = quantity("-", "step, stance and swing of both legs")
     evidence: Evidence = quantity("-", "numbers by which the run was judged")
     verdict: str = quantity("-", "accepted, accepted with remarks, or refused")
     reason: str = quantity("-", "why it is refused")
@@ -39,7 +43,8 @@ class RunReport:
 def tables(sensors: Iterable[SensorReport], runs: Iterable[RunReport], origin: str) -> list[Table]:
     """The reports as tables: (title, columns, rows); `origin` stands in every title."""
     reports = list(sensors)
-    made = (_faults(reports), _clocks(reports), _sensors(reports), _runs(list(runs)))
+    judged = list(runs)
+    made = (_faults(reports), _clocks(reports), _sensors(reports), _runs(judged), _legs(judged))
     return [(f"{title} ({origin})", columns, rows) for title, columns, rows in made]
 
 
@@ -95,6 +100,30 @@ def _sensors(reports: list[SensorReport]) -> Table:
         for r in reports
     ]
     return "Sensors", columns, rows
+
+
+def _legs(runs: list[RunReport]) -> Table:
+    columns = (
+        *("run", "step mm", "+-", "inner step s", "outer step s", "+-", "double stance ms", "+-"),
+        *("inner stance s", "inner swing s", "+-", "outer stance s", "outer swing s", "+-", "asymmetry %", "+-"),
+    )
+    rows: list[tuple[str, ...]] = []
+    for r in runs:
+        t = r.times
+        cells = [*_said(r.step_length, r.step_length_error, 1e3, 1), _number(t.inner_step, 1, 4)]
+        cells += [*_said(t.outer_step, t.step_error, 1, 4), *_said(t.double_stance, t.double_stance_error, 1e3, 1)]
+        cells += [_number(t.inner_stance, 1, 4), *_said(t.inner_swing, t.inner_error, 1, 4)]
+        cells += [_number(t.outer_stance, 1, 4), *_said(t.outer_swing, t.outer_error, 1, 4)]
+        rows.append((r.name, *cells, *_said(t.asymmetry, t.asymmetry_error, 100, 2)))
+    return "Legs, with standard errors", columns, rows
+
+
+def _number(value: float, scale: float, digits: int) -> str:
+    return "-" if math.isnan(value) else f"{scale * value:.{digits}f}"
+
+
+def _said(value: float, error: float, scale: float, digits: int) -> tuple[str, str]:
+    return _number(value, scale, digits), _number(error, scale, digits)
 
 
 def _runs(runs: list[RunReport]) -> Table:
