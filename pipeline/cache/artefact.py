@@ -88,10 +88,16 @@ class Field:
 
 
 def tree(content: bytes, name: str) -> list[Field]:
-    """Every field of an artefact, groups included (their shape is None), in the order of declaration."""
+    """Every field of an artefact, groups included (their shape is None), in the order of declaration.
+
+    Raises `ArtefactError` for text that cannot be read.
+    """
     with _opened(content, name) as file:
-        return [field for key in dimensions.fields(file) if key != _PROVENANCE
-                for field in _branch(file[key], key)]  # fmt: skip
+        try:
+            return [field for key in dimensions.fields(file) if key != _PROVENANCE
+                    for field in _branch(file[key], key)]  # fmt: skip
+        except UnicodeDecodeError:
+            raise ArtefactError(f"{name}: holds text that is not UTF-8; artefacts do not") from None
 
 
 def _branch(item: Any, path: str) -> Iterator[Field]:
