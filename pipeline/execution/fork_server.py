@@ -88,10 +88,13 @@ class _Server:
                 text += part
         os.dup2(ends[2], 2)  # what packages say while they are loaded
         self._load(**json.loads(text))
-        pid = self._forked(ends) if len([*_THREADS.iterdir()]) == 1 else self._afresh(ends)
-        self.workers[pid] = ends[3]
+        try:
+            pid = self._forked(ends) if len([*_THREADS.iterdir()]) == 1 else self._afresh(ends)
+            self.workers[pid] = ends.pop()
+        except OSError:  # no room for another process: that its pipe ends untold says so
+            traceback.print_exc()
         os.dup2(self.nothing, 2)
-        for end in ends[:3]:
+        for end in ends:
             os.close(end)
         return True
 

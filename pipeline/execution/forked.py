@@ -42,11 +42,13 @@ class Forked:
 
     @property
     def pid(self) -> int:
-        """Process id, and group. Raises `ProcessLookupError` if there is none: the server died, or is ended here."""
-        if not self._lines(1, _LONGEST_LOADING_S):
+        """Process id, and group. Raises `ProcessLookupError` if there is none; a server that hangs is ended."""
+        try:
+            if self._lines(1, _LONGEST_LOADING_S):
+                return int(self._text.split()[0])
+        except subprocess.TimeoutExpired:
             self._server.process.kill()
-            raise ProcessLookupError
-        return int(self._text.split()[0])
+        raise ProcessLookupError
 
     def wait(self, timeout: float | None = None) -> int:
         """Exit code; -9 for a process that signal 9 ended. Raises `subprocess.TimeoutExpired`."""

@@ -113,13 +113,13 @@ def laid_out(figure: Figure, dpi: int) -> Iterator[None]:
         yield
 
 
-def pictures(name: str, figure: Figure, dpi: int) -> dict[str, bytes]:
-    """The figure as PNG and PDF, keyed by the path relative to the results folder; closes the figure."""
+def pictures(name: str, figure: Figure, dpi: int, *, pdf: bool = True) -> dict[str, bytes]:
+    """The figure as PNG and, if wanted, PDF, keyed by the path relative to the results folder; closes the figure."""
     files = {}
     with laid_out(figure, dpi):
         for suffix, metadata in (
             ("png", {"Software": None}),
-            ("pdf", {"CreationDate": None, "Producer": None, "Creator": None}),
+            *([("pdf", {"CreationDate": None, "Producer": None, "Creator": None})] if pdf else []),
         ):
             buffer = io.BytesIO()
             figure.savefig(buffer, format=suffix, dpi=dpi, metadata=metadata)

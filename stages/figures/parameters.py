@@ -17,6 +17,7 @@ class Settings(Limits):
     """The paper's limits, and the pictures' resolution."""
 
     resolution_dpi: int = parameter("1/inch", "resolution of the PNG figures", bound=Bound(minimum=50, maximum=1200))
+    pdf: bool = parameter("-", "whether each figure is a PDF as well")
 
 
 @dataclass(frozen=True)

@@ -125,7 +125,7 @@ def parameters(level="paper"):
     """A design on a slope of 2 degrees, and pictures of few pixels."""
     return SimpleNamespace(
         biped=SimpleNamespace(foot_radius=0.083), slope=SimpleNamespace(angle=np.radians(2)), contact=DEFAULTS,
-        settings=Settings(3e-4, 5e-3, 101, 80), level=Level(level),
+        settings=Settings(3e-4, 5e-3, 101, 80, True), level=Level(level),
     )  # fmt: skip
 
 

@@ -70,7 +70,8 @@ def test_the_stage_draws_all_in_their_places_with_captions_beside(monkeypatch):
 def test_a_figure_of_another_accuracy_than_the_usual_says_so(name, monkeypatch):
     drafts, usual = ([], [])
     for level, shown in (("draft", drafts), ("paper", usual)):
-        monkeypatch.setattr(drawn.style, "pictures", lambda name, figure, dpi, shown=shown: shown.append(figure) or {})
+        monkeypatch.setattr(drawn.style, "pictures",
+                            lambda name, figure, dpi, shown=shown, **_: shown.append(figure) or {})  # fmt: skip
         files, _ = drawn.draw(name, parameters(level), results())
         shown += [content.decode() for content in files.values()]
     said = [one if isinstance(one, str) else " ".join(text.get_text() for text in one.texts)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import signal
@@ -86,6 +87,22 @@ def test_a_server_that_is_killed_costs_nothing(done):
     done.edit("PACKAGE/picture/run.py", "CLAIM", "CLAIMED")
     hows = done.run("fall.height=3", jobs=1)
     assert hows == {"fall": "computed", "bounce": "computed", "side": "computed", "picture": "computed"}
+
+
+def test_no_room_for_another_process_fails_its_stage_with_a_sentence(done, tmp_path, monkeypatch):
+    (tmp_path / "sitecustomize.py").write_text(
+        "import errno, os, sys\n"
+        "def full():\n"
+        "    raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN))\n"
+        "if any(name.endswith('fork_server') for name in sys.orig_argv):\n"
+        "    os.fork = full\n"
+    )
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    with pytest.raises(StageFailed, match=r"^stage side: its process ended by itself with code 1; the full account is"):
+        done.run("side.seed=5", names=("side",))
+    assert os.strerror(errno.EAGAIN) in (done.root / "results/log/side.log").read_text()
+    monkeypatch.undo()
+    assert done.run("side.seed=5", names=("side",)) == {"side": "computed"}
 
 
 def test_the_environment_is_that_of_the_moment(done, monkeypatch):

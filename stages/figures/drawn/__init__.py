@@ -50,6 +50,6 @@ def draw(name: str, parameters: Parameters, results: Mapping[str, Any]) -> tuple
         files = (
             {f"figures/{name}.html": shown.encode()}
             if isinstance(shown, str)
-            else style.pictures(name, shown, parameters.settings.resolution_dpi)
+            else style.pictures(name, shown, parameters.settings.resolution_dpi, pdf=parameters.settings.pdf)
         )
     return files, figure(name).caption(given)
