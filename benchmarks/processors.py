@@ -37,11 +37,11 @@ ESTIMATES = {
     "contact_study/limit/*cycle_score": "a score of small differences of cycles",
     "error_budget/*/convergence/*": "an order of convergence from small differences",
     "tradeoff/*/errors/*": "errors of the finest settings",
-    "twin_ladder/rungs/*/residual": "what the search for a cycle left over where it crawls",
-    "twin_ladder/rungs/*/inner_outer_difference": "what that search left over",
-    "twin_ladder/rungs/*/plane_multipliers": "fitted to how the strides settle",
-    "twin_ladder/rungs/*/solver_steps": "a count of adaptive steps",
-    "twin_ladder/rungs/*/strides_walked": "strides until that is small enough",
+    "twin_ladder/rungs/*residual": "what the search for a cycle left over where it crawls",
+    "twin_ladder/rungs/*inner_outer_difference": "what that search left over",
+    "twin_ladder/rungs/*plane_multipliers": "fitted to how the strides settle",
+    "twin_ladder/rungs/*solver_steps": "a count of adaptive steps",
+    "twin_ladder/rungs/*strides_walked": "strides until that is small enough",
 }
 
 

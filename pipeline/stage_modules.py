@@ -11,7 +11,8 @@ first), `old(keep)` (folders of old code but the last used); `COMPILING`: what t
 
 The stage that makes results/figures has `drawn`, so that a figure can be drawn alone: the `NAMES` of all,
 `figure(name).INPUTS` (the results that it shows, by the stems of their files), and `draw(name, parameters, results)`,
-which gives its files, by path in the results folder, and its caption.
+which gives its files, by path in the results folder, and its caption. The package itself may have
+`about`: the `ATTRIBUTES` of all files (title, license, references). They are no part of any key.
 """
 
 from __future__ import annotations
@@ -23,8 +24,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from pipeline.cache.distributions import installed
 from pipeline.errors import StudyError
-from pipeline.home import engine
+from pipeline.home import DISTRIBUTION, engine
 
 
 def stage_module(package: str, stage: str, name: str) -> ModuleType:
@@ -35,6 +37,16 @@ def stage_module(package: str, stage: str, name: str) -> ModuleType:
 def result_class(package: str, stage: str) -> Any:
     """The class of a stage's result."""
     return stage_module(package, stage, "result").Result
+
+
+def study_attributes(package: str, home: Path) -> dict[str, str]:
+    """What every file of a study says of itself: the `ATTRIBUTES` of the package's module `about`, and this program."""
+    importable(package, home)
+    if importlib.util.find_spec(f"{package}.about") is None:
+        own: dict[str, str] = {}
+    else:
+        own = dict(importlib.import_module(f"{package}.about").ATTRIBUTES)
+    return {**own, "source": " ".join([DISTRIBUTION, *installed([DISTRIBUTION])])}
 
 
 def home_of(package: str, code_root: Path | None) -> Path:

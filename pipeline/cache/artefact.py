@@ -1,4 +1,7 @@
-"""Results as HDF5: a dataclass becomes a group, each field a dataset with unit, symbol and description.
+"""Results as HDF5: a dataclass becomes a group, each field a dataset with units, symbol, long name and dimensions.
+
+A tuple of dataclasses becomes a table, a dataset for each column. The words are netCDF's, so that its readers
+understand them: `pipeline/cache/hdf5`.
 
 The same numbers give the same bytes on every run: no clock time, one library version, fields in order. Whether a stage
 finds the same numbers to the last bit is another matter: on another processor it may not (`processor.py`).
@@ -9,34 +12,37 @@ from __future__ import annotations
 
 import dataclasses
 import io
-import types
 import typing
 from collections.abc import Iterator, Mapping
-from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
 import h5py
-import numpy as np
 
+from pipeline.cache.hdf5 import dimensions, tables, values
 from pipeline.errors import ArtefactError
 
-#: The form of artefacts: a program reads those of its own number and below.
-_FORM, _NEWEST = "bipedstudy artefact", 1
-FORMAT = f"{_FORM} {_NEWEST}"
+#: The form of artefacts: a program reads those of its own number.
+_FORM, _NUMBER = "bipedstudy artefact", 2
+FORMAT = f"{_FORM} {_NUMBER}"
 _PROVENANCE = "provenance"
 _SHORT = 8
-_ATTRIBUTES = ("unit", "symbol", "description")
 T = TypeVar("T")
 
 
-def encode(result: Any, provenance: Mapping[str, str]) -> bytes:
-    """The HDF5 file of a result dataclass. `provenance` becomes the attributes of the group `provenance`."""
+def encode(result: Any, provenance: Mapping[str, str], about: Mapping[str, str] | None = None) -> bytes:
+    """The HDF5 file of a result dataclass. `provenance` becomes the attributes of the group `provenance`.
+
+    `about` (title, source, license, ...) are further attributes of the file. Raises `TypeError` for what cannot be
+    stored.
+    """
     with h5py.File(
         "artefact", "w", driver="core", backing_store=False, libver=("v110", "v110"), track_order=True
     ) as file:
         file.attrs["format"] = FORMAT
-        _write_fields(file, result)
+        for name, text in (about or {}).items():
+            file.attrs[name] = text
+        tables.write_fields(file, result)
         group = file.create_group(_PROVENANCE)
         for name in sorted(provenance):
             group.attrs[name] = provenance[name]
@@ -48,7 +54,7 @@ def decode(content: bytes, cls: type[T], name: str) -> T:
     """The result of class `cls` in an artefact's bytes. Raises `ArtefactError`; `name` is how it names the file."""
     with _opened(content, name) as file:
         try:
-            return typing.cast(T, _read_fields(file, cls))
+            return typing.cast(T, tables.read_fields(file, cls))
         except (KeyError, TypeError, ValueError, OSError, RuntimeError) as error:
             reason = error.args[0] if error.args else error
             raise ArtefactError(f"{name}: its fields do not fit this version of the study ({reason})") from None
@@ -82,22 +88,28 @@ class Field:
 
 
 def tree(content: bytes, name: str) -> list[Field]:
-    """Every field of an artefact, groups included (their shape is None), in the order of declaration."""
+    """Every field of an artefact, groups included (their shape is None), in the order of declaration.
+
+    Raises `ArtefactError` for text that cannot be read.
+    """
     with _opened(content, name) as file:
-        return [field for key in file if key != _PROVENANCE for field in _branch(file[key], key)]
+        try:
+            return [field for key in dimensions.fields(file) if key != _PROVENANCE
+                    for field in _branch(file[key], key)]  # fmt: skip
+        except UnicodeDecodeError:
+            raise ArtefactError(f"{name}: holds text that is not UTF-8; artefacts do not") from None
 
 
 def _branch(item: Any, path: str) -> Iterator[Field]:
-    unit, symbol, description = (str(item.attrs.get(key, "")) for key in _ATTRIBUTES)
+    unit, description, symbol = (str(item.attrs.get(key, "")) for key in tables.ATTRIBUTES)
     if isinstance(item, h5py.Group):
         yield Field(path, unit, symbol, description, None, None)
-        for key in item:
+        for key in dimensions.fields(item):
             yield from _branch(item[key], f"{path}/{key}")
-    elif item.shape is None:
-        yield Field(path, unit, symbol, description, (), None)
     else:
-        value = _python_value(item) if item.size <= _SHORT else None
-        yield Field(path, unit, symbol, description, item.shape, value)
+        missing = item.shape is None or (not item.shape and values.NONE in item.attrs)
+        value = None if missing or item.size > _SHORT else values.python(values.read(item))
+        yield Field(path, unit, symbol, description, item.shape or (), value)
 
 
 def _opened(content: bytes, name: str) -> Any:
@@ -107,94 +119,13 @@ def _opened(content: bytes, name: str) -> Any:
         what = "is empty" if not content else "is truncated or not an HDF5 file"
         raise ArtefactError(f"{name}: {what}; it cannot be read as an artefact of this study") from None
     form, _, number = str(file.attrs.get("format", "")).rpartition(" ")
-    if form == _FORM and number.isdecimal() and 0 < int(number) <= _NEWEST:
+    if form == _FORM and number == str(_NUMBER):
         return file
     file.close()
-    if form == _FORM and number.isdecimal() and int(number) > _NEWEST:
+    if form == _FORM and number.isdecimal() and int(number) > 0:
+        how = "a newer" if int(number) > _NUMBER else "an earlier"
         raise ArtefactError(
-            f"{name}: made by a newer version of this program (format {number}); this one reads up to {_NEWEST}"
+            f"{name}: made by {how} version of this program (format {number}); this one reads format {_NUMBER}"
+            + ("; run its stage anew" if int(number) < _NUMBER else "")
         )
     raise ArtefactError(f'{name}: an HDF5 file, but not an artefact of this study (its format is not "{FORMAT}")')
-
-
-@cache
-def _declared(cls: type) -> dict[str, tuple[Mapping[str, Any], Any]]:
-    hints = typing.get_type_hints(cls)
-    return {field.name: (field.metadata, hints[field.name]) for field in dataclasses.fields(cls)}
-
-
-def _write_fields(group: Any, result: Any) -> None:
-    for name, (metadata, _) in _declared(result.__class__).items():
-        if name != "files":
-            _write(group, name, getattr(result, name), metadata)
-
-
-def _write(group: Any, name: str, value: Any, metadata: Mapping[str, Any]) -> None:
-    if dataclasses.is_dataclass(value):
-        item = group.create_group(name, track_order=True)
-        _write_fields(item, value)
-    elif isinstance(value, Mapping):
-        item = group.create_group(name, track_order=True)
-        for key, part in value.items():
-            _write(item, str(key), part, {"unit": metadata.get("unit", "")})
-    elif isinstance(value, tuple) and value and dataclasses.is_dataclass(value[0]):
-        item = group.create_group(name, track_order=True)
-        for index, part in enumerate(value):
-            _write(item, str(index), part, {})
-    elif value is None:
-        item = group.create_dataset(name, data=h5py.Empty("f8"), track_times=False)
-    else:
-        item = group.create_dataset(name, data=storable(value), track_times=False)
-    for key in _ATTRIBUTES:
-        if metadata.get(key):
-            item.attrs[key] = metadata[key]
-
-
-def storable(value: Any) -> Any:
-    """A NumPy array of one fixed type: text as fixed-length UTF-8, numbers little-endian."""
-    if isinstance(value, str) or (isinstance(value, tuple) and value and isinstance(value[0], str)):
-        encoded = np.char.encode(np.array(value, dtype=np.str_), "utf-8")
-        return np.asarray(encoded, dtype=h5py.string_dtype("utf-8", max(1, encoded.dtype.itemsize)))
-    array = np.ascontiguousarray(value) if isinstance(value, np.ndarray) and value.ndim else np.asarray(value)
-    if array.dtype.kind not in "biuf":
-        raise TypeError(f"a value of type {type(value).__name__} ({array.dtype}) cannot be stored")
-    return array.astype(array.dtype.newbyteorder("<"), copy=False)
-
-
-def _read_fields(group: Any, cls: type) -> Any:
-    values: dict[str, Any] = {}
-    for name, (_, kind) in _declared(cls).items():
-        values[name] = {} if name == "files" else _read(group, name, kind)
-    return cls(**values)
-
-
-def _read(group: Any, name: str, kind: Any) -> Any:
-    if typing.get_origin(kind) in (typing.Union, types.UnionType):
-        item = group[name]
-        if isinstance(item, h5py.Dataset) and item.shape is None:
-            return None
-        kind = next(option for option in typing.get_args(kind) if option is not type(None))
-    origin, arguments = typing.get_origin(kind), typing.get_args(kind)
-    if dataclasses.is_dataclass(kind):
-        return _read_fields(group[name], typing.cast(type, kind))
-    if origin is dict or origin is Mapping:
-        return {key: _read(group[name], key, arguments[1]) for key in group[name]}
-    if origin is tuple and dataclasses.is_dataclass(arguments[0]):
-        item = group[name]
-        row: Any = arguments[0]
-        return tuple(_read_fields(item[key], row) for key in item) if isinstance(item, h5py.Group) else ()
-    if kind is np.ndarray:
-        return np.asarray(group[name][()])
-    value = _python_value(group[name])
-    if origin is tuple:
-        return tuple(arguments[0](part) for part in value)
-    return kind(value) if kind in (float, int, bool, str) else value
-
-
-def _python_value(item: Any) -> Any:
-    """A dataset as Python numbers and words."""
-    value = item[()]
-    if item.dtype.kind == "S":
-        words = np.char.decode(np.asarray(value, dtype=item.dtype), "utf-8")
-        return words.tolist()
-    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value

@@ -69,7 +69,7 @@ class Sources:
         files: dict[str, str] = {}
         foreign: set[str] = set()
         seen: set[str] = set()
-        waiting = {name for module in modules for name in _with_parents(module)}
+        waiting = {name for module in modules for name in with_parents(module)}
         while waiting:
             name = waiting.pop()
             seen.add(name)
@@ -106,7 +106,7 @@ class Sources:
             if first != self.package:
                 foreign.add(first)
                 continue
-            needs.update(_with_parents(target))
+            needs.update(with_parents(target))
             init = self.file(target) if names else None
             if init is not None and init.endswith("/__init__.py"):  # in case the names are modules
                 inner = self._modules_beside(init) if "*" in names else names
@@ -127,7 +127,7 @@ class Sources:
         return known.beside[folder]
 
 
-def _with_parents(target: str) -> Iterator[str]:
+def with_parents(target: str) -> Iterator[str]:
     """The module and the packages it lies in."""
     parts = target.split(".")
     for end in range(1, len(parts) + 1):

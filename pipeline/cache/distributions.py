@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
 
+_ABSENT = "not installed"
 _NAME_OF_MODULE = {"PIL": "pillow", "yaml": "pyyaml", "mpl_toolkits": "matplotlib"}
 _BENEATH = {
     "numba": ("llvmlite", "numpy"),
@@ -31,6 +32,11 @@ def versions(modules: Iterable[str]) -> dict[str, str]:
     return dict(sorted(found.items()))
 
 
+def installed(names: Iterable[str]) -> list[str]:
+    """The versions of those of the distributions that are installed."""
+    return [found for found in map(_version, names) if found != _ABSENT]
+
+
 def _version(name: str) -> str:
     version = _installed().get(_normalised(name))
     if version is None:
@@ -39,7 +45,7 @@ def _version(name: str) -> str:
         try:
             return metadata.version(name)
         except metadata.PackageNotFoundError:
-            return "not installed"
+            return _ABSENT
     return version
 
 

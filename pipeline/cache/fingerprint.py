@@ -14,7 +14,8 @@ from pipeline.cache.distributions import versions
 from pipeline.graph import Stage
 
 Ingredients = dict[str, Any]
-WRITER = Path(__file__).with_name("artefact.py")
+_HERE = Path(__file__).parent
+WRITER = (_HERE / "artefact.py", *sorted((_HERE / "hdf5").glob("*.py")))
 
 
 def ingredients(
@@ -29,7 +30,7 @@ def ingredients(
     return {
         "stage": stage.name,
         "code": closure.files,
-        "writer": sources.memo.meaning(WRITER.read_bytes()).tree,
+        "writer": durable.digest("".join(sources.memo.meaning(path.read_bytes()).tree for path in WRITER).encode()),
         "parameters": {file: dict(values) for file, values in parameters.items()},
         "inputs": dict(inputs),
         "versions": versions((*closure.foreign, "h5py")),

@@ -22,15 +22,17 @@ import socket
 import subprocess
 import sys
 import traceback
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import NoReturn
 
 import numpy as np
 
 from pipeline.cache import durable
+from pipeline.cache.closure import with_parents
 from pipeline.errors import StudyError
 from pipeline.execution import worker
-from pipeline.execution.observed_import import Compiled
+from pipeline.execution.observed_import import Compiled, Heads
 from pipeline.execution.process import continue_when_parent_ends
 from pipeline.stage_modules import home_of
 
@@ -86,26 +88,27 @@ class _Server:
                 text += part
         os.dup2(ends[2], 2)  # what packages say while they are loaded
         self._load(**json.loads(text))
-        pid = self._forked(ends) if len([*_THREADS.iterdir()]) == 1 else self._afresh(ends)
-        self.workers[pid] = ends[3]
+        try:
+            pid = self._forked(ends) if len([*_THREADS.iterdir()]) == 1 else self._afresh(ends)
+            self.workers[pid] = ends.pop()
+        except OSError:  # no room for another process: that its pipe ends untold says so
+            traceback.print_exc()
         os.dup2(self.nothing, 2)
-        for end in ends[:3]:
+        for end in ends:
             os.close(end)
         return True
 
-    def _load(self, package: str, code_root: str, files: list[str]) -> None:
-        """Compile sources, and import what they import at their head; the worker says what is wrong with them."""
+    def _load(self, package: str, code_root: str, files: list[str], modules: list[str]) -> None:
+        """Compile `files`, and import what the import of `modules` will; the worker says what is wrong with them."""
         with contextlib.suppress(StudyError):
             home = home_of(package, Path(code_root))
-            for file in files:
-                source = durable.read(home / file) if file.endswith(".py") else None
-                if source is None:
-                    continue
-                for module, names in self.compiled.take(home / file, source):
-                    if module.split(".")[0] != package and (module, names) not in self.seen:
-                        self.seen.add((module, names))
-                        with contextlib.suppress(BaseException):
-                            __import__(module, fromlist=names)
+            sources = {file: durable.read(home / file) for file in files if file.endswith(".py")}
+            heads = {file: self.compiled.take(home / file, source) for file, source in sources.items() if source}
+            for module, names in foreign(package, modules, heads):
+                if (module, names) not in self.seen:
+                    self.seen.add((module, names))
+                    with contextlib.suppress(BaseException):
+                        __import__(module, fromlist=names)
 
     def _forked(self, ends: list[int]) -> int:
         gc.freeze()  # what is loaded here is never looked through for garbage again, and so stays shared
@@ -143,6 +146,25 @@ class _Server:
                 end = self.workers.pop(pid)
                 _tell(end, os.waitstatus_to_exitcode(status))
                 os.close(end)
+
+
+def foreign(package: str, modules: Iterable[str], heads: Mapping[str, Heads]) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """What `modules` of a package import from others when they are imported; `heads` by file, of all of the package.
+
+    What is imported inside of functions is not, nor what a statement at the head has around it.
+    """
+    waiting, seen = [*modules], set[str]()
+    while waiting:
+        for module in with_parents(waiting.pop()):
+            if module in seen:
+                continue
+            seen.add(module)
+            base = module.replace(".", "/")
+            for target, names in (*heads.get(f"{base}.py", ()), *heads.get(f"{base}/__init__.py", ())):
+                if target.split(".")[0] == package:
+                    waiting += [target, *(f"{target}.{name}" for name in names)]
+                else:
+                    yield target, names
 
 
 def _tell(end: int, number: int) -> None:

@@ -19,6 +19,8 @@ import time
 from collections.abc import Mapping
 from typing import IO, Any
 
+from pipeline.cache.fingerprint import entry_modules
+from pipeline.execution.job import Job
 from pipeline.home import engine
 
 #: Whether workers are forked here.
@@ -40,11 +42,13 @@ class Forked:
 
     @property
     def pid(self) -> int:
-        """Process id, and group. Raises `ProcessLookupError` if there is none: the server died, or is ended here."""
-        if not self._lines(1, _LONGEST_LOADING_S):
+        """Process id, and group. Raises `ProcessLookupError` if there is none; a server that hangs is ended."""
+        try:
+            if self._lines(1, _LONGEST_LOADING_S):
+                return int(self._text.split()[0])
+        except subprocess.TimeoutExpired:
             self._server.process.kill()
-            raise ProcessLookupError
-        return int(self._text.split()[0])
+        raise ProcessLookupError
 
     def wait(self, timeout: float | None = None) -> int:
         """Exit code; -9 for a process that signal 9 ended. Raises `subprocess.TimeoutExpired`."""
@@ -108,12 +112,12 @@ class _Server:
             self.process.wait(1.0)
 
 
-def started(
-    environment: Mapping[str, str], errors: IO[bytes], package: str, code_root: str, files: list[str]
-) -> Forked:
-    """A worker process for sources of a package of stages; it writes its errors to the open file `errors`."""
+def started(environment: Mapping[str, str], errors: IO[bytes], job: Job) -> Forked:
+    """A worker process for a job; it writes its errors to the open file `errors`."""
     global _server
-    wanted = json.dumps({"package": package, "code_root": code_root, "files": files}).encode()
+    modules = [module for stage in job.stages for module in entry_modules(stage, job.package)]
+    about = {"package": job.package, "code_root": job.code_root, "files": [*job.code], "modules": modules}
+    wanted = json.dumps(about).encode()
     with _lock:
         if _server is not None and _server.fits == _traits(environment):
             with contextlib.suppress(OSError):

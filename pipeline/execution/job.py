@@ -19,6 +19,7 @@ from pipeline.cache.provenance import attributes
 from pipeline.graph import Stage
 from pipeline.home import engine
 from pipeline.parameters import loading
+from pipeline.stage_modules import study_attributes
 
 if TYPE_CHECKING:
     from pipeline.cache.fingerprint import Ingredients
@@ -38,7 +39,8 @@ class Job:
 
     `files` are results as they lie here, `contents` results that are carried along, both by their paths in the study.
     `code` (file -> meaning) is what the results' keys were made from, `engine` what this program itself is made of.
-    With `provenance` the last stage's files are written into the worker's folder; without it, its numbers are told.
+    With `provenance` the last stage's files are written into the worker's folder, `about` in its artefact; without
+    it, its numbers are told.
     """
 
     package: str
@@ -48,6 +50,7 @@ class Job:
     code: Mapping[str, str]
     files: Mapping[str, File] = field(default_factory=dict)
     provenance: Mapping[str, str] | None = None
+    about: Mapping[str, str] = field(default_factory=dict)
     contents: Mapping[str, bytes] = field(default_factory=dict)
     versions: Mapping[str, str] = field(default_factory=dict)
     engine: Mapping[str, str] = field(default_factory=dict)
@@ -72,8 +75,9 @@ class Job:
 def job_of(study: Study, parts: Ingredients, files: Mapping[str, File]) -> Job:
     """The job to compute the stage of `parts` once, and to keep its files; `files` are the results it reads."""
     stage = study.graph.stages[parts["stage"]]
-    about = attributes(parts, study.requests)
-    return Job(study.package, str(study.code_root), str(study.root), (stage,), parts["code"], files, about)
+    about = {**study_attributes(study.package, study.code_root), "stage": stage.name}
+    return Job(study.package, str(study.code_root), str(study.root), (stage,), parts["code"], files,
+               attributes(parts, study.requests), about)  # fmt: skip
 
 
 def task_of(study: Study, values: Mapping[str, Any], index: int = 0) -> Task:

@@ -19,6 +19,9 @@ from types import CodeType, ModuleType
 from pipeline.cache.closure import Sources
 from pipeline.cache.syntax import SyntaxMemo
 
+#: Imports as (module, names) in the manner of `from module import names`.
+Heads = list[tuple[str, tuple[str, ...]]]
+
 
 class Compiled:
     """Sources that were compiled before anything imports them, by path and text, and what they mean."""
@@ -26,28 +29,28 @@ class Compiled:
     def __init__(self) -> None:
         self.code: dict[tuple[str, bytes], CodeType] = {}
         self.memo = SyntaxMemo(None)
+        self._heads: dict[tuple[str, bytes], Heads] = {}
 
-    def take(self, path: Path, source: bytes) -> list[tuple[str, tuple[str, ...]]]:
-        """Compile the source at `path`, unless it is known; what it imports at its head, as (module, names).
+    def take(self, path: Path, source: bytes) -> Heads:
+        """Compile the source at `path`, unless it is known; what it imports at its head.
 
         A source that cannot be compiled is left to whoever imports it.
         """
-        if (str(path), source) in self.code:
-            return []
-        try:
-            tree = ast.parse(source, path)
-            code = compile(tree, path, "exec", dont_inherit=True)
-        except (SyntaxError, ValueError):
-            return []
-        self.code[str(path), source] = code
-        heads: list[tuple[str, tuple[str, ...]]] = []
-        for node in tree.body:
-            if isinstance(node, ast.Import):
-                heads += [(alias.name, ()) for alias in node.names]
-            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-                heads.append((node.module, tuple(alias.name for alias in node.names)))
-        self.memo.learn(source, tree)
-        return heads
+        place = str(path), source
+        if place not in self.code:
+            try:
+                tree = ast.parse(source, path)
+                self.code[place] = compile(tree, path, "exec", dont_inherit=True)
+            except (SyntaxError, ValueError):
+                return []
+            heads = self._heads[place] = []
+            for node in tree.body:
+                if isinstance(node, ast.Import):
+                    heads += [(alias.name, ()) for alias in node.names]
+                elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                    heads.append((node.module, tuple(alias.name for alias in node.names)))
+            self.memo.learn(source, tree)
+        return self._heads[place]
 
 
 class ObservedSources(importlib.abc.MetaPathFinder):

@@ -46,7 +46,7 @@ class Worker:
         self._process: forked.Forked | subprocess.Popen[bytes]
         with open(log or os.devnull, "wb") as errors:
             if forked.HERE:
-                self._process = forked.started(environment, errors, job.package, job.code_root, [*job.code])
+                self._process = forked.started(environment, errors, job)
             else:
                 self._process = subprocess.Popen(
                     [sys.executable, "-m", "pipeline.execution.worker"],

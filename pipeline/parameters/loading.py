@@ -157,9 +157,11 @@ class _Loading:
                 self.problems += [("", 0, sentence) for sentence in error.sentences]
 
     def _entries(self, file: str) -> dict[str, Node] | None:
-        where = f"{self.shown_as}/{file}.yaml"
+        where, path = f"{self.shown_as}/{file}.yaml", self.folder / f"{file}.yaml"
+        fields = [field for cls in self.classes[file] for field, _ in declared(cls).values()]
+        may_lack = all(field.default is not dataclasses.MISSING for field in fields)
         try:
-            tree = yaml_text.read(self.folder / f"{file}.yaml", where)
+            tree = Node({}, 0) if may_lack and not path.exists() else yaml_text.read(path, where)
             if not isinstance(tree.value, dict):
                 raise StudyError(f"{where}: expected lines of the form key: value")
         except StudyError as error:

@@ -10,6 +10,8 @@ import h5py
 import numpy as np
 
 from pipeline.cache import artefact
+from pipeline.cache.hdf5 import dimensions
+from pipeline.cache.hdf5.tables import describe
 
 #: Rows that are compressed together.
 CHUNK = 8192
@@ -26,12 +28,18 @@ class BlockTable:
         self._table = self._file.create_group("table", track_order=True)
         for name, text in about.items():
             self._table.attrs[name] = text
+        storage = {"chunks": (min(CHUNK, size),), "compression": "gzip", "shuffle": True}
+        row = dimensions.rows(self._table, "row", size, **storage)
         for column in columns:
             words = {word: place for place, word in enumerate(column.words)}
             stored = self._table.create_dataset(
                 column.name, size, h5py.enum_dtype(words, np.int8) if words else np.dtype(float), track_times=False,
-                chunks=(min(CHUNK, size),), compression="gzip", shuffle=True)  # fmt: skip
-            stored.attrs["unit"], stored.attrs["description"] = column.unit, column.description
+                **storage)  # fmt: skip
+            describe(stored, {"unit": column.unit, "description": column.description})
+            if words:  # as the CF conventions have it
+                stored.attrs["flag_values"] = np.array([*words.values()], dtype=np.int8)
+                stored.attrs["flag_meanings"] = " ".join(word.replace(" ", "_") for word in words)
+            stored.dims[0].attach_scale(row)
 
     def write(self, first: int, values: Mapping[str, np.ndarray]) -> None:
         """Values of columns, in the rows from `first` on."""

@@ -15,7 +15,7 @@ from typing import Any
 from pipeline.cache import durable
 from pipeline.cache.fingerprint import compact
 from pipeline.cache.store import Entry
-from pipeline.commands.claims import Claims
+from pipeline.commands.claims import Claim, Claims
 from pipeline.commands.claims import read as read_claims
 from pipeline.errors import StudyError
 from pipeline.parameters import yaml_text
@@ -27,13 +27,18 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure: its name, title and text, and either a picture as an address of data or a fragment of a page."""
+    """A figure: its name, title and text, and either a picture as an address of data or a fragment of a page.
+
+    `claims` are those that it shows something of; one that `opens` stands first on the page.
+    """
 
     name: str
     title: str
     text: str
     picture: str
     fragment: str
+    claims: tuple[str, ...] = ()
+    opens: bool = False
 
 
 @dataclass(frozen=True)
@@ -47,6 +52,19 @@ class Content:
     stages: list[Row]
     parameters: dict[str, list[Row]]
     versions: dict[str, str]
+
+    @property
+    def opening(self) -> list[Figure]:
+        """Figures that stand first on the page."""
+        return [figure for figure in self.figures if figure.opens]
+
+    def shown_in(self, claim: str) -> list[Figure]:
+        """Figures that show something of a claim."""
+        return [figure for figure in self.figures if claim in figure.claims]
+
+    def shows(self, figure: Figure) -> list[Claim]:
+        """The claims that a figure names, of those that are judged here."""
+        return [claim for claim in self.claims.claims if claim.id in figure.claims]
 
 
 def entries(study: Study) -> dict[str, Entry]:
@@ -109,7 +127,9 @@ def _figures(files: Mapping[str, bytes], words: Mapping[str, Any]) -> list[Figur
         is_page = drawn[name].endswith(".html")
         picture = "" if is_page else "data:image/png;base64," + base64.b64encode(content).decode()
         fragment = content.decode() if is_page else ""
-        found.append(Figure(name, caption.get("title", name), caption.get("text", ""), picture, fragment))
+        title, text = caption.get("title", name), caption.get("text", "")
+        claims, opens = tuple(caption.get("claims", ())), bool(caption.get("opens", False))
+        found.append(Figure(name, title, text, picture, fragment, claims, opens))
     return found
 
 

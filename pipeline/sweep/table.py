@@ -14,10 +14,14 @@ import h5py
 import numpy as np
 
 from pipeline.cache import artefact, fingerprint
+from pipeline.cache.hdf5 import dimensions
+from pipeline.cache.hdf5.tables import describe
 from pipeline.execution.columns import about
-from pipeline.stage_modules import result_class
+from pipeline.stage_modules import result_class, study_attributes
 from pipeline.sweep.chain import Chain
 from pipeline.sweep.row import Row
+
+_STORAGE = {"compression": "gzip", "shuffle": True}
 
 
 def encode(
@@ -40,14 +44,20 @@ def encode(
             note(f'{chain.spec.name}: outputs: no point has a result "{pattern}"')
     with h5py.File("table", "w", driver="core", backing_store=False, libver=("v110", "v110"), track_order=True) as file:
         file.attrs["format"] = artefact.FORMAT
+        for name, text in study_attributes(chain.study.package, chain.study.code_root).items():
+            file.attrs[name] = text
         group = file.create_group("table", track_order=True)
-        for name, column in given.items():
-            _write(group, name, column, {"unit": chain.unit(name), "description": "varied"})
-        _write(group, "outcome", outcomes, {"description": "computed, or what kept the point from it"})
-        _write(group, "reason", reasons, {"description": "why there is no result"})
+        row = dimensions.rows(group, dimensions.free("row", {**given, **found}), count, **_STORAGE)
+        columns = {
+            name: _write(group, name, column, {"unit": chain.unit(name), "description": "varied"})
+            for name, column in given.items()
+        }
+        columns["outcome"] = _write(group, "outcome", outcomes, {"description": "computed, or what kept it from that"})
+        columns["reason"] = _write(group, "reason", reasons, {"description": "why there is no result"})
         result = result_class(chain.study.package, chain.spec.stage)
         for name in found:
-            _write(group, name, found[name], about(result, name))
+            columns[name] = _write(group, name, found[name], about(result, name))
+        dimensions.attach(group, columns, {}, row)
         group = file.create_group("provenance")
         for name, text in _provenance(chain).items():
             group.attrs[name] = text
@@ -64,13 +74,13 @@ def _put(columns: dict[str, Any], name: str, index: int, value: Any, count: int)
     columns[name][index] = value if number or not isinstance(columns[name], np.ndarray) else np.nan
 
 
-def _write(group: Any, name: str, column: Any, attributes: Mapping[str, str]) -> None:
-    if not isinstance(column, np.ndarray):
-        column = artefact.storable(tuple(str(value) for value in column))
-    item = group.create_dataset(name, data=column, track_times=False, compression="gzip", shuffle=True)
-    for key, text in attributes.items():
-        if text:
-            item.attrs[key] = text
+def _write(group: Any, name: str, column: Any, attributes: Mapping[str, str]) -> Any:
+    if not isinstance(column, np.ndarray):  # words of one length can be compressed; to netCDF one byte is a sign
+        words = np.char.encode(np.array([str(value) for value in column], dtype=np.str_), "utf-8")
+        column = np.asarray(words, dtype=h5py.string_dtype("utf-8", max(2, words.dtype.itemsize)))
+    item = group.create_dataset(name, data=column, track_times=False, **_STORAGE)
+    describe(item, attributes)
+    return item
 
 
 def _provenance(chain: Chain) -> dict[str, str]:

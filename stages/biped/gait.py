@@ -33,7 +33,8 @@ class Gait:
     speed_m_s: float = quantity("m/s", "mean walking speed", symbol="v")
     double_stance_s: float = quantity("s", "time with both feet on the ground in one step", symbol="t_DSP")
     floquet_multipliers: np.ndarray = quantity(
-        "1", "multipliers of the step map, largest first, rows of real and imaginary part, shape (j, 2)"
+        "1", "multipliers of the step map, largest first, rows of real and imaginary part, shape (j, 2)",
+        dimensions=("multiplier", "part")
     )
     stable: bool = quantity("1", "whether every multiplier lies inside the unit circle")
     fixed_point: StanceState = quantity("1", "state just after heel strike, legs already renamed")

@@ -98,7 +98,18 @@ def half_widths(description: str) -> Any:
     return dataclasses.field(metadata=metadata, default_factory=dict)
 
 
-def quantity(unit: str, description: str, *, symbol: str = "", default: Any = dataclasses.MISSING) -> Any:
-    """A field of a result dataclass: what is stored, in which unit, under which symbol."""
-    metadata = {"unit": unit, "description": description, "symbol": symbol}
+def quantity(
+    unit: str,
+    description: str,
+    *,
+    symbol: str = "",
+    dimensions: tuple[str, ...] = (),
+    default: Any = dataclasses.MISSING,
+) -> Any:
+    """A field of a result dataclass: what is stored, in which unit, under which symbol.
+
+    `dimensions` names the axes of an array; fields of one class that share a name share its length. An axis without a
+    name is the time, if it is the first and the class has a field `time` of its length, or else called FIELD_AXIS.
+    """
+    metadata = {"unit": unit, "description": description, "symbol": symbol, "dimensions": dimensions}
     return dataclasses.field(metadata=metadata, default=default)

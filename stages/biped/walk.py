@@ -36,25 +36,46 @@ class Walk:
     """
 
     time: np.ndarray = quantity("s", "time, shape (n,)", symbol="t")
-    hip_position: np.ndarray = quantity("m", "hip position x, y, shape (n, 2)", symbol="x_hip, y_hip")
-    hip_velocity: np.ndarray = quantity("m/s", "hip velocity x, y, shape (n, 2)", symbol="dx_hip/dt, dy_hip/dt")
-    leg_angle: np.ndarray = quantity("rad", "angle of each leg from the slope normal, shape (n, 2)", symbol="phi")
-    leg_rate: np.ndarray = quantity("rad/s", "rate of the leg angles, shape (n, 2)", symbol="dphi/dt")
-    leg_length: np.ndarray = quantity("m", "length of each leg, hip to bottom of foot, shape (n, 2)", symbol="L")
-    leg_length_rate: np.ndarray = quantity("m/s", "rate of the leg lengths, shape (n, 2)", symbol="dL/dt")
-    ground_reaction: np.ndarray = quantity(
-        "N", "force of the ground on each leg's foot: tangential x, normal y, shape (n, 2 legs, 2)", symbol="F_T, F_N"
+    hip_position: np.ndarray = quantity(
+        "m", "hip position x, y, shape (n, 2)", symbol="x_hip, y_hip", dimensions=("time", "direction")
     )
-    hip_specific_force: np.ndarray = quantity("m/s^2", "specific force at the hip sensor, shape (n, 2)", symbol="f_hip")
+    hip_velocity: np.ndarray = quantity(
+        "m/s", "hip velocity x, y, shape (n, 2)", symbol="dx_hip/dt, dy_hip/dt", dimensions=("time", "direction")
+    )
+    leg_angle: np.ndarray = quantity(
+        "rad", "angle of each leg from the slope normal, shape (n, 2)", symbol="phi", dimensions=("time", "leg")
+    )
+    leg_rate: np.ndarray = quantity(
+        "rad/s", "rate of the leg angles, shape (n, 2)", symbol="dphi/dt", dimensions=("time", "leg")
+    )
+    leg_length: np.ndarray = quantity(
+        "m", "length of each leg, hip to bottom of foot, shape (n, 2)", symbol="L", dimensions=("time", "leg")
+    )
+    leg_length_rate: np.ndarray = quantity(
+        "m/s", "rate of the leg lengths, shape (n, 2)", symbol="dL/dt", dimensions=("time", "leg")
+    )
+    ground_reaction: np.ndarray = quantity(
+        "N", "force of the ground on each leg's foot: tangential x, normal y, shape (n, 2 legs, 2)", symbol="F_T, F_N",
+        dimensions=("time", "leg", "direction")
+    )
+    hip_specific_force: np.ndarray = quantity(
+        "m/s^2", "specific force at the hip sensor, shape (n, 2)", symbol="f_hip", dimensions=("time", "body_axis")
+    )
     hip_angular_velocity: np.ndarray = quantity("rad/s", "angular velocity at the hip sensor about z, shape (n,)")
     foot_specific_force: np.ndarray = quantity(
-        "m/s^2", "specific force at the foot sensor, shape (n, 2)", symbol="f_foot"
+        "m/s^2", "specific force at the foot sensor, shape (n, 2)", symbol="f_foot", dimensions=("time", "body_axis")
     )
     foot_angular_velocity: np.ndarray = quantity("rad/s", "angular velocity at the foot sensor about z, shape (n,)")
-    heel_strike_time: np.ndarray = quantity("s", "times of heel strike, shape (s,)", symbol="t_HS")
-    heel_strike_leg: np.ndarray = quantity("1", "leg that lands at each heel strike, shape (s,)")
-    toe_off_time: np.ndarray = quantity("s", "times of toe-off, shape (o,)", symbol="t_TO")
-    toe_off_leg: np.ndarray = quantity("1", "leg that leaves the ground at each toe-off, shape (o,)")
+    heel_strike_time: np.ndarray = quantity(
+        "s", "times of heel strike, shape (s,)", symbol="t_HS", dimensions=("heel_strike",)
+    )
+    heel_strike_leg: np.ndarray = quantity(
+        "1", "leg that lands at each heel strike, shape (s,)", dimensions=("heel_strike",)
+    )
+    toe_off_time: np.ndarray = quantity("s", "times of toe-off, shape (o,)", symbol="t_TO", dimensions=("toe_off",))
+    toe_off_leg: np.ndarray = quantity(
+        "1", "leg that leaves the ground at each toe-off, shape (o,)", dimensions=("toe_off",)
+    )
 
     @property
     def standing_force(self) -> float:

@@ -15,15 +15,25 @@ class SensorTruth:
 
     place: str = quantity("-", "hip or foot")
     rotation: np.ndarray = quantity("1", "rotation from body to sensor axes, shape (3, 3)", symbol="R")
-    acceleration_gain: np.ndarray = quantity("1", "gain of each accelerometer axis, shape (3,)")
-    angular_rate_gain: np.ndarray = quantity("1", "gain of each gyroscope axis, shape (3,)")
-    acceleration_bias: np.ndarray = quantity("m/s^2", "bias of each accelerometer axis, shape (3,)")
-    angular_rate_bias: np.ndarray = quantity("rad/s", "bias of each gyroscope axis, shape (3,)")
+    acceleration_gain: np.ndarray = quantity(
+        "1", "gain of each accelerometer axis, shape (3,)", dimensions=("sensor_axis",)
+    )
+    angular_rate_gain: np.ndarray = quantity(
+        "1", "gain of each gyroscope axis, shape (3,)", dimensions=("sensor_axis",)
+    )
+    acceleration_bias: np.ndarray = quantity(
+        "m/s^2", "bias of each accelerometer axis, shape (3,)", dimensions=("sensor_axis",)
+    )
+    angular_rate_bias: np.ndarray = quantity(
+        "rad/s", "bias of each gyroscope axis, shape (3,)", dimensions=("sensor_axis",)
+    )
     period: float = quantity("s", "true sampling period")
     low_pass_delay: float = quantity("s", "delay of the sensor's low pass far below its cut-off")
-    packet: np.ndarray = quantity("1", "packet number of each row that arrived, shape (n,)")
-    position: np.ndarray = quantity("1", "its position in the packet, shape (n,)")
-    sample_time: np.ndarray = quantity("s", "true time at which it was sampled, shape (n,)", symbol="t")
+    packet: np.ndarray = quantity("1", "packet number of each row that arrived, shape (n,)", dimensions=("sample",))
+    position: np.ndarray = quantity("1", "its position in the packet, shape (n,)", dimensions=("sample",))
+    sample_time: np.ndarray = quantity(
+        "s", "true time at which it was sampled, shape (n,)", symbol="t", dimensions=("sample",)
+    )
     lost_packets: int = quantity("1", "packets that did not arrive")
     peak: float = quantity("m/s^2", "median over the strikes of the greatest specific force, as simulated")
     peak_filtered: float = quantity("m/s^2", "the same behind the sensor's low pass")
@@ -36,9 +46,13 @@ class LegTruth:
 
     time: np.ndarray = quantity("s", "even times, shape (n,)", symbol="t")
     angle: np.ndarray = quantity("rad", "inner leg's angle from the slope normal, foot ahead positive, shape (n,)")
-    hip_at_strike: np.ndarray = quantity("m", "hip along and above the slope at each heel strike, shape (s, 2)")
-    toe_off_time: np.ndarray = quantity("s", "times of toe-off, shape (o,)", symbol="t_TO")
-    toe_off_leg: np.ndarray = quantity("1", "pair that leaves the ground, 0 inner, 1 outer, shape (o,)")
+    hip_at_strike: np.ndarray = quantity(
+        "m", "hip along and above the slope at each heel strike, shape (s, 2)", dimensions=("heel_strike", "direction")
+    )
+    toe_off_time: np.ndarray = quantity("s", "times of toe-off, shape (o,)", symbol="t_TO", dimensions=("toe_off",))
+    toe_off_leg: np.ndarray = quantity(
+        "1", "pair that leaves the ground, 0 inner, 1 outer, shape (o,)", dimensions=("toe_off",)
+    )
 
 
 @dataclass(frozen=True)
@@ -52,8 +66,12 @@ class RunTruth:
     swing_push: float = quantity("1", "factor on the swing leg's initial rate")
     outsole: float = quantity("m", "thickness of the outsole")
     failed_attempts: int = quantity("1", "pushes after which the twin did not walk to the end")
-    heel_strike_time: np.ndarray = quantity("s", "true times of heel strike, shape (s,)", symbol="t_HS")
-    heel_strike_leg: np.ndarray = quantity("1", "pair that lands, 0 inner, 1 outer, shape (s,)")
+    heel_strike_time: np.ndarray = quantity(
+        "s", "true times of heel strike, shape (s,)", symbol="t_HS", dimensions=("heel_strike",)
+    )
+    heel_strike_leg: np.ndarray = quantity(
+        "1", "pair that lands, 0 inner, 1 outer, shape (s,)", dimensions=("heel_strike",)
+    )
     leg: LegTruth = quantity("-", "motion of the inner leg and of the hip")
     hip: SensorTruth = quantity("-", "hip sensor")
     foot: SensorTruth = quantity("-", "foot sensor")

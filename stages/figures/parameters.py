@@ -10,6 +10,7 @@ from stages.biped.quantity import Bound, parameter
 from stages.comparison.limits import Limits
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
+from stages.twin.parameters import Settings as Twin
 
 
 @dataclass(frozen=True)
@@ -17,6 +18,7 @@ class Settings(Limits):
     """The paper's limits, and the pictures' resolution."""
 
     resolution_dpi: int = parameter("1/inch", "resolution of the PNG figures", bound=Bound(minimum=50, maximum=1200))
+    pdf: bool = parameter("-", "whether each figure is a PDF as well")
 
 
 @dataclass(frozen=True)
@@ -26,5 +28,6 @@ class Parameters:
     biped: Biped
     slope: Slope
     contact: ContactLaw
+    twin: Twin
     settings: Settings
     level: Level = Level()

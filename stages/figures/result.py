@@ -14,6 +14,8 @@ class Caption:
     name: str = quantity("-", "name of the figure and of its files")
     title: str = quantity("-", "title")
     text: str = quantity("-", "what it shows, with the study's own numbers")
+    claims: tuple[str, ...] = quantity("-", "claims that it shows something of", default=())
+    opens: bool = quantity("-", "whether a report begins with it", default=False)
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     for number, files_and_text in each_in_a_process(_draw, orders):
         drawn[names[number]] = files_and_text
         progress(len(drawn) / len(names), f"drew {names[number]}")
-    captions = tuple(Caption(name, figure(name).TITLE, drawn[name][1]) for name in names)
+    captions = tuple(_caption(name, drawn[name][1]) for name in names)
     files = {path: content for pictures, _ in drawn.values() for path, content in pictures.items()}
     made_up = synthetic(inputs.comparison.measurement)
     return Result(captions, made_up, {"captions.yaml": as_yaml(captions, made_up), **files})
@@ -39,6 +39,11 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 
 def _draw(order: Order) -> tuple[dict[str, bytes], str]:
     return draw(*order)
+
+
+def _caption(name: str, text: str) -> Caption:
+    about = figure(name)
+    return Caption(name, about.TITLE, text, getattr(about, "CLAIMS", ()), getattr(about, "OPENS", False))
 
 
 def synthetic(measured: MeasurementAgreement) -> str:
@@ -62,4 +67,5 @@ def as_yaml(captions: Sequence[Caption], made_up: str) -> bytes:
     lines += [f"synthetic: {quoted(made_up)}", "figures:"]
     for one in captions:
         lines += [f"- name: {one.name}", f"  title: {quoted(one.title)}", f"  text: {quoted(one.text)}"]
+        lines += [f"  claims: {json.dumps(one.claims)}", f"  opens: {json.dumps(one.opens)}"]
     return ("\n".join(lines) + "\n").encode()

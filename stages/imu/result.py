@@ -17,14 +17,22 @@ from stages.imu.trial.leg_motion import LegMotion
 class SensorSignals:
     """One sensor on body axes; `segment` and `index` tell which of its samples each row is."""
 
-    segment: np.ndarray = quantity("1", "restarts of the sensor before this sample, shape (n,)")
-    index: np.ndarray = quantity("1", "sampling periods since the first packet of the segment, shape (n,)")
-    packet: np.ndarray = quantity("1", "packet number as stored, shape (n,)")
-    position: np.ndarray = quantity("1", "position in the packet, shape (n,)")
+    segment: np.ndarray = quantity("1", "restarts of the sensor before this sample, shape (n,)", dimensions=("time",))
+    index: np.ndarray = quantity(
+        "1", "sampling periods since the first packet of the segment, shape (n,)", dimensions=("time",)
+    )
+    packet: np.ndarray = quantity("1", "packet number as stored, shape (n,)", dimensions=("time",))
+    position: np.ndarray = quantity("1", "position in the packet, shape (n,)", dimensions=("time",))
     time: np.ndarray = quantity("s", "repaired time since the run's first heel strike, shape (n,)", symbol="t")
-    specific_force: np.ndarray = quantity("m/s^2", "specific force forward, up, lateral, shape (n, 3)", symbol="f")
-    angular_velocity: np.ndarray = quantity("rad/s", "angular velocity on the same axes, shape (n, 3)", symbol="omega")
-    rotation: np.ndarray = quantity("1", "rotation from sensor to body axes, shape (3, 3)", symbol="R")
+    specific_force: np.ndarray = quantity(
+        "m/s^2", "specific force forward, up, lateral, shape (n, 3)", symbol="f", dimensions=("time", "body_axis")
+    )
+    angular_velocity: np.ndarray = quantity(
+        "rad/s", "angular velocity on the same axes, shape (n, 3)", symbol="omega", dimensions=("time", "body_axis")
+    )
+    rotation: np.ndarray = quantity(
+        "1", "rotation from sensor to body axes, shape (3, 3)", symbol="R", dimensions=("body_axis", "sensor_axis")
+    )
 
 
 @dataclass(frozen=True)
@@ -35,9 +43,15 @@ class Run:
     start: float = quantity("s", "clock of the stamps at the run's first heel strike")
     hip: SensorSignals = quantity("-", "hip sensor")
     foot: SensorSignals = quantity("-", "foot sensor")
-    heel_strike_time: np.ndarray = quantity("s", "heel strikes since the first one, shape (s,)", symbol="t_HS")
-    heel_strike_leg: np.ndarray = quantity("1", "leg that lands, 0 inner, 1 outer, shape (s,)")
-    strides: np.ndarray = quantity("SI", "registered strides, shape (strides, phases, signals)")
+    heel_strike_time: np.ndarray = quantity(
+        "s", "heel strikes since the first one, shape (s,)", symbol="t_HS", dimensions=("heel_strike",)
+    )
+    heel_strike_leg: np.ndarray = quantity(
+        "1", "leg that lands, 0 inner, 1 outer, shape (s,)", dimensions=("heel_strike",)
+    )
+    strides: np.ndarray = quantity(
+        "SI", "registered strides, shape (strides, phases, signals)", dimensions=("stride", "phase", "signal")
+    )
     leg: LegMotion = quantity("-", "angle, steps and hip path of the leg with the sensors; times as above")
 
 

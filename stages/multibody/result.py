@@ -29,7 +29,8 @@ class Cycle:
     peak_normal_force: float = quantity("N", "largest normal force on a foot; NaN if not recorded", symbol="F_N")
     largest_penetration: float = quantity("m", "deepest penetration of a foot", symbol="p")
     floquet_multipliers: np.ndarray = quantity(
-        "1", "multipliers of the step map, largest first, rows of real and imaginary part, (10, 2), or (0, 2)"
+        "1", "multipliers of the step map, largest first, rows of real and imaginary part, (10, 2), or (0, 2)",
+        dimensions=("multiplier", "part")
     )
     residual: float = quantity("1", "how far the fixed point moves in one step, in the scales of the section")
     period_change: float = quantity("s", "largest difference between the periods of the walk's last four steps")
@@ -60,8 +61,12 @@ class Result:
     message: str = quantity("-", "what the solver said if it failed")
     steps: int = quantity("1", "heel strikes")
     walk: Walk = quantity("1", "the walk from the analytic gait's mid-stance; a signal left out has no rows")
-    penetration: np.ndarray = quantity("m", "penetration of each foot in contact, else 0, (n, 2) or (0, 2)", symbol="p")
-    slip_velocity: np.ndarray = quantity("m/s", "slip of each foot in contact, else 0, (n, 2); or (0, 2)", symbol="v")
+    penetration: np.ndarray = quantity(
+        "m", "penetration of each foot in contact, else 0, (n, 2) or (0, 2)", symbol="p", dimensions=("time", "leg")
+    )
+    slip_velocity: np.ndarray = quantity(
+        "m/s", "slip of each foot in contact, else 0, (n, 2); or (0, 2)", symbol="v", dimensions=("time", "leg")
+    )
     settled: bool = quantity("1", "whether the walk has settled on a stable cycle")
     unsettled: str = quantity("-", "why it has not, else empty")
     cycle: Cycle = quantity("1", "the gait, solved for")

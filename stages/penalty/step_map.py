@@ -9,7 +9,7 @@ from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.penalty.model.walker import ANGLE, SIZE, X
 from stages.penalty.settings import Settings
-from stages.penalty.walk import Progress, begin, numbers_of
+from stages.penalty.walk import Ongoing, begin, numbers_of
 from stages.planar.run import COMPLETED
 from stages.planar.section import NoLimitCycle, SectionStep, section_numbers, section_state
 from stages.planar.state import PlanarState
@@ -51,7 +51,7 @@ class PenaltyStepper:
             found[LENGTHS], found[:, LENGTHS] = 0.0, 0.0
         return found
 
-    def _walked(self, start: PlanarState, steps: int, varied: bool = False) -> Progress:
+    def _walked(self, start: PlanarState, steps: int, varied: bool = False) -> Ongoing:
         self.steps_walked += steps
         walk = begin(self.p, start, self.settings, steps)
         if varied:
@@ -63,13 +63,13 @@ class PenaltyStepper:
             raise NoLimitCycle(walk.message or walk.outcome)
         return walk
 
-    def _ended(self, walk: Progress, start: PlanarState) -> SectionStep:
+    def _ended(self, walk: Ongoing, start: PlanarState) -> SectionStep:
         y, stance = walk.y[:SIZE], self._standing(walk)
         state = state_of(y, walk.in_play, stance)
         length = float(y[X]) - start.hip_position[0]
         return SectionStep(section_numbers(state), state, walk.time, length, walk.evaluations)
 
-    def _standing(self, walk: Progress) -> int:
+    def _standing(self, walk: Ongoing) -> int:
         return int(np.argmin(np.abs(walk.y[ANGLE : ANGLE + 2])))
 
 

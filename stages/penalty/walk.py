@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Collection
 from dataclasses import dataclass, field
@@ -30,9 +29,9 @@ FIRST_STEP = 1e-5
 FALLEN_GUARD = -1e-12
 #: Rows that the record of a stretch has room for at first, and the factor of more room.
 ROOM, GROWTH = 2048, 8
-EVALUATIONS = 12
 NO_ROOM = np.empty((0, 2 + SIZE))
-END = 2
+#: Evaluations of the rates in a step of the integrator. Who is due where the end is, and no leg.
+EVALUATIONS, END = 12, 2
 
 
 @lru_cache(maxsize=64)
@@ -42,7 +41,7 @@ def numbers_of(biped: Biped, slope: Slope, contact: ContactLaw) -> Penalty:
 
 
 @dataclass
-class Progress:
+class Ongoing:
     """A walk on its way: what the watch over an Exudyn run knows as well.
 
     `y`: state (12,), followed by any variations, changed in place. `record`: rows of time [s], phase and state at the
@@ -199,7 +198,7 @@ def simulate(
         walk.outcome, walk.message, trajectory, walk.heel_strikes, walk.steps, walk.evaluations, 0.0)
 
 
-def begin(p: Penalty, state: PlanarState, settings: Settings, steps: float) -> Progress:
+def begin(p: Penalty, state: PlanarState, settings: Settings, steps: float) -> Ongoing:
     """A walk about to begin from a state, through so many heel strikes. Rigid legs have their natural length."""
     y = np.array([
         *state.hip_position, *state.leg_angle, *state.leg_length, *state.hip_velocity, *state.leg_rate,
@@ -212,10 +211,10 @@ def begin(p: Penalty, state: PlanarState, settings: Settings, steps: float) -> P
         standing = feet.height(y, p, leg, y, 0)[0] <= 0.0
         statuses.append(feet.OUT if not acts else feet.LANDED if standing else feet.AWAITED)
     last = 1 if statuses[1] == feet.LANDED != statuses[0] else 0
-    return Progress(p, y, feet.phase_of(statuses[0], statuses[1], 0), settings, steps, last)
+    return Ongoing(p, y, feet.phase_of(statuses[0], statuses[1], 0), settings, steps, last)
 
 
-def recorded(walk: Progress, state: PlanarState, biped: Biped, signals: Collection[str]) -> Trajectory:
+def recorded(walk: Ongoing, state: PlanarState, biped: Biped, signals: Collection[str]) -> Trajectory:
     """The record of a walk at the solver's own steps."""
     end = np.concatenate([[walk.time, walk.phase], walk.y[:SIZE]])
     rows = np.concatenate([*(walk.record or []), end[None]])
@@ -239,8 +238,3 @@ def foot_acceleration(place: np.ndarray, motion: np.ndarray, change: np.ndarray,
     hip = Motion(*(rows[:, [X, Y]] for rows in (place, motion, change)))
     angle, length = (Coordinate(place[:, i], motion[:, i], change[:, i]) for i in (2, 4))
     return swing_point_motion(hip, angle, shifted(length, biped.foot_com)).acceleration
-
-
-def at_tolerance(settings: Settings, tolerance: float) -> Settings:
-    """The same settings at another tolerance."""
-    return dataclasses.replace(settings, tolerance=tolerance)

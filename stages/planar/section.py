@@ -75,7 +75,9 @@ def mid_stance_after(run: Run) -> SectionStep:
     if not len(behind) or behind[-1] + 1 == len(trajectory.time):
         raise NoLimitCycle("the step does not end in mid-stance")
     before = behind[-1]  # the solver may take a step more than asked
-    moment = float(brentq(lean, trajectory.time[before], trajectory.time[before + 1], xtol=1e-15, rtol=8.9e-16))
+    moment = late = float(trajectory.time[before + 1])
+    if lean(late) < 0.0:  # else it is upright there, but for round-off
+        moment = float(brentq(lean, trajectory.time[before], late, xtol=1e-15, rtol=8.9e-16))
     state = trajectory.state_at(moment)
     length = state.hip_position[0] - float(trajectory.position[0, 0])
     if stance == 1:

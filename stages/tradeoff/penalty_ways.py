@@ -29,8 +29,9 @@ from stages.tradeoff.way import Walked, Way, WayFailed, grid
 
 PENALTY = "penalty model"
 TREE, JOINTS, COMPILED = "Exudyn tree, DOPRI5", "Exudyn joints", "compiled"
-#: Rate evaluations of an accepted step of DOPRI5; the joints' implicit steps count one each.
-STAGES = 6
+#: Rate evaluations of an accepted step of Exudyn's DOPRI5: seven stages, none of them kept from the step before, and
+#: the acceleration at its end, as counted in a force of Python. The joints' implicit steps count one each.
+STAGES = 8
 #: Moments between two steps of the compiled walker at which it keeps the ground's force.
 BETWEEN = 3
 #: Difference along the leading eigenvector, in the section's scales, and the tolerance of the gait it belongs to.

@@ -119,13 +119,11 @@ def gain(rows: Sequence[Row], model: str, costs: Sequence[float]) -> float:
 
 def cost_at(points: Sequence[tuple[float, float]], error: float) -> float:
     """Least cost of reaching an error, from (error, cost) of one way; NaN if none does."""
-    reached = [cost for found, cost in points if found <= error]
-    if not reached:
+    inside = min((point for point in points if point[0] <= error), key=lambda point: point[1], default=None)
+    if inside is None:
         return math.nan
-    inside = max(((found, cost) for found, cost in points if found <= error), key=lambda point: point[0])
-    outside = min(((found, cost) for found, cost in points if found > error and cost < inside[1]),
-                  key=lambda point: point[0], default=None)
-    if outside is None or min(reached) < inside[1]:
-        return min(reached)
+    outside = min((point for point in points if point[0] > error and point[1] < inside[1]), default=None)
+    if outside is None:
+        return inside[1]
     share = math.log(error / inside[0]) / math.log(outside[0] / inside[0])
     return float(inside[1] * (outside[1] / inside[1]) ** share)

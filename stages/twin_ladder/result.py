@@ -25,7 +25,8 @@ class RungGait:
     step_length_m: float = quantity("m", "advance of the hip in a step", symbol="s")
     inner_outer_difference: float = quantity("1", "limp: from inner to outer mid-stance less back, over the mean step")
     plane_multipliers: np.ndarray = quantity(
-        "1", "the two largest multipliers of a step in the plane, real and imaginary part, shape (2, 2)"
+        "1", "the two largest multipliers of a step in the plane, real and imaginary part, shape (2, 2)",
+        dimensions=("multiplier", "part")
     )
     side_multipliers: np.ndarray = quantity(
         "1", "the largest multiplier of a step in roll, yaw and sideways motion, shape (1, 2) or empty"

@@ -22,9 +22,11 @@ class PushedWalk:
     reason: str = quantity("-", "how it ended early, else empty")
     steps: int = quantity("1", "heel strikes")
     time: np.ndarray = quantity("s", "time since the push, shape (n,)", symbol="t")
-    roll: np.ndarray = quantity("rad", "roll about the forward axis, shape (n,)")
-    yaw: np.ndarray = quantity("rad", "yaw about the slope's normal, shape (n,)")
-    lateral: np.ndarray = quantity("m", "place of the hip across the slope, shape (n,)", symbol="z_hip")
+    roll: np.ndarray = quantity("rad", "roll about the forward axis, shape (n,)", dimensions=("time",))
+    yaw: np.ndarray = quantity("rad", "yaw about the slope's normal, shape (n,)", dimensions=("time",))
+    lateral: np.ndarray = quantity(
+        "m", "place of the hip across the slope, shape (n,)", symbol="z_hip", dimensions=("time",)
+    )
     roll_left: float = quantity("rad", "largest roll over the last two steps, NaN after a fall")
     yaw_left: float = quantity("rad", "yaw at the end, NaN after a fall")
 

@@ -119,6 +119,24 @@ def test_a_map_has_a_picture(given):
     plt.close(drawn[0])
 
 
+def test_a_map_opens_in_xarray_with_units_and_words(tmp_path):
+    xarray, _ = pytest.importorskip("xarray"), pytest.importorskip("h5netcdf")
+    asked(Listener(), GRID, out=tmp_path / "map.h5")
+    with xarray.open_dataset(tmp_path / "map.h5", engine="h5netcdf", group="table") as table:
+        assert set(table.dims) == {"row"} and table.row.values.tolist() == [*range(table.sizes["row"])]
+        assert table.period_s.units == "s" and table.period_s.long_name
+        words = table.outcome.flag_meanings.split()
+        assert len(words) == len(table.outcome.flag_values) and "stable" in words
+        assert words[int(table.outcome[0])] == h5py_word(tmp_path / "map.h5")
+
+
+def h5py_word(path):
+    """The outcome of a map's first row by the words that HDF5 knows."""
+    with h5py.File(path) as file:
+        column = file["table/outcome"]
+        return {place: word for word, place in h5py.check_enum_dtype(column.dtype).items()}[column[0]].replace(" ", "_")
+
+
 def test_a_map_that_was_killed_goes_on_where_it_was_and_gives_the_same_rows(tmp_path, monkeypatch):
     monkeypatch.setattr(design_map, "BLOCK", 10)
     whole, kept = Listener(), {}

@@ -102,7 +102,7 @@ def test_the_last_share_is_foretold(budget):
 def test_figures_and_storage(budget):
     read = artefact.decode(artefact.encode(budget, {}), Result, "error_budget.h5")
     assert np.array_equal(read.cycle.scalars, budget.cycle.scalars)
-    assert len(budget.tables()) == 3 and all(
+    assert len(budget.tables()) == 4 and all(
         len(row) == len(columns) for _, columns, rows in budget.tables() for row in rows
     )
     with style.drawing():

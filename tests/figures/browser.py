@@ -30,7 +30,9 @@ def installed() -> str | None:
 class Page:
     """One open page. `said` collects what the page says on its console and every exception."""
 
-    def __init__(self, address: str, profile: Path, width: int = 1200, height: int = 900) -> None:
+    def __init__(
+        self, address: str, profile: Path, width: int = 1200, height: int = 900, flags: tuple[str, ...] = ()
+    ) -> None:
         self._serial, self._rest, self.said, self.requests = itertools.count(1), b"", [], []
         to_read, self._write = os.pipe()
         self._read, to_write = os.pipe()
@@ -41,7 +43,7 @@ class Page:
             os.dup2(second, 4)
 
         self._process = subprocess.Popen(
-            [installed(), *FLAGS, f"--user-data-dir={profile}", "about:blank"],
+            [installed(), *FLAGS, *flags, f"--user-data-dir={profile}", "about:blank"],
             preexec_fn=as_three_and_four,
             close_fds=False,
             start_new_session=True,
@@ -89,9 +91,10 @@ class Page:
 
     def press(self, key: str) -> None:
         """Press and release a key."""
-        about = {" ": ("Space", 32, " "), "Enter": ("Enter", 13, "\r"), "Tab": ("Tab", 9, "")}
-        code, number, text = about.get(key, (key, {"ArrowRight": 39, "ArrowLeft": 37, "Home": 36, "End": 35}[key]
-                                             if key not in about else 0, ""))  # fmt: skip
+        about = {" ": ("Space", 32, " "), "Enter": ("Enter", 13, "\r"), "Tab": ("Tab", 9, ""),
+                 ",": ("Comma", 188, ","), ".": ("Period", 190, "."), "+": ("Equal", 187, "+")}  # fmt: skip
+        code, number, text = about.get(key, (key, {"ArrowRight": 39, "ArrowLeft": 37, "ArrowUp": 38, "ArrowDown": 40,
+                                              "Home": 36, "End": 35}.get(key, 0), ""))  # fmt: skip
         known = {"key": key, "code": code, "windowsVirtualKeyCode": number}
         self.call("Input.dispatchKeyEvent", type="keyDown", text=text, **known)
         self.call("Input.dispatchKeyEvent", type="keyUp", **known)
@@ -102,9 +105,22 @@ class Page:
             "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=mobile
         )
 
-    def prefer(self, scheme: str) -> None:
-        """Prefer a dark or light colour scheme."""
-        self.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+    def prefer(self, scheme: str, motion: str = "no-preference") -> None:
+        """Prefer a dark or light colour scheme, and reduced motion or not."""
+        wanted = {"prefers-color-scheme": scheme, "prefers-reduced-motion": motion}
+        features = [{"name": name, "value": value} for name, value in wanted.items()]
+        self.call("Emulation.setEmulatedMedia", features=features)
+
+    def reload(self) -> None:
+        """Load the page again."""
+        self.value("window.left = true")
+        self.call("Page.reload")
+        self.until("!window.left && document.readyState === 'complete'")
+
+    def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
+        """Press the mouse at one point, move to the other, release."""
+        for kind, (x, y) in (("mousePressed", start), ("mouseMoved", end), ("mouseReleased", end)):
+            self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)
 
     def screenshot(self, path: Path, whole: bool = False) -> None:
         """Keep a picture of what is seen, or of the whole page."""
@@ -140,6 +156,7 @@ class Page:
         elif method == "Runtime.exceptionThrown":
             self.said.append(str(about["exceptionDetails"]))
         elif method == "Log.entryAdded":
-            self.said.append(str(about["entry"]))
+            if about["entry"]["source"] != "rendering":  # what Chromium thinks of this machine's graphics
+                self.said.append(str(about["entry"]))
         elif method == "Network.requestWillBeSent":
             self.requests.append(about["request"]["url"])

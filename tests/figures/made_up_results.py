@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from stages.biped.accuracy.level import Level
 from stages.comparison.hip_motion import HipDifference
 from stages.comparison.stride import last_stride
 from stages.extremes.result import Result as Extremes
@@ -13,6 +14,7 @@ from stages.figures.drawn import figure, given_to
 from stages.figures.parameters import Settings
 from stages.tradeoff.result import Errors, Reference, Row
 from stages.tradeoff.result import Result as Tradeoff
+from stages.twin.machine.parts import Part
 from stages.twin.walking.snapshots import Snapshots
 from stages.twin_ladder.result import COMPLETED, RungGait
 from stages.twin_ladder.result import Result as Ladder
@@ -23,7 +25,8 @@ from tests.comparison.made_up import DEFAULTS, make_agreement, make_budget, make
 
 def analytic(frequency=2.0718):
     """A walk, and a gait that is not that of the walk."""
-    gait = SimpleNamespace(period_s=0.5, step_frequency_hz=frequency, step_length_m=0.16, double_stance_s=4e-3)
+    gait = SimpleNamespace(period_s=0.5, step_frequency_hz=frequency, step_length_m=0.16, double_stance_s=4e-3,
+                           floquet_multipliers=np.array([[0.6, 0.0], [-0.3, 0.4]]))  # fmt: skip
     return SimpleNamespace(walk=make_walk(), gait=gait)
 
 
@@ -40,7 +43,7 @@ def twin():
     """The walk of the multibody model, with three poses."""
     settling = SimpleNamespace(step_frequency_hz=2.04, step_length_m=0.159, steps_to_settle=1)
     walk = make_walk(period=0.51)
-    return SimpleNamespace(walk=walk, snapshots=poses(walk), settling=settling)
+    return SimpleNamespace(walk=walk, snapshots=poses(walk), settling=settling, outcome="completed", steps=8)
 
 
 def poses(walk):
@@ -120,11 +123,24 @@ def comparison(origin="synthetic"):
     return SimpleNamespace(models=SimpleNamespace(same_start=same_start), measurement=make_agreement(origin))
 
 
-def parameters():
+def machine(outsole=0.0):
+    """Lanes of the twin, and a bill with every shape once, a point among them, on three of the groups."""
+    parts = (
+        Part("shaft", "inner_frame", "steel", "cylinder", "z", (0.005, 0.2), 0.1, (0.0, 0.0, 0.0), 1),
+        Part("leg", "outer_frame", "ABS", "box", "z", (0.014, 0.2, 0.016), 0.1, (0.0, -0.1, 0.085), 2),
+        Part("spring", "inner_foot", "steel", "tube", "y", (0.006, 0.0045, 0.04), 0.1, (0.0, -0.2, 0.04), 2),
+        Part("foot", "inner_foot", "ABS", "arc", "z", (0.083, 0.012, 0.02, 0.11), 0.1, (0.0, -0.25, 0.04), 2),
+        Part("lead", "inner_foot", "steel", "point", "z", (), 0.1, (0.0, -0.25, 0.04), 2),
+    )
+    return SimpleNamespace(parts=parts, inner_lane=0.04, outer_lane=0.085, foot_width=0.02, outsole=outsole)
+
+
+def parameters(level="paper"):
     """A design on a slope of 2 degrees, and pictures of few pixels."""
     return SimpleNamespace(
-        biped=SimpleNamespace(foot_radius=0.083), slope=SimpleNamespace(angle=np.radians(2)), contact=DEFAULTS,
-        settings=Settings(3e-4, 5e-3, 101, 80),
+        biped=SimpleNamespace(foot_radius=0.083, leg_length=0.333), twin=machine(),
+        slope=SimpleNamespace(angle=np.radians(2)), contact=DEFAULTS,
+        settings=Settings(3e-4, 5e-3, 101, 80, True), level=Level(level),
     )  # fmt: skip
 
 

@@ -9,7 +9,8 @@ import pytest
 import yaml
 
 from stages.biped import processes
-from stages.figures import run
+from stages.comparison.claims.paper import SAYS
+from stages.figures import drawn, run
 from stages.figures.drawn import NAMES, figure
 from stages.figures.inputs import Inputs
 from stages.figures.result import Caption
@@ -24,7 +25,7 @@ def text(name, **other):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_figure_has_a_title_and_a_caption_from_the_results_that_it_names(name):
-    assert figure(name).TITLE and figure(name).PLACE >= 0 and text(name).endswith(".")
+    assert figure(name).TITLE and isinstance(figure(name).PLACE, int) and text(name).endswith(".")
     assert set(figure(name).INPUTS) <= {field.name for field in dataclasses.fields(Inputs)}
 
 
@@ -37,6 +38,12 @@ def test_captions_state_the_numbers_of_the_results():
     assert "2.00 mm" in contact and "0.20 mm" in contact
 
 
+def test_claims_that_figures_name_are_judged_and_one_figure_opens_the_report():
+    named = {claim for name in NAMES for claim in getattr(figure(name), "CLAIMS", ())}
+    assert named <= set(SAYS) and len(named) > 10
+    assert [name for name in NAMES if getattr(figure(name), "OPENS", False)] == ["robot_in_space"]
+
+
 @pytest.mark.parametrize(("origin", "said"), [("synthetic", True), ("mixed", True), ("measured", False)])
 def test_what_is_synthetic_is_called_so(origin, said):
     assert ("cannot confirm" in synthetic(make_agreement(origin))) == said
@@ -44,11 +51,14 @@ def test_what_is_synthetic_is_called_so(origin, said):
 
 
 def test_captions_survive_yaml():
-    read = yaml.safe_load(as_yaml([Caption("a", 'quotes " and: colons', "µ ≤ 3 # no comment")], "line\nbreak"))
+    one = Caption("a", 'quotes " and: colons', "µ ≤ 3 # no comment", ("b",), True)
+    read = yaml.safe_load(as_yaml([one], "line\nbreak"))
     assert read == {
         "title": run.TITLE,
         "synthetic": "line\nbreak",
-        "figures": [{"name": "a", "title": 'quotes " and: colons', "text": "µ ≤ 3 # no comment"}],
+        "figures": [
+            {"name": "a", "title": 'quotes " and: colons', "text": "µ ≤ 3 # no comment", "claims": ["b"], "opens": True}
+        ],
     }
 
 
@@ -58,9 +68,24 @@ def test_the_stage_draws_all_in_their_places_with_captions_beside(monkeypatch):
     said = []
     made = run.run(parameters(), SimpleNamespace(**results()), lambda share, what: said.append(share))
     assert [caption.name for caption in made.captions] == ["gait_animation", "figure_04_normal_force", "error_budget"]
-    assert yaml.safe_load(made.files["captions.yaml"])["figures"] == [vars(caption) for caption in made.captions]
+    assert yaml.safe_load(made.files["captions.yaml"])["figures"] == [
+        vars(caption) | {"claims": list(caption.claims)} for caption in made.captions
+    ]
     assert set(made.files) == {
         "captions.yaml", "figures/gait_animation.html",
         *(f"figures/{name}.{kind}" for name in ("figure_04_normal_force", "error_budget") for kind in ("png", "pdf")),
     }  # fmt: skip
     assert said[-1] == 1.0
+
+
+@pytest.mark.parametrize("name", ["error_budget", "gait_animation"])
+def test_a_figure_of_another_accuracy_than_the_usual_says_so(name, monkeypatch):
+    drafts, usual = ([], [])
+    for level, shown in (("draft", drafts), ("paper", usual)):
+        monkeypatch.setattr(drawn.style, "pictures",
+                            lambda name, figure, dpi, shown=shown, **_: shown.append(figure) or {})  # fmt: skip
+        files, _ = drawn.draw(name, parameters(level), results())
+        shown += [content.decode() for content in files.values()]
+    said = [one if isinstance(one, str) else " ".join(text.get_text() for text in one.texts)
+            for one in (drafts[0], usual[0])]  # fmt: skip
+    assert "accuracy: draft" in said[0] and "accuracy:" not in said[1]

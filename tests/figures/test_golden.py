@@ -38,7 +38,8 @@ def draw(name, scale, path):
     """A figure of the made-up results times a factor, at a low resolution."""
     with style.drawing():
         picture = drawn(name, scale)
-        picture.savefig(path, dpi=DPI)
+        with style.laid_out(picture, DPI):
+            picture.savefig(path, dpi=DPI)
         plt.close(picture)
     return path
 

@@ -12,6 +12,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from pipeline.cache import artefact
+
 Maker = Callable[[Path], object]
 
 
@@ -90,7 +92,7 @@ YAML: dict[str, Maker] = {
 }
 
 
-def hdf5(make: Callable[[h5py.File], object], form: str = "bipedstudy artefact 1") -> Maker:
+def hdf5(make: Callable[[h5py.File], object], form: str = artefact.FORMAT) -> Maker:
     """An HDF5 file that calls itself an artefact."""
 
     def maker(path: Path) -> None:

@@ -111,7 +111,7 @@ def test_units_symbols_and_descriptions_are_stored(tmp_path):
     path.write_bytes(artefact.encode(example(), {"key": "k"}))
     with h5py.File(path) as file:
         attributes = dict(file["inner/value"].attrs)
-        assert attributes == {"unit": "m", "symbol": "L", "description": "a length"}
+        assert attributes == {"units": "m", "symbol": "L", "long_name": "a length"}
         assert dict(file["provenance"].attrs) == {"key": "k"}
         assert "files" not in file
         assert list(file)[:3] == ["word", "names", "numbers"]
@@ -146,7 +146,8 @@ def test_a_foreign_hdf5_file_is_one_sentence(tmp_path):
 @pytest.mark.parametrize(
     ("form", "sentence"),
     [
-        ("bipedstudy artefact 3", "made by a newer version of this program (format 3); this one reads up to 1"),
+        ("bipedstudy artefact 3", "made by a newer version of this program (format 3); this one reads format 2"),
+        ("bipedstudy artefact 1", "made by an earlier version of this program (format 1); this one reads format 2;"),
         ("bipedstudy artefact 0", "an HDF5 file, but not an artefact of this study"),
         ("bipedstudy artefact one", "an HDF5 file, but not an artefact of this study"),
         ("another program 1", "an HDF5 file, but not an artefact of this study"),
@@ -157,7 +158,7 @@ def test_an_artefact_of_another_format_is_refused_by_its_number(tmp_path, form, 
     path.write_bytes(artefact.encode(example(), {}))
     assert artefact.load(path, Everything).count == 3
     with h5py.File(path, "r+") as file:
-        assert file.attrs["format"] == "bipedstudy artefact 1"
+        assert file.attrs["format"] == "bipedstudy artefact 2"
         file.attrs["format"] = form
     with pytest.raises(ArtefactError) as refused:
         artefact.load(path, Everything)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import signal
@@ -12,6 +13,9 @@ import pytest
 
 from pipeline.errors import StageFailed
 from pipeline.execution import forked
+from pipeline.execution.fork_server import foreign
+from pipeline.execution.job import Job
+from pipeline.execution.observed_import import Compiled
 
 pytestmark = pytest.mark.skipif(not forked.HERE, reason="workers are started afresh on this system")
 FALL, SIDE = "PACKAGE/fall/run.py", "PACKAGE/side/run.py"
@@ -85,6 +89,22 @@ def test_a_server_that_is_killed_costs_nothing(done):
     assert hows == {"fall": "computed", "bounce": "computed", "side": "computed", "picture": "computed"}
 
 
+def test_no_room_for_another_process_fails_its_stage_with_a_sentence(done, tmp_path, monkeypatch):
+    (tmp_path / "sitecustomize.py").write_text(
+        "import errno, os, sys\n"
+        "def full():\n"
+        "    raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN))\n"
+        "if any(name.endswith('fork_server') for name in sys.orig_argv):\n"
+        "    os.fork = full\n"
+    )
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    with pytest.raises(StageFailed, match=r"^stage side: its process ended by itself with code 1; the full account is"):
+        done.run("side.seed=5", names=("side",))
+    assert os.strerror(errno.EAGAIN) in (done.root / "results/log/side.log").read_text()
+    monkeypatch.undo()
+    assert done.run("side.seed=5", names=("side",)) == {"side": "computed"}
+
+
 def test_the_environment_is_that_of_the_moment(done, monkeypatch):
     in_side(done, "import os\nassert os.environ['MOMENT'] == str(parameters.settings.seed)")
     for moment in ("7", "8"):
@@ -130,9 +150,20 @@ def test_processes_of_a_stage_have_what_it_loaded(done):
     assert done.run(names=("side",)) == {"side": "computed"}
 
 
+def test_what_is_imported_late_is_not_loaded_before(repository):
+    """The derivation of the equations, with SymPy, is imported by no function that stage analytic calls."""
+    files = [path.relative_to(repository).as_posix() for path in (repository / "stages").rglob("*.py")]
+    compiled = Compiled()
+    heads = {file: compiled.take(repository / file, (repository / file).read_bytes()) for file in files}
+    found = {stage: {module.split(".")[0] for module, _ in foreign("stages", [f"stages.{stage}.run"], heads)}
+             for stage in ("analytic", "extremes", "figures")}  # fmt: skip
+    assert {"numpy", "numba"} <= found["analytic"] and not found["analytic"] & {"sympy", "matplotlib", "exudyn"}
+    assert "sympy" in found["extremes"] and "matplotlib" in found["figures"]
+
+
 def test_a_worker_that_does_not_end_in_time_is_told_apart(done):
     with open(os.devnull, "wb") as errors:
-        started = forked.started(os.environ, errors, done.package, str(done.root), [])
+        started = forked.started(os.environ, errors, Job(done.package, str(done.root), str(done.root), (), {}))
     with pytest.raises(subprocess.TimeoutExpired):
         started.wait(0.2)
     os.killpg(started.pid, signal.SIGKILL)

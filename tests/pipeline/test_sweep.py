@@ -75,8 +75,10 @@ def test_a_sweep_gives_what_run_gives(toy):
 def test_units_and_reasons_stand_in_the_table(toy):
     run(toy, GRID)
     with h5py.File(toy.root / "table.h5") as file:
-        assert file["table/ground.gravity"].attrs["unit"] == "m/s^2"
-        assert dict(file["table/force"].attrs) == {"unit": "N", "symbol": "F", "description": "peak force"}
+        assert file["table/ground.gravity"].attrs["units"] == "m/s^2"
+        about = {name: text for name, text in file["table/force"].attrs.items() if isinstance(text, str)}
+        assert about == {"units": "N", "symbol": "F", "long_name": "peak force"}
+        assert file["table/force"].dims[0][0] == file["table/row"] and file["table/row"][()].tolist() == [*range(9)]
 
 
 def test_known_points_are_not_computed_again_until_the_code_is_edited(toy):

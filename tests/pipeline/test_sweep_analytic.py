@@ -36,7 +36,7 @@ def test_a_sweep_of_slopes(repository, tmp_path):
 
     values = study.parameters(["analytic"])["analytic"]
     with h5py.File(tmp_path / "slopes.h5") as file:
-        assert file["table/gait.period_s"].attrs["unit"] == "s"
+        assert file["table/gait.period_s"].attrs["units"] == "s"
         assert "energy.work_in" not in file["table"] and file["table/reason"][2]
         for row, slope in enumerate((2.0, 3.0)):
             inclined = dataclasses.replace(values.slope, slope_deg=slope)

@@ -107,3 +107,4 @@ def test_the_gain_is_taken_at_the_papers_error():
     assert gain(rows, "m", [row.evaluations for row in rows]) == pytest.approx(99.0 / 20.0), "half way in logarithms"
     assert cost_at([(1e-8, 40.0), (1e-4, 10.0)], 1e-2) == 10.0
     assert math.isnan(cost_at([(1e-8, 40.0)], 1e-9))
+    assert cost_at([(1e-9, 40.0), (1e-8, 40.1), (1e-4, 10.0)], 1e-6) == pytest.approx(40.0 / 4.0**0.6)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from pipeline.cache.hdf5.dimensions import names
 from pipeline.errors import StudyError, nearest
 
 
@@ -37,17 +38,17 @@ def arrays(result: Any) -> dict[str, Array]:
         's'
     """
     found = {}
-    samples = len(result.time) if hasattr(result, "time") else -1
+    own = {field.name: getattr(result, field.name) for field in dataclasses.fields(result)}
+    declared = {field.name: field.metadata.get("dimensions", ()) for field in dataclasses.fields(result)}
+    shapes = {name: np.shape(value) if isinstance(value, (np.ndarray, float, int)) else None
+              for name, value in own.items()}  # fmt: skip
+    dimensions = names(shapes, declared)
     for field in dataclasses.fields(result):
-        value = getattr(result, field.name)
+        value = own[field.name]
         if isinstance(value, (np.ndarray, float, int)) and not isinstance(value, bool):
-            values = np.asarray(value)
-            names = tuple(
-                "time" if axis == 0 and size == samples else f"{field.name}_{axis}"
-                for axis, size in enumerate(values.shape)
-            )
             about = field.metadata
-            found[field.name] = Array(values, field.name, about["unit"], about["symbol"], about["description"], names)
+            found[field.name] = Array(np.asarray(value), field.name, about["unit"], about["symbol"],
+                                      about["description"], dimensions[field.name])  # fmt: skip
     return found
 
 

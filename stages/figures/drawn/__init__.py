@@ -2,6 +2,7 @@
 
 A figure is a TITLE, its PLACE in the report (the paper's have their number, the others follow), INPUTS (the results it
 shows: it is given no others), `draw` and `caption`. `draw` gives a Matplotlib figure, or a fragment of a page as text.
+CLAIMS, where there are any, are the claims that it shows something of; OPENS = True puts it first on the page.
 """
 
 from __future__ import annotations
@@ -50,6 +51,6 @@ def draw(name: str, parameters: Parameters, results: Mapping[str, Any]) -> tuple
         files = (
             {f"figures/{name}.html": shown.encode()}
             if isinstance(shown, str)
-            else style.pictures(name, shown, parameters.settings.resolution_dpi)
+            else style.pictures(name, shown, parameters.settings.resolution_dpi, pdf=parameters.settings.pdf)
         )
     return files, figure(name).caption(given)

@@ -16,6 +16,7 @@ from stages.figures.inputs import Given
 
 TITLE = "Contact sets and the rigid limit"
 PLACE = 31
+CLAIMS = ("contact_set", "contact_set_figure_8")
 INPUTS = ("contact_study",)
 FAMILY, CHOSEN, DEFAULT, SEARCHED, LIMIT = style.ANALYTIC, style.MULTIBODY, style.TWIN, style.MEASURED, style.SECOND
 #: Colours of the parts of a distance.

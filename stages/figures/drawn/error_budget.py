@@ -13,6 +13,7 @@ from stages.figures.inputs import Given
 
 TITLE = "Error budget"
 PLACE = 30
+CLAIMS = ("hip_displacement", "hip_velocity", "integration_tolerance")
 INPUTS = ("error_budget",)
 #: Effects drawn, with colour and line; integration errors are below the width of a line and are left to the caption.
 DRAWN = (

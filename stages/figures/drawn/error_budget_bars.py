@@ -23,6 +23,7 @@ from stages.figures.inputs import Given
 
 TITLE = "What the difference is made of"
 PLACE = 29
+CLAIMS = ("hip_displacement", "integration_tolerance")
 INPUTS = ("error_budget",)
 #: Rows from above: what a reader is told, the contributions that it adds up, its colour.
 ROWS = (

@@ -15,6 +15,7 @@ from stages.figures.inputs import Given
 
 TITLE = "Figure 5: contact parameters"
 PLACE = 5
+CLAIMS = ("contact_set", "contact_set_figure_8")
 INPUTS = ("contact_study", "analytic")
 LANDING = 1
 CHOSEN, LIMIT = style.MULTIBODY, style.SECOND

@@ -15,6 +15,7 @@ from stages.ground.friction import friction_coefficient
 
 TITLE = "Figure 6: friction"
 PLACE = 6
+CLAIMS = ("friction_velocities",)
 INPUTS = ("contact_study", "analytic")
 VELOCITIES = (
     ("stiction_velocity", "$v_s$", "o-", style.MULTIBODY),

@@ -13,6 +13,7 @@ from stages.figures.inputs import Given
 
 TITLE = "Figure 8: hip motion of both models"
 PLACE = 8
+CLAIMS = ("hip_displacement", "hip_velocity", "integration_tolerance")
 INPUTS = ("analytic", "multibody", "comparison")
 PANELS = (
     ("hip_position", 0, "$x_{hip}$ [m]", 1e3, "[mm]"),

@@ -15,6 +15,7 @@ from stages.twin.walking.snapshots import Snapshots
 
 TITLE = "Figure 10: the digital twin"
 PLACE = 10
+CLAIMS = ("twin_settles",)
 INPUTS = ("twin",)
 LEG_COLOURS = (style.SECOND, style.MULTIBODY)  # the paper's green inner and red outer legs
 LEG_NAMES = ("inner legs", "outer legs")

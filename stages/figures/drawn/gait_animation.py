@@ -19,6 +19,7 @@ from stages.figures.inputs import Given
 
 TITLE = "The gait in three models"
 PLACE = 0
+CLAIMS = ("step_frequency",)
 INPUTS = ("analytic", "multibody", "twin")
 FRAME_RATE = 100  # Hz
 #: Resolutions of what is stored: positions and lengths [m], angles [rad], forces [N].

@@ -17,6 +17,7 @@ from stages.tradeoff.result import ERRORS, Result, Row, front
 
 TITLE = "Speed against accuracy"
 PLACE = 50
+CLAIMS = ("constraints_reduce_effort", "tight_tolerances_add_rounding", "stiff_solver")
 INPUTS = ("tradeoff",)
 LABELS = ("hip position [m]", "period [s]", "multiplier [1]", "peak force [N]")
 MARKERS = "osD^vP*X<>hd"

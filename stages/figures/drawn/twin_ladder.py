@@ -15,6 +15,7 @@ from stages.twin_ladder.result import RungGait
 
 TITLE = "From the simple model to the twin"
 PLACE = 20
+CLAIMS = ("twin_like_simple",)
 INPUTS = ("twin_ladder",)
 SIMPLE = "constraint model"
 SLOWER, QUICKER = style.MULTIBODY, style.ANALYTIC

@@ -13,12 +13,14 @@ from stages.biped.quantity import quantity
 class Ensemble:
     """Registered strides of all runs, phase by phase, for k signals at p phases; holes left out where they are."""
 
-    phase: np.ndarray = quantity("1", "phase of the stride, 0 and 1 at heel strikes of the inner leg, shape (p,)")
-    mean: np.ndarray = quantity("SI", "mean over strides, shape (p, k)")
-    spread: np.ndarray = quantity("SI", "standard deviation over strides, shape (p, k)")
-    lower: np.ndarray = quantity("SI", "lower edge of the envelope, shape (p, k)")
-    upper: np.ndarray = quantity("SI", "upper edge of the envelope, shape (p, k)")
-    count: np.ndarray = quantity("1", "strides seen at each phase, shape (p, k)")
+    phase: np.ndarray = quantity(
+        "1", "phase of the stride, 0 and 1 at heel strikes of the inner leg, shape (p,)", dimensions=("phase",)
+    )
+    mean: np.ndarray = quantity("SI", "mean over strides, shape (p, k)", dimensions=("phase", "signal"))
+    spread: np.ndarray = quantity("SI", "standard deviation over strides, shape (p, k)", dimensions=("phase", "signal"))
+    lower: np.ndarray = quantity("SI", "lower edge of the envelope, shape (p, k)", dimensions=("phase", "signal"))
+    upper: np.ndarray = quantity("SI", "upper edge of the envelope, shape (p, k)", dimensions=("phase", "signal"))
+    count: np.ndarray = quantity("1", "strides seen at each phase, shape (p, k)", dimensions=("phase", "signal"))
 
 
 def ensemble_of(strides: np.ndarray) -> Ensemble:

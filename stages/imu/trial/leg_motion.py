@@ -34,11 +34,16 @@ class LegMotion:
     time: np.ndarray = quantity("s", "even times, shape (m,)", symbol="t")
     angle: np.ndarray = quantity("rad", "leg's angle from the slope normal, foot ahead positive, (m,)", symbol="phi")
     angle_error: np.ndarray = quantity("rad", "standard error of the angle, shape (m,)")
-    stance_start: np.ndarray = quantity("s", "landings of this leg, shape (k,)")
-    stance_end: np.ndarray = quantity("s", "the other leg's landings that follow, shape (k,)")
-    step_length: np.ndarray = quantity("m", "travel of the hip in between: the other leg's step, shape (k,)")
-    step_length_error: np.ndarray = quantity("m", "standard error of each, shape (k,)")
-    hip_path: np.ndarray = quantity("m", "hip along and above the slope over each of these steps, shape (k, p, 2)")
+    stance_start: np.ndarray = quantity("s", "landings of this leg, shape (k,)", dimensions=("step",))
+    stance_end: np.ndarray = quantity("s", "the other leg's landings that follow, shape (k,)", dimensions=("step",))
+    step_length: np.ndarray = quantity(
+        "m", "travel of the hip in between: the other leg's step, shape (k,)", dimensions=("step",)
+    )
+    step_length_error: np.ndarray = quantity("m", "standard error of each, shape (k,)", dimensions=("step",))
+    hip_path: np.ndarray = quantity(
+        "m", "hip along and above the slope over each of these steps, shape (k, p, 2)",
+        dimensions=("step", "phase", "direction")
+    )
     times: StepTimes = quantity("-", "step, stance and swing of both legs")
 
 

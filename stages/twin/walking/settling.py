@@ -21,8 +21,10 @@ SETTLED_WITHIN = 0.01
 class Settling:
     """Measures of each step, from heel strike to heel strike, and of the settled gait; NaN if the walk is too short."""
 
-    step_period: np.ndarray = quantity("s", "duration of each step, shape (s - 1,)", symbol="T")
-    step_length: np.ndarray = quantity("m", "advance of the hip in each step, shape (s - 1,)", symbol="s")
+    step_period: np.ndarray = quantity("s", "duration of each step, shape (s - 1,)", symbol="T", dimensions=("step",))
+    step_length: np.ndarray = quantity(
+        "m", "advance of the hip in each step, shape (s - 1,)", symbol="s", dimensions=("step",)
+    )
     steps_to_settle: int = quantity("1", "steps until period and length stay within 1% of the settled gait; -1: never")
     period_s: float = quantity("s", "settled duration of a step", symbol="T", default=nan)
     step_frequency_hz: float = quantity("Hz", "settled steps per second", symbol="f", default=nan)

@@ -32,24 +32,33 @@ class Signals:
 
     walk: Walk = quantity("-", "planar projection: leg 0 the inner pair, leg 1 the outer pair, feet of a pair averaged")
     hip_imu_specific_force: np.ndarray = quantity(
-        "m/s^2", "specific force at the hip socket: forward, up the leg, lateral, (n, 3)", symbol="f_hip"
+        "m/s^2", "specific force at the hip socket: forward, up the leg, lateral, (n, 3)", symbol="f_hip",
+        dimensions=("time", "body_axis")
     )
     hip_imu_angular_velocity: np.ndarray = quantity(
-        "rad/s", "angular velocity at the hip socket on the same axes, (n, 3)", symbol="omega_hip"
+        "rad/s", "angular velocity at the hip socket on the same axes, (n, 3)", symbol="omega_hip",
+        dimensions=("time", "body_axis")
     )
     foot_imu_specific_force: np.ndarray = quantity(
-        "m/s^2", "specific force at the inner foot's socket on the same axes, (n, 3)", symbol="f_foot"
+        "m/s^2", "specific force at the inner foot's socket on the same axes, (n, 3)", symbol="f_foot",
+        dimensions=("time", "body_axis")
     )
     foot_imu_angular_velocity: np.ndarray = quantity(
-        "rad/s", "angular velocity at the inner foot's socket on the same axes, (n, 3)", symbol="omega_foot"
+        "rad/s", "angular velocity at the inner foot's socket on the same axes, (n, 3)", symbol="omega_foot",
+        dimensions=("time", "body_axis")
     )
-    roll: np.ndarray = quantity("rad", "roll about the forward axis, shape (n,)")
-    yaw: np.ndarray = quantity("rad", "yaw about the slope's normal, shape (n,)")
-    lateral: np.ndarray = quantity("m", "place of the hip across the slope, shape (n,)", symbol="z_hip")
+    roll: np.ndarray = quantity("rad", "roll about the forward axis, shape (n,)", dimensions=("time",))
+    yaw: np.ndarray = quantity("rad", "yaw about the slope's normal, shape (n,)", dimensions=("time",))
+    lateral: np.ndarray = quantity(
+        "m", "place of the hip across the slope, shape (n,)", symbol="z_hip", dimensions=("time",)
+    )
     coordinates: np.ndarray = quantity(
-        "m, rad", "x, y, z, yaw, roll, pitch, slides inner left and right, hinge, slides outer left and right, (n, 11)"
+        "m, rad", "x, y, z, yaw, roll, pitch, slides inner left and right, hinge, slides outer left and right, (n, 11)",
+        dimensions=("time", "coordinate")
     )
-    foot_force: np.ndarray = quantity("N", "force of the ground on each foot, x, y, z, shape (n, 4, 3)")
+    foot_force: np.ndarray = quantity(
+        "N", "force of the ground on each foot, x, y, z, shape (n, 4, 3)", dimensions=("time", "foot", "direction")
+    )
 
 
 @dataclass(frozen=True)

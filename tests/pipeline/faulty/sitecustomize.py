@@ -21,8 +21,10 @@ def install(kind: str, at: int, worker: bool, below: str, mark: str) -> None:
     count = 0
 
     def changes(event: str, arguments: tuple) -> bool:
+        if event not in CHANGES:
+            return False
         path = arguments[0]
-        if event not in CHANGES or not isinstance(path, (str, bytes, os.PathLike)):
+        if not isinstance(path, (str, bytes, os.PathLike)):
             return False
         if event == "open" and not (arguments[2] or 0) & (os.O_WRONLY | os.O_RDWR | os.O_CREAT):
             return False

@@ -1,0 +1,175 @@
+"""The twin in space on its ramp, walking, with the constraint model as a ghost: what the report opens with.
+
+A fragment of a page without any outside reference. Where a browser has no WebGL, no scripts, or prints, it shows a
+drawing of the same machine. Both legs of a pair move as one, as in the walk that the twin hands on.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from stages.biped.design import Biped
+from stages.biped.walk import Walk
+from stages.drawing import style
+from stages.figures.drawn.gait_animation import ANGLE, FORCE, POSITION, frames
+from stages.figures.inputs import Given
+from stages.figures.oblique_view import drawing
+from stages.twin.machine.parts import FEET, FRAMES, Part
+from stages.twin.parameters import Settings as Twin
+
+TITLE = "The digital twin on its ramp"
+PLACE = -1
+OPENS = True
+CLAIMS = ("twin_settles", "twin_like_simple", "step_frequency")
+INPUTS = ("analytic", "twin", "comparison")
+FRAME_RATE = 120  # Hz: slow motion goes between the frames
+#: Chord of an outsole, and of the ghost's feet, as a share of the foot's diameter.
+SOLE = 0.67
+#: Inner and outer pair as in figure 10; the constraint model as on a dark page in `gait_animation`.
+COLOURS = {"inner": style.SECOND, "outer": style.MULTIBODY, "ghost": "#56B4E9"}
+#: Light and dark parts of a pair's colour, by material: metal is pale, rubber nearly black.
+TINTS = {"aluminium": 0.45, "steel": 0.45, "acetal": 0.6, "electronics": -0.55, "rubber": -0.7}
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """The part of a walk that is shown: from `start` to `end` [s]; a whole stride can be shown again and again."""
+
+    start: float
+    end: float
+    is_stride: bool
+
+
+def stretch(walk: Walk) -> Stretch:
+    """The last stride between heel strikes of leg 0; of a walk that has none, all."""
+    strikes = walk.heel_strike_time[walk.heel_strike_leg == 0]
+    if len(strikes) < 2:
+        return Stretch(float(walk.time[0]), float(walk.time[-1]), False)
+    return Stretch(float(strikes[-2]), float(strikes[-1]), True)
+
+
+def motion(walk: Walk, shown: Stretch, phase: np.ndarray) -> dict[str, Any]:
+    """Poses and forces at phases (n,) of a stretch, as `frames` gives them; x from where the stretch begins."""
+    begin, end = (float(np.interp(time, walk.time, walk.hip_position[:, 0])) for time in (shown.start, shown.end))
+    moved = dataclasses.replace(walk, hip_position=walk.hip_position - np.array([begin, 0.0]))
+    advance = round(end - begin, 6)
+    return {"advance": advance} | frames(moved, shown.start + phase * (shown.end - shown.start))
+
+
+def rows(parts: tuple[Part, ...]) -> Iterator[dict[str, Any]]:
+    """Parts as the page takes them: group, shape with its axis and size, place, pieces, and tint of the colour."""
+    for part in parts:
+        if part.shape != "point":
+            yield {
+                "group": part.group, "shape": part.shape, "axis": part.axis, "size": list(part.size),
+                "place": list(part.position), "pieces": part.pieces, "tint": TINTS.get(part.material, 0.0),
+            }  # fmt: skip
+
+
+def guides(twin: Twin, biped: Biped) -> tuple[Part, ...]:
+    """Thin rods down the legs and into the feet: the bill leaves open what a leg slides on, and parts would float."""
+    ankle, radius = biped.leg_length - biped.foot_radius, 0.95 * biped.foot_radius
+    return tuple(
+        Part("guide", group, "steel", "cylinder", "y", (thick, length), 1.0, (0.0, -top - length / 2, lane), 2)
+        for groups, thick, top, length in ((FRAMES, 0.0025, 0.0, ankle), (FEET, 0.004, ankle, radius))
+        for group, lane in zip(groups, (twin.inner_lane, twin.outer_lane))
+        if length > 0.0
+    )
+
+
+def outsoles(twin: Twin, biped: Biped) -> tuple[Part, ...]:
+    """The rubber on top of Table 1's feet, if there is any."""
+    radius = biped.foot_radius + twin.outsole
+    size = (radius, twin.outsole, twin.foot_width, SOLE * 2.0 * radius)
+    height = biped.foot_radius - biped.leg_length
+    return tuple(
+        Part("outsole", group, "rubber", "arc", "z", size, 1.0, (0.0, height, lane), 2)
+        for group, lane in zip(FEET, (twin.inner_lane, twin.outer_lane))
+        if twin.outsole > 0.0
+    )
+
+
+def ghost(biped: Biped) -> tuple[Part, ...]:
+    """The constraint model as solids in the mid-plane: a leg above and below its spring, a round foot, and the hip."""
+    radius, centre = biped.foot_radius, biped.foot_radius - biped.leg_length
+    middle = 0.6 * centre
+
+    def part(group: str, shape: str, axis: str, size: tuple[float, ...], height: float) -> Part:
+        return Part("", group, "", shape, axis, size, 1.0, (0.0, height, 0.0), 1)
+
+    shown = [
+        part("ghost_frame", "cylinder", "z", (0.016, 0.03), 0.0),
+        part("ghost_frame", "cylinder", "y", (0.005, -middle), middle / 2),
+        part("ghost_foot", "cylinder", "y", (0.007, middle - centre + radius), (middle + centre - radius) / 2),
+    ]
+    if radius > 0.0:
+        shown.append(part("ghost_foot", "arc", "z", (radius, 0.1 * radius, 0.03, 2.0 * SOLE * radius), centre))
+    return tuple(shown)
+
+
+def scene(given: Given) -> dict[str, Any]:
+    """What the page moves: parts, and the poses of twin and ghost at the same phases of their strides."""
+    biped, twin = given.parameters.biped, given.parameters.twin
+    walks = {"twin": given.twin.walk, "ghost": given.analytic.walk}
+    shown = {name: stretch(walk) for name, walk in walks.items()}
+    duration = shown["twin"].end - shown["twin"].start
+    count = max(2, round(FRAME_RATE * duration))
+    phase = np.arange(count) / count
+    return {
+        "count": count, "duration": round(duration, 6), "loops": shown["twin"].is_stride,
+        "units": {"length": POSITION, "angle": ANGLE, "force": FORCE}, "slope": round(given.parameters.slope.angle, 9),
+        "natural": {"twin": biped.leg_length + twin.outsole, "ghost": biped.leg_length},
+        "radius": biped.foot_radius + twin.outsole, "lanes": [twin.inner_lane, twin.outer_lane],
+        "groups": [*FRAMES, *FEET], "colours": COLOURS,
+        "parts": list(rows((*twin.parts, *guides(twin, biped), *outsoles(twin, biped), *ghost(biped)))),
+        **{name: motion(walk, shown[name], phase) for name, walk in walks.items()},
+    }  # fmt: skip
+
+
+def numbers(given: Given) -> list[tuple[str, str, str]]:
+    """The three numbers beside the robot: the claim that judges each, the number, and what it is."""
+    model, twin = given.analytic.gait.step_frequency_hz, given.twin.settling.step_frequency_hz
+    apart = 1e3 * float(np.max(given.comparison.models.same_start.position))
+    left = float(np.hypot(*given.analytic.gait.floquet_multipliers[0]))
+    walking = f"{twin:.3f} Hz" if given.twin.outcome == "completed" else given.twin.outcome
+    return [
+        ("step_frequency", f"{model:.3f} Hz", f"steps a second of the constraint model; the twin: {walking}"),
+        ("hip_displacement", f"{apart:.2f} mm", "between the hips over a step, constraints against penalty contact"),
+        ("stable_gait", f"{left:.2f}", "largest multiplier: what a step leaves of a disturbance"),
+    ]
+
+
+def draw(given: Given) -> str:
+    """The scene as a fragment of a page."""
+    page = files("stages.figures.drawn").joinpath("robot_in_space.html").read_text(encoding="utf-8")
+    moving = scene(given)
+    put = {
+        "COLOURS": "".join(f"--{name}:{colour};" for name, colour in COLOURS.items()),
+        "DRAWING": drawing(moving),
+        "NUMBERS": "\n".join(
+            f'<li><a href="#claim-{claim}"><b>{number}</b> <span>{what}</span></a></li>'
+            for claim, number, what in numbers(given)
+        ),
+        "SLOPE": f"{np.degrees(given.parameters.slope.angle):.3g}°",
+        "DATA": json.dumps(moving, separators=(",", ":")).replace("<", "\\u003c"),
+    }
+    for mark, text in put.items():
+        page = page.replace(f"@{mark}@", text)
+    return page
+
+
+def caption(given: Given) -> str:
+    settling = given.twin.settling
+    return (
+        f"The last stride of the twin's walk of {given.twin.steps} steps, over and over: every part of its bill where "
+        f"the walk has it, {settling.step_frequency_hz:.4f} Hz and {1e3 * settling.step_length_m:.1f} mm a step. The "
+        "ghost is the constraint model at the same phase of its own stride, from the same place. Arrows: force of the "
+        "ground, half a pair's on each foot, impacts cut off. Thin rods are no parts: they join what slides."
+    )

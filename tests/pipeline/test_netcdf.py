@@ -1,0 +1,187 @@
+"""Other people's tools understand the files: xarray, h5py and pandas in three lines each."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import importlib
+import random
+import types
+import typing
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from pipeline.cache import artefact
+from pipeline.cache.hdf5 import dimensions, values
+from pipeline.cache.hdf5.tables import ROWS
+from pipeline.graph import read as read_graph
+from stages.engines.result import EnginesDisagree
+from tests.pipeline.test_artefact import Everything, example, inner
+
+ROOT = Path(__file__).resolve().parents[2]
+STAGES = tuple(read_graph(ROOT).stages)
+
+
+def made(kind, chance):
+    """Any value of a type that a field of a result declares."""
+    if typing.get_origin(kind) in (typing.Union, types.UnionType) and chance.random() < 0.3:
+        return None
+    kind = values.present(kind)
+    origin, arguments = typing.get_origin(kind), typing.get_args(kind)
+    if dataclasses.is_dataclass(kind):
+        hints = typing.get_type_hints(kind)
+        for _ in range(30):
+            with contextlib.suppress(EnginesDisagree):  # numbers that it does not take
+                return kind(**{field.name: {} if field.name == "files" else made(hints[field.name], chance)
+                               for field in dataclasses.fields(kind)})  # fmt: skip
+        raise AssertionError(f"no {kind.__name__} was found that may be")
+    if values.is_mapping(kind):
+        return {key: made(arguments[1], chance) for key in chance.choice(((), ("b", "a"), ("b", "a"), ("c",)))}
+    if origin is tuple:
+        count = chance.randint(0, 3) if arguments[-1] is Ellipsis else len(arguments)
+        return tuple(made(arguments[0], chance) for _ in range(count))
+    if kind is np.ndarray:
+        shape = chance.choice(((2,), (2, 3), (2, 3), (0, 2), (4, 2, 2)))
+        return np.full(shape, chance.choice((np.nan, -0.0, 3.5, 7, True)))
+    return {float: chance.choice((float("nan"), float("inf"), -0.0, 0.1)), int: chance.randint(-(2**53), 2**53),
+            bool: chance.random() < 0.5, str: chance.choice(("", "x", "é", "two words"))}[kind]  # fmt: skip
+
+
+def bits(value):
+    """What a value is, to the last bit and the last type."""
+    if dataclasses.is_dataclass(value):
+        return type(value), [(field.name, bits(getattr(value, field.name))) for field in dataclasses.fields(value)]
+    if isinstance(value, np.ndarray):
+        return "array", value.dtype.str, value.shape, value.tobytes()
+    if isinstance(value, tuple):
+        return "tuple", [bits(part) for part in value]
+    if isinstance(value, dict):
+        return "dict", [(key, bits(part)) for key, part in value.items()]
+    return type(value), np.float64(value).tobytes() if isinstance(value, float) else value
+
+
+def groups(path):
+    with h5py.File(path) as file:
+        found = ["/"]
+        file.visititems(lambda name, item: found.append(name) if isinstance(item, h5py.Group) else None)
+        return [name for name in found if name != "provenance"]
+
+
+def assert_all_tools_open(path):
+    """Every group in xarray with names for all dimensions, every table in pandas, and the attributes of the file."""
+    xarray, _ = pytest.importorskip("xarray"), pytest.importorskip("h5netcdf")
+    with h5py.File(path) as file:
+        tables = [name for name in groups(path) if ROWS in file[name].attrs]
+        lengths = {name: int(file[name].attrs[ROWS]) for name in tables}
+    for group in groups(path):
+        with xarray.open_dataset(path, engine="h5netcdf", group=group) as opened:
+            assert not [name for name in opened.dims if name.startswith("phony")], group
+            opened.load()
+    for group, count in lengths.items():
+        table = xarray.open_dataset(path, engine="h5netcdf", group=group)
+        frame = table.drop_dims(set(table.dims) - {"row"}).to_dataframe()
+        table.close()
+        assert len(frame) == count and frame.index.name == "row"
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_any_result_of_a_stage_comes_back_to_the_last_bit_and_opens_elsewhere(stage, tmp_path):
+    cls = importlib.import_module(f"stages.{stage}.result").Result
+    for seed in range(6):
+        result = made(cls, random.Random(f"{stage} {seed}"))
+        content = artefact.encode(result, {"key": "k"})
+        assert content == artefact.encode(result, {"key": "k"})
+        assert bits(artefact.decode(content, cls, stage)) == bits(result)
+    (tmp_path / "made.h5").write_bytes(content)
+    assert_all_tools_open(tmp_path / "made.h5")
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_every_artefact_that_is_there_opens_elsewhere(stage):
+    path = ROOT / "results" / f"{stage}.h5"
+    if not path.exists():
+        pytest.skip(f"results/{stage}.h5 is not there; make it with: bipedstudy run {stage}")
+    with h5py.File(path) as file:
+        if file.attrs["format"] != artefact.FORMAT:
+            pytest.skip(f"results/{stage}.h5 is of an earlier format; run its stage anew")
+    assert_all_tools_open(path)
+
+
+def test_the_files_of_a_run_say_what_they_are(done):
+    for path in (done.root / "results").glob("*.h5"):
+        assert_all_tools_open(path)
+        with h5py.File(path) as file:
+            assert file.attrs["stage"] == path.stem and file.attrs["source"].startswith("bipedstudy")
+
+
+def test_the_study_says_what_is_cited_and_licensed():
+    from stages.about import ATTRIBUTES
+
+    yaml = pytest.importorskip("yaml")
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    paper = cited["preferred-citation"]
+    assert (ATTRIBUTES["title"], ATTRIBUTES["license"]) == (cited["title"], cited["license"])
+    for part in (*(author["family-names"] for author in paper["authors"]), paper["title"], paper["journal"]):
+        assert part in ATTRIBUTES["references"]
+    assert ATTRIBUTES["references"].endswith(str(paper["year"]))
+    assert (ROOT / "LICENSE").read_text().startswith("BSD 3-Clause")
+
+
+def test_a_table_is_a_dataset_for_each_column(tmp_path):
+    path = tmp_path / "x.h5"
+    path.write_bytes(artefact.encode(example(rows=(inner(3), inner(3))), {}))
+    with h5py.File(path) as file:
+        assert list(file["rows"]) == ["row", "value", "samples", "samples_1", "samples_2"]
+        assert file["rows/samples"].shape == (2, 3, 2) and file["rows/value"].attrs["units"] == "m"
+        assert file["rows/value"].dims[0][0] == file["rows/row"]
+    path.write_bytes(artefact.encode(example(rows=(inner(3), inner(2))), {}))
+    with h5py.File(path) as file:  # no column for what has another shape in each row
+        assert list(file["rows"]) == ["row", "value", "0", "1"] and file["rows/1/samples"].shape == (2, 2)
+
+
+def test_rows_of_several_classes_are_no_table():
+    other = dataclasses.make_dataclass("Other", [("value", float)], frozen=True)
+    with pytest.raises(TypeError, match="rows of several classes"):
+        artefact.encode(example(rows=(inner(3), other(1.0))), {})
+
+
+def test_a_table_that_lost_a_row_is_one_sentence(tmp_path):
+    path = tmp_path / "x.h5"
+    path.write_bytes(artefact.encode(example(rows=(inner(3), inner(3))), {}))
+    with h5py.File(path, "r+") as file:
+        file["rows"].attrs[ROWS] = 3
+    with pytest.raises(artefact.ArtefactError, match="value has 2 rows, not 3"):
+        artefact.load(path, Everything)
+
+
+@pytest.mark.parametrize(
+    ("cells", "column"),
+    [
+        ((1.0, None, -0.0), [1.0, np.nan, -0.0]),
+        ((None, None), [np.nan, np.nan]),
+        ((True, None), [True, False]),
+        ((1, 2.5), [1.0, 2.5]),
+        ((2**60 + 1, 2.5), None),  # no one type holds both
+        (("a", None), ["a", ""]),
+        (((1, 2), (3, 4)), [[1, 2], [3, 4]]),
+        (((1, 2), (3,)), None),
+        (((), ()), [[], []]),
+    ],
+)
+def test_cells_make_a_column_or_none(cells, column):
+    found = values.column(cells)
+    assert (found is None) if column is None else np.array_equal(found, column, equal_nan=found.dtype.kind == "f")
+
+
+def test_dimensions_are_named_as_declared_where_that_is_consistent():
+    shapes = {"time": (5,), "place": (5, 2), "legs": (0, 2), "square": (2, 2), "count": (), "count_0": (4,),
+              "sub": None}  # fmt: skip
+    declared = {"place": ("time", "axis"), "legs": ("time", "axis"), "square": ("axis", "axis"), "count_0": ("sub",)}
+    assert dimensions.names(shapes, declared) == {
+        "time": ("time",), "place": ("time", "axis"), "legs": ("legs_0", "axis"), "square": ("axis", "square_1"),
+        "count": (), "count_0": ("count_0_0",), "sub": (),
+    }  # fmt: skip
+    assert dimensions.names({"x": (3, 2), "x_1": (7, 7)}, {}, "row")["x"] == ("row", "x_1_")
