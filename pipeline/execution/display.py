@@ -48,7 +48,7 @@ class Lines(Display):
     def started(self, stage: str, reasons: Iterable[str]) -> None:
         """Name the reasons."""
         if self.verbose:
-            self.say(layout.beside(f"{stage:<13} computing: ", "; ".join(reasons), 15))
+            self.say("\n".join(layout.folded(f"{stage:<13} computing: {'; '.join(reasons)}", 15)))
 
     def points(self, done: int, total: int, sentence: str) -> None:
         """A line on standard error now and then."""
