@@ -70,11 +70,11 @@ def command(
     if against is None:
         _say_if_stale(study)
     shows = display.for_terminal(False, False)
-    count = sum(name.endswith(".pdf") for name in present)
+    count = len({Path(name).stem for name in present})
     with tempfile.TemporaryDirectory(prefix="bipedstudy-") as folder:
         try:
             for number, _ in enumerate(draw(study, [""], Path(folder)), 1):
-                shows.points(min(number, count), max(count, 1), f"{number} of about {count} drawn")
+                shows.points(min(number, count), max(count, 1), f"{number} figures drawn")
         finally:
             shows.close()
         found = compare(
