@@ -98,6 +98,10 @@ def _print_part(content: bytes, chosen: str, fields: list[Field], as_json: bool,
         options.print_csv(rows)
     elif as_csv:
         options.print_csv([{field.path.rpartition("/")[2]: value} if field.shape is not None else value])
+    elif field.shape is None and rows and _is_flat(rows):
+        units = {each.path.rpartition("/")[2]: _unit(each) for each in fields}
+        heads = [f"{name} [{units[name]}]" if units.get(name) else name for name in rows[0]]
+        options.print_table(f"{chosen}: {field.description}".rstrip(": "), heads, [list(row.values()) for row in rows])
     elif field.shape is None:
         for each in fields:
             click.echo(_line(each, chosen.count("/")))
@@ -111,23 +115,26 @@ def _print_part(content: bytes, chosen: str, fields: list[Field], as_json: bool,
 def _whole(item: Any) -> Any:
     """A group as a mapping, a dataset as Python numbers and words."""
     if hasattr(item, "items"):
-        return {key: _whole(part) for key, part in item.items()}
+        from pipeline.cache.hdf5 import dimensions
+
+        return {key: _whole(item[key]) for key in dimensions.fields(item)}
     return None if item.shape is None else plain_values(item)
 
 
 def plain_values(item: Any) -> Any:
-    """The content of a dataset as Python numbers, words, or lists of them; a named number as its name."""
+    """The content of a dataset as Python numbers, words, or lists of them: None where there is none, a word by name."""
     import h5py
-    import numpy as np
 
-    value = item[()]
-    if item.dtype.kind == "S":
-        return np.char.decode(np.asarray(value, dtype=item.dtype), "utf-8").tolist()
+    from pipeline.cache.hdf5 import values
+
+    value, none = values.python(values.read(item)), set(item.attrs.get(values.NONE, ()))
+    if not isinstance(value, list):
+        return None if none else value
     names = h5py.check_enum_dtype(item.dtype)
-    if names and item.dtype.kind == "i":
+    if names:
         words = {place: word for word, place in names.items()}
-        return [words[place] for place in np.atleast_1d(value).tolist()]
-    return value.tolist()
+        value = [words[place] for place in value]
+    return [None if index in none else each for index, each in enumerate(value)]
 
 
 def _rows(value: Any) -> list[dict[str, Any]] | None:
@@ -142,6 +149,10 @@ def _rows(value: Any) -> list[dict[str, Any]] | None:
     if isinstance(value, list):
         return [{"value": part} for part in value]
     return None
+
+
+def _is_flat(rows: list[dict[str, Any]]) -> bool:
+    return not any(isinstance(cell, (dict, list)) for row in rows for cell in row.values())
 
 
 def _near(chosen: str, fields: list[Field]) -> str:

@@ -36,6 +36,8 @@ def printed(folder, *words: str, columns: int) -> str:
     code = "import sys; from pipeline.cli import main; main()"
     environment = {**os.environ, "PYTHONPATH": str(HOME), "COLUMNS": str(columns)}
     done = warm.run(code, *words, cwd=folder, env=environment)
+    if any(words in done.stderr for words in ("made by an earlier version", "do not fit this version")):
+        pytest.skip("the results are of an earlier version: bipedstudy run-all")
     assert done.returncode == 0, done.stderr
     return done.stdout
 
