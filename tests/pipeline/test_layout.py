@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 import os
 import re
+from dataclasses import dataclass
 
 import pytest
 
 from pipeline import layout
+from pipeline.cache import artefact
+from stages.biped.quantity import quantity
 from tests import warm
 from tests.pipeline.test_documented_commands import HOME
 
@@ -133,3 +137,33 @@ def test_the_rows_of_a_sweep_as_csv(ran):
     rows = list(csv.DictReader(io.StringIO(text)))
     assert [float(row["fall.height"]) for row in rows] == [0.5, 1.0, 2.0]
     assert {row["outcome"] for row in rows} == {"computed"}
+
+
+@dataclass(frozen=True)
+class Part:
+    """A row of a table."""
+
+    name: str = quantity("-", "what it is")
+    good: bool = quantity("1", "whether it is good")
+    mass: float | None = quantity("kg", "what it weighs")
+
+
+@dataclass(frozen=True)
+class Parts:
+    """A result with a table."""
+
+    parts: tuple[Part, ...] = quantity("-", "parts of the toy")
+
+
+def test_a_table_in_an_artefact_as_text_csv_and_json(ran):
+    result = Parts((Part("ball", True, 1.5), Part("shell of wood", False, None)))
+    (ran.root / "parts.h5").write_bytes(artefact.encode(result, {"stage": "none", "key": "0"}))
+    code, text, errors = ran.command("show", "parts.h5", "parts")
+    assert (code, errors) == (0, "")
+    assert [line.split("  ") for line in text.splitlines() if "shell" in line] and "mass [kg]" in text
+    _, text, _ = ran.command("show", "parts.h5", "parts", "--csv")
+    rows = list(csv.DictReader(io.StringIO(text)))
+    assert [(row["name"], row["good"], row["mass"]) for row in rows] == [
+        ("ball", "true", "1.5"), ("shell of wood", "false", "")]  # fmt: skip
+    _, text, _ = ran.command("show", "parts.h5", "parts.good", "--json")
+    assert json.loads(text)["value"] == [True, False]
