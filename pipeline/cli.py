@@ -14,20 +14,18 @@ import click
 from pipeline.errors import BAD_INPUT, FAILED, Stopped, StudyError, nearest
 
 _BY_SIGNAL = 128
-_COMMANDS = {
-    "run-all": "run_all",
-    "run": "run",
-    "status": "status",
-    "graph": "graph",
-    "show": "show",
-    "claims": "claims",
-    "report": "report",
-    "figures": "figures",
-    "sweep": "sweep",
-    "init": "init",
-    "doctor": "doctor",
-    "clean": "clean",
-}
+#: What click raises where a command is missing; before 8.2 it prints the help itself and ends with 0.
+_NO_ARGUMENTS: Any = getattr(click.exceptions, "NoArgsIsHelpError", ())
+_STUDY, _LOOKING, _HOUSE = "Study", "Looking", "Housekeeping"
+#: Each command's module in `pipeline.commands`, by what it is for; the stages' questions stand after the study.
+_GROUPS = {
+    _STUDY: {
+        "init": "init", "run-all": "run_all", "run": "run", "status": "status", "graph": "graph", "sweep": "sweep",
+    },
+    _LOOKING: {"show": "show", "claims": "claims", "report": "report", "figures": "figures"},
+    _HOUSE: {"doctor": "doctor", "clean": "clean"},
+}  # fmt: skip
+_COMMANDS = {name: module for group in _GROUPS.values() for name, module in group.items()}
 
 
 class _Commands(click.Group):
@@ -57,17 +55,19 @@ class _Commands(click.Group):
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """The commands, then the questions of each stage."""
+        """The commands by what they are for, and the questions of each stage."""
         known, broken = _questions()
-        parts = {"Commands": list(_COMMANDS)}
+        parts = {_STUDY: list(_GROUPS[_STUDY])}
         for name, (stage, _) in known.items():
             parts.setdefault(f"Questions to stage {stage}", []).append(name)
+        parts |= {title: list(_GROUPS[title]) for title in (_LOOKING, _HOUSE)}
         for title, names in parts.items():
             commands = [(name, self.get_command(ctx, name)) for name in names]
             room = formatter.width - 6 - max(len(name) for name in names)
             with formatter.section(title):
                 formatter.write_dl([(name, item.get_short_help_str(room)) for name, item in commands if item])
-        formatter.write_text("\n".join(broken))
+        if broken:
+            formatter.write_text("\n".join(broken))
 
 
 def _questions() -> tuple[dict[str, tuple[str, Any]], Any]:
@@ -103,6 +103,9 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     except StudyError as error:
         code = _say(error.sentences, error.exit_code)
     except click.exceptions.Exit as error:
+        code = error.exit_code
+    except _NO_ARGUMENTS as error:
+        error.show()
         code = error.exit_code
     except click.UsageError as error:
         where = error.ctx.command_path if error.ctx else "bipedstudy"

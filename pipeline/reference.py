@@ -51,10 +51,13 @@ def _commands() -> Iterator[str]:
         rows = [_option(item) for item in options if item.opts[0] not in _SHARED]
         if rows:
             yield from _table(("option", "meaning"), rows)
+        if command.epilog:
+            lines = [line.strip() for line in command.epilog.splitlines() if line.strip().startswith("bipedstudy")]
+            yield f"Examples: {', '.join(f'`{line}`' for line in lines)}\n"
 
 
 def _argument(item: click.Argument) -> str:
-    name = (item.metavar or (item.name or "").upper()).removesuffix("...")
+    name = (item.metavar or (item.name or "").upper()).removesuffix("...").strip("[]")
     name = f"{name}..." if item.nargs == -1 else name
     return name if item.required else f"[{name}]"
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import textwrap
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
@@ -11,8 +10,8 @@ from typing import Any
 
 import click
 
+from pipeline import completion, layout
 from pipeline.commands import options
-from pipeline.commands.show import print_table
 from pipeline.errors import StudyError
 from pipeline.parameters import levels, yaml_text
 from pipeline.study import Study, shown
@@ -26,8 +25,8 @@ VERDICTS = {
     "open": ("are open", "open"),
     "does not apply": ("do not apply", "none"),
 }
-#: Columns of the printed text: no fewer, no more, whatever the terminal.
-_NARROWEST, _WIDEST = 80, 100
+#: Columns of the printed sentences: no more, however wide the terminal, so that they can be read.
+_WIDEST = 100
 _INDENT = 12
 
 
@@ -90,17 +89,21 @@ class Claims:
         return f"{len(self.claims)} claims{at}: {', '.join(many)}."
 
 
-@click.command("claims")
-@click.argument("names", nargs=-1, metavar="[CLAIM]...")
+@click.command("claims", epilog=options.examples("claims"))
+@click.argument("names", nargs=-1, metavar="[CLAIM]...", shell_complete=completion.claims)
 @options.own_study
 @options.as_json
+@options.as_csv
 @click.option("--markdown", is_flag=True, help="Print what --into writes.")
 @click.option(
     "--into", type=click.Path(exists=True, dir_okay=False, path_type=Path),
     help="Write claims and headlines into FILE, each between its marks, <!-- claims --> and <!-- headlines -->.",
 )  # fmt: skip
-def command(study: Study, names: tuple[str, ...], as_json: bool, markdown: bool, into: Path | None) -> None:
+def command(
+    study: Study, names: tuple[str, ...], as_json: bool, as_csv: bool, markdown: bool, into: Path | None
+) -> None:  # fmt: skip
     """Print each CLAIM (default: all): what is said, what is measured, the verdict, and why."""
+    options.one_form(json=as_json, csv=as_csv, markdown=markdown, into=into)
     found = read(study)
     unknown = sorted(set(names) - {claim.id for claim in found.claims})
     if unknown:
@@ -110,17 +113,20 @@ def command(study: Study, names: tuple[str, ...], as_json: bool, markdown: bool,
         found = Claims([claim for claim in found.claims if claim.id in names], level=found.level)
     if as_json:
         options.print_json(asdict(found))
+    elif as_csv:
+        options.print_csv([{name: "; ".join(value) if isinstance(value, list) else value
+                            for name, value in asdict(claim).items()} for claim in found.claims])  # fmt: skip
     elif into is not None:
         place(into, {"claims": as_markdown(found), "headlines": bullets(found.headlines)})
     elif markdown:
         click.echo(as_markdown(found))
     else:
-        width = min(max(shutil.get_terminal_size().columns, _NARROWEST), _WIDEST)
+        width = min(layout.width(), _WIDEST)
         for claim in found.claims:
             click.echo(as_text(claim, width) + "\n")
-        click.echo(found.counted())
+        click.echo("\n".join(layout.folded(found.counted(), 0)))
         for table in found.tables:
-            print_table(table["title"], table["columns"], table["rows"])
+            options.print_table(table["title"], table["columns"], table["rows"])
 
 
 def as_text(claim: Claim, width: int) -> str:

@@ -10,13 +10,14 @@ from pathlib import Path
 
 import click
 
+from pipeline import layout
 from pipeline.cache import lock, old
 from pipeline.cache.store import SWEEPS
 from pipeline.commands import options
 from pipeline.study import Study, shown
 
 
-@click.command("clean")
+@click.command("clean", epilog=options.examples("clean"))
 @options.own_study
 @click.option("--dry-run", is_flag=True, help="Say what would be removed; remove nothing.")
 @click.option("--journals", is_flag=True, help="Also what questions and sweeps keep: asked again, they compute anew.")
@@ -41,7 +42,7 @@ def command(study: Study, dry_run: bool, journals: bool, wait: bool, as_json: bo
             elif not dry_run:
                 folder.unlink(missing_ok=True)
             if not as_json:
-                click.echo(f"{old.told(size):>9}  {what}: {shown(folder)}")
+                click.echo(layout.beside(f"{old.told(size):>9}  ", f"{what}: {shown(folder)}"))
     if as_json:
         options.print_json({"removed": not dry_run, "folders": [
             {"folder": shown(folder), "what": what, "bytes": size} for folder, what, size in found]})  # fmt: skip

@@ -7,11 +7,12 @@ import sys
 
 import click
 
+from pipeline import layout
 from pipeline.commands import options
 from pipeline.study import Study
 
 
-@click.command("doctor")
+@click.command("doctor", epilog=options.examples("doctor"))
 @options.study
 @options.as_json
 def command(study: Study, as_json: bool) -> None:
@@ -26,6 +27,6 @@ def command(study: Study, as_json: bool) -> None:
         options.print_json([dataclasses.asdict(finding) for finding in findings])
     else:
         for finding in findings:
-            click.echo(f"{finding.state:<8} {finding.what:<20} {finding.text}")
+            click.echo(layout.beside(f"{finding.state:<8} {finding.what:<17} ", finding.text))
     if any(finding.state == doctor.BAD for finding in findings):
         sys.exit(1)

@@ -9,15 +9,17 @@ from pathlib import Path
 
 import click
 
+from pipeline import completion, layout
 from pipeline.cache import processor, provenance, regular
 from pipeline.commands import options
 from pipeline.errors import FAILED, StudyError
+from pipeline.execution import display
 from pipeline.report.pictures import TOLERANCE, compare
 from pipeline.study import Study, shown
 
 
-@click.command("figures")
-@click.argument("names", nargs=-1, metavar="NAME...")
+@click.command("figures", epilog=options.examples("figures"))
+@click.argument("names", nargs=-1, metavar="NAME...", shell_complete=completion.figures)
 @options.own_study
 @click.option(
     "--into",
@@ -65,9 +67,16 @@ def command(
             click.echo(shown(expected / name))
         return
     how, exact = _strictness(study, exact, tolerance, against)
+    if against is None:
+        _say_if_stale(study)
+    shows = display.for_terminal(False, False)
+    count = len({Path(name).stem for name in present})
     with tempfile.TemporaryDirectory(prefix="bipedstudy-") as folder:
-        for _ in draw(study, [""], Path(folder)):
-            pass
+        try:
+            for number, _ in enumerate(draw(study, [""], Path(folder)), 1):
+                shows.points(min(number, count), max(count, 1), f"{number} figures drawn")
+        finally:
+            shows.close()
         found = compare(
             expected, Path(folder), study.results / "differences", TOLERANCE if tolerance is None else tolerance
         )
@@ -78,6 +87,25 @@ def command(
     click.echo(f"{len(present)} files, {len(found)} differ, {len(failed)} of them beyond what is allowed: {how}")
     if failed:
         sys.exit(FAILED)
+
+
+def _say_if_stale(study: Study) -> None:
+    """Name the stages that do not stand as the code and parameters have them: figures of theirs may well differ."""
+    from pipeline.execution.planning import Planner, State
+    from pipeline.report.drawing import FIGURES
+
+    name = next(stage.name for stage in study.graph.stages.values() if FIGURES in stage.outs)
+    names = study.graph.needed_for((name,))
+    survey = Planner(study, study.parameters(names)).survey(names)
+    study.sources.memo.save()
+    stale = [item for item in survey if item.state is not State.CURRENT]
+    told = [f"{item.name} ({item.reasons[0]})" for item in stale if item.state is not State.WAITING]
+    waiting = [item.name for item in stale if item.state is State.WAITING]
+    if stale:
+        after = f", and so {', '.join(waiting)}" if waiting else ""
+        click.echo("\n".join(layout.folded(
+            f"note: not current: {', '.join(told)}{after}; figures that differ may do so for that reason "
+            "(see bipedstudy status)")), err=True)  # fmt: skip
 
 
 def _strictness(study: Study, exact: bool, tolerance: float | None, against: Path | None) -> tuple[str, bool]:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import click
 
+from pipeline import layout
 from pipeline.commands import options
 from pipeline.study import Study
 
 
-@click.command("graph")
+@click.command("graph", epilog=options.examples("graph"))
 @options.study
 @options.as_json
 def command(study: Study, as_json: bool) -> None:
@@ -34,4 +35,4 @@ def command(study: Study, as_json: bool) -> None:
         params = [f"{file}.yaml" + (f" ({', '.join(keys)})" if keys else "") for file, keys in stage.parameters.items()]
         for word, items in (("reads", stage.inputs), ("params", params), ("makes", stage.outs)):
             if items:
-                click.echo(f"  {word:<7} {', '.join(items)}")
+                click.echo(layout.beside(f"  {word:<7} ", ", ".join(items)))

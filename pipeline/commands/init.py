@@ -10,13 +10,14 @@ from pathlib import Path
 import click
 
 from pipeline.cache import durable
+from pipeline.commands import options
 from pipeline.errors import StudyError
 from pipeline.graph import FILE_NAME
 from pipeline.home import face, home
 from pipeline.study import locate, shown
 
 
-@click.command("init")
+@click.command("init", epilog=options.examples("init"))
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
 @click.option("--update", is_flag=True, help="DIR is a study laid out by an earlier version: renew its graph.")
 def command(folder: Path, update: bool) -> None:

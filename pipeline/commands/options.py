@@ -5,17 +5,31 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import click
 
+from pipeline import completion, layout
 from pipeline.errors import StudyError
 from pipeline.graph import FILE_NAME
+from pipeline.home import face
 from pipeline.study import Study, locate
 
 Command = Callable[..., Any]
+_FOLDER = click.Path(file_okay=False).shell_complete
+
+
+def examples(command: str, lines: Sequence[str] = ()) -> str:
+    """The end of a command's help: command lines, each as it is typed; without any those of the face's examples."""
+    lines = lines or [line for line in _examples() if line.split()[1] == command]
+    return "\b\n" + "\n".join(["Examples:" if len(lines) > 1 else "Example:", *(f"  {line}" for line in lines)])
+
+
+@functools.cache
+def _examples() -> tuple[str, ...]:
+    return tuple((face() / "examples.txt").read_text(encoding="utf-8").splitlines())
 
 
 def study(function: Command, *, with_results: bool = False) -> Command:
@@ -24,9 +38,12 @@ def study(function: Command, *, with_results: bool = False) -> Command:
     Outside of any study that is the one the program comes with, and the command says so; one `with_results` refuses.
     """
 
-    @click.option("--params", metavar="DIR", help="Folder of the parameter files (default: the study's params).")
-    @click.option("--results", metavar="DIR", help="Folder of the results (default: the study's results).")
-    @click.option("--set", "settings", metavar="FILE.KEY=VALUE", multiple=True, help="Change a parameter; repeatable.")
+    @click.option("--params", metavar="DIR", shell_complete=_FOLDER,
+                  help="Folder of the parameter files (default: the study's params).")
+    @click.option("--results", metavar="DIR", shell_complete=_FOLDER,
+                  help="Folder of the results (default: the study's results).")
+    @click.option("--set", "settings", metavar="FILE.KEY=VALUE", multiple=True, shell_complete=completion.settings,
+                  help="Change a parameter; repeatable.")
     @functools.wraps(function)
     def with_study(params: str | None, results: str | None, settings: tuple[str, ...], **options: Any) -> Any:
         found: Study = locate(params, results, settings)
@@ -90,6 +107,46 @@ def running(function: Command) -> Command:
 
 as_json = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 """`--json`: the answer as JSON on standard output, and nothing else there."""
+
+
+as_csv = click.option("--csv", "as_csv", is_flag=True, help="Print CSV, a line a row.")
+"""`--csv`: the answer's table on standard output, and nothing else there."""
+
+
+def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
+    """Print a table under its title, within the terminal's width."""
+    click.echo("\n" + "\n".join([*layout.folded(title, 0), *layout.table(columns, rows)]))
+
+
+def print_csv(rows: Sequence[Mapping[str, Any]]) -> None:
+    """Print rows as CSV with all digits; what is nested in a row has columns of its own, their names joined by dots."""
+    import csv
+    import io
+
+    lines = [dict(_flat(row)) for row in rows]
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(dict.fromkeys(name for line in lines for name in line)), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(lines)
+    click.echo(text.getvalue(), nl=False)
+
+
+def one_form(**asked: Any) -> None:
+    """Raise `click.UsageError` if more than one of these options is given."""
+    given = [f"--{name}" for name, value in asked.items() if value]
+    if len(given) > 1:
+        raise click.UsageError(f"{' and '.join(given)} exclude each other")
+
+
+def _flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
+    if isinstance(value, Mapping) and set(value) == {"value", "unit"}:
+        yield f"{name} [{value['unit']}]", value["value"]
+    elif isinstance(value, (Mapping, list, tuple)):
+        parts = value.items() if isinstance(value, Mapping) else enumerate(value, 1)
+        for key, part in parts:
+            yield from _flat(part, f"{name}.{key}" if name else str(key))
+    else:
+        yield name, str(value).lower() if isinstance(value, bool) else value
 
 
 def print_json(value: Any) -> None:

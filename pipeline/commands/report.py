@@ -10,7 +10,7 @@ from pipeline.commands import options
 from pipeline.study import Study, shown
 
 
-@click.command("report")
+@click.command("report", epilog=options.examples("report"))
 @options.own_study
 @click.option(
     "--into", type=click.Path(dir_okay=False, path_type=Path), help="Write FILE (default: results/report.html)."

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import click
 
+from pipeline import completion
 from pipeline.commands import options
 from pipeline.study import Study
 
 
-@click.command("run")
-@click.argument("stages", nargs=-1, required=True, metavar="STAGE...")
+@click.command("run", epilog=options.examples("run"))
+@click.argument("stages", nargs=-1, required=True, metavar="STAGE...", shell_complete=completion.stages)
 @options.own_study
 @options.requests
 @options.running

@@ -8,7 +8,7 @@ from pipeline.commands import options
 from pipeline.study import Study
 
 
-@click.command("run-all")
+@click.command("run-all", epilog=options.examples("run-all"))
 @options.own_study
 @options.requests
 @options.running

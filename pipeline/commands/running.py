@@ -13,6 +13,7 @@ from typing import Any
 import click
 
 from pipeline.cache import lock, old
+from pipeline.cache.fingerprint import compact
 from pipeline.commands.options import print_json
 from pipeline.commands.status import print_survey
 from pipeline.execution import display
@@ -53,10 +54,11 @@ def run_stages(
             with contextlib.suppress(OSError):
                 study.store.sweep()
             _say_if_less_accurate(study, values, shows)
+            _say_what_gives_way(study, values, shows)
             outcomes = bring_up_to_date(study, values, shows, force=forced, jobs=jobs or os.cpu_count() or 1)
             written = afterwards(study) if afterwards else None
             if written is not None and not as_json:
-                click.echo(f"{written.stem:<12} written              {shown(written)}")
+                click.echo(f"{written.stem:<13} written             {shown(written)}")
             if any(outcome.how == "computed" for outcome in outcomes):
                 _say_if_large(study, shows)
     except lock.NotWritable:
@@ -81,6 +83,22 @@ def _say_if_less_accurate(study: Study, values: Mapping[str, Any], shows: displa
     if kept > asked:
         shows.note(f"these results are of accuracy {levels.LEVELS[kept]} and give way to {levels.LEVELS[asked]}; they "
                    "are kept, and come back at once when that accuracy is asked for again")  # fmt: skip
+
+
+def _say_what_gives_way(study: Study, values: Mapping[str, Any], shows: display.Display) -> None:
+    """Results of other parameters do not give way to those of --set without a word."""
+    given = [setting.partition("=")[0] for setting in study.settings]
+    changed: dict[str, str] = {}
+    for name, parameters in values.items():
+        last = study.store.current(name)
+        before, now = last.ingredients["parameters"] if last else {}, loading.as_plain(parameters)
+        for file, _, key in (parameter.partition(".") for parameter in given):
+            was, will = before.get(file, {}).get(key), now.get(file, {}).get(key)
+            if was is not None and was != will:
+                changed[f"{file}.{key}"] = f"{file}.{key} = {compact(was)} give way to those of {compact(will)}"
+    if changed:
+        shows.note(f"in {shown(study.results)} results of {', of '.join(changed.values())}; they are kept, and come "
+                   "back at once without --set; --results DIR leaves them where they are")  # fmt: skip
 
 
 def _say_if_large(study: Study, shows: display.Display) -> None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from pipeline import requests
+from pipeline import completion, layout, requests
 from pipeline.cache import regular
 from pipeline.commands import options
 from pipeline.errors import StudyError, nearest
@@ -18,12 +19,22 @@ if TYPE_CHECKING:
     from pipeline.cache.artefact import Field
 
 
-@click.command("show")
-@click.argument("artefact")
+#: Columns before a field's value, and before what it is.
+_NAMES, _VALUES = 30, 49
+
+
+@click.command("show", epilog=options.examples("show"))
+@click.argument("artefact", shell_complete=completion.stages_or_files)
+@click.argument("where", required=False, metavar="[PATH]")
 @options.own_study
 @options.as_json
-def command(study: Study, artefact: str, as_json: bool) -> None:
-    """Print the fields of ARTEFACT, a stage's name or a file, with units, shapes and values, and its tables."""
+@options.as_csv
+def command(study: Study, artefact: str, where: str | None, as_json: bool, as_csv: bool) -> None:
+    """Print the fields of ARTEFACT, a stage's name or a file, with units, shapes and values, and its tables.
+
+    With PATH (as group.field) only what stands there: a number with all its digits, an array or a table in full.
+    """
+    options.one_form(json=as_json, csv=as_csv)
     from pipeline.cache import artefact as artefacts
     from pipeline.cache import links
 
@@ -32,16 +43,30 @@ def command(study: Study, artefact: str, as_json: bool) -> None:
     links.check(content, shown(path))
     fields = artefacts.tree(content, shown(path))
     about = artefacts.provenance(content, shown(path))
+    if where is not None:
+        chosen = where.replace(".", "/").strip("/")
+        inside = [field for field in fields if field.path == chosen or field.path.startswith(f"{chosen}/")]
+        if not inside:
+            last = chosen.rpartition("/")[2]
+            named = [field.path for field in fields if field.path.rpartition("/")[2] == last]
+            hint = f"; did you mean {named[0].replace('/', '.')}?" if named else _near(chosen, fields)
+            raise StudyError(f'{shown(path)}: there is no "{where}"{hint}')
+        _print_part(content, chosen, inside, as_json, as_csv)
+        return
     if as_json:
         options.print_json({"file": shown(path), "fields": [_plain(field) for field in fields], "provenance": about})
         return
+    if as_csv:
+        values = [field for field in fields if field.shape is not None]
+        options.print_csv([{**_plain(field), "shape": _size(field.shape)} for field in values])
+        return
     click.echo(f"{shown(path)}: stage {about.get('stage', '?')}, key {about.get('key', '?')}")
     for line in requests.kept(study, about):
-        click.echo(line)
+        click.echo("\n".join(layout.folded(line)))
     for field in fields:
         click.echo(_line(field))
     for title, columns, rows in _tables(study, content, about.get("stage", ""), shown(path)):
-        print_table(title, columns, rows)
+        options.print_table(title, columns, rows)
 
 
 def _path(study: Study, name: str) -> Path:
@@ -57,27 +82,110 @@ def _path(study: Study, name: str) -> Path:
     return path
 
 
-def _line(field: Field) -> str:
-    depth = field.path.count("/")
+def _print_part(content: bytes, chosen: str, fields: list[Field], as_json: bool, as_csv: bool) -> None:
+    """Print what stands at a path: a value alone, rows of a table, or the fields below."""
+    import h5py
+
+    with h5py.File(io.BytesIO(content), "r") as file:
+        item = file[chosen]
+        value = _whole(item)
+    field = fields[0]
+    rows = _rows(value)
+    if as_json:
+        described = {**_plain(field), "value": value} if field.shape is not None else value
+        options.print_json(described)
+    elif as_csv and rows is not None:
+        options.print_csv(rows)
+    elif as_csv:
+        options.print_csv([{field.path.rpartition("/")[2]: value} if field.shape is not None else value])
+    elif field.shape is None and rows and _is_flat(rows):
+        units = {each.path.rpartition("/")[2]: _unit(each) for each in fields}
+        heads = [f"{name} [{units[name]}]" if units.get(name) else name for name in rows[0]]
+        options.print_table(f"{chosen}: {field.description}".rstrip(": "), heads, [list(row.values()) for row in rows])
+    elif field.shape is None:
+        for each in fields:
+            click.echo(_line(each, chosen.count("/")))
+    elif isinstance(value, list):
+        for part in value:
+            click.echo(" ".join(map(str, part)) if isinstance(part, list) else part)
+    else:
+        click.echo(f"{str(value).lower() if isinstance(value, bool) else value} {_unit(field)}".rstrip())
+
+
+def _whole(item: Any) -> Any:
+    """A group as a mapping, a dataset as Python numbers and words."""
+    if hasattr(item, "items"):
+        from pipeline.cache.hdf5 import dimensions
+
+        return {key: _whole(item[key]) for key in dimensions.fields(item)}
+    return None if item.shape is None else plain_values(item)
+
+
+def plain_values(item: Any) -> Any:
+    """The content of a dataset as Python numbers, words, or lists of them: None where there is none, a word by name."""
+    import h5py
+
+    from pipeline.cache.hdf5 import values
+
+    value, none = values.python(values.read(item)), set(item.attrs.get(values.NONE, ()))
+    if not isinstance(value, list):
+        return None if none else value
+    names = h5py.check_enum_dtype(item.dtype)
+    if names:
+        words = {place: word for word, place in names.items()}
+        value = [words[place] for place in value]
+    return [None if index in none else each for index, each in enumerate(value)]
+
+
+def _rows(value: Any) -> list[dict[str, Any]] | None:
+    """The rows of a table, which is a mapping of numbered rows or of columns of one length, or of an array."""
+    if isinstance(value, dict) and value:
+        parts = list(value.values())
+        if all(isinstance(part, dict) for part in parts) and all(name.isdecimal() for name in value):
+            return parts
+        if all(isinstance(part, list) and len(part) == len(parts[0]) for part in parts if isinstance(parts[0], list)):
+            columns = zip(*parts) if isinstance(parts[0], list) else ()
+            return [dict(zip(value, row)) for row in columns] or None
+    if isinstance(value, list):
+        return [{"value": part} for part in value]
+    return None
+
+
+def _is_flat(rows: list[dict[str, Any]]) -> bool:
+    return not any(isinstance(cell, (dict, list)) for row in rows for cell in row.values())
+
+
+def _near(chosen: str, fields: list[Field]) -> str:
+    return nearest(chosen.replace("/", "."), [field.path.replace("/", ".") for field in fields])
+
+
+def _size(shape: tuple[int, ...] | None) -> str:
+    return " x ".join(map(str, shape or ()))
+
+
+def _unit(field: Field) -> str:
+    return "" if field.unit in ("", "1", "-") else field.unit
+
+
+def _line(field: Field, above: int = 0) -> str:
+    """A field: its name, indented by its depth, its value, and what it is, folded."""
+    depth = field.path.count("/") - above
     name = "  " * (depth + 1) + field.path.rsplit("/", 1)[-1]
     if field.shape is None:
-        return f"{name:<34} {field.description}".rstrip()
-    unit = "" if field.unit in ("", "1", "-") else f" {field.unit}"
+        return layout.beside(f"{name:<{_NAMES}} ", field.description)
+    unit = f" {_unit(field)}".rstrip()
     if field.value is not None:
-        content = f"{_short(field.value)}{unit}"
+        content = f"{layout.short(field.value)}{unit}"
     elif field.shape == ():
         content = "none"
     else:
-        content = f"array {' x '.join(str(size) for size in field.shape)}{unit}"
-    return f"{name:<34} {content:<26} {field.description}".rstrip()
-
-
-def _short(value: Any) -> str:
-    if isinstance(value, list):
-        return "[" + ", ".join(_short(item) for item in value) + "]"
-    if isinstance(value, bool):
-        return str(value).lower()
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+        content = f"array {_size(field.shape)}{unit}"
+    start = len(name) + 1 if len(name) > _NAMES else _NAMES + 1
+    head = f"{name:<{start}}{content}"
+    if len(head) <= _VALUES:
+        return layout.beside(f"{head:<{_VALUES}} ", field.description)
+    lines = layout.folded(head, start)
+    return "\n".join([*lines, layout.beside(" " * _VALUES + " ", field.description)] if field.description else lines)
 
 
 def _plain(field: Field) -> dict[str, Any]:
@@ -94,12 +202,3 @@ def _tables(study: Study, content: bytes, stage: str, name: str) -> Any:
         return ()
     cls = result_class(study.package, stage)
     return artefacts.decode(content, cls, name).tables() if hasattr(cls, "tables") else ()
-
-
-def print_table(title: str, columns: Any, rows: Any) -> None:
-    """Print a table with its title, its columns aligned."""
-    cells = [[str(column) for column in columns], *([_short(cell) for cell in row] for row in rows)]
-    widths = [max(len(row[index]) for row in cells) for index in range(len(cells[0]))]
-    click.echo(f"\n{title}")
-    for row in cells:
-        click.echo("  " + "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths)).rstrip())

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 
 import click
 
+from pipeline import layout
 from pipeline.commands import options
 from pipeline.execution.planning import Assessment, State
 from pipeline.study import Study
@@ -22,19 +23,22 @@ _WORDS = {
 _SHOWN = 5
 
 
-@click.command("status")
+@click.command("status", epilog=options.examples("status"))
 @options.own_study
 @options.as_json
-def command(study: Study, as_json: bool) -> None:
+@options.as_csv
+def command(study: Study, as_json: bool, as_csv: bool) -> None:
     """Say which stages are current, and why the others are not. Runs nothing."""
     from pipeline.execution.planning import Planner
 
+    options.one_form(json=as_json, csv=as_csv)
     names = tuple(study.graph.stages)
-    print_survey(study, Planner(study, study.parameters(names)).survey(names), as_json)
+    print_survey(study, Planner(study, study.parameters(names)).survey(names), as_json, as_csv=as_csv)
 
 
 def print_survey(
-    study: Study, survey: Iterable[Assessment], as_json: bool, forced: frozenset[str] = frozenset()
+    study: Study, survey: Iterable[Assessment], as_json: bool, forced: frozenset[str] = frozenset(),
+    as_csv: bool = False,
 ) -> None:
     """Print the state and the reasons of each stage; `forced` stages would run in any case."""
     study.sources.memo.save()
@@ -46,8 +50,11 @@ def print_survey(
     if as_json:
         options.print_json(rows)
         return
+    if as_csv:
+        options.print_csv([{**row, "reasons": "; ".join(row["reasons"])} for row in rows])
+        return
     for row in rows:
-        click.echo(f"{row['stage']:<12} {row['state']:<9} {in_short(row['reasons'])}".rstrip())
+        click.echo(layout.beside(f"{row['stage']:<13} {row['state']:<8} ", in_short(row["reasons"])))
 
 
 def in_short(reasons: Sequence[str]) -> str:

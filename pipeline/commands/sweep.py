@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pipeline import layout
 from pipeline.commands import options
+from pipeline.commands.show import plain_values
 from pipeline.errors import ANSWER, StudyError
 from pipeline.study import Study, shown
 
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
     from pipeline.sweep.sweep import Summary
 
 
-@click.command("sweep")
+@click.command("sweep", epilog=options.examples("sweep"))
 @click.argument("spec", type=click.Path(dir_okay=False, path_type=Path), metavar="SPEC")
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="The table (default: results/sweeps).")
 @click.option("--jobs", "-j", metavar="N", type=click.IntRange(min=1), help="Processes (default: cores).")
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
 @click.option("--wait", is_flag=True, help="Wait for another sweep in the same results folder.")
 @options.own_study
 @options.as_json
+@options.as_csv
 def command(
     study: Study,
     spec: Path,
@@ -44,6 +47,7 @@ def command(
     dry_run: bool,
     wait: bool,
     as_json: bool,
+    as_csv: bool,
 ) -> None:
     """Compute a stage at every point that the file SPEC describes, and write one table with a row for each.
 
@@ -55,6 +59,7 @@ def command(
     from pipeline.sweep import spec as specs
     from pipeline.sweep.sweep import Sweep
 
+    options.one_form(json=as_json, csv=as_csv)
     if jobs and cluster:
         raise StudyError("--jobs is for this machine; a cluster has as many workers as it has")
     files = {"tls_ca_file": tls_ca_file, "tls_client_cert": tls_cert, "tls_client_key": tls_key}
@@ -64,11 +69,12 @@ def command(
     for file in certificates.values():
         if not Path(file).is_file():
             raise StudyError(f"--cluster {cluster}: there is no file {file}")
-    shows = display.for_terminal(False, as_json)
+    shows = display.for_terminal(False, as_json or as_csv)
     sweep = Sweep(study, specs.read(spec), shows)
     names = ", ".join(sweep.chain.touched)
     if dry_run:
-        click.echo(f"{len(sweep.points)} points, each computes {names}; varied: {', '.join(sweep.spec.names)}")
+        varied = ", ".join(sweep.spec.names)
+        click.echo("\n".join(layout.folded(f"{len(sweep.points)} points, each computes {names}; varied: {varied}")))
         return
     target = out or sweep.folder / f"{spec.stem}.h5"
     said = " ".join(["bipedstudy", *sys.argv[1:]])
@@ -79,9 +85,11 @@ def command(
         summary = sweep.run(target, workers or jobs or os.cpu_count() or 1, client)
     if as_json:
         options.print_json({**dataclasses.asdict(summary), "busy": summary.busy, "table": shown(target)})
+    elif as_csv:
+        options.print_csv(rows_of(target))
     else:
         for line in lines(summary):
-            click.echo(line)
+            click.echo("\n".join(layout.folded(line)))
         click.echo(f"table: {shown(target)}")
     if not summary.outcomes.get("computed"):
         sys.exit(ANSWER)
@@ -95,6 +103,15 @@ def lines(summary: Summary) -> list[str]:
         said.append(f"{summary.computed_now} points in {summary.seconds:.1f} s on {summary.workers} workers; "
                     f"{100 * summary.busy:.0f} % of their time went into points")  # fmt: skip
     return said
+
+
+def rows_of(path: Path) -> list[dict[str, Any]]:
+    """The rows of a sweep's table."""
+    import h5py
+
+    with h5py.File(path) as file:
+        columns = {name: plain_values(item) for name, item in file["table"].items()}
+    return [dict(zip(columns, row)) for row in zip(*columns.values())]
 
 
 @contextlib.contextmanager

@@ -7,6 +7,8 @@ import time
 from collections.abc import Iterable
 from typing import TextIO
 
+from pipeline import layout
+
 _LINE_EVERY_S = 10.0
 
 
@@ -46,7 +48,7 @@ class Lines(Display):
     def started(self, stage: str, reasons: Iterable[str]) -> None:
         """Name the reasons."""
         if self.verbose:
-            self.say(f"{stage:<12} computing: {'; '.join(reasons)}")
+            self.say("\n".join(layout.folded(f"{stage:<13} computing: {'; '.join(reasons)}", 15)))
 
     def points(self, done: int, total: int, sentence: str) -> None:
         """A line on standard error now and then."""
@@ -57,11 +59,11 @@ class Lines(Display):
     def finished(self, stage: str, how: str, seconds: float, summary: str) -> None:
         """Time and what was found."""
         spent = f"{seconds:7.1f} s" if how == "computed" else " " * 9
-        self.say(f"{stage:<12} {how:<9} {spent}  {summary}")
+        self.say(layout.beside(f"{stage:<13} {how:<8} {spent}  ", summary))
 
     def failed(self, stage: str) -> None:
         """Name the stage; the sentence comes at the end."""
-        self.say(f"{stage:<12} failed")
+        self.say(f"{stage:<13} failed")
 
     def say(self, line: str) -> None:
         """Print one line at once."""

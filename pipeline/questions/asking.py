@@ -12,6 +12,7 @@ import signal
 import sys
 import tempfile
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -30,6 +31,9 @@ from pipeline.study import Study, shown
 from pipeline.sweep.journal import Journal
 from pipeline.sweep.row import COMPUTED, Row
 
+#: A terminal has a bar after so long at the latest; elsewhere there is a line this often.
+_BAR_AFTER_S, _LINE_EVERY_S = 1.0, 10.0
+
 
 class Asked:
     """One question while it is asked of a stage with its parameters; use as a context manager."""
@@ -39,8 +43,14 @@ class Asked:
         self._study, self._stage, self._question, self._parameters = study, stage, question, parameters
         self._done, self._of = 0, 0
         self._bar: Any = None
+        self._said = time.monotonic()
+        self._terminal = threading.RLock()
+        self._soon = threading.Timer(_BAR_AFTER_S, self._still_at_it)
+        self._soon.daemon = True
 
     def __enter__(self) -> Asked:
+        if sys.stderr.isatty():
+            self._soon.start()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *ending: object) -> None:
@@ -51,9 +61,17 @@ class Asked:
 
     def close(self) -> None:
         """Give the terminal back."""
-        if self._bar is not None:
-            self._bar.stop()
-            self._bar = None
+        self._soon.cancel()
+        with self._terminal:
+            if self._bar is not None:
+                self._bar.stop()
+                self._bar = None
+
+    def _still_at_it(self) -> None:
+        """Open a bar without an end: the question has not yet said how far it is."""
+        with self._terminal:
+            if self._bar is None and not self._soon.finished.is_set():
+                self._show(None, "computing")
 
     def note(self, text: str) -> None:
         """A line on standard error."""
@@ -63,18 +81,26 @@ class Asked:
             self._bar.console.print(text, highlight=False, markup=False, soft_wrap=True)
 
     def progress(self, fraction: float, what: str) -> None:
-        """Move a bar on standard error, if that is a terminal."""
-        if not sys.stderr.isatty():
-            return
+        """Move a bar on standard error, if that is a terminal; if not, a line there now and then."""
+        if sys.stderr.isatty():
+            self._soon.cancel()
+            with self._terminal:
+                self._show(min(1.0, max(0.0, fraction)), what)
+        elif time.monotonic() - self._said >= _LINE_EVERY_S:
+            self._said = time.monotonic()
+            print(f"{100 * fraction:.0f} %: {what}", file=sys.stderr, flush=True)
+
+    def _show(self, fraction: float | None, what: str) -> None:
         if self._bar is None:
             from rich.console import Console
             from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
             columns = BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False)
             self._bar = Progress(*columns, transient=True, console=Console(stderr=True))
-            self._bar.add_task("", total=1.0)
+            self._bar.add_task("", total=None)
             self._bar.start()
-        self._bar.update(self._bar.task_ids[0], completed=min(1.0, max(0.0, fraction)), description=what)
+        total = None if fraction is None else 1.0
+        self._bar.update(self._bar.task_ids[0], total=total, completed=fraction or 0.0, description=what)
 
     def say_if_cold(self) -> None:
         """Say so if the stage compiles its code at this use, as its module `compiled` knows."""

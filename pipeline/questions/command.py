@@ -18,9 +18,9 @@ from typing import Any
 
 import click
 
+from pipeline import completion, layout
 from pipeline.commands import options
 from pipeline.commands.options import Command
-from pipeline.commands.show import print_table
 from pipeline.errors import ANSWER, StudyError, is_answer
 from pipeline.parameters import yaml_text
 from pipeline.parameters.value import Refused, allowed, checked, declared
@@ -60,10 +60,11 @@ def command(stage: str, question: Question) -> click.Command:
     """The command that asks this question of its stage; it ends the process with 3 if the answer is no."""
     given = [_Option(name, *pair) for name, pair in declared(question.options).items()]
 
-    def asked(study: Study, as_json: bool, figure: Path | None = None, jobs: int | None = None,
+    def asked(study: Study, as_json: bool, as_csv: bool = False, figure: Path | None = None, jobs: int | None = None,
               into: Path | None = None, **texts: Any) -> None:  # fmt: skip
         from pipeline.questions.asking import Asked
 
+        options.one_form(json=as_json, csv=as_csv)
         if figure is not None:
             _check_ending(figure)
         with ExitStack() as until_answered:
@@ -87,7 +88,7 @@ def command(stage: str, question: Question) -> click.Command:
                     click.echo(str(reason), err=True)
                 sys.exit(ANSWER)
             asking.close()
-            _print(answer, as_json)
+            _print(answer, as_json, as_csv)
             if figure is not None:
                 answer.draw(lambda drawn: drawn.savefig(figure, dpi=150))
                 click.echo(f"drawn: {shown(figure)}", err=True)
@@ -101,7 +102,8 @@ def command(stage: str, question: Question) -> click.Command:
     function: Command = asked
     for declare in reversed([*(option.declared() for option in given), *_options(question)]):
         function = declare(function)
-    return click.command(question.name, help=cleandoc(question.help))(function)
+    ending = options.examples(question.name, question.examples) if question.examples else None
+    return click.command(question.name, help=cleandoc(question.help), epilog=ending)(function)
 
 
 def _options(question: Question) -> Iterator[Callable[[Command], Command]]:
@@ -111,6 +113,8 @@ def _options(question: Question) -> Iterator[Callable[[Command], Command]]:
                            help="How much is computed side by side (default: cores).")  # fmt: skip
     yield options.study
     yield options.as_json
+    if question.rows:
+        yield options.as_csv
     if question.draws:
         yield click.option("--figure", type=_FILE, help="Draw into FILE (its ending names the format).")
     if question.leaves:
@@ -132,7 +136,9 @@ class _Option:
         """The decorator that gives a command this option."""
         about, default, kind = self.field.metadata, self.field.default, self.kind
         if about["positional"]:
-            return click.argument(self.name)
+            named = kind is Path or typing.get_origin(kind) is Mapping or about["metavar"] == "FILE"
+            complete = completion.files if named else completion.for_option(about)
+            return click.argument(self.name, shell_complete=complete)
         said = about["description"] + ("" if about["unit"] in ("1", "-") else f" [{about['unit']}]") + "."
         if kind is bool:
             return click.option(self.flag, self.name, is_flag=True, help=said)
@@ -142,6 +148,7 @@ class _Option:
             self.flag,
             self.name,
             type=_PATH if kind is Path else str,
+            shell_complete=completion.files if typing.get_origin(kind) is Mapping else completion.for_option(about),
             required=default is MISSING,
             multiple=kind == _REPEATED,
             default=None if default in (MISSING, None, ()) else _text(default),
@@ -176,14 +183,17 @@ def _text(default: Any) -> str:
     return f"{default:g}" if isinstance(default, float) else str(default)
 
 
-def _print(answer: Any, as_json: bool) -> None:
+def _print(answer: Any, as_json: bool, as_csv: bool) -> None:
     if as_json:
         options.print_json(answer.plain)
         return
+    if as_csv:
+        options.print_csv(answer.rows)
+        return
     for line in answer.lines:
-        click.echo(line)
+        click.echo("\n".join(layout.folded(line)))
     for title, columns, rows in answer.tables:
-        print_table(title, columns, rows)
+        options.print_table(title, columns, rows)
 
 
 def _check_ending(path: Path) -> None:

@@ -109,7 +109,7 @@ class Table(Protocol):
 
 @dataclass(frozen=True)
 class Answer:
-    """An answer as text (`lines`, then `tables` of title, columns, rows), as JSON (`plain`) and as a picture.
+    """An answer as text (`lines`, then `tables` of title, columns, rows), as JSON (`plain`), CSV (`rows`), and picture.
 
     `draw` is given what saves a figure. `files` (by name) and every parameter file, with `parameters` ("file.key")
     changed, go into the folder of --into. `remark` is said beside the answer; `no` tells an answer that is no.
@@ -118,6 +118,7 @@ class Answer:
     lines: Sequence[str] = ()
     plain: Any = None
     tables: Sequence[tuple[str, Sequence[str], Sequence[Sequence[Any]]]] = ()
+    rows: Sequence[Mapping[str, Any]] = ()
     draw: Callable[[Callable[[Any], None]], None] | None = None
     files: Mapping[str, bytes] = dataclasses.field(default_factory=dict)
     parameters: Mapping[str, Any] = dataclasses.field(default_factory=dict)
@@ -129,8 +130,9 @@ class Answer:
 class Question:
     """A question: `ask(parameters of the stage, options, asking)` gives an `Answer`.
 
-    `key` stands for the answer in JSON where there is none; `draws` and `pool` say whether it draws and takes --jobs;
-    `leaves` says what it leaves in the folder of --into, if anything.
+    `key` stands for the answer in JSON where there is none; `draws` and `pool` say whether it draws and takes --jobs,
+    `rows` whether its answer has rows for --csv; `leaves` says what it leaves in the folder of --into, if anything;
+    `examples` are command lines for its help.
     """
 
     name: str
@@ -140,7 +142,9 @@ class Question:
     key: str = ""
     draws: bool = False
     pool: bool = False
+    rows: bool = False
     leaves: str = ""
+    examples: tuple[str, ...] = ()
     wrong: ClassVar[type[Exception]] = WrongOption
 
 

@@ -34,7 +34,7 @@ def test_a_dry_run_runs_nothing(ran):
     before = ran.results()
     code, out, _ = ran.command("run-all", "--dry-run", "--set", "ground.contact_stiffness=2e5")
     assert code == 0
-    assert "bounce       stale     ground.yaml: contact_stiffness 1e5 -> 2e5" in out.splitlines()
+    assert "bounce        stale    ground.yaml: contact_stiffness 1e5 -> 2e5" in out.splitlines()
     assert ran.results() == before
 
 
@@ -150,7 +150,7 @@ def test_a_truncated_artefact_is_one_sentence(ran):
     assert errors == (
         "error: results/fall.h5: is truncated or not an HDF5 file; it cannot be read as an artefact of this study\n"
     )
-    assert "fall         in cache  results/fall.h5 was edited or damaged" in ran.command("status")[1].splitlines()
+    assert "fall          in cache results/fall.h5 was edited or damaged" in ran.command("status")[1].splitlines()
 
 
 def test_two_runs_at_once(toy_with_commands):
@@ -176,7 +176,7 @@ def test_two_runs_at_once(toy_with_commands):
 def test_independent_stages_run_side_by_side(toy_with_commands):
     toy = toy_with_commands
     process = toy.start("run", "fall", "side", "--jobs", "2", "--set", "fall.behaviour=sleep")
-    assert process.stdout.readline().startswith("side         computed")
+    assert process.stdout.readline().startswith("side          computed")
     assert process.poll() is None  # fall, which was started first, still sleeps
     process.kill()
     process.communicate()

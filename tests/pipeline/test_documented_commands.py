@@ -153,7 +153,8 @@ def test_the_tutorial_works_as_it_is_written(repository, tmp_path):
     program = tools / "bipedstudy"
     program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m pipeline.cli "$@"\n')
     program.chmod(0o755)
-    environment = {**os.environ, "PATH": f"{tools}:{os.environ['PATH']}", "PYTHONPATH": str(repository)}
+    environment = {**os.environ, "PATH": f"{tools}:{os.environ['PATH']}", "PYTHONPATH": str(repository),
+                   "COLUMNS": "200"}  # fmt: skip
     done = subprocess.run(["bash", "-euxc", script], cwd=tmp_path, env=environment, text=True, capture_output=True)
     assert done.returncode == 0, done.stdout + done.stderr
     folder = tmp_path / "my_biped"

@@ -119,4 +119,12 @@ def test_the_command_draws_from_the_artefacts_that_lie_there(ran):
     }
     (toy.root / "results/bounce.h5").unlink()
     code, _, errors = toy.command("figures", "--check")
-    assert code == 2 and errors == "error: results/bounce.h5 is not there yet; make it with: bipedstudy run-all\n"
+    assert code == 2 and errors.startswith("note: not current: bounce (results/bounce.h5 is missing)")
+    assert errors.endswith("error: results/bounce.h5 is not there yet; make it with: bipedstudy run-all\n")
+
+
+def test_stale_stages_are_named_before_figures_are_compared(ran):
+    path = ran.root / "params/fall.yaml"
+    path.write_text(path.read_text().replace("{value: 2.0,", "{value: 2.5,"))
+    _, _, errors = ran.command("figures", "--check")
+    assert "not current: fall (fall.yaml: height 2 -> 2.5), and so bounce, picture" in errors

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import re
 
 import pytest
+import yaml
 
 from pipeline import wheels
 
@@ -23,6 +25,31 @@ def test_every_install_is_by_hash_but_that_of_the_lowest_versions(repository):
     exact = ("--require-hashes", "--no-deps --no-build-isolation")  # the second installs this checkout itself
     loose = [line for line in installs if not any(words in line for words in exact)]
     assert len(installs) == 8 and [line for line in loose if not line.startswith("$(FLOOR)")] == []
+
+
+def test_codemeta_says_what_the_citation_says(repository):
+    meta = json.loads((repository / "codemeta.json").read_text())
+    cited = yaml.safe_load((repository / "CITATION.cff").read_text())
+    paper, published = cited["preferred-citation"], meta["referencePublication"]
+    assert meta["license"].endswith(f"/{cited['license']}")
+    assert [author["name"] for author in meta["author"]] == [author["name"] for author in cited["authors"]]
+    assert (meta["name"], meta["version"], meta["keywords"]) == (cited["title"], cited["version"], cited["keywords"])
+    assert meta["description"] == cited["abstract"]
+    assert (published["name"], published["datePublished"]) == (paper["title"], str(paper["year"]))
+    assert published["isPartOf"]["name"] == paper["journal"]
+    names = [(author["familyName"], author["givenName"]) for author in published["author"]]
+    assert names == [(author["family-names"], author["given-names"]) for author in paper["authors"]]
+
+
+def test_the_container_has_an_exact_python_and_the_libraries_that_the_workflows_install(repository):
+    text = (repository / "Dockerfile").read_text()
+    assert re.search(r"^FROM python:\d+\.\d+\.\d+-\S+ AS tools$", text, flags=re.M)
+    nightly = (repository / ".github/workflows/nightly.yml").read_text()
+    needed = re.search(r"--no-install-recommends (.*)", nightly)[1].split()
+    installed = re.search(r"--no-install-recommends (.*) \\", text)[1].split()
+    assert needed and set(needed) <= set(installed)
+    container = json.loads((repository / ".devcontainer/devcontainer.json").read_text())
+    assert container["build"]["target"] == "tools" and "make study" in text
 
 
 @pytest.mark.parametrize("name", ["coverage", "audit"])

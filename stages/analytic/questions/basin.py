@@ -69,6 +69,7 @@ QUESTION = Question(
     """,
     Options,
     ask,
+    examples=("bipedstudy basin --points 60 --figure basin.png",),
     draws=True,
     pool=True,
 )

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class Options:
     """Options of `continue`."""
 
-    parameter: str = option("-", "Design parameter to follow the gait in", positional=True)
+    parameter: str = option("-", "Design parameter to follow the gait in", metavar="FILE.KEY", positional=True)
     limits: tuple[float, float] = option("-", "Range of that parameter", positional=True, read=interval)
     doublings: int = option(
         "1", "Period doublings to follow as well", default=0, bound=Bound(minimum=0, maximum=4))
@@ -54,7 +54,9 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
             save(bifurcation.draw(branches, name, design.unit(name)))
 
     lines = [line for branch in branches for line in branch_lines(branch)]
-    return Answer(lines, {"parameter": name, "branches": [branch_as_plain(branch) for branch in branches]}, draw=draw)
+    rows = [{"cycle": branch.cycle, **point_as_plain(point)} for branch in branches for point in branch.points]
+    plain = {"parameter": name, "branches": [branch_as_plain(branch) for branch in branches]}
+    return Answer(lines, plain, draw=draw, rows=rows)
 
 
 def branch_lines(branch: Branch) -> Iterator[str]:
@@ -98,5 +100,7 @@ QUESTION = Question(
     Options,
     ask,
     key="branches",
+    examples=("bipedstudy continue ground.slope_deg 1:4 --doublings 1 --figure family.png",),
     draws=True,
+    rows=True,
 )

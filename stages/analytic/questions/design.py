@@ -184,6 +184,10 @@ QUESTION = Question(
     """,
     Options,
     ask,
+    examples=(
+        "bipedstudy design",
+        "bipedstudy design --vary biped.foot_radius=0.05:0.12 --goal friction",
+    ),
     draws=True,
     leaves="parameter files with the best design",
 )

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+import textwrap
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 from stages.analytic.parameters import Parameters
 from stages.biped.question import Answer, Asking, Question, as_plain, option
+
+#: Columns of the words, and of the number beside them.
+WORDS, NUMBER = 56, 17
 
 
 @dataclass(frozen=True)
@@ -63,26 +67,34 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         with style.drawing():
             save(gait_portrait.draw(walker, points, tolerance))
 
-    return Answer(lines, {"gaits": plain, "cycle": cycle_plain} if options.every else plain[0], draw=draw)
+    return Answer(lines, {"gaits": plain, "cycle": cycle_plain} if options.every else plain[0], draw=draw,
+                  rows=[{"gait": number, **each} for number, each in enumerate(plain, 1)])  # fmt: skip
 
 
-def field_lines(record: Any) -> Iterator[str]:
-    """The fields of a result, a line each: description, value, unit."""
+def field_lines(record: Any, room: int = WORDS) -> Iterator[str]:
+    """The fields of a result: description, folded to `room` columns, value, unit."""
     for field in dataclasses.fields(record):
         value = getattr(record, field.name)
         about = field.metadata["description"]
         if dataclasses.is_dataclass(value):
             yield f"{about}:"
-            yield from (f"  {line}" for line in field_lines(value))
+            yield from (f"  {line}" for line in field_lines(value, room - 2))
         elif field.name == "floquet_multipliers":
             shown = [f"{real:.6g}" if imaginary == 0 else f"{real:.6g}{imaginary:+.6g}j" for real, imaginary in value]
-            yield f"{'Floquet multipliers, largest first':<72} {', '.join(shown)}"
-        elif isinstance(value, bool):
-            yield f"{about:<72} {'yes' if value else 'no':>14}"
-        elif value is None or isinstance(value, str):
-            yield f"{about:<72} {'not known' if value is None else value:>14}"
+            first, *others = shown
+            yield f"{'Floquet multipliers, largest first':<{room}} {first:>{NUMBER}}"
+            yield from (f"{'':<{room}} {other:>{NUMBER}}" for other in others)
+        elif isinstance(value, str):
+            yield f"{about}:"
+            yield f"  {value}"
         else:
-            yield f"{about:<72} {value:>14.9g} {field.metadata['unit']}"
+            unit = "" if field.metadata["unit"] in ("1", "-") else field.metadata["unit"]
+            said = "not known" if value is None else f"{value:.9g}"
+            if isinstance(value, bool):
+                said = "yes" if value else "no"
+            first, *others = textwrap.wrap(about, room, subsequent_indent="  ", break_on_hyphens=False)
+            yield f"{first:<{room}} {said:>{NUMBER}} {unit}".rstrip()
+            yield from others
 
 
 QUESTION = Question(
@@ -93,5 +105,7 @@ QUESTION = Question(
     """,
     Options,
     ask,
+    examples=("bipedstudy gait --set ground.slope_deg=2.5", "bipedstudy gait --all --csv",),
     draws=True,
+    rows=True,
 )

@@ -114,6 +114,7 @@ QUESTION = Question(
     """,
     Options,
     ask,
+    examples=("bipedstudy map designs.yaml --out designs.h5",),
     draws=True,
     pool=True,
 )

@@ -177,5 +177,6 @@ QUESTION = Question(
     """,
     Options,
     ask,
+    examples=("bipedstudy sensitivity --parameters biped.foot_radius",),
     draws=True,
 )

@@ -26,7 +26,7 @@ VARIABLE = "env:"
 class Options:
     """Options of `ingest`."""
 
-    source: str = option("-", "Where the measurements are", positional=True)
+    source: str = option("-", "Where the measurements are", metavar="FILE", positional=True)
     column_map: Mapping[str, Any] | None = option(
         "-", "SOURCE is a folder of CSV or TSV files, described in this YAML file", name="map", default=None)
     store: Path | None = option("-", "Keep the raw rows in this SQLite file", default=None)
@@ -139,5 +139,6 @@ QUESTION = Question(
     """,
     Options,
     ask,
+    examples=("bipedstudy ingest lab.sqlite", "bipedstudy ingest recordings --map columns.yaml --store lab.sqlite",),
     draws=True,
 )

@@ -1,0 +1,122 @@
+"""Text that fits the terminal: lines folded between words, tables whose cells fold or whose columns go on below.
+
+A word is never broken: a path, a key or an address that is longer than the line stands in a line of its own.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import shutil
+import textwrap
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+#: Columns that every text fits, also where there is no terminal; a wider terminal is used.
+NARROWEST = 80
+_GAP = 2
+#: A column of words gets so much before it goes on below.
+_READABLE = 16
+_NUMBER = re.compile(r"[-+]?(\d[\d_]*\.?\d*([eE][-+]?\d+)?|nan|inf)%?|-|none|")
+
+
+def width() -> int:
+    """Columns to write in: those of the terminal, at least 80."""
+    return max(NARROWEST, shutil.get_terminal_size((NARROWEST, 24)).columns)
+
+
+def folded(line: str, hang: int | None = None, columns: int | None = None) -> list[str]:
+    """A line folded between its words; what follows the first is indented by `hang` (default: 2 more than the line)."""
+    indent = len(line) - len(line.lstrip())
+    below = " " * (indent + 2 if hang is None else hang)
+    room = columns or width()
+    return textwrap.wrap(line, room, subsequent_indent=below, break_long_words=False, break_on_hyphens=False) or [""]
+
+
+def beside(head: str, text: str, hang: int | None = None) -> str:
+    """`head`, and beside it `text` folded within what is left of the line, from column `hang` (default: after head)."""
+    start = len(head) if hang is None else hang
+    first, *rest = _wrapped(text, width() - start) if text else [""]
+    if len(head) > start:
+        return "\n".join([head.rstrip(), *(" " * start + line for line in ([first, *rest] if first else []))])
+    return "\n".join([f"{head:<{start}}{first}".rstrip(), *(" " * start + line for line in rest)])
+
+
+def table(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> Iterator[str]:
+    """The lines of a table: numbers to the right, words folded; columns without room go on below with the first again.
+
+    Where the first column alone does not tell the rows apart and the second does, both stand again.
+    """
+    heads = [str(column) for column in columns]
+    cells = [[short(cell) for cell in row] for row in rows]
+    body = [[row[index] for row in cells] for index in range(len(heads))]
+    numbers = [all(_NUMBER.fullmatch(cell) for cell in column) and any(column) for column in body]
+    natural = [max(map(len, [head, *column])) for head, column in zip(heads, body)]
+    least = [
+        max(_longest_word([head]), max(map(len, column), default=0) if number
+            else max(_longest_word(column), min(_READABLE, max(map(len, column), default=0))))
+        for head, column, number in zip(heads, body, numbers)
+    ]  # fmt: skip
+    keys = 2 if len(heads) > 2 and len(set(body[0])) < len(cells) and len(set(zip(*body[:2]))) == len(cells) else 1
+    room = width() - _GAP
+    for number, panel in enumerate(_panels(least, keys, room)):
+        if number:
+            yield ""
+        sizes = _shared([natural[index] for index in panel], [least[index] for index in panel], room)
+        for row in (heads, *cells):
+            yield from _row([row[index] for index in panel], sizes, [numbers[index] for index in panel])
+
+
+def short(value: Any) -> str:
+    """A value in few digits."""
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(short(item) for item in value) + "]"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _panels(least: Sequence[int], keys: int, room: int) -> list[list[int]]:
+    """Which columns stand side by side: all, or the key columns and as many others as fit."""
+    if sum(least) + _GAP * (len(least) - 1) <= room:
+        return [list(range(len(least)))]
+    first = list(range(keys))
+    panels: list[list[int]] = []
+    for index in range(keys, len(least)):
+        together = [*(panels[-1] if panels else first), index]
+        if panels and sum(least[each] for each in together) + _GAP * (len(together) - 1) <= room:
+            panels[-1] = together
+        else:
+            panels.append([*first, index])
+    return panels or [first]
+
+
+def _shared(natural: Sequence[int], least: Sequence[int], room: int) -> list[int]:
+    """Widths of columns side by side: what each needs, and what is left to those that fold most."""
+    sizes = list(least)
+    left = room - sum(sizes) - _GAP * (len(sizes) - 1)
+    while left > 0:
+        most = max(range(len(sizes)), key=lambda index: math.ceil(natural[index] / max(1, sizes[index])) +
+                   (natural[index] > sizes[index]) * natural[index] / 1e6)  # fmt: skip
+        if natural[most] <= sizes[most]:
+            break
+        sizes[most] += 1
+        left -= 1
+    return sizes
+
+
+def _row(cells: Sequence[str], sizes: Sequence[int], numbers: Sequence[bool]) -> Iterator[str]:
+    lines = [_wrapped(cell, size) for cell, size in zip(cells, sizes)]
+    for height in range(max(map(len, lines))):
+        parts = [column[height] if height < len(column) else "" for column in lines]
+        aligned = [f"{part:>{size}}" if number else f"{part:<{size}}"
+                   for part, size, number in zip(parts, sizes, numbers)]  # fmt: skip
+        yield (" " * _GAP + (" " * _GAP).join(aligned)).rstrip()
+
+
+def _wrapped(text: str, size: int) -> list[str]:
+    return textwrap.wrap(text, max(1, size), break_long_words=False, break_on_hyphens=False) or [""]
+
+
+def _longest_word(texts: Sequence[str]) -> int:
+    return max((len(word) for text in texts for word in text.split()), default=0)

@@ -1,0 +1,169 @@
+"""What commands print fits the terminal: 80 columns, or more where it is wider."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import re
+from dataclasses import dataclass
+
+import pytest
+
+from pipeline import layout
+from pipeline.cache import artefact
+from stages.biped.quantity import quantity
+from tests import warm
+from tests.pipeline.test_documented_commands import HOME
+
+#: Commands that answer from what lies there.
+AT_ONCE = (
+    "--help", "status", "graph", "claims", "doctor", "figures", "show analytic", "show twin", "show tradeoff",
+    "run-all --dry-run", "run figures --dry-run --set biped.foot_radius=0.09", "clean --dry-run",
+)  # fmt: skip
+#: Commands that compute.
+ASKED = (
+    "gait", "gait --all", "sensitivity", "basin --points 4 --steps 4", "continue ground.slope_deg 1.8:2.2",
+    "design --iterations 2", "ingest results/measurements.sqlite",
+)  # fmt: skip
+
+SWEEP = "stage: fall\nkind: grid\nvary:\n  fall.height: [0.5, 1.0, 2.0]\n"
+
+
+def too_wide(text: str, columns: int) -> list[str]:
+    """Lines that are wider and could be folded: a word that is too long for a line stands alone in one."""
+    return [line for line in text.splitlines() if len(line) > columns and len(line.split()) > 1]
+
+
+def printed(folder, *words: str, columns: int) -> str:
+    code = "import sys; from pipeline.cli import main; main()"
+    environment = {**os.environ, "PYTHONPATH": str(HOME), "COLUMNS": str(columns)}
+    done = warm.run(code, *words, cwd=folder, env=environment)
+    if any(words in done.stderr for words in ("made by an earlier version", "do not fit this version")):
+        pytest.skip("the results are of an earlier version: bipedstudy run-all")
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def study(repository):
+    if not (repository / "results/claims.yaml").exists():
+        pytest.skip("results are not there: bipedstudy run-all")
+    return repository
+
+
+@pytest.mark.parametrize("command", AT_ONCE)
+def test_a_command_fits_80_columns(command, study):
+    text = printed(study, *command.split(), columns=80)
+    assert text and not too_wide(text, 80)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", ASKED)
+def test_an_answer_fits_80_columns(command, study):
+    text = printed(study, *command.split(), columns=80)
+    assert text and not too_wide(text, 80)
+
+
+def test_commands_of_the_toy_study_fit_80_columns_and_use_more(ran):
+    (ran.root / "sweep.yaml").write_text(SWEEP)
+    environment = {"COLUMNS": "80"}
+    for words in (["run-all", "--force"], ["status"], ["graph"], ["show", "bounce"], ["sweep", "sweep.yaml"]):
+        process = ran.start(*words, environment=environment)
+        text, errors = process.communicate(timeout=120)
+        assert process.returncode == 0, errors
+        assert text and not too_wide(text, 80), text
+
+
+def test_a_wider_terminal_is_used_and_a_narrower_one_is_not(monkeypatch):
+    line = "word " * 60
+    for columns, wanted in ((40, 80), (80, 80), (132, 132)):
+        monkeypatch.setenv("COLUMNS", str(columns))
+        longest = max(map(len, layout.folded(line)))
+        assert wanted - 5 < longest <= wanted
+
+
+def test_a_line_is_folded_between_words_with_its_indent():
+    assert layout.folded("  one two three four", columns=12) == ["  one two", "    three", "    four"]
+    assert layout.folded("", columns=12) == [""]
+    path = "/a/" + "long" * 30
+    assert path in layout.folded(f"made by {path} today", columns=40)[1].strip()
+
+
+def test_a_table_aligns_numbers_and_keeps_every_cell(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    columns = ["run", "sensor", *(f"measure number {index} in m/s" for index in range(14)), "remark"]
+    rows = [[f"run {run}", place, *(1.25 * index for index in range(14)), f"what is said of run {run} at the {place}"]
+            for run in range(3) for place in ("hip", "foot")]  # fmt: skip
+    lines = list(layout.table(columns, rows))
+    assert not too_wide("\n".join(lines), 80)
+    panels = "\n".join(lines).split("\n\n")
+    assert len(panels) > 1
+    for panel in panels:
+        assert panel.count("hip") >= 3, "the first two columns stand in each part, as the first alone is not unique"
+    words = " ".join(lines).split()
+    for index in range(14):
+        assert words.count(layout.short(1.25 * index)) >= 6
+    ends = {match.end() for line in panels[0].splitlines() for match in re.finditer(r"2\.5\b", line)}
+    assert len(ends) == 1, "numbers end in one column"
+
+
+def test_what_fits_is_not_folded(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    assert list(layout.table(["name", "value"], [["a b", 1.5], ["c", 22.25]])) == [
+        "  name  value", "  a b     1.5", "  c     22.25"]  # fmt: skip
+
+
+def test_a_path_in_an_artefact_and_csv(ran):
+    code, text, errors = ran.command("show", "fall", "--csv")
+    assert code == 0, errors
+    fields = list(csv.DictReader(io.StringIO(text)))
+    short = next(field for field in fields if field["value"] and not field["shape"])
+    code, text, errors = ran.command("show", "fall", short["path"].replace("/", "."))
+    assert code == 0 and text.split()[0] == short["value"], errors
+    code, _, errors = ran.command("show", "fall", short["path"] + "x")
+    assert code == 2 and "did you mean" in errors
+    code, text, errors = ran.command("status", "--csv")
+    assert code == 0 and [row["state"] for row in csv.DictReader(io.StringIO(text))] == ["current"] * 4
+    code, _, errors = ran.command("status", "--csv", "--json")
+    assert code == 2 and "exclude each other" in errors
+
+
+def test_the_rows_of_a_sweep_as_csv(ran):
+    (ran.root / "sweep.yaml").write_text(SWEEP)
+    code, text, errors = ran.command("sweep", "sweep.yaml", "--csv")
+    assert code == 0, errors
+    rows = list(csv.DictReader(io.StringIO(text)))
+    assert [float(row["fall.height"]) for row in rows] == [0.5, 1.0, 2.0]
+    assert {row["outcome"] for row in rows} == {"computed"}
+
+
+@dataclass(frozen=True)
+class Part:
+    """A row of a table."""
+
+    name: str = quantity("-", "what it is")
+    good: bool = quantity("1", "whether it is good")
+    mass: float | None = quantity("kg", "what it weighs")
+
+
+@dataclass(frozen=True)
+class Parts:
+    """A result with a table."""
+
+    parts: tuple[Part, ...] = quantity("-", "parts of the toy")
+
+
+def test_a_table_in_an_artefact_as_text_csv_and_json(ran):
+    result = Parts((Part("ball", True, 1.5), Part("shell of wood", False, None)))
+    (ran.root / "parts.h5").write_bytes(artefact.encode(result, {"stage": "none", "key": "0"}))
+    code, text, errors = ran.command("show", "parts.h5", "parts")
+    assert (code, errors) == (0, "")
+    assert [line.split("  ") for line in text.splitlines() if "shell" in line] and "mass [kg]" in text
+    _, text, _ = ran.command("show", "parts.h5", "parts", "--csv")
+    rows = list(csv.DictReader(io.StringIO(text)))
+    assert [(row["name"], row["good"], row["mass"]) for row in rows] == [
+        ("ball", "true", "1.5"), ("shell of wood", "false", "")]  # fmt: skip
+    _, text, _ = ran.command("show", "parts.h5", "parts.good", "--json")
+    assert json.loads(text)["value"] == [True, False]
