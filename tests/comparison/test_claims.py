@@ -23,7 +23,9 @@ from stages.comparison.evidence import of_gait, of_numerics
 from stages.tradeoff import constraint_ways, penalty_ways
 
 ROOT = Path(__file__).resolve().parents[2]
-PARAMETERS = Study(ROOT, ROOT / "params", ROOT / "results").parameters(("comparison",))["comparison"]
+#: At the level of which no numerical error is known.
+PARAMETERS = Study(ROOT, ROOT / "params", ROOT / "results", ("accuracy.level=reference",)).parameters(
+    ("comparison",))["comparison"]  # fmt: skip
 LIMITS = PARAMETERS.settings
 PARTS = (("creep", -5e-4, 2e-5), ("slip", 2.5e-4, 0.0), ("finite stiffness", 3e-4, 2e-5))
 FALLS = (("speed to the side", "m/s", 0.1, 0.15), ("angle of yaw", "rad", 0.2, inf))
