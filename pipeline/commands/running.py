@@ -97,8 +97,8 @@ def _say_what_gives_way(study: Study, values: Mapping[str, Any], shows: display.
             if was is not None and was != will:
                 changed[f"{file}.{key}"] = f"{file}.{key} = {compact(was)} give way to those of {compact(will)}"
     if changed:
-        shows.note(f"in {shown(study.results)} results of {', of '.join(changed.values())}; they are kept, and come "
-                   "back at once without --set; --results DIR leaves them where they are")  # fmt: skip
+        shows.note(f"results of {', of '.join(changed.values())}; they are kept, and come back at once without "
+                   "--set; --results DIR leaves them where they are")  # fmt: skip
 
 
 def _say_if_large(study: Study, shows: display.Display) -> None:
