@@ -40,7 +40,8 @@ def test_a_study_beside_modules_of_the_same_names(installed, tmp_path):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text("raise SystemExit('not this one')")
     code, out, errors = python(installed, tmp_path, "-m", "bipedstudy", "gait", "--json")
-    assert code == 0 and '"period_s": 0.48268202' in out and "comes with" in errors
+    assert code == 0, errors
+    assert '"period_s": 0.48268202' in out and "comes with" in errors
     code, _, errors = python(installed, tmp_path, "-m", "bipedstudy", "run-all")
     assert code == 2 and "there is no dvc.yaml" in errors
     assert python(installed, tmp_path, "-m", "bipedstudy", "doctor")[0] == 0

@@ -75,6 +75,9 @@ def bench(tmp_path_factory, repository) -> Path:
     assert "count: 2000 " in text
     for name in ("slopes", "designs"):
         (root / f"{name}.yaml").write_text(text.replace("count: 2000 ", "count: 3 "))
+    box = documented.blocks(repository / "docs/sweeps.md", "yaml")[1]
+    assert "count: 100000" in box
+    (root / "box.yaml").write_text(box.replace("count: 100000", "count: 4"))
     (root / "lab.sqlite").write_bytes(make_database([make_run(seed, steps=9, rest_s=1.5) for seed in (1, 2)]))
     (root / "measurements").mkdir()
     shutil.copyfile(root / "lab.sqlite", root / "measurements/lab.sqlite")

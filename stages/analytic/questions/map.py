@@ -114,7 +114,7 @@ QUESTION = Question(
     """,
     Options,
     ask,
-    examples=("bipedstudy map designs.yaml --out designs.h5",),
+    examples=("bipedstudy map box.yaml --out map.h5",),
     draws=True,
     pool=True,
 )
