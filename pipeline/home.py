@@ -19,9 +19,11 @@ def home() -> Path:
         return _ENGINE.parent
     import importlib.metadata
 
-    for file in importlib.metadata.files(DISTRIBUTION) or ():
-        if file.name == _MARK:
-            return Path(str(file.locate())).resolve().parent
+    recorded = [Path(str(file.locate())) for file in importlib.metadata.files(DISTRIBUTION) or () if file.name == _MARK]
+    beside = _ENGINE.parent / "share" / DISTRIBUTION / _MARK  # where pip --target puts it, whatever its record says
+    for place in (*recorded, beside):
+        if place.is_file():
+            return place.resolve().parent
     raise StudyError(f"{_ENGINE.parent}: holds no {_MARK}, nor does the installation; install {DISTRIBUTION} anew")
 
 
