@@ -18,7 +18,7 @@ from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait, find_gaits, step_length
 from stages.analytic.gait.gait_search import search as search_gait
-from stages.analytic.gait.newton import by_stability
+from stages.analytic.gait.newton import DISTINCT, by_stability
 from stages.analytic.gait.poincare import FixedPoint
 from stages.analytic.maps.anchors import Anchor, Anchors, anchor
 from stages.analytic.maps.box import Box
@@ -132,8 +132,8 @@ def followed(walker: Walker, anchors: Anchors, tolerance: float, nearest: Way = 
              ) -> tuple[Way, FixedPoint] | None:  # fmt: skip
     """The design's gait from a few anchors: at once, or else in parts.
 
-    Newton's method may leave the family for another one. So a gait that is unstable where the anchor is stable is one
-    answer among those of all these anchors, also in parts, of which the most stable is taken.
+    Newton's method may leave the family for another one. So a gait that is unstable where the anchor is stable is taken
+    once a second anchor leads to it too; else the most stable of those that all these anchors lead to, also in parts.
     """
     near = anchors.nearest(np.array(walker.p), TRIED)
     doubtful: list[tuple[Way, FixedPoint]] = []
@@ -142,7 +142,8 @@ def followed(walker: Walker, anchors: Anchors, tolerance: float, nearest: Way = 
             found = lead(walker, known, tolerance)
             if found is not None:
                 answer = way or (Way.NEIGHBOUR if rank else nearest), found
-                if by_stability(found) < 1 or not known.stable:
+                again = any(np.abs(found.z - other.z).max() < DISTINCT for _, other in doubtful)
+                if by_stability(found) < 1 or not known.stable or again:
                     return answer
                 doubtful.append(answer)
     return min(doubtful, key=lambda answer: by_stability(answer[1]), default=None)
