@@ -23,11 +23,13 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.cache import artefact
+from pipeline.commands.claims import markdown_table
 from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.asked import Accuracy
 from stages.biped.accuracy.estimate import walk_differences
 from stages.biped.accuracy.level import LEVELS, REFERENCE
 from stages.comparison.claims.accuracy.numerical_error import TABLE as OF_CLAIMS
+from stages.comparison.evidence.evidence import largest
 from stages.comparison.result import Claim
 from stages.comparison.result import Result as Comparison
 from stages.multibody.result import Result as Multibody
@@ -86,7 +88,7 @@ def walk_errors(level: str, reference: str) -> dict[str, float]:
 def largest_multiplier(found: Any) -> float:
     """The leading multiplier's magnitude; NaN where a stage has none."""
     if isinstance(found, Analytic):
-        return float(math.hypot(*found.gait.floquet_multipliers[0]))
+        return largest(found.gait.floquet_multipliers)
     return float(found.cycle.largest_multiplier) if isinstance(found, Multibody) else math.nan
 
 
@@ -117,19 +119,19 @@ def page(costs: Mapping[str, Any], walks: Mapping[str, Mapping[str, float]]) -> 
         "## What it costs", "",
         "Seconds by the clock from nothing, with compiled code present, one stage at a time on an otherwise idle "
         "machine; then on two cores.", "",
-        *table(["stage", *LEVELS], [
+        *markdown_table(["stage", *LEVELS], [
             *([stage, *(f"{costs[level]['stages'][stage]:.1f}" for level in LEVELS)] for stage in stages),
             ["all, processor time", *(f"{costs[level]['processor']:.0f}" for level in LEVELS)],
             ["all, by the clock on all cores", *(f"{costs[level]['clock']:.0f}" for level in LEVELS)]]),
         "", "## What it changes: the walks shown", "",
         "Largest difference from the reference (its own: from tighter settings) over the walks of constraint model, "
         "planar penalty model and twin.", "",
-        *table(["error", *LEVELS], [[key, *(f"{walks[level][key]:.1g}" for level in LEVELS)]
+        *markdown_table(["error", *LEVELS], [[key, *(f"{walks[level][key]:.1g}" for level in LEVELS)]
                                     for key in vars(Accuracy())]),
         "", "## What it changes: the claims", "",
         "For each claim the number that differs most from the reference, in parts of itself, and the verdict. A "
         "verdict that its numerical errors could change is *not decided at this accuracy*.", "",
-        *table(["claim", "number", "reference", *(f"{level}, difference" for level in LEVELS[:-1]),
+        *markdown_table(["claim", "number", "reference", *(f"{level}, difference" for level in LEVELS[:-1]),
                 *(f"{level}, verdict" for level in LEVELS)], list(claim_rows())),
     ]  # fmt: skip
     return "\n".join(lines) + "\n"
@@ -148,11 +150,6 @@ def claim_rows() -> Iterator[list[str]]:
         numbers = [f"{exact[name]:.6g}", *(f"{each[name] - exact[name]:+.1e}" for each in values[:-1])] if name else [
             "-"] * len(LEVELS)  # fmt: skip
         yield [of[0].id, name, *numbers, *(claim.verdict for claim in of)]
-
-
-def table(columns: list[str], rows: list[list[str]]) -> list[str]:
-    """A table in Markdown."""
-    return ["| " + " | ".join(row) + " |" for row in (columns, ["---"] * len(columns), *rows)]
 
 
 def main() -> None:

@@ -53,7 +53,6 @@ def run_stages(
         with lock.held(study.results, shown(study.results), command, wait, shows.note):
             with contextlib.suppress(OSError):
                 study.store.sweep()
-            _say_if_less_accurate(study, values, shows)
             _say_what_gives_way(study, values, shows)
             outcomes = bring_up_to_date(study, values, shows, force=forced, jobs=jobs or os.cpu_count() or 1)
             written = afterwards(study) if afterwards else None
@@ -70,35 +69,31 @@ def run_stages(
         print_json({"stages": [_plain(outcome) for outcome in outcomes], "seconds": round(seconds, 3)})
 
 
-def _say_if_less_accurate(study: Study, values: Mapping[str, Any], shows: display.Display) -> None:
-    """Results of a higher level do not give way to others without a word."""
-    levels_of = {"kept": set[str](), "asked": set[str]()}
-    for name, parameters in values.items():
-        last = study.store.current(name)
-        for which, plain in (("kept", last.ingredients["parameters"] if last else {}),
-                             ("asked", loading.as_plain(parameters))):  # fmt: skip
-            if level := plain.get(levels.FILE, {}).get(levels.KEY):
-                levels_of[which].add(level)
-    kept, asked = (max((levels.LEVELS.index(level) for level in found), default=0) for found in levels_of.values())
-    if kept > asked:
-        shows.note(f"these results are of accuracy {levels.LEVELS[kept]} and give way to {levels.LEVELS[asked]}; they "
-                   "are kept, and come back at once when that accuracy is asked for again")  # fmt: skip
-
-
 def _say_what_gives_way(study: Study, values: Mapping[str, Any], shows: display.Display) -> None:
-    """Results of other parameters do not give way to those of --set without a word."""
-    given = [setting.partition("=")[0] for setting in study.settings]
+    """Results of a higher level, or of other parameters than --set gives, do not give way without a word."""
+    kept, asked = 0, 0
     changed: dict[str, str] = {}
+    given = [setting.partition("=")[0].partition(".") for setting in study.settings]
     for name, parameters in values.items():
         last = study.store.current(name)
         before, now = last.ingredients["parameters"] if last else {}, loading.as_plain(parameters)
-        for file, _, key in (parameter.partition(".") for parameter in given):
+        kept, asked = max(kept, _rank(before)), max(asked, _rank(now))
+        for file, _, key in given:
             was, will = before.get(file, {}).get(key), now.get(file, {}).get(key)
             if was is not None and was != will:
                 changed[f"{file}.{key}"] = f"{file}.{key} = {compact(was)} give way to those of {compact(will)}"
+    if kept > asked:
+        shows.note(f"these results are of accuracy {levels.LEVELS[kept]} and give way to {levels.LEVELS[asked]}; they "
+                   "are kept, and come back at once when that accuracy is asked for again")  # fmt: skip
     if changed:
         shows.note(f"results of {', of '.join(changed.values())}; they are kept, and come back at once without "
                    "--set; --results DIR leaves them where they are")  # fmt: skip
+
+
+def _rank(plain: Mapping[str, Mapping[str, Any]]) -> int:
+    """Place of the level among plain parameters, the least accurate first; that one where they have none."""
+    level = plain.get(levels.FILE, {}).get(levels.KEY)
+    return levels.LEVELS.index(level) if level in levels.LEVELS else 0
 
 
 def _say_if_large(study: Study, shows: display.Display) -> None:

@@ -103,6 +103,7 @@ class _Loading:
         self.classes = sections(known)
         self.problems: list[tuple[str, int, str]] = []
         self.overrides: dict[str, list[Override]] = {}
+        self.read: dict[str, dict[str, Node] | None] = {}
         self.level = levels.DEFAULT
 
     def load(self, settings: Sequence[str], wanted: Mapping[str, type], asked: Mapping[str, str]) -> dict[str, Any]:
@@ -132,20 +133,19 @@ class _Loading:
             if text := asked.get(request.NAME):
                 value, said = node_of(request, text), f"--{request.NAME} {text}"
                 changes = {levels.FILE: (levels.KEY, Node(request.level(value.plain()), 0))}
-                for file, classes in read.items():
-                    if file in request.FILES and any(request.NAME in declared(cls) for cls in classes):
-                        changes[file] = request.NAME, value
+                if not isinstance(value.value, str):
+                    changes |= {file: (request.NAME, value) for file, classes in read.items() if file in request.FILES
+                                and any(request.NAME in declared(cls) for cls in classes)}  # fmt: skip
                 for file, (key, node) in changes.items():
-                    if file != levels.FILE and isinstance(value.value, str):
-                        continue
                     self.overrides.setdefault(file, []).append(Override(said, file, key, (), node))
 
     def _read_level(self) -> None:
         """The study's level; what is wrong with it is said where its file is checked."""
-        if levels.FILE in self.classes:
-            entry = (self._entries(levels.FILE) or {}).get(levels.KEY, Node(levels.DEFAULT, 0))
-            given = entry.value.get("value", entry).value if isinstance(entry.value, dict) else entry.value
-            self.level = given if given in levels.LEVELS else levels.DEFAULT
+        for cls in self.classes.get(levels.FILE, ()):
+            entries = self._entries(levels.FILE) or {}
+            if levels.KEY in entries:
+                with contextlib.suppress(Refused):
+                    self.level = value_of(entries[levels.KEY], *declared(cls)[levels.KEY])
 
     def _read_settings(self, settings: Sequence[str]) -> None:
         known = {file: [key for cls in classes for key in declared(cls)] for file, classes in self.classes.items()}
@@ -157,6 +157,12 @@ class _Loading:
                 self.problems += [("", 0, sentence) for sentence in error.sentences]
 
     def _entries(self, file: str) -> dict[str, Node] | None:
+        """The entries of a file with what changes them, read once; None if there is something wrong with it."""
+        if file not in self.read:
+            self.read[file] = self._read(file)
+        return self.read[file]
+
+    def _read(self, file: str) -> dict[str, Node] | None:
         where, path = f"{self.shown_as}/{file}.yaml", self.folder / f"{file}.yaml"
         fields = [field for cls in self.classes[file] for field, _ in declared(cls).values()]
         may_lack = all(field.default is not dataclasses.MISSING for field in fields)

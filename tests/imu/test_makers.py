@@ -9,17 +9,21 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-import yaml
 
-from stages.imu.judgement.verdict import REFUSED
 from stages.imu.sources.makers import MAKERS
-from stages.imu.sources.proposal import proposal
-from stages.imu.sources.source_csv import CsvSource
-from stages.imu.sources.units import scale_of
-from stages.imu.trial.trial import read_trial
 from tests.imu.made_logs import Log
-from tests.imu.stand_in import PARAMETERS
-from tests.imu.test_proposal import Table, dot, lines, log, table, text, two_files, units_row, xsens
+from tests.imu.test_proposal import (
+    Table,
+    dot,
+    lines,
+    log,
+    read_as_proposed,
+    table,
+    text,
+    two_files,
+    units_row,
+    xsens,
+)
 
 __all__ = ["log", "table"]  # fixtures
 G = 9.80665
@@ -81,30 +85,12 @@ EXPORTS: dict[str, Callable[[Table], Files]] = {
 }
 
 
-def read(folder: Path, name: str, log: Log, table: Table) -> list[str]:
-    """What --propose told of a file whose map, with place, mounting and slope filled in, reads the run."""
-    said, told = proposal(folder / name)
-    description = yaml.safe_load(said)
-    (run,) = description["runs"]
-    run["experiment"]["slope_deg"] = log.experiment.slope_deg
-    run["files"][0]["device"] |= {"place": "hip", "forward_axis": "+y", "up_axis": "-x", "bandwidth_hz": 40}
-    ((experiment, recordings),) = CsvSource(description, folder).runs()
-    scale = scale_of(recordings[0].device)
-    whole = np.isfinite(recordings[0].angular_rate).all(axis=1)
-    assert whole.mean() > 0.95
-    np.testing.assert_allclose(recordings[0].acceleration * scale.acceleration, table[2], atol=1e-3)
-    np.testing.assert_allclose((recordings[0].angular_rate * scale.angular_rate)[whole], table[3][whole], atol=1e-4)
-    trial = read_trial(experiment, recordings, PARAMETERS)
-    assert trial.verdict.outcome != REFUSED, trial.verdict.findings
-    return told
-
-
 @pytest.mark.parametrize("maker", EXPORTS)
 def test_a_makers_export_is_named_and_read(maker: str, table: Table, log: Log, tmp_path: Path) -> None:
     files = EXPORTS[maker](table)
     for name, content in files.items():
         (tmp_path / name).write_text(content)
-    told = read(tmp_path, next(iter(files)), log, table)
+    told, _ = read_as_proposed(tmp_path / next(iter(files)), log, table)
     assert any(f"names as {maker}" in line for line in told), told
     assert not [line for line in told if "guess" in line], told
 
@@ -115,7 +101,7 @@ def test_an_hdf5_export_of_apdm(table: Table, log: Log, tmp_path: Path) -> None:
         group["Time"] = 1_614_852_000_000_000 + 10_000 * table[0]
         group["Accelerometer"], group["Gyroscope"] = table[2], table[3]
         group["Magnetometer"] = np.zeros_like(table[3])
-    told = read(tmp_path, "20210304-walk.h5", log, table)
+    told, _ = read_as_proposed(tmp_path / "20210304-walk.h5", log, table)
     assert any("Sensors/4231" in line and "APDM" in line for line in told)
 
 

@@ -15,13 +15,31 @@ from stages.imu.judgement.verdict import REFUSED
 from stages.imu.sources.proposal import proposal
 from stages.imu.sources.source_csv import CsvSource
 from stages.imu.sources.units import scale_of
-from stages.imu.trial.trial import read_trial
+from stages.imu.trial.trial import Trial, read_trial
 from tests.imu.made_logs import Log, made_log
 from tests.imu.made_walks import campaign_parameters, stand_in_walks
 from tests.imu.stand_in import PARAMETERS
 
 Table = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 Written = tuple[str | bytes, str | bytes | None]
+
+
+def read_as_proposed(path: Path, log: Log, table: Table) -> tuple[list[str], Trial]:
+    """What --propose told of a file whose map, with place, mounting and slope filled in, reads the run; its trial."""
+    said, told = proposal(path)
+    description = yaml.safe_load(said)
+    (run,) = description["runs"]
+    run["experiment"]["slope_deg"] = log.experiment.slope_deg
+    run["files"][0]["device"] |= {"place": "hip", "forward_axis": "+y", "up_axis": "-x", "bandwidth_hz": 40}
+    ((experiment, recordings),) = CsvSource(description, path.parent).runs()
+    scale = scale_of(recordings[0].device)
+    whole = np.isfinite(recordings[0].angular_rate).all(axis=1)
+    assert whole.mean() > 0.95
+    np.testing.assert_allclose(recordings[0].acceleration * scale.acceleration, table[2], atol=1e-3)
+    np.testing.assert_allclose((recordings[0].angular_rate * scale.angular_rate)[whole], table[3][whole], atol=1e-4)
+    trial = read_trial(experiment, recordings, PARAMETERS)
+    assert trial.verdict.outcome != REFUSED, trial.verdict.findings
+    return told, trial
 
 
 @pytest.fixture(scope="module")
@@ -128,20 +146,8 @@ def test_a_proposed_map_reads_the_file(
     for name, content in zip(("log_acc.csv", "log_gyr.csv"), layout(table)):
         if content is not None:
             (tmp_path / name).write_bytes(content if isinstance(content, bytes) else content.encode())
-    said, told = proposal(tmp_path / "log_acc.csv")
+    told, trial = read_as_proposed(tmp_path / "log_acc.csv", log, table)
     assert not [line for line in told if "guess" in line and "rate" not in line]
-    description = yaml.safe_load(said)
-    (run,) = description["runs"]
-    run["experiment"]["slope_deg"] = log.experiment.slope_deg
-    run["files"][0]["device"] |= {"place": "hip", "forward_axis": "+y", "up_axis": "-x", "bandwidth_hz": 40}
-    ((experiment, recordings),) = CsvSource(description, tmp_path).runs()
-    scale = scale_of(recordings[0].device)
-    whole = np.isfinite(recordings[0].angular_rate).all(axis=1)
-    assert whole.mean() > 0.95
-    np.testing.assert_allclose(recordings[0].acceleration * scale.acceleration, table[2], atol=1e-3)
-    np.testing.assert_allclose((recordings[0].angular_rate * scale.angular_rate)[whole], table[3][whole], atol=1e-4)
-    trial = read_trial(experiment, recordings, PARAMETERS)
-    assert trial.verdict.outcome != REFUSED, trial.verdict.findings
     assert trial.frequency.value == pytest.approx(1 / np.median(np.diff(log.strike_time)), rel=0.02)
 
 

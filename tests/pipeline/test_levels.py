@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from pipeline.commands.running import _say_if_less_accurate
+from pipeline.commands.running import _say_what_gives_way
 from pipeline.errors import StudyError
 from pipeline.parameters import levels
 from pipeline.parameters.yaml_text import parse
@@ -68,5 +68,5 @@ def test_results_of_a_higher_level_do_not_give_way_without_a_word():
         last = None if kept is None else SimpleNamespace(ingredients={"parameters": {"accuracy": {"level": kept}}})
         store = SimpleNamespace(current=lambda name, last=last: last)
         notes.clear()
-        _say_if_less_accurate(SimpleNamespace(store=store), values, SimpleNamespace(note=notes.append))  # type: ignore[arg-type]
+        _say_what_gives_way(SimpleNamespace(store=store, settings=()), values, SimpleNamespace(note=notes.append))  # type: ignore[arg-type]
         assert bool(notes) == bool(words) and words in "".join(notes)

@@ -18,7 +18,7 @@ from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait, find_gaits, step_length
 from stages.analytic.gait.gait_search import search as search_gait
-from stages.analytic.gait.newton import DISTINCT, by_stability
+from stages.analytic.gait.newton import by_stability, is_new
 from stages.analytic.gait.poincare import FixedPoint
 from stages.analytic.maps.anchors import Anchor, Anchors, anchor
 from stages.analytic.maps.box import Box
@@ -142,7 +142,7 @@ def followed(walker: Walker, anchors: Anchors, tolerance: float, nearest: Way = 
             found = lead(walker, known, tolerance)
             if found is not None:
                 answer = way or (Way.NEIGHBOUR if rank else nearest), found
-                again = any(np.abs(found.z - other.z).max() < DISTINCT for _, other in doubtful)
+                again = not is_new([other for _, other in doubtful], found)
                 if by_stability(found) < 1 or not known.stable or again:
                     return answer
                 doubtful.append(answer)
