@@ -71,7 +71,8 @@ def over_a_walk(
     if steps == 1:
         if distance > ONE_STEP:
             other = machine.exudyn(state, EXUDYN_TIGHTER, steps, duration)
-        return Distance(what, outcome_of(ours, other), hip_distance(ours, other), float("nan"), ONE_STEP)
+            distance = hip_distance(ours, other)
+        return Distance(what, outcome_of(ours, other), distance, float("nan"), ONE_STEP)
     own = max(
         hip_distance(ours, machine.compiled(state, COMPILED_LOOSER, steps, duration)),
         hip_distance(other, machine.exudyn(state, EXUDYN_LOOSER, steps, duration)),

@@ -1,29 +1,12 @@
-"""The paper's biped on the paper's slope, and a walk of it that others look at."""
+"""A walk of the planar model in Exudyn that others look at."""
 
 import pytest
 
-from stages.biped.design import Biped
-from stages.biped.gait import StanceState
-from stages.ground.contact_law import ContactLaw
-from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings
 from stages.multibody.walking.walk import simulate
-from stages.planar.state import rolling_state
+from tests.planar_start import biped, contact, rough, slope, start
 
-
-@pytest.fixture(scope="session")
-def biped():
-    return Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)
-
-
-@pytest.fixture(scope="session")
-def slope():
-    return Slope(2.0, 9.81)
-
-
-@pytest.fixture(scope="session")
-def contact():
-    return ContactLaw(1e5, 2.2, 1e4, 1e-4, 1.1, 1.0, 0.1, 1.0)
+__all__ = ["biped", "contact", "rough", "slope", "start"]  # fixtures
 
 
 @pytest.fixture(scope="session")
@@ -40,17 +23,6 @@ def settings():
         impact_window=0.02,
         longest_step=3.0,
     )
-
-
-@pytest.fixture(scope="session")
-def rough():
-    """A mid-stance from which the walker finds its gait; the numbers are no result of the study."""
-    return StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)
-
-
-@pytest.fixture(scope="session")
-def start(biped, contact, rough):
-    return rolling_state(biped, contact, rough, normal_force=9.4)
 
 
 @pytest.fixture(scope="session")

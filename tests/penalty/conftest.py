@@ -1,44 +1,13 @@
-"""The paper's biped on the paper's slope and Adams' default ground, and a mid-stance from which it finds its gait."""
+"""The gait of the compiled penalty walker that others look at."""
 
 import pytest
 
-from stages.biped.design import Biped
-from stages.biped.gait import StanceState
-from stages.ground.contact_law import ContactLaw
-from stages.ground.slope import Slope
 from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
 from stages.planar.limit_cycle import gait_near
-from stages.planar.state import rolling_state
+from tests.planar_start import biped, contact, rough, slope, start
 
-#: The numbers are no result of the study.
-ROUGH = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)
-FORCE = 9.4
-
-
-@pytest.fixture(scope="session")
-def biped():
-    return Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)
-
-
-@pytest.fixture(scope="session")
-def slope():
-    return Slope(2.0, 9.81)
-
-
-@pytest.fixture(scope="session")
-def contact():
-    return ContactLaw(1e5, 2.2, 1e4, 1e-4, 1.1, 1.0, 0.1, 1.0)
-
-
-@pytest.fixture(scope="session")
-def rough():
-    return ROUGH
-
-
-@pytest.fixture(scope="session")
-def start(biped, contact):
-    return rolling_state(biped, contact, ROUGH, FORCE)
+__all__ = ["biped", "contact", "rough", "slope", "start"]  # fixtures
 
 
 @pytest.fixture(scope="session")
