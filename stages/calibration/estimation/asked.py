@@ -1,0 +1,98 @@
+"""What a lab says beside its recordings: known values with their errors, and what is looked for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from stages.analytic.gait.design_point import parameter_names
+from stages.biped.design import Biped
+from stages.biped.question import WrongOption
+from stages.calibration.estimation.known import SUMS, TOTAL_MASS, Known
+from stages.ground.slope import Slope
+
+ENTRY = ("value", "uncertainty", "unit", "source")
+KEYS = ("known", "free", "fixed", "held_out")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Known values; names of parameters that are looked for (all, if there are none) and that keep their value; names
+    of runs that are held out."""
+
+    known: tuple[Known, ...] = ()
+    free: tuple[str, ...] = ()
+    fixed: tuple[str, ...] = ()
+    held_out: tuple[str, ...] = ()
+
+    def looked_for(self, names: tuple[str, ...]) -> tuple[str, ...]:
+        """Those of `names` that are looked for."""
+        return tuple(name for name in names if (not self.free or name in self.free) and name not in self.fixed)
+
+
+def asked_of(about: Mapping[str, Any] | None) -> Asked:
+    """Read and check what the file says. Raises WrongOption with file, line, key, value and what is allowed."""
+    if about is None:
+        return Asked()
+    place = about.place  # type: ignore[attr-defined]
+    for key in about:
+        if key not in KEYS:
+            raise WrongOption(f"{place(key)}: there is no such entry; known are {', '.join(KEYS)}")
+    known = []
+    entries = about.get("known") or {}
+    if not isinstance(entries, dict):
+        raise WrongOption(f"{place('known')}: expected names with {{{', '.join(ENTRY)}}}")
+    for name, entry in entries.items():
+        known.append(_known(name, entry, lambda *keys, name=name: place("known", name, *keys)))
+    words = {key: _names(about.get(key), key, place) for key in ("free", "fixed")}
+    out = about.get("held_out") or []
+    if not isinstance(out, list) or not all(isinstance(one, (str, int)) for one in out):
+        raise WrongOption(f"{place('held_out')}: expected a list of names of runs")
+    return Asked(tuple(known), *words.values(), tuple(map(str, out)))
+
+
+def full_name(name: str) -> str | None:
+    """The parameter's name with its file; None if there is no such parameter."""
+    return next((one for one in parameter_names() if name in (one, one.partition(".")[2])), None)
+
+
+def _names(given: Any, key: str, place: Any) -> tuple[str, ...]:
+    if given is not None and not isinstance(given, list):
+        raise WrongOption(f"{place(key)}: expected a list of parameters")
+    found = []
+    for number, name in enumerate(given or []):
+        whole = full_name(str(name))
+        if whole is None:
+            raise WrongOption(f"{place(key, number)}: {name} is no parameter of the design; known are "
+                              f"{', '.join(parameter_names())}")  # fmt: skip
+        found.append(whole)
+    return tuple(found)
+
+
+def _known(name: str, entry: Any, place: Any) -> Known:
+    """One known value. Raises WrongOption."""
+    whole = name if name in SUMS else full_name(name)
+    if whole is None:
+        raise WrongOption(f"{place()}: no such quantity; known are {', '.join([*SUMS, *parameter_names()])}")
+    if not isinstance(entry, dict) or set(entry) - set(ENTRY) or not {"value", "uncertainty", "unit"} <= set(entry):
+        raise WrongOption(f"{place()}: expected {{{', '.join(ENTRY)}}} (source may be left out)")
+    unit = unit_of(whole)
+    if entry["unit"] != unit:
+        raise WrongOption(f"{place('unit')}: {entry['unit']}, must be {unit}")
+    for key in ("value", "uncertainty"):
+        number = entry[key]
+        is_number = isinstance(number, (int, float)) and not isinstance(number, bool) and math.isfinite(number)
+        if not is_number or number < 0 or (key == "uncertainty" and number == 0):
+            allowed = "a number above 0" if key == "uncertainty" else "a number, at least 0"
+            raise WrongOption(f"{place(key)}: {number}, must be {allowed}")
+    return Known(whole, float(entry["value"]), float(entry["uncertainty"]), str(entry.get("source", "")))
+
+
+def unit_of(name: str) -> str:
+    """Unit of a parameter or of a known sum."""
+    if name == TOTAL_MASS:
+        return "kg"
+    owner, key = (Biped if name.startswith("biped.") else Slope), name.partition(".")[2]
+    return str(owner.__dataclass_fields__[key].metadata["unit"])
