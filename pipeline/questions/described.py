@@ -22,7 +22,7 @@ class Described(dict[str, Any]):
         node = self._node
         for key in keys:
             inside = node.value
-            if isinstance(inside, dict) and key in inside or isinstance(inside, list) and key in range(len(inside)):
+            if (isinstance(inside, dict) and key in inside) or (isinstance(inside, list) and key in range(len(inside))):
                 node = inside[key]
         named = ".".join(str(key) for key in keys)
         return f"{self._where}:{node.line}" + (f": {named}" if named else "")

@@ -1,4 +1,4 @@
-"""How this room's functions are compiled: as the constraint walkers' are, kept with all the sources they are made of."""
+"""How this room's functions are compiled: as the constraint walkers' are, kept with all their sources."""
 
 from __future__ import annotations
 

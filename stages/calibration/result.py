@@ -36,7 +36,7 @@ class Result:
 
     def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
         """Standard deviations, as (title, columns, rows of text)."""
-        rows = [
+        rows: list[tuple[str, ...]] = [
             (row.name, f"{row.value:.6g} {row.unit}", f"{row.sd_one_run:.2g}", f"{row.sd:.2g}", row.goes_with,
              f"{row.correlation:+.3f}")
             for row in self.told

@@ -46,11 +46,11 @@ def asked_of(about: Mapping[str, Any] | None) -> Asked:
         raise WrongOption(f"{place('known')}: expected names with {{{', '.join(ENTRY)}}}")
     for name, entry in entries.items():
         known.append(_known(name, entry, lambda *keys, name=name: place("known", name, *keys)))
-    words = {key: _names(about.get(key), key, place) for key in ("free", "fixed")}
+    free, fixed = (_names(about.get(key), key, place) for key in ("free", "fixed"))
     out = about.get("held_out") or []
     if not isinstance(out, list) or not all(isinstance(one, (str, int)) for one in out):
         raise WrongOption(f"{place('held_out')}: expected a list of names of runs")
-    return Asked(tuple(known), *words.values(), tuple(map(str, out)))
+    return Asked(tuple(known), free, fixed, tuple(map(str, out)))
 
 
 def full_name(name: str) -> str | None:

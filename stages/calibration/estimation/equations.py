@@ -50,7 +50,9 @@ class Equations:
     predicted: Predicted
 
 
-def run_equations(design: DesignPoint, own_values: Vector, unknowns: Vector, run: MeasuredRun, model: Model) -> Equations:
+def run_equations(
+    design: DesignPoint, own_values: Vector, unknowns: Vector, run: MeasuredRun, model: Model
+) -> Equations:
     """The equations at a design, with the run's own parameters of it and its other unknowns.
 
     Raises StepFailed where the walker does not get to the run's end.
@@ -64,7 +66,8 @@ def run_equations(design: DesignPoint, own_values: Vector, unknowns: Vector, run
     noise = np.asarray(model.noise)
     for side in SIDES:
         used = run.used[side]
-        whole = np.concatenate([found.by_design[side][:, :, :d], found.by_run[side], found.by_design[side][:, :, d:]], 2)
+        by_design = found.by_design[side]
+        whole = np.concatenate([by_design[:, :, :d], found.by_run[side], by_design[:, :, d:]], axis=2)
         left = (run.samples[side] - found.samples[side]) / noise
         residuals[side] = np.where(used, left, np.nan)
         r = left[used]
@@ -99,7 +102,7 @@ def eliminated(equations: Equations, shared: int) -> tuple[np.ndarray, Vector]:
     matrix, right = equations.matrix, equations.right
     cross, own = matrix[:shared, shared:], matrix[shared:, shared:]
     scale = 1.0 / np.sqrt(np.diag(own))
-    solved = np.linalg.lstsq(own * scale * scale[:, None], (np.column_stack([cross.T, right[shared:]]) * scale[:, None]),
-                             rcond=1e-14)[0] * scale[:, None]
+    asked = np.column_stack([cross.T, right[shared:]]) * scale[:, None]
+    solved = np.linalg.lstsq(own * scale * scale[:, None], asked, rcond=1e-14)[0] * scale[:, None]
     left = matrix[:shared, :shared] - cross @ solved[:, :-1]
     return 0.5 * (left + left.T), right[:shared] - cross @ solved[:, -1]

@@ -61,7 +61,7 @@ def scales_of(design: DesignPoint, names: Sequence[str]) -> Vector:
 def identifiability(
     design: DesignPoint, equations: Equations, model: Model, known: Sequence[Known], runs: int = 1
 ) -> Identifiability:
-    """What `runs` runs like the one of `equations` tell, each with its own sensors and ramp, and `known` beside them."""
+    """What `runs` runs like the one of `equations` tell, each with sensors and ramp of its own, and `known` values."""
     d = len(model.shared)
     names = (*model.shared, *model.own)
     scales = scales_of(design, names)

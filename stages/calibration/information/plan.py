@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stages.analytic.derivatives.numbers import sensitive_names
 from stages.analytic.errors import NoGait
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
-from stages.analytic.derivatives.numbers import sensitive_names
 from stages.analytic.model.walker import Vector
 from stages.calibration.estimation.equations import Equations, Model, run_equations
 from stages.calibration.observation.measured_run import MeasuredRun, usable

@@ -7,6 +7,7 @@ with what is varied, and nothing is differentiated across a jump.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -72,7 +73,7 @@ def walk_stretches(
     tolerance = attainable_tolerance(walker.p, tolerance)
     z = np.asarray(z, dtype=float)
     begin, size, columns = start_state(walker, z), walker.size, z.size + len(along)
-    p = varied(walker.p, along, columns)
+    p: Any = varied(walker.p, along, columns)
     y = np.concatenate([begin, section_tangent(z, begin, walker.p), section_change(begin, p)])
     stretches: list[Stretch] = []
     start, leg, phases = 0.0, first_leg, 0

@@ -1,7 +1,7 @@
 """A sensor's second-order Butterworth low pass of a walk's signals, through its events, with exact derivatives.
 
-x'' + sqrt(2) w x' + w^2 x = w^2 u. On a panel u is a polynomial, so x is a polynomial and a free motion: no time step is
-chosen. An impact adds its impulse J at once: x' grows by w^2 J.
+x'' + sqrt(2) w x' + w^2 x = w^2 u. On a panel u is a polynomial, so x is a polynomial and a free motion: no time step
+is chosen. An impact adds its impulse J at once: x' grows by w^2 J.
 
 The filter is followed in the time since each stretch began. A derivative at a fixed time of that kind obeys the same
 equation, without any term of the events; at an event it takes over x at the end of the stretch, which moves with it.
@@ -55,7 +55,7 @@ def filtered(pieces: Sequence[Piece], bandwidth_hz: float, times: Vector) -> Fil
     first = pieces[0].signals
     k, columns = first.shape[1:]
     out, rates = np.empty((len(times), k, columns)), np.empty((len(times), k))
-    x, speed = first[0].copy(), np.zeros((k, columns))
+    x, speed = np.tensordot((-1.0) ** np.arange(NODES) @ TO_POWERS, first[:NODES], 1), np.zeros((k, columns))
     following = 0
     for number, piece in enumerate(pieces):
         powers = np.einsum("ij,pjkc->pikc", TO_POWERS, piece.signals.reshape(-1, NODES, k, columns))

@@ -1,4 +1,4 @@
-"""What is not known of a run and of its sensors beside the design, with what is believed before anything is measured."""
+"""What is not known of a run and of its sensors beside the design, with what is believed before a fit."""
 
 from __future__ import annotations
 

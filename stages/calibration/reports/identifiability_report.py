@@ -56,7 +56,8 @@ def told(parameters: Parameters, asked: Asked, runs: int) -> Answer:
         lines=lines,
         tables=[
             (f"What {runs} {counted} of {plan.steps} steps tell: standard deviations",
-             ["parameter", "value", "unit", "one run", f"{runs} {counted}", "goes with", "correlation", "were it known"],
+             ["parameter", "value", "unit", "one run", f"{runs} {counted}", "goes with", "correlation",
+              "were it known"],
              rows),
             ("What would help: standard deviations shrink by", ["measurement", *map(short, names)], more),
         ],
