@@ -28,14 +28,15 @@ class Settings:
         "1", "tolerance of a walk, in leg lengths and pendulum times", bound=Bound(minimum=1e-12, maximum=1e-4))
     planned_steps: int = parameter("1", "steps of a run that is only planned", bound=Bound(minimum=2, maximum=1000))
     planned_runs: int = parameter("1", "runs that are planned", bound=Bound(minimum=1, maximum=10_000))
-    settling_s: float = parameter("s", "time after the first heel strike that is not used", bound=NOT_NEGATIVE)
+    settling_s: float = parameter("s", "time after the first mid-stance that is not used", bound=NOT_NEGATIVE)
     before_strike_s: float = parameter("s", "left out before each measured heel strike", bound=NOT_NEGATIVE)
     after_strike_s: float = parameter("s", "left out after each measured heel strike", bound=NOT_NEGATIVE)
     robust_sigmas: float = parameter("1", "residuals beyond so many times the noise pull less", bound=Bound(minimum=1))
     clock_sd: float = parameter("1", "standard error of a sensor's rate after the ingest, relative", bound=POSITIVE)
     foot_lag_sd_s: float = parameter("s", "standard error of the foot's times against the hip's", bound=POSITIVE)
-    strike_sd_s: float = parameter("s", "standard error of the time of the first heel strike", bound=POSITIVE)
-    start_length_sd: float = parameter("m", "spread of the legs' lengths at it about the gait's", bound=POSITIVE)
+    mid_stance_sd_s: float = parameter(
+        "s", "spread of the time from the first heel strike to mid-stance about the gait's", bound=POSITIVE)
+    start_length_sd: float = parameter("m", "spread of the legs' lengths there about the gait's", bound=POSITIVE)
     start_length_rate_sd: float = parameter("m/s", "spread of their rates", bound=POSITIVE)
     tilt_sd_deg: float = parameter("deg", "standard deviation of a sensor's tilt after the ingest", bound=POSITIVE)
 
@@ -62,7 +63,7 @@ class Parameters:
             acceleration_bias=sensor.acceleration_bias_sd,
             rate_bias=math.radians(sensor.angular_rate_bias_sd_deg_s),
             foot_lag=settings.foot_lag_sd_s,
-            strike=settings.strike_sd_s,
+            mid_stance=settings.mid_stance_sd_s,
             length=settings.start_length_sd,
             length_rate=settings.start_length_rate_sd,
         )

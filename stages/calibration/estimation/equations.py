@@ -17,7 +17,8 @@ from stages.calibration.observation.unknowns import SIDES, Layout
 class Model:
     """What is fitted: parameters `shared` by all runs and those that are each run's `own`, by their files' names.
 
-    `noise` (3,) standard deviation of a sample forward, up, rate; `robust` sigmas from which on a residual pulls less.
+    `noise` (3,) standard deviation of a sample forward, up, rate; `robust` sigmas from which on a residual pulls less;
+    `strike` [s] standard deviation of the measured heel strikes, infinite where they are not used.
     """
 
     shared: tuple[str, ...]
@@ -26,6 +27,7 @@ class Model:
     noise: tuple[float, float, float]
     tolerance: float
     robust: float = np.inf
+    strike: float = np.inf
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -81,6 +83,15 @@ def run_equations(
         cost += float((model.robust * (size[beyond] - 0.5 * model.robust)).sum()) if beyond.any() else 0.0
         chi2 += float(r @ r)
         count += r.size
+    if np.isfinite(model.strike):
+        strikes_by = np.concatenate(
+            [found.strikes_by_design[:, :d], found.strikes_by_run, found.strikes_by_design[:, d:]], axis=1)
+        both = min(len(found.strikes), len(run.strikes) - 1)
+        late = (run.strikes[1 : both + 1] - found.strikes[:both]) / model.strike
+        rows = strikes_by[:both] / model.strike
+        matrix += rows.T @ rows
+        right += rows.T @ late
+        cost += 0.5 * float(late @ late)
     at = d + np.flatnonzero(np.isfinite(model.layout.believed))
     sure = 1.0 / model.layout.believed[at - d] ** 2
     off = unknowns[at - d] - model.layout.middle[at - d]

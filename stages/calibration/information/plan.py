@@ -14,11 +14,13 @@ from stages.analytic.model.walker import Vector
 from stages.calibration.estimation.equations import Equations, Model, run_equations
 from stages.calibration.observation.measured_run import MeasuredRun, usable
 from stages.calibration.observation.prediction import Sampling
-from stages.calibration.observation.unknowns import SIDES, Beliefs, layout_of
+from stages.calibration.observation.unknowns import SIDES, Beliefs, layout_of, mid_stance
 from stages.calibration.parameters import Parameters
 
 SLOPE = "ground.slope_deg"
 #: Known well enough everywhere.
+#: Tolerance of the gait that a run is planned on.
+FINE = 1e-9
 NOT_ASKED = ("ground.gravity",)
 
 
@@ -47,16 +49,18 @@ def free_names(design: DesignPoint) -> tuple[str, ...]:
 def planned_equations(plan: Plan, parameters: Parameters) -> tuple[Equations, Model]:
     """What one planned run would say. Raises NoGait where the design does not walk."""
     design, settings, sensor = plan.design, parameters.settings, parameters.sensor
-    walker, point = find_gait(design.biped, design.slope, 1e-9, None)
+    walker, point = find_gait(design.biped, design.slope, FINE, None)
     if len(point.steps) > 1:
         raise NoGait("the gait takes two steps to repeat")
     period = point.steps[0].period * walker.time
-    layout = layout_of(walker, point.z, plan.beliefs)
+    begin = mid_stance(walker, point.z, FINE)
+    layout = layout_of(walker, begin, plan.beliefs)
+    first = begin.time * walker.time + settings.settling_s
     strikes = period * np.arange(plan.steps + 1)
     times = np.arange(0.0, float(strikes[-1]), 1.0 / sensor.rate_hz)
-    times = times[times >= settings.settling_s]
+    times = times[times >= first]
     late = float(np.sqrt(2.0) / (2.0 * np.pi * sensor.bandwidth_hz))
-    mask = usable(times, strikes, settings.settling_s, settings.before_strike_s, settings.after_strike_s)
+    mask = usable(times, strikes, first, settings.before_strike_s, settings.after_strike_s)
     model = Model((*(name for name in free_names(design) if name != SLOPE),), (SLOPE,), layout, parameters.noise,
                   settings.tolerance)
     run = MeasuredRun(

@@ -11,17 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from stages.analytic.derivatives.section import section_change
 from stages.analytic.errors import StepFailed
-from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, require_landing, start_state
+from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, require_landing
 from stages.analytic.integration.phase import CHATTER, EVENT, WEDGED, integrate
 from stages.analytic.integration.step import FIRST_LENGTH, MOST_PHASES
 from stages.analytic.model.stiffness import attainable_tolerance, fastest_rate
 from stages.analytic.model.varied import varied
 from stages.analytic.model.walker import Vector, Walker
-from stages.analytic.phases.flow import SINGLE_STANCE
-from stages.analytic.phases.section import section_tangent
-from stages.analytic.phases.succession import first_phase, succeed
+from stages.analytic.phases.flow import RIGID, SINGLE_STANCE
+from stages.analytic.phases.succession import succeed
 from stages.calibration.motion.march import march
 from stages.calibration.motion.panels import panel_edges, panel_nodes
 
@@ -63,22 +61,26 @@ class Stretch:
 
 
 def walk_stretches(
-    walker: Walker, z: Vector, along: np.ndarray, until: float, tolerance: float, first_leg: int
+    walker: Walker, upright: Vector, along: np.ndarray, until: float, tolerance: float, first_leg: int
 ) -> list[Stretch]:
-    """Stretches of a walk from section coordinates `z` (j,) up to the first that ends after the time `until`.
+    """Stretches of a walk from mid-stance up to the first that ends after the time `until`.
 
-    Columns: the j coordinates, then the changes of the walker's numbers `along` (n, fields of `walker.p`). Leg
-    `first_leg` stands first. Raises StepFailed like `poincare_map`.
+    It begins in single stance on leg `first_leg`, upright: `upright` (size - 1,) is the state without theta, which is
+    zero. There what springs do fades soon; just after a heel strike it would move the next events too, and a fit could
+    not tell it from the time of the strike. Columns: the entries of `upright`, then the changes of the walker's numbers
+    `along` (n, fields of `walker.p`). Raises StepFailed like `poincare_map`.
     """
     tolerance = attainable_tolerance(walker.p, tolerance)
-    z = np.asarray(z, dtype=float)
-    begin, size, columns = start_state(walker, z), walker.size, z.size + len(along)
-    p: Any = varied(walker.p, along, columns)
-    y = np.concatenate([begin, section_tangent(z, begin, walker.p), section_change(begin, p)])
+    size = walker.size
+    free = size - 1
+    p: Any = varied(walker.p, along, free + len(along))
+    variations = np.zeros((free + len(along), size))
+    variations[range(free), range(1, size)] = 1.0
+    y = np.concatenate([[0.0], upright, variations.ravel()])
     stretches: list[Stretch] = []
     start, leg, phases = 0.0, first_leg, 0
     fastest = fastest_rate(walker.p)
-    phase, decided = first_phase(y, p)
+    phase, decided = RIGID if walker.rigid else SINGLE_STANCE, True
     while True:
         phases += 1
         if not decided or phases > MOST_PHASES:
@@ -88,16 +90,17 @@ def walk_stretches(
             phase, end, p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, FIRST_LENGTH, NO_NODES)
         if status != EVENT:
             require_landing(walker, end, status, phase)
-        edges = panel_edges(duration, fastest)
-        times = panel_nodes(edges)
-        states, rates = np.empty((times.size, y.size)), np.empty((times.size, y.size))
-        through = y.copy()
-        if not march(phase, through, p, tolerance, times, states, rates):
-            raise StepFailed("no integration step is short enough")
-        stretches.append(Stretch(
-            phase, leg, start, duration, edges, times, states[:, :size], rates[:, :size],
-            _columns(states, size), _columns(rates, size), before, p.delays - before, y[:size].copy(),
-            _columns(y[None], size)[0], end[:size].copy(), _columns(end[None], size)[0]))
+        if duration > 0.0:  # a trailing foot may leave at once
+            edges = panel_edges(duration, fastest)
+            times = panel_nodes(edges)
+            states, rates = np.empty((times.size, y.size)), np.empty((times.size, y.size))
+            through = y.copy()
+            if not march(phase, through, p, tolerance, times, states, rates):
+                raise StepFailed("no integration step is short enough")
+            stretches.append(Stretch(
+                phase, leg, start, duration, edges, times, states[:, :size], rates[:, :size],
+                _columns(states, size), _columns(rates, size), before, p.delays - before, y[:size].copy(),
+                _columns(y[None], size)[0], end[:size].copy(), _columns(end[None], size)[0]))
         start += duration
         if start > until:
             return stretches

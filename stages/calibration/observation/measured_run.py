@@ -49,9 +49,9 @@ class MeasuredRun:
         return int(sum(self.used[side].sum() for side in SIDES))
 
 
-def usable(times: Vector, strikes: Vector, settling: float, before: float, after: float) -> Vector:
-    """Mask (m,) of times after `settling` and not from `before` to `after` around a strike [s]."""
-    mask = np.asarray(times >= settling)
+def usable(times: Vector, strikes: Vector, first: float, before: float, after: float) -> Vector:
+    """Mask (m,) of times from `first` on and not from `before` to `after` around a strike [s]."""
+    mask = np.asarray(times >= first)
     for strike in strikes:
         mask &= (times < strike - before) | (times > strike + after)
     return mask

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.analytic.derivatives.numbers import changes_of
+from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
 from stages.calibration.motion.stretches import Stretch, walk_stretches
 from stages.calibration.observation.felt import SIGNALS, Sensing
 from stages.calibration.observation.low_pass import Filtered, Piece, filtered
-from stages.calibration.observation.unknowns import SIDES, Layout, start_scales
+from stages.calibration.observation.unknowns import LEG_LENGTH, SIDES, STRETCHES, Layout, start_scales
 
 #: Columns of a sensor's samples.
 AXES = ("forward", "up", "rate")
@@ -26,8 +27,8 @@ class Sampling:
     """When and how a run was sampled: of each side the times (m,) [s] since its first heel strike, as its clock has it.
 
     `late` [s] is what the samples were really taken after these times (the delay of the low pass that the ingest took
-    out); `bandwidth_hz` cuts the low pass off; leg `first_leg` (0 carries the sensors) lands at the first heel strike.
-    The foot sensor sits `place` [m] above the foot's mass centre.
+    out); `bandwidth_hz` cuts the low pass off; leg `first_leg` (0 carries the sensors) lands at the first heel strike,
+    and no sample is earlier than the mid-stance after it. The foot sensor sits `place` [m] above the foot's mass centre.
     """
 
     hip: Vector
@@ -45,12 +46,17 @@ class Sampling:
 
 @dataclass(frozen=True)
 class Predicted:
-    """Samples of each side, (m, 3), and their derivatives by design (m, 3, d) and by the run's unknowns (m, 3, k)."""
+    """Samples of each side, (m, 3), and their derivatives by design (m, 3, d) and by the run's unknowns (m, 3, k).
+
+    `strikes` (s,) [s] after the first measured one, and their derivatives (s, d) and (s, k).
+    """
 
     samples: dict[str, np.ndarray]
     by_design: dict[str, np.ndarray]
     by_run: dict[str, np.ndarray]
     strikes: Vector
+    strikes_by_design: np.ndarray
+    strikes_by_run: np.ndarray
 
 
 def predict(
@@ -58,19 +64,25 @@ def predict(
 ) -> Predicted:
     """Walk from the run's start and sense. `names` are the parameters of the design to derive by.
 
-    Raises StepFailed where the walker does not get to the last sample.
+    Raises StepFailed where the walker does not get to the last
+    sample.
     """
     walker = design.walker()
     changes = changes_of(design, names)
-    scales = start_scales(walker, layout.free)
+    scales = start_scales(walker)
     value = dict(zip(layout.names, unknowns, strict=True))
     taken = {}
     for side in SIDES:
-        lag = value["time_offset"] + sampling.late + (value["foot_lag"] if side == "foot" else 0.0)
+        lag = sampling.late - value["mid_stance"] + (value["foot_lag"] if side == "foot" else 0.0)
         taken[side] = (1.0 + value[f"{side}_clock"]) * getattr(sampling, side) + lag
+        if taken[side].size and taken[side][0] < 0.0:
+            raise StepFailed("the first sample is before mid-stance")
     last = max((float(times[-1]) for times in taken.values() if times.size), default=0.0)
-    stretches = walk_stretches(walker, unknowns[: layout.free] / scales, changes.along, last / walker.time, tolerance,
-                               sampling.first_leg)
+    lengths = [layout.place(name) for name in STRETCHES if name in layout.names]
+    upright = unknowns[: layout.free].copy()
+    upright[lengths] += walker.length * walker.p.L_nat
+    stretches = walk_stretches(
+        walker, upright / scales, changes.along, last / walker.time, tolerance, sampling.first_leg)
     sensing = Sensing(walker, changes.along, layout.free, sampling.place)
     by = np.concatenate([1.0 / scales, 1.0 / changes.scales])  # columns in SI units
     pieces = _pieces(stretches, sensing, by, walker.time)
@@ -82,8 +94,18 @@ def predict(
         found = filtered(chosen, sampling.bandwidth_hz, taken[side])
         samples[side], by_design[side], by_run[side] = _read(
             found, value, layout, side, np.asarray(getattr(sampling, side)))
-    strikes = np.array([s.start + s.duration for s in stretches if s.ends_step]) * walker.time
-    return Predicted(samples, by_design, by_run, strikes)
+        if LEG_LENGTH in names:  # a longer leg is longer at mid-stance too
+            by_design[side][:, :, names.index(LEG_LENGTH)] += by_run[side][:, :, lengths].sum(axis=2)
+    ends = [s for s in stretches if s.ends_step]
+    strikes = np.array([s.start + s.duration for s in ends]) * walker.time + value["mid_stance"]
+    strikes_by = np.array([s.start_by + s.duration_by for s in ends]).reshape(len(ends), len(by)) * by * walker.time
+    strikes_by_run = np.zeros((len(ends), len(layout.names)))
+    strikes_by_run[:, : layout.free] = strikes_by[:, : layout.free]
+    strikes_by_run[:, layout.place("mid_stance")] = 1.0
+    strikes_by_design = strikes_by[:, layout.free :]
+    if LEG_LENGTH in names:
+        strikes_by_design[:, names.index(LEG_LENGTH)] += strikes_by_run[:, lengths].sum(axis=1)
+    return Predicted(samples, by_design, by_run, strikes, strikes_by_design, strikes_by_run)
 
 
 def _pieces(stretches: list[Stretch], sensing: Sensing, by: Vector, unit: float) -> list[Piece]:
@@ -119,7 +141,7 @@ def _read(
     by_time = found.rate @ through.T
     by_run = np.zeros((*samples.shape, len(layout.names)))
     by_run[:, :, : layout.free] = by[:, :, : layout.free]
-    by_run[:, :, layout.place("time_offset")] = by_time
+    by_run[:, :, layout.place("mid_stance")] = -by_time
     if side == "foot":
         by_run[:, :, layout.place("foot_lag")] = by_time
     by_run[:, :, layout.place(f"{side}_clock")] = by_time * clock[:, None]
