@@ -1,4 +1,4 @@
-"""A robot, its runs and its sensors, drawn at random and walked by the constraint model: a calibration is tried on them.
+"""A robot, its runs and its sensors, drawn at random and walked by the constraint model: what a fit is tried on.
 
 Nobody who fits may look at what was drawn.
 """

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import repeat
 
 import numpy as np
 
@@ -164,8 +165,7 @@ class _Joint:
             return None
         try:
             with ThreadPoolExecutor() as pool:
-                return list(pool.map(lambda one: run_equations(there, *one, self.model),
-                                     zip(own, unknowns, self.runs, strict=True)))
+                return list(pool.map(run_equations, repeat(there), own, unknowns, self.runs, repeat(self.model)))
         except StepFailed:
             return None
 

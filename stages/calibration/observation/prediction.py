@@ -28,7 +28,7 @@ class Sampling:
 
     `late` [s] is what the samples were really taken after these times (the delay of the low pass that the ingest took
     out); `bandwidth_hz` cuts the low pass off; leg `first_leg` (0 carries the sensors) lands at the first heel strike,
-    and no sample is earlier than the mid-stance after it. The foot sensor sits `place` [m] above the foot's mass centre.
+    and no sample is earlier than the mid-stance after it. The foot sensor is `place` [m] above the foot's mass.
     """
 
     hip: Vector
