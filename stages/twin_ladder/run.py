@@ -17,11 +17,12 @@ from stages.multibody.walking.limit_cycle import limit_cycle
 from stages.planar.limit_cycle import LimitCycle
 from stages.planar.section import SCALES, NoLimitCycle
 from stages.planar.state import rolling_state
+from stages.twin.machine.machine import Machine
 from stages.twin.result import Result as Twin
 from stages.twin_ladder.cycle import IN_PLANE, SIDEWAYS, Gait, Near, Search
 from stages.twin_ladder.parameters import Parameters
 from stages.twin_ladder.result import COMPLETED, Result, RungGait
-from stages.twin_ladder.rungs import Rung, rungs
+from stages.twin_ladder.rungs import Rung, alike_in_the_plane, rungs
 from stages.twin_ladder.section import step_map
 
 PLANAR = "planar model"
@@ -80,9 +81,13 @@ def climb(parameters: Parameters, machines: list[Rung], cycle: LimitCycle, progr
     solver = dataclasses.replace(parameters.twin, tolerance=settings.tolerance)
     near = like_planar(cycle)
     length = parameters.biped.leg_length
-    rows = []
+    rows: list[RungGait] = []
+    found: tuple[Machine, Gait] | None = None
     for number, rung in enumerate(machines, 1):
         progress(number / (len(machines) + 1), f"gait with {rung.name}")
+        if not settings.sideways and found is not None and alike_in_the_plane(found[0], rung.machine):
+            rows.append(spatial_row(rung, found[1]))
+            continue
         longer = float(rung.machine.length.mean()) - length  # a longer machine stands higher on its feet
         plane = near.plane + longer * np.array([1.0, 0.0, 1.0, 1.0, *[0.0] * 6])
         near = dataclasses.replace(near, plane=plane)
@@ -94,7 +99,7 @@ def climb(parameters: Parameters, machines: list[Rung], cycle: LimitCycle, progr
         except NoLimitCycle as error:
             rows.append(without_gait(rung.name, rung.added, str(error), rung.is_twin))
             continue
-        near = gait.near
+        near, found = gait.near, (rung.machine, gait)
         rows.append(spatial_row(rung, gait))
     return rows
 
