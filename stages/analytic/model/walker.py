@@ -13,7 +13,7 @@ import numpy as np
 
 from stages.analytic.model.kinds import Kind, Limited, Rigid
 from stages.analytic.model.stiffness import compliant
-from stages.biped.design import Biped
+from stages.biped.design import Biped, require_plain
 from stages.biped.gait import StanceState
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
@@ -83,6 +83,7 @@ def build_walker(biped: Biped, slope: Slope, friction: Friction | None = None) -
     With `friction` the trailing foot of compliant legs may slip and rise; without, it rolls until toe-off. Rigid legs
     have no double stance: their trailing foot leaves without an impulse, which no friction changes.
     """
+    require_plain(biped, "the constraint model")
     mass, length = biped.total_mass, biped.leg_length
     time = math.sqrt(length / slope.gravity)
     geometry = (biped.hip_mass / mass, biped.foot_mass / mass, 1.0, biped.foot_radius / length, biped.foot_com / length)

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stages.biped.design import Biped
+from stages.biped.design import Biped, require_plain
 from stages.biped.outsole.ring_sector import RingSector, ring_sector
 from stages.biped.quantity import Bound, parameter
 
@@ -37,8 +37,9 @@ class Rubber:
 def soled(biped: Biped, rubber: Rubber, thickness: float, mass: float) -> Biped:
     """The simple model's design on a layer of `thickness` [m] that weighs `mass` [kg] a leg.
 
-    Leg mass and rubber become one: their centre, and their inertia about it.
+    Leg mass and rubber become one: their centre, and their inertia about it. Raises BeyondModel.
     """
+    require_plain(biped, "the effect of outsoles")
     layer = rubber.sector(biped.foot_radius, thickness)
     leg, sole = biped.foot_com + thickness, biped.foot_radius + thickness - layer.depth  # above the new foot's bottom
     whole = biped.foot_mass + mass

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from stages.biped.design import Biped
+from stages.biped.design import Biped, require_plain
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.assembly.contact import Lanes, add_ground, reactions
@@ -39,6 +39,7 @@ class Tree:
         compiled: bool = True,
         signals: Collection[str] = SIGNALS,
     ) -> None:
+        require_plain(biped, "the planar multibody model")
         self.container = exudyn.SystemContainer()
         self.mbs = self.container.AddSystem()
         self.compliant = biped.legs == "compliant"
