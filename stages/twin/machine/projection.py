@@ -1,88 +1,55 @@
-"""The twin seen from the side: the planar machine that its bill of parts makes.
+"""The twin seen from the side: the planar biped that its bill of parts makes.
 
 Each pair of legs is two bodies: the frame above the springs and the two feet below them, which move as one. What lies
-along the hip axis drops out: a plane sees masses, mass centres and moments about z. The hip itself has no mass left; it
-belongs to the frames and swings with the legs.
+along the hip axis drops out: a plane sees masses, mass centres and moments about z. Frames swing with the legs, so the
+hip itself keeps only the mass of a frame that is a point on its axis.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import dataclasses
 
-from stages.twin.machine.bill import Body, join
+from stages.biped.design import Biped
+from stages.biped.leg import Leg
+from stages.twin.machine.bill import join
 from stages.twin.machine.machine import FRAME_BODY, Machine
 
 
-@dataclass(frozen=True)
-class PlanarBody:
-    """Mass [kg], mass centre from the hip on the leg's axes, forward and up the leg [m], moment of inertia [kg m^2].
+def project(machine: Machine) -> Biped:
+    """The planar biped that moves as `machine` does while that neither rolls nor yaws; its first leg is the inner pair.
 
-    The moment is about the mass centre. A foot's place is that on an unloaded leg.
+    Exact where the left and the right leg of each pair are alike. Otherwise the pair is what it is on average: sums of
+    mass, stiffness and damping, means of lengths and radii.
     """
-
-    mass: float
-    forward: float
-    upward: float
-    inertia: float
-
-    def inertia_about_hip(self) -> float:
-        """Moment of inertia about the hip axis [kg m^2]."""
-        return self.inertia + self.mass * (self.forward**2 + self.upward**2)
-
-
-@dataclass(frozen=True)
-class PlanarPair:
-    """One pair of legs as a leg: bodies above and below its spring.
-
-    `length` hip to foot bottom, unloaded, and `radius` of the foot [m]; `stiffness` [N/m] and `damping` [N s/m] of both
-    legs together.
-    """
-
-    frame: PlanarBody
-    foot: PlanarBody
-    length: float
-    radius: float
-    stiffness: float
-    damping: float
+    hip, legs = 0.0, []
+    for pair in (0, 1):
+        leg = _leg(machine, pair)
+        if leg.frame_com == leg.frame_offset == leg.frame_inertia == 0.0:
+            hip += leg.frame_mass
+            leg = dataclasses.replace(leg, frame_mass=0.0)
+        legs.append(dataclasses.asdict(leg))
+    first, other = legs
+    differing = {f"other_{name}": value for name, value in other.items() if value != first[name]}
+    kind = "rigid" if machine.rigid else "compliant"
+    return Biped(legs=kind, hip_mass=hip, hip_damping=machine.bearing_friction, **first, **differing)
 
 
-@dataclass(frozen=True)
-class PlanarMachine:
-    """The inner and the outer pair, joined at the hip; `hip_damping` [N m s]: viscous friction of its bearings."""
-
-    inner: PlanarPair
-    outer: PlanarPair
-    hip_damping: float
-    rigid: bool
-
-    @property
-    def mass(self) -> float:
-        """Mass of the whole machine [kg]."""
-        return sum(pair.frame.mass + pair.foot.mass for pair in (self.inner, self.outer))
-
-
-def project(machine: Machine) -> PlanarMachine:
-    """The planar machine that moves as `machine` does while it neither rolls nor yaws.
-
-    Exact where the left and the right leg of each pair are alike; else the pair is what it is on average: sums of mass,
-    stiffness and damping, means of lengths and radii.
-    """
-    inner, outer = (_pair(machine, pair) for pair in (0, 1))
-    return PlanarMachine(inner, outer, machine.bearing_friction, machine.rigid)
-
-
-def _pair(machine: Machine, pair: int) -> PlanarPair:
-    legs = slice(2 * pair, 2 * pair + 2)
-    frame = FRAME_BODY[pair]
-    return PlanarPair(
-        frame=_from_the_side(machine.bodies[frame]),
-        foot=_from_the_side(join(machine.bodies[frame + 1 : frame + 3])),
-        length=float(machine.length[legs].mean()),
-        radius=float(machine.radius[legs].mean()),
+def _leg(machine: Machine, pair: int) -> Leg:
+    """A pair of legs as one leg. A foot's place in the bill is that on unloaded springs."""
+    legs, first = slice(2 * pair, 2 * pair + 2), FRAME_BODY[pair]
+    frame, feet = machine.bodies[first], join(machine.bodies[first + 1 : first + 3])
+    length = float(machine.length[legs].mean())
+    return Leg(
+        foot_mass=feet.mass,
+        leg_length=length,
+        foot_radius=float(machine.radius[legs].mean()),
+        foot_com=length + float(feet.centre[1]),
         stiffness=float(machine.stiffness[legs].sum()),
         damping=float(machine.damping[legs].sum()),
+        leg_inertia=float(feet.inertia[2, 2]),
+        foot_offset=float(feet.centre[0]),
+        frame_mass=frame.mass,
+        frame_com=0.0 - float(frame.centre[1]),
+        frame_offset=float(frame.centre[0]),
+        frame_inertia=float(frame.inertia[2, 2]),
     )
-
-
-def _from_the_side(body: Body) -> PlanarBody:
-    return PlanarBody(body.mass, float(body.centre[0]), float(body.centre[1]), float(body.inertia[2, 2]))
