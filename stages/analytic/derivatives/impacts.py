@@ -12,7 +12,7 @@ from stages.analytic.compiled import Four, Numbers, compiled
 from stages.analytic.derivatives import equations as ep
 from stages.analytic.derivatives.rates import add
 from stages.analytic.derivatives.response import change_of, contact_rate_change, slipping_response
-from stages.analytic.model import equations as eq
+from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot, factor, factor_constrained, solve, solve_constrained
 from stages.analytic.model.kinds import Compliant
 from stages.analytic.model.varied import VariedLimited, VariedRigid, VariedRolling
@@ -77,7 +77,7 @@ def varied_land(y: Vector, p: VariedLimited) -> None:
     land(y, p.plain)
     by_inertia = ep.compliant_impulse_by(y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], 0.0, 0.0, p.plain)
     t = eq.compliant_terms(y[0], y[1], y[2], y[3], 0.0, 0.0, 0.0, 0.0, p.plain)
-    factors = factor(t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[9])
+    factors = eq.mass_factors(t, p)
     rows = p.along.shape[0]
     for row in range(rows):
         d = change_of(p, row)

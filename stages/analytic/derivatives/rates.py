@@ -12,7 +12,7 @@ from stages.analytic.derivatives.response import (
     sliding_response,
     sliding_system,
 )
-from stages.analytic.model import equations as eq
+from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import solve, solve_constrained
 from stages.analytic.model.varied import VariedCompliant, VariedLimited, VariedRigid
 from stages.analytic.model.walker import Vector

@@ -8,7 +8,7 @@ import numpy as np
 
 from stages.analytic.compiled import ByKind, compiled
 from stages.analytic.derivatives.response import change_of, clearance_change, contact_rate_change
-from stages.analytic.model import equations as eq
+from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot
 from stages.analytic.model.varied import Varied, VariedCompliant, VariedLimited, VariedRigid
 from stages.analytic.model.walker import Vector

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from stages.analytic.compiled import ByKind, Four, compiled, inlined
-from stages.analytic.model import equations as eq
+from stages.analytic.model import terms as eq
 from stages.analytic.model.kinds import Compliant, Kind, Limited, Rigid, Rolling
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.flow import (

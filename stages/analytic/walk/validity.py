@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.analytic.compiled import Numbers
-from stages.analytic.model import equations as eq
+from stages.analytic.model import terms as eq
 from stages.analytic.model.kinds import Kind, Limited, Rigid
 from stages.analytic.model.walker import Walker
 from stages.analytic.phases.coulomb_impact import land, strike, trailing_impulse
