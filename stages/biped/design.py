@@ -129,6 +129,11 @@ class Biped:
         """The hip's mass for gravity [kg]."""
         return self.hip_mass if self.hip_gravity_mass is None else self.hip_gravity_mass
 
+    @property
+    def foot_radii(self) -> tuple[float, float]:
+        """Radius of each leg's foot [m]."""
+        return self.foot_radius, self.leg(1).foot_radius
+
     def broken_rules(self) -> Iterator[Broken]:
         """Rules between the values: the foot and the mass lie below the hip; compliant legs carry mass everywhere."""
         yield from leg_rules(self.leg(0), "")

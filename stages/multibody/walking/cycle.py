@@ -61,7 +61,7 @@ def solve(model: Model, state: PlanarState, walked: Run, walk: Walk) -> tuple[Cy
     try:
         cycle, failure = solved_cycle(model, state, search(model, state), walk), ""
     except NoLimitCycle as error:
-        cycle, failure = walked_cycle(walked, walk, model.biped.foot_radius), str(error)
+        cycle, failure = walked_cycle(walked, walk, model.biped.foot_radii), str(error)
     return cycle, unsettled(walked, walk, cycle, failure)
 
 
@@ -83,10 +83,10 @@ def solved_cycle(model: Model, state: PlanarState, found: LimitCycle, walk: Walk
                     signals=[name for name in settings.signals if name == GROUND_REACTION])
     start = section_state(point.numbers, state)
     run = simulate(model.biped, model.slope, model.contact, start, settings, steps=1, assembly=machine)
-    events = find_events(run.trajectory, model.biped.foot_radius)
+    events = find_events(run.trajectory, model.biped.foot_radii)
     both_down = events.toe_off_time[:1] - events.heel_strike_time[:1]
     period, length = point.step.duration, point.step.length
-    force, depth = peaks(run.trajectory, model.biped.foot_radius, 0.0, period)
+    force, depth = peaks(run.trajectory, model.biped.foot_radii, 0.0, period)
     return Cycle(
         solved=True,
         period_s=period,
@@ -102,7 +102,7 @@ def solved_cycle(model: Model, state: PlanarState, found: LimitCycle, walk: Walk
     )
 
 
-def walked_cycle(walked: Run, walk: Walk, radius: float) -> Cycle:
+def walked_cycle(walked: Run, walk: Walk, radii: tuple[float, float]) -> Cycle:
     """Measures over the last four whole steps of a walk, or fewer if there are no more."""
     strikes = walk.heel_strike_time
     count = min(LAST_STEPS, len(strikes) - 1)
@@ -112,7 +112,7 @@ def walked_cycle(walked: Run, walk: Walk, radius: float) -> Cycle:
     last = strikes[-1 - count :]
     hip = walked.trajectory.at(last)[0][:, 0]
     period, length = float(last[-1] - last[0]) / count, float(hip[-1] - hip[0]) / count
-    force, depth = peaks(walked.trajectory, radius, float(last[0]), float(last[-1]))
+    force, depth = peaks(walked.trajectory, radii, float(last[0]), float(last[-1]))
     return Cycle(
         solved=False,
         period_s=period,
@@ -134,11 +134,13 @@ def period_change(walk: Walk) -> float:
     return float(np.ptp(periods)) if len(periods) else nan
 
 
-def peaks(trajectory: Trajectory, radius: float, start: float, end: float) -> tuple[float, float]:
+def peaks(
+    trajectory: Trajectory, radii: tuple[float, float], start: float, end: float
+) -> tuple[float, float]:
     """Largest normal force [N] on a foot and penetration [m] between two times [s], at the solver's own steps."""
     inside = (trajectory.time >= start) & (trajectory.time <= end)
     rows = trajectory.position, trajectory.velocity
-    depth = np.column_stack([foot_kinematics(*rows, leg, radius)[0] for leg in (0, 1)])
+    depth = np.column_stack([foot_kinematics(*rows, leg, radii[leg])[0] for leg in (0, 1)])
     held = trajectory.in_play(trajectory.time)
     force = trajectory.ground_reaction[inside, :, 1]
     return float(force.max()) if force.size else nan, float(np.where(held, depth, 0.0)[inside].max())
