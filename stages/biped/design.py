@@ -130,6 +130,11 @@ class Biped:
         return self.hip_mass if self.hip_gravity_mass is None else self.hip_gravity_mass
 
     @property
+    def weighed_mass(self) -> float:
+        """Mass of the whole machine for gravity [kg]."""
+        return self.total_mass if self.hip_gravity_mass is None else self.total_mass - self.hip_mass + self.weighed_hip
+
+    @property
     def foot_radii(self) -> tuple[float, float]:
         """Radius of each leg's foot [m]."""
         return self.foot_radius, self.leg(1).foot_radius
