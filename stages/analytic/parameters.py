@@ -76,6 +76,14 @@ class Parameters:
     slope_digits: SlopeDigits = SlopeDigits()
     level: Level = Level()
 
+    def broken_rules(self) -> Iterator[Broken]:
+        """The readable path knows Table 1's biped only, and Coulomb friction at the hip is not known yet."""
+        if self.biped.hip_friction > 0:
+            yield Broken("biped.hip_friction", "0 N m (Coulomb friction at the hip walks in single stance only)")
+        if self.settings.integrator == "scipy" and self.biped.detailed:
+            yield Broken("analytic.integrator", f"compiled with biped.{self.biped.details[0]} (the SciPy path knows "
+                         "Table 1's biped only)")  # fmt: skip
+
     @property
     def half_widths(self) -> dict[str, float]:
         """How far parameters may be off, in their units, by file.key; exact ones are not in it."""

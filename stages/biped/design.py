@@ -97,6 +97,13 @@ class Biped:
         given = {name: getattr(self, f"other_{name}") for name in names}
         return Leg(**{name: first[name] if value is None else value for name, value in given.items()})
 
+    def number(self, key: str) -> float:
+        """A number of the design; of one that is not given, what it then is."""
+        value = getattr(self, key)
+        if value is None:
+            value = self.hip_mass if key == "hip_gravity_mass" else getattr(self, key.removeprefix("other_"))
+        return float(value)
+
     @property
     def details(self) -> tuple[str, ...]:
         """The keys of a detailed design that are given a value other than "not there", in the file's order."""
@@ -159,6 +166,10 @@ class Biped:
         legs = 2 * self.foot_mass if self.other_foot_mass is None else self.foot_mass + self.other_foot_mass
         frames = self.leg(0).frame_mass + self.leg(1).frame_mass if self.detailed else 0.0
         return self.hip_mass + legs + frames
+
+
+#: The keys that a detailed design may add.
+DETAILS = frozenset(field.name for field in dataclasses.fields(Biped) if field.default is not dataclasses.MISSING)
 
 
 class BeyondModel(ValueError):

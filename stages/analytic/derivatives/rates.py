@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stages.analytic.compiled import Four, compiled, inlined
-from stages.analytic.derivatives import equations as ep
+from stages.analytic.derivatives.equations import terms as ep
 from stages.analytic.derivatives.response import (
     change_of,
     compliant_by,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stages.analytic.gait.gait_search import describe, step_length
+from stages.analytic.gait.gait_search import describe, step_lengths
 from stages.analytic.gait.poincare import FixedPoint
 from stages.analytic.model.walker import Walker
 from stages.analytic.phases.section import section_state
@@ -16,7 +16,7 @@ from stages.biped.gait import Gait
 
 @dataclass(frozen=True)
 class GaitReport:
-    """One gait of one step, with the segments it was read from, heel strike to heel strike."""
+    """One gait, with the segments of its steps that it was read from, heel strike to heel strike."""
 
     gait: Gait
     energy: EnergyAudit
@@ -24,14 +24,14 @@ class GaitReport:
     segments: list[Segment]
 
 
-def record_step(walker: Walker, point: FixedPoint, tolerance: float) -> list[Segment]:
-    """The segments of the gait's step, from heel strike to heel strike."""
+def record_steps(walker: Walker, point: FixedPoint, tolerance: float) -> list[Segment]:
+    """The segments of the gait's steps, from heel strike to heel strike."""
     start = section_state(point.z, walker.p)
-    return record(walker, start, 1, tolerance)
+    return record(walker, start, len(point.steps), tolerance)
 
 
 def report_gait(walker: Walker, point: FixedPoint, tolerance: float, friction: float) -> GaitReport:
-    """Measures, audit and validity of a gait of one step on ground with this static friction."""
-    segments = record_step(walker, point, tolerance)
-    energy = audit(walker, segments, step_length(walker, point))
+    """Measures, audit and validity of a gait on ground with this static friction."""
+    segments = record_steps(walker, point, tolerance)
+    energy = audit(walker, segments, sum(step_lengths(walker, point)))
     return GaitReport(describe(walker, point), energy, assess(walker, segments, friction), segments)

@@ -13,8 +13,7 @@ import numpy as np
 
 from stages.analytic.compiled import ByKind, compiled, inlined
 from stages.analytic.integration.integrator import STAGES, error_norm, step_factor, take_step
-from stages.analytic.model.kinds import DetailedCompliant
-from stages.analytic.model.kinds import Compliant, Kind, Limited, PlainCompliant, Rigid, Rolling
+from stages.analytic.model.kinds import Compliant, DetailedCompliant, Kind, Limited, PlainCompliant, Rigid, Rolling
 from stages.analytic.model.varied import VariedCompliant, VariedRigid, keep_delay
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.coulomb_guard import wedges
@@ -44,13 +43,13 @@ def rigid_failure(phase: int, y: Vector, p: Rigid) -> int:
 @compiled
 def equal_legs_bottomed(y: Vector, p: PlainCompliant) -> bool:
     """`is_bottomed` of equal legs."""
-    return min(y[1], y[3]) <= max(p.r, p.l)
+    return bool(min(y[1], y[3]) <= max(p.r, p.l))
 
 
 @compiled
 def detailed_legs_bottomed(y: Vector, p: DetailedCompliant) -> bool:
     """`is_bottomed` of legs that may differ."""
-    return y[1] <= max(p.r, p.l) or y[3] <= max(p.r_2, p.l_2)
+    return bool(y[1] <= max(p.r, p.l) or y[3] <= max(p.r_2, p.l_2))
 
 
 #: Whether a leg is pressed down to its foot or its mass: is_bottomed(y, p).

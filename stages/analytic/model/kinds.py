@@ -211,3 +211,18 @@ def with_legs_exchanged(p: Kind) -> Kind:
     values = {name: numbers[partner] for name, partner in partners.items()}
     exchanged: Kind = type(p)(**{**values, "phi_h": -p.phi_h})
     return exchanged
+
+
+def radii(p: Kind) -> tuple[float, float]:
+    """Radii of stance and swing foot."""
+    return (p.r, p.r_2) if isinstance(p, Detailed) else (p.r, p.r)
+
+
+def natural_lengths(p: Kind) -> tuple[float, float]:
+    """Natural lengths of stance and swing leg."""
+    return (p.L_nat, p.L_nat_2) if isinstance(p, Detailed) else (p.L_nat, p.L_nat)
+
+
+def heights_of_mass(p: Kind) -> tuple[float, float]:
+    """Heights of the masses of stance and swing leg above the bottoms of their feet."""
+    return (p.l, p.l_2) if isinstance(p, Detailed) else (p.l, p.l)

@@ -7,9 +7,17 @@ from typing import Any
 
 from stages.analytic.compiled import ByKind, Numbers, compiled
 from stages.analytic.model import detailed_equations, equations
-from stages.analytic.model.kinds import Detailed, DetailedLimited, DetailedRigid, DetailedRolling
 from stages.analytic.model.elimination import coupled_factor, factor
-from stages.analytic.model.kinds import Plain, PlainCompliant, PlainRigid, PlainRolling
+from stages.analytic.model.kinds import (
+    Detailed,
+    DetailedLimited,
+    DetailedRigid,
+    DetailedRolling,
+    Plain,
+    PlainCompliant,
+    PlainRigid,
+    PlainRolling,
+)
 
 
 def of_kinds(name: str) -> Callable[..., Numbers]:

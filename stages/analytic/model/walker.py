@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stages.analytic.model.kinds import DetailedRigid, Kind, Limited, PlainRigid, Rigid, with_legs_exchanged
+from stages.analytic.model.kinds import DetailedRigid, Kind, Limited, Plain, PlainRigid, Rigid, with_legs_exchanged
 from stages.analytic.model.stiffness import compliant
-from stages.biped.design import Biped
+from stages.biped.design import BeyondModel, Biped
 from stages.biped.gait import StanceState
 from stages.biped.leg import Leg
 from stages.ground.friction_coefficients import Friction
@@ -34,12 +34,23 @@ class Walker:
     @property
     def exchanged(self) -> Walker:
         """The walker in its next step, in which the other leg stands."""
+        if isinstance(self.p, Plain):
+            return self
         return replace(self, p=with_legs_exchanged(self.p))
+
+    def on(self, leg: int) -> Walker:
+        """The walker in a step in which `leg` stands; leg 0 stands in its own."""
+        return self if leg == 0 else self.exchanged
 
     @property
     def alternates(self) -> bool:
         """Whether its steps differ from one to the next, because its legs do."""
         return with_legs_exchanged(self.p) != self.p
+
+    @property
+    def gait_steps(self) -> int:
+        """Steps after which a gait repeats at the earliest."""
+        return 2 if self.alternates else 1
 
     @property
     def rigid(self) -> bool:
@@ -88,18 +99,24 @@ class Walker:
         return StanceState(*si.tolist())
 
 
-def build_walker(biped: Biped, slope: Slope, friction: Friction | None = None) -> Walker:
+def build_walker(
+    biped: Biped, slope: Slope, friction: Friction | None = None, *, detailed: bool = False
+) -> Walker:  # fmt: skip
     """Scale a design to its own mass, leg length and pendulum time.
 
+    A design with details is of a detailed kind, and so is one that is asked to be `detailed`.
+
     With `friction` the trailing foot of compliant legs may slip and rise; without, it rolls until toe-off. Rigid legs
-    have no double stance: their trailing foot leaves without an impulse, which no friction changes.
+    have no double stance: their trailing foot leaves without an impulse, which no friction changes. Raises BeyondModel.
     """
     mass, length = biped.total_mass, biped.leg_length
     time = math.sqrt(length / slope.gravity)
     gravity, rigid = (math.sin(slope.angle), -math.cos(slope.angle)), biped.legs == "rigid"
     coefficients = (friction.static_friction, friction.dynamic_friction) if friction and not rigid else ()
+    if biped.hip_friction > 0:
+        raise BeyondModel("a gait of the constraint model knows no Coulomb friction at the hip (hip_friction)")
     p: Kind
-    if biped.detailed:
+    if detailed or biped.detailed:
         values = (*detailed_numbers(biped, mass, length, time), *gravity, *coefficients)
         p = DetailedRigid(*values) if rigid else compliant(values)
         return Walker(p, mass, length, time)

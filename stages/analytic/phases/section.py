@@ -16,9 +16,17 @@ import numpy as np
 
 from stages.analytic.compiled import ByKind, compiled
 from stages.analytic.model import terms as eq
-from stages.analytic.model.kinds import DetailedCompliant, DetailedRigid
 from stages.analytic.model.elimination import dot
-from stages.analytic.model.kinds import Compliant, Limited, PlainCompliant, PlainRigid, Rigid, Rolling
+from stages.analytic.model.kinds import (
+    Compliant,
+    DetailedCompliant,
+    DetailedRigid,
+    Limited,
+    PlainCompliant,
+    PlainRigid,
+    Rigid,
+    Rolling,
+)
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.coulomb_guard import slip_speed
 from stages.analytic.phases.flow import contact_directions, row4_times
@@ -32,7 +40,7 @@ RIGID_ENTRIES, ENTRIES = (0, 2, 3), (0, 1, 3, 4, 5)
 @compiled
 def rigid_angle(z: Vector, p: PlainRigid) -> float:
     """`trailing_angle` of rigid legs."""
-    return -abs(z[0])
+    return float(-abs(z[0]))
 
 
 @compiled

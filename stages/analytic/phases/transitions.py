@@ -12,9 +12,17 @@ import numpy as np
 
 from stages.analytic.compiled import ByKind, Constrained, Four, Numbers, compiled, inlined
 from stages.analytic.model import terms as eq
-from stages.analytic.model.kinds import DetailedCompliant, DetailedRigid
 from stages.analytic.model.elimination import factor_constrained, solve_constrained
-from stages.analytic.model.kinds import Compliant, Limited, PlainCompliant, PlainRigid, Rigid, Rolling
+from stages.analytic.model.kinds import (
+    Compliant,
+    DetailedCompliant,
+    DetailedRigid,
+    Limited,
+    PlainCompliant,
+    PlainRigid,
+    Rigid,
+    Rolling,
+)
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.coulomb_impact import limited_reset
 from stages.analytic.phases.flow import (
