@@ -38,8 +38,8 @@ def limit_cycle(
 class SectionWalker:
     """A built model that takes steps from mid-stance to mid-stance, and counts them.
 
-    `difference` is the step of its finite differences, in `SCALES`; none of them lifts the standing foot. A cycle is one
-    step, or two where the legs differ: leg 0 stands at its start and its end.
+    `difference` is the step of its finite differences, in `SCALES`; none of them lifts the standing foot. A cycle
+    is one step, or two where the legs differ: leg 0 stands at its start and its end.
     """
 
     def __init__(
