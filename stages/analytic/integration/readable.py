@@ -19,7 +19,7 @@ from scipy.integrate import solve_ivp
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.poincare import TIME_LIMIT_OF_A_PHASE, FixedPoint, Step
 from stages.analytic.model import derivation as d
-from stages.analytic.model.kinds import PlainRigid, PlainRolling
+from stages.analytic.model.kinds import PlainRigid, PlainRolling, Rigid
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_coordinates, section_state
 
