@@ -118,7 +118,7 @@ def finished(run: Run) -> Run:
 
 def measured(at: Scene, run: Run) -> Walked:
     """What is compared of a run."""
-    strikes = find_events(run.trajectory, at.biped.foot_radius).heel_strike_time
+    strikes = find_events(run.trajectory, at.biped.foot_radii).heel_strike_time
     hip = run.trajectory.at(grid(float(run.trajectory.time[-1])))[0][:, :2]
     peak = float(run.trajectory.ground_reaction[:, :, 1].max())
     return Walked(hip, float(strikes[-1]), float(strikes[-1] - strikes[-2]), peak, run.evaluations / at.steps)
