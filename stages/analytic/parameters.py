@@ -39,6 +39,10 @@ class Settings:
         "m", "rubber under the feet, whose effect on the gait is told", bound=Bound(above=0), default=0.002)
     accuracy: str | Accuracy = accuracy("tolerance")
 
+    def limited(self, friction: Friction) -> Friction | None:
+        """The ground's friction as far as it limits the trailing foot: None where that rolls whatever it takes."""
+        return friction if self.transition == "coulomb" else None
+
     def broken_rules(self) -> Iterator[Broken]:
         """The readable path knows rolling feet only."""
         if self.transition == "coulomb" and self.integrator == "scipy":
@@ -93,4 +97,4 @@ class Parameters:
     @property
     def limited_friction(self) -> Friction | None:
         """Friction of the trailing foot; None where it rolls whatever that takes."""
-        return self.friction if self.settings.transition == "coulomb" else None
+        return self.settings.limited(self.friction)

@@ -136,6 +136,16 @@ class Biped:
         """The hip's mass for gravity [kg]."""
         return self.hip_mass if self.hip_gravity_mass is None else self.hip_gravity_mass
 
+    @property
+    def weighed_mass(self) -> float:
+        """Mass of the whole machine for gravity [kg]."""
+        return self.total_mass if self.hip_gravity_mass is None else self.total_mass - self.hip_mass + self.weighed_hip
+
+    @property
+    def foot_radii(self) -> tuple[float, float]:
+        """Radius of each leg's foot [m]."""
+        return self.foot_radius, self.leg(1).foot_radius
+
     def broken_rules(self) -> Iterator[Broken]:
         """Rules between the values: the foot and the mass lie below the hip; compliant legs carry mass everywhere."""
         yield from leg_rules(self.leg(0), "")
