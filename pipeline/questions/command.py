@@ -148,15 +148,17 @@ class _Option:
             return click.option(self.flag, self.name, is_flag=True, help=said)
         if kind in (int, float) or about["choices"]:
             said += f" Allowed: {allowed(self.field)}."
+        given = default not in (MISSING, None, ())
+        fallback: dict[str, Any] = {"default": _text(default)} if given else {}  # None would be a default to click
         return click.option(
             self.flag,
             self.name,
+            **fallback,
             type=_PATH if kind is Path else str,
             shell_complete=completion.files if typing.get_origin(kind) is Mapping else completion.for_option(about),
             required=default is MISSING,
             multiple=kind == _REPEATED,
-            default=None if default in (MISSING, None, ()) else _text(default),
-            show_default=default not in (MISSING, None, ()),
+            show_default=given,
             metavar=about["metavar"] or _METAVARS.get(kind, "FILE"),
             help=said,
         )

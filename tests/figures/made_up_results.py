@@ -132,13 +132,14 @@ def machine(outsole=0.0):
         Part("foot", "inner_foot", "ABS", "arc", "z", (0.083, 0.012, 0.02, 0.11), 0.1, (0.0, -0.25, 0.04), 2),
         Part("lead", "inner_foot", "steel", "point", "z", (), 0.1, (0.0, -0.25, 0.04), 2),
     )
-    return SimpleNamespace(parts=parts, inner_lane=0.04, outer_lane=0.085, foot_width=0.02, outsole=outsole)
+    return SimpleNamespace(parts=parts, inner_lane=0.04, outer_lane=0.085, foot_width=0.02, outsole=outsole,
+                           outsole_arc=0.112)  # fmt: skip
 
 
 def parameters(level="paper"):
     """A design on a slope of 2 degrees, and pictures of few pixels."""
     return SimpleNamespace(
-        biped=SimpleNamespace(foot_radius=0.083, leg_length=0.333), twin=machine(),
+        biped=SimpleNamespace(foot_radius=0.083, leg_length=0.333, foot_com=0.1), twin=machine(),
         slope=SimpleNamespace(angle=np.radians(2)), contact=DEFAULTS,
         settings=Settings(3e-4, 5e-3, 101, 80, True), level=Level(level),
     )  # fmt: skip

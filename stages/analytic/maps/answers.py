@@ -185,7 +185,7 @@ def row(walker: Walker | None, answer: tuple[Way, FixedPoint] | None, task: Task
             Outcome.NONE if task.search == "complete" or walker.p.g_x <= 0 else Outcome.UNANSWERED)
         return [float(outcome), float(Way.NOT), *[float("nan")] * (len(COLUMNS) - 2)]
     way, point = answer
-    period, length = point.steps[0].period * walker.time, step_length(walker, point) * walker.length
+    period, length = point.period * walker.time, step_length(walker, point) * walker.length
     multipliers = [part for value in point.floquet_multipliers[:MULTIPLIERS].tolist()
                    for part in (value.real, value.imag)]  # fmt: skip
     largest = by_stability(point)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from stages.analytic.parameters import Parameters
 from stages.biped.quantity import Bound
-from stages.biped.question import Answer, Asking, Column, Question, option
+from stages.biped.question import Answer, Asking, Column, Question, WrongOption, option
 
 if TYPE_CHECKING:
     import numpy as np
@@ -43,7 +43,10 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     from stages.analytic.maps.answers import COLUMNS
     from stages.analytic.maps.counts import NAMES, Counts
 
-    box, tolerance = task(parameters, options.file, options.search).box, parameters.settings.tolerance
+    asked_of = task(parameters, options.file, options.search)
+    box, tolerance = asked_of.box, asked_of.tolerance
+    if asked_of.base.alternates(axis.name for axis in box.axes):
+        raise WrongOption("a map knows gaits that repeat after one step, and these designs have legs that differ")
     count = min(options.anchors, -(-box.size // DESIGNS_AN_ANCHOR))
     parts = dict(asking.each(anchors, spans(count, ANCHOR_BLOCK), options.file, options.search))
     known = [one for number in sorted(parts) for one in parts[number] if one]
