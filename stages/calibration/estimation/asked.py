@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -72,22 +72,33 @@ def _names(given: Any, key: str, place: Any) -> tuple[str, ...]:
 
 
 def _known(name: str, entry: Any, place: Any) -> Known:
-    """One known value. Raises WrongOption."""
+    """One known value of the design. Raises WrongOption."""
     whole = name if name in SUMS else full_name(name)
     if whole is None:
         raise WrongOption(f"{place()}: no such quantity; known are {', '.join([*SUMS, *parameter_names()])}")
+    return known_value(whole, entry, unit_of, place)
+
+
+def known_value(name: str, entry: Any, unit_of_name: Callable[[str], str], place: Any) -> Known:
+    """A known value from {value, uncertainty, unit, source}. Raises WrongOption."""
     if not isinstance(entry, dict) or set(entry) - set(ENTRY) or not {"value", "uncertainty", "unit"} <= set(entry):
         raise WrongOption(f"{place()}: expected {{{', '.join(ENTRY)}}} (source may be left out)")
-    unit = unit_of(whole)
+    unit = unit_of_name(name)
     if entry["unit"] != unit:
         raise WrongOption(f"{place('unit')}: {entry['unit']}, must be {unit}")
-    for key in ("value", "uncertainty"):
-        number = entry[key]
-        is_number = isinstance(number, (int, float)) and not isinstance(number, bool) and math.isfinite(number)
-        if not is_number or number < 0 or (key == "uncertainty" and number == 0):
-            allowed = "a number above 0" if key == "uncertainty" else "a number, at least 0"
-            raise WrongOption(f"{place(key)}: {number}, must be {allowed}")
-    return Known(whole, float(entry["value"]), float(entry["uncertainty"]), str(entry.get("source", "")))
+    value = number(entry["value"], place("value"), -1e9, 1e9)
+    sd = number(entry["uncertainty"], place("uncertainty"), 0.0, 1e9)
+    if sd == 0.0:
+        raise WrongOption(f"{place('uncertainty')}: 0, must be above 0")
+    return Known(name, value, sd, str(entry.get("source", "")))
+
+
+def number(given: Any, where: str, least: float, most: float) -> float:
+    """A number within limits. Raises WrongOption that says where it stands."""
+    is_number = isinstance(given, (int, float)) and not isinstance(given, bool) and math.isfinite(given)
+    if not is_number or not least <= given <= most:
+        raise WrongOption(f"{where}: {given}, must be a number from {least:g} to {most:g}")
+    return float(given)
 
 
 def unit_of(name: str) -> str:

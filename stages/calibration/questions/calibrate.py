@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from stages.biped.quantity import Bound
@@ -15,6 +16,8 @@ from stages.calibration.parameters import Parameters
 class Options:
     """Options of `calibrate`."""
 
+    source: str = option(
+        "-", "The recordings: a CSV file of angles", metavar="FILE", positional=True, default="")
     about: Mapping[str, Any] | None = option(
         "-", "What is known beside the recordings, and what is looked for: this YAML file", name="with", default=None)
     identifiability: bool = option(
@@ -25,7 +28,12 @@ class Options:
 
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
-    """Say what the runs can tell. Raises WrongOption, NoGait."""
+    """Fit the recordings, or say what runs can tell. Raises WrongOption, NoGait, NotIdentified."""
+    if options.source.endswith(".csv") and not options.identifiability:
+        from stages.calibration.reports.angle_report import answered, calibrated
+
+        asking.progress(0.1, "the robot and each step's start")
+        return answered(calibrated(parameters.biped, parameters.slope, options.about, Path(options.source)))
     from stages.calibration.estimation.asked import asked_of
 
     asked = asked_of(options.about)
@@ -33,7 +41,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         from stages.calibration.reports.identifiability_report import told
 
         return told(parameters, asked, options.runs or parameters.settings.planned_runs)
-    raise WrongOption("calibrate: say --identifiability")
+    raise WrongOption("calibrate: name the recordings, or say --identifiability")
 
 
 QUESTION = Question(
@@ -46,6 +54,9 @@ QUESTION = Question(
     """,
     Options,
     ask,
-    examples=("bipedstudy calibrate --identifiability --runs 30",),
+    examples=("bipedstudy calibrate --identifiability --runs 30",
+              "bipedstudy calibrate steps.csv --with robot.yaml --figure residuals.png"),
     draws=True,
+    pool=True,
+    leaves="the robot that was found, as parameter files",
 )
