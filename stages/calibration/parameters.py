@@ -38,6 +38,7 @@ class Settings:
         "s", "spread of the time from the first heel strike to mid-stance about the gait's", bound=POSITIVE)
     start_length_sd: float = parameter("m", "spread of the legs' lengths there about the gait's", bound=POSITIVE)
     start_length_rate_sd: float = parameter("m/s", "spread of their rates", bound=POSITIVE)
+    slope_reading_sd_deg: float = parameter("deg", "standard error of a ramp's inclination", bound=POSITIVE)
     tilt_sd_deg: float = parameter("deg", "standard deviation of a sensor's tilt after the ingest", bound=POSITIVE)
 
 

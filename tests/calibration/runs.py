@@ -18,7 +18,7 @@ SENSOR = SensorSettings(100.0, 2000.0, 40.0, 4.0, 2000.0, 16, 2.0, 0.005, 0.005,
 SETTINGS = Settings(
     tolerance=1e-7, planned_steps=12, planned_runs=30, settling_s=0.05, before_strike_s=0.01, after_strike_s=0.03,
     robust_sigmas=4.0, clock_sd=2e-4, foot_lag_sd_s=0.002, mid_stance_sd_s=0.02, start_length_sd=0.001,
-    start_length_rate_sd=0.02, tilt_sd_deg=2.0)
+    start_length_rate_sd=0.02, slope_reading_sd_deg=0.05, tilt_sd_deg=2.0)
 PARAMETERS = Parameters(BIPED, Slope(2.0, 9.81), SENSOR, SETTINGS)
 DESIGN = DesignPoint(BIPED, PARAMETERS.slope)
 LATE = math.sqrt(2) / (2 * math.pi * SENSOR.bandwidth_hz)
