@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from stages.drawing import style
 from stages.figures.inputs import Given
 from stages.figures.robot import view
-from stages.figures.robot.bodies import COLOURS, by_group, shown_parts
+from stages.figures.robot.bodies import COLOURS, SMALL, by_group, shown_parts
 from stages.twin.exports.blocks import laid
 
 TITLE = "Figure 10: the digital twin"
@@ -34,7 +34,7 @@ def draw_walk(axes: Axes, given: Given) -> None:
     period = given.twin.settling.step_frequency_hz**-1
     times = walk.time[0] + STEPS_APART * period * np.arange(POSES)
     times = times[times <= walk.time[-1]]
-    bodies, natural = by_group(shown_parts(twin, biped)), biped.leg_length + twin.outsole
+    bodies, natural = by_group(shown_parts(twin, biped), SMALL), biped.leg_length + twin.outsole
     poses = [view.pose_at(walk, time, natural) for time in times]
     edge = ramp.tracks[1] + 0.6 * ramp.width
     view.paint(axes, camera, [view.deck(-0.16, (ramp.sets - 1) * ramp.step + 0.1, edge), view.blocks(ramp)])

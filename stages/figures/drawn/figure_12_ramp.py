@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from stages.drawing import style
 from stages.figures.inputs import Given
 from stages.figures.robot import view
-from stages.figures.robot.bodies import by_group, shown_parts
+from stages.figures.robot.bodies import SMALL, by_group, shown_parts
 from stages.twin.exports.blocks import laid
 
 TITLE = "Figure 12: the robot on the ramp"
@@ -39,7 +39,7 @@ def draw(given: Given) -> Figure:
     view.paint(axes, camera, [
         view.deck(-spare, ramp.steps * ramp.step + spare, edge),
         view.blocks(ramp),
-        pose.robot(by_group(shown_parts(twin, biped))),
+        pose.robot(by_group(shown_parts(twin, biped), SMALL)),
     ])  # fmt: skip
     for name, words in WORDS.items():
         foot = name == "foot sensor"

@@ -10,7 +10,7 @@ from stages.biped.walk import Walk
 from stages.drawing import style
 from stages.figures.inputs import Given
 from stages.figures.robot import view
-from stages.figures.robot.bodies import by_group, shown_parts
+from stages.figures.robot.bodies import SMALL, by_group, shown_parts
 from stages.twin.exports.blocks import laid
 
 TITLE = "Figure 13: six consecutive steps"
@@ -36,7 +36,7 @@ def draw(given: Given) -> Figure:
     walk, twin, biped = given.twin.walk, given.parameters.twin, given.parameters.biped
     ramp = laid(twin, given.analytic.gait.step_length_m)
     camera = view.Camera(AZIMUTH, ELEVATION, given.parameters.slope.angle)
-    bodies, natural = by_group(shown_parts(twin, biped)), biped.leg_length + twin.outsole
+    bodies, natural = by_group(shown_parts(twin, biped), SMALL), biped.leg_length + twin.outsole
     edge = ramp.tracks[1] + 0.8 * ramp.width
     figure, panels = plt.subplots(1, STEPS, figsize=(style.TWO_COLUMNS, 1.95))
     for number, (axes, time) in enumerate(zip(panels, moments(walk)), 1):

@@ -19,8 +19,10 @@ COLOURS = {"inner": style.SECOND, "outer": style.MULTIBODY}
 TINTS = {"aluminium": 0.45, "steel": 0.45, "acetal": 0.6, "electronics": -0.55, "rubber": -0.7}
 #: Chord of an outsole as a share of the foot's diameter.
 SOLE = 0.67
-#: Facets of a full circle; edges longer than this [m] are cut, so that near and far triangles can be told by depth.
-FACETS, LONGEST = 12, 0.06
+#: Facets of a full circle: from near, and where the whole robot is a thumb's length on the page.
+FACETS, SMALL = 12, 8
+#: Edges longer than this [m] are cut, so that near and far triangles can be told by depth.
+LONGEST = 0.11
 
 
 @dataclass(frozen=True)
