@@ -21,11 +21,12 @@ test: $(TEST)
 test-slow: $(TEST)
 	$(PYTEST) -m slow
 
-# The claims, the README's headlines and picture from the results, the reference from the code.
+# The claims, the README's headlines and pictures from the results, the reference from the code.
 readme: study
 	$(BIN)/bipedstudy claims --into docs/claims.md
 	$(BIN)/bipedstudy claims --into README.md
 	cp results/figures/figure_08_hip_motion.png docs/hip_motion.png
+	cp results/figures/robot_symbols.html docs/robot.svg
 	$(BIN)/python -m pipeline.reference
 
 check: lint

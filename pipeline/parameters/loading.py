@@ -151,7 +151,7 @@ class _Loading:
         known = {file: [key for cls in classes for key in declared(cls)] for file, classes in self.classes.items()}
         for setting in settings:
             try:
-                override = parsed(setting, known)
+                override = parsed(setting, known, self._beyond)
                 self.overrides.setdefault(override.file, []).append(override)
             except StudyError as error:
                 self.problems += [("", 0, sentence) for sentence in error.sentences]
@@ -176,7 +176,8 @@ class _Loading:
         known = [key for cls in self.classes[file] for key in declared(cls)]
         for key, node in tree.value.items():
             if key not in known:
-                self._problem(file, node.line, f'there is no parameter "{key}"{nearest(key, known)}')
+                hint = nearest(key, known) + self._beyond(file)
+                self._problem(file, node.line, f'there is no parameter "{key}"{hint}')
         entries: dict[str, Node] = dict(tree.value)
         for override in self.overrides.get(file, ()):
             try:
@@ -184,6 +185,11 @@ class _Loading:
             except StudyError as error:
                 self.problems += [("", 0, sentence) for sentence in error.sentences]
         return entries
+
+    def _beyond(self, file: str) -> str:
+        """What the classes of a file say where a key is tried that none of them has."""
+        said = dict.fromkeys(cls.BEYOND for cls in self.classes[file] if hasattr(cls, "BEYOND"))
+        return "".join(f"; {text}" for text in said)
 
     def _build(self, cls: type, file: str, entries: dict[str, Node]) -> Any:
         """An instance of `cls`, or None if a value or a rule between values is refused."""

@@ -5,7 +5,7 @@ A table's entry is reached by its row: `--set fall.parts.2.mass=0.1` (rows count
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,8 +27,11 @@ class Override:
     value: Node
 
 
-def parsed(text: str, known: Mapping[str, Sequence[str]]) -> Override:
-    """Read the text after `--set`. `known` maps each file to its keys. Raises `StudyError`."""
+def parsed(text: str, known: Mapping[str, Sequence[str]], beyond: Callable[[str], str] = lambda file: "") -> Override:
+    """Read the text after `--set`. `known` maps each file to its keys; `beyond` is what follows on an unknown one.
+
+    Raises `StudyError`.
+    """
     name, equals, value = text.partition("=")
     path = name.strip().split(".")
     if not equals or len(path) < 2 or not all(path) or not value.strip():
@@ -39,7 +42,7 @@ def parsed(text: str, known: Mapping[str, Sequence[str]]) -> Override:
     if key not in known[file]:
         homes = [f'; did you mean "{other}.{key}"?' for other, keys in known.items() if key in keys]
         hint = homes[0] if homes else nearest(key, known[file])
-        raise StudyError(f'--set {text}: there is no parameter "{key}" in {file}{hint}')
+        raise StudyError(f'--set {text}: there is no parameter "{key}" in {file}{hint}{beyond(file)}')
     said = f"--set {text}"
     return Override(said, file, key, tuple(inner), _without_lines(yaml_text.parse(value, said, with_lines=False)))
 

@@ -22,6 +22,8 @@ from pipeline.parameters import yaml_text
 from pipeline.study import Study, shown
 
 CLAIMS, CAPTIONS, FIGURES = "results/claims.yaml", "results/captions.yaml", "results/figures"
+#: Places on the page other than among the figures, as a caption names them.
+PLACES = ("opens", "beside_parameters")
 Row = dict[str, Any]
 
 
@@ -29,7 +31,8 @@ Row = dict[str, Any]
 class Figure:
     """A figure: its name, title and text, and either a picture as an address of data or a fragment of a page.
 
-    `claims` are those that it shows something of; one that `opens` stands first on the page.
+    `claims` are those that it shows something of; one that `opens` stands first on the page, one that is
+    `beside_parameters` above their table.
     """
 
     name: str
@@ -39,6 +42,7 @@ class Figure:
     fragment: str
     claims: tuple[str, ...] = ()
     opens: bool = False
+    beside_parameters: bool = False
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,11 @@ class Content:
     def opening(self) -> list[Figure]:
         """Figures that stand first on the page."""
         return [figure for figure in self.figures if figure.opens]
+
+    @property
+    def among_figures(self) -> list[Figure]:
+        """Figures without a place of their own."""
+        return [figure for figure in self.figures if not (figure.opens or figure.beside_parameters)]
 
     def shown_in(self, claim: str) -> list[Figure]:
         """Figures that show something of a claim."""
@@ -128,8 +137,8 @@ def _figures(files: Mapping[str, bytes], words: Mapping[str, Any]) -> list[Figur
         picture = "" if is_page else "data:image/png;base64," + base64.b64encode(content).decode()
         fragment = content.decode() if is_page else ""
         title, text = caption.get("title", name), caption.get("text", "")
-        claims, opens = tuple(caption.get("claims", ())), bool(caption.get("opens", False))
-        found.append(Figure(name, title, text, picture, fragment, claims, opens))
+        claims, places = tuple(caption.get("claims", ())), (bool(caption.get(key, False)) for key in PLACES)
+        found.append(Figure(name, title, text, picture, fragment, claims, *places))
     return found
 
 

@@ -74,12 +74,12 @@ class ByKind:
     """One compiled function for each kind of walker: the first of `choices` whose kinds the argument `p` is one of.
 
     Called by a compiled function, the choice is made when that one is compiled: the others are not compiled with it.
-    Raises TypeError for a `p` of no such kind.
+    `by` is another argument's name, if that one's type decides. Raises TypeError for a `p` of no such kind.
     """
 
-    def __init__(self, choices: Mapping[Any, Callable[..., Any]]) -> None:
+    def __init__(self, choices: Mapping[Any, Callable[..., Any]], by: str = "p") -> None:
         self.choices = choices
-        self.place = list(inspect.signature(next(iter(choices.values()))).parameters).index("p")
+        self.place = list(inspect.signature(next(iter(choices.values()))).parameters).index(by)
         self._numba_type_ = ByKindType(self)
 
     def of(self, kind: type) -> Any:
@@ -107,7 +107,8 @@ class ByKindType(types.Callable, types.Opaque):
         super().__init__(f"ByKind({id(function)})")
 
     def _dispatcher(self, arguments: tuple[Any, ...]) -> Any:
-        return self.function.of(arguments[self.function.place].instance_class)._numba_type_
+        kind = getattr(arguments[self.function.place], "instance_class", tuple)
+        return self.function.of(kind)._numba_type_
 
     def get_call_type(self, context: Any, arguments: tuple[Any, ...], keywords: Any) -> Any:
         """The signature of the chosen function."""

@@ -39,6 +39,10 @@ class Settings:
         "m", "rubber under the feet, whose effect on the gait is told", bound=Bound(above=0), default=0.002)
     accuracy: str | Accuracy = accuracy("tolerance")
 
+    def limited(self, friction: Friction) -> Friction | None:
+        """The ground's friction as far as it limits the trailing foot: None where that rolls whatever it takes."""
+        return friction if self.transition == "coulomb" else None
+
     def broken_rules(self) -> Iterator[Broken]:
         """The readable path knows rolling feet only."""
         if self.transition == "coulomb" and self.integrator == "scipy":
@@ -76,6 +80,14 @@ class Parameters:
     slope_digits: SlopeDigits = SlopeDigits()
     level: Level = Level()
 
+    def broken_rules(self) -> Iterator[Broken]:
+        """The readable path knows Table 1's biped only, and Coulomb friction at the hip is not known yet."""
+        if self.biped.hip_friction > 0:
+            yield Broken("biped.hip_friction", "0 N m (Coulomb friction at the hip walks in single stance only)")
+        if self.settings.integrator == "scipy" and self.biped.detailed:
+            yield Broken("analytic.integrator", f"compiled with biped.{self.biped.details[0]} (the SciPy path knows "
+                         "Table 1's biped only)")  # fmt: skip
+
     @property
     def half_widths(self) -> dict[str, float]:
         """How far parameters may be off, in their units, by file.key; exact ones are not in it."""
@@ -85,4 +97,4 @@ class Parameters:
     @property
     def limited_friction(self) -> Friction | None:
         """Friction of the trailing foot; None where it rolls whatever that takes."""
-        return self.friction if self.settings.transition == "coulomb" else None
+        return self.settings.limited(self.friction)

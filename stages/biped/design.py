@@ -1,22 +1,40 @@
-"""The biped's design parameters (Table 1 of the paper)."""
+"""The biped's design parameters: Table 1 of the paper, and what a detailed design adds to it."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
+from stages.biped.leg import Leg, leg_rules
 from stages.biped.quantity import Bound, Broken, parameter
+
+
+def _alike(key: str, description: str, unit: str, symbol: str, bound: Bound | None = None) -> float | None:
+    """A number of the other leg, which is that of the first leg where it is not given."""
+    field: float | None = parameter(
+        unit, f"{description} of the other leg, where it differs from {key}", symbol=symbol, bound=bound, default=None)
+    return field
 
 
 @dataclass(frozen=True)
 class Biped:
-    """Hip mass and two equal legs with an axial spring and damper, a round foot and a foot mass.
+    """Hip mass and two legs with an axial spring and damper, a round foot and a foot mass; and what a design adds.
 
-    Lengths run along the leg from the hip to the bottom of the foot. The foot mass sits below the spring.
+    Lengths run along the leg from the hip to the bottom of the foot. The foot mass sits below the spring. A detailed
+    design adds a frame to each leg, which swings with it above the spring, a hip with spring, damper and friction, a
+    counterweight, and numbers of the other leg that differ from those of the first. What it does not give is not there.
+
+    The first leg is leg 0 of a `Walk`, which stands at the start. Offsets are positive forward, for a leg that stands
+    upright. A hip's torque acts on the angle between the legs, leg angle 0 minus leg angle 1.
     """
 
     FILE: ClassVar[str] = "biped"
+    #: Said where a key is tried that no design has.
+    BEYOND: ClassVar[str] = (
+        "a design is two legs without knees, each with one round foot; other feet, knees, and more than two pairs of "
+        "legs cannot be described")
 
     legs: str = parameter("-", "axial degree of freedom of the legs", choices=("compliant", "rigid"))
     hip_mass: float = parameter("kg", "mass lumped at the hip", symbol="M", bound=Bound(minimum=0))
@@ -34,18 +52,151 @@ class Biped:
         "kg m^2", "inertia of a leg about its mass centre", symbol="I", bound=Bound(minimum=0)
     )
 
+    foot_offset: float = parameter("m", "the leg's mass forward of the leg's line", symbol="e", default=0.0)
+    frame_mass: float = parameter(
+        "kg", "mass above the spring that swings with a leg", symbol="m_f", bound=Bound(minimum=0), default=0.0)
+    frame_com: float = parameter("m", "frame's mass centre below the hip along the leg", symbol="l_f", default=0.0)
+    frame_offset: float = parameter(
+        "m", "frame's mass centre forward of the leg's line", symbol="e_f", default=0.0)
+    frame_inertia: float = parameter(
+        "kg m^2", "inertia of a frame about its mass centre", symbol="I_f", bound=Bound(minimum=0), default=0.0)
+
+    hip_stiffness: float = parameter(
+        "N m/rad", "stiffness of the hip between the legs", symbol="k_h", bound=Bound(minimum=0), default=0.0)
+    hip_damping: float = parameter(
+        "N m s/rad", "viscous friction of the hip between the legs", symbol="b_h", bound=Bound(minimum=0), default=0.0)
+    hip_friction: float = parameter(
+        "N m", "Coulomb friction torque of the hip between the legs", symbol="tau_h", bound=Bound(minimum=0),
+        default=0.0)
+    hip_rest_angle: float = parameter(
+        "rad", "leg angle 0 minus leg angle 1 at which the hip's spring is relaxed", symbol="phi_h",
+        bound=Bound(above=-3.2, below=3.2), default=0.0)
+    hip_gravity_mass: float | None = parameter(
+        "kg", "the hip's mass for gravity, where a counterweight makes it differ from hip_mass", symbol="M_g",
+        default=None)
+
+    other_foot_mass: float | None = _alike("foot_mass", "mass", "kg", "m_2", Bound(above=0))
+    other_leg_length: float | None = _alike("leg_length", "natural length", "m", "L_nat_2", Bound(above=0))
+    other_foot_radius: float | None = _alike("foot_radius", "foot's radius", "m", "r_2", Bound(minimum=0))
+    other_foot_com: float | None = _alike("foot_com", "height of the mass", "m", "l_2", Bound(minimum=0))
+    other_stiffness: float | None = _alike("stiffness", "axial stiffness", "N/m", "k_2", Bound(above=0))
+    other_damping: float | None = _alike("damping", "axial damping", "N s/m", "b_2", Bound(minimum=0))
+    other_leg_inertia: float | None = _alike("leg_inertia", "inertia", "kg m^2", "I_2", Bound(minimum=0))
+    other_foot_offset: float | None = _alike("foot_offset", "mass off the line", "m", "e_2")
+    other_frame_mass: float | None = _alike("frame_mass", "frame's mass", "kg", "m_f_2", Bound(minimum=0))
+    other_frame_com: float | None = _alike("frame_com", "frame's mass centre", "m", "l_f_2")
+    other_frame_offset: float | None = _alike("frame_offset", "frame's mass off the line", "m", "e_f_2")
+    other_frame_inertia: float | None = _alike("frame_inertia", "frame's inertia", "kg m^2", "I_f_2", Bound(minimum=0))
+
+    def leg(self, index: int) -> Leg:
+        """The numbers of leg 0, the first, or of leg 1, the other."""
+        names = [field.name for field in dataclasses.fields(Leg)]
+        first = {name: getattr(self, name) for name in names}
+        if index == 0:
+            return Leg(**first)
+        given = {name: getattr(self, f"other_{name}") for name in names}
+        return Leg(**{name: first[name] if value is None else value for name, value in given.items()})
+
+    def number(self, key: str) -> float:
+        """A number of the design; of one that is not given, what it then is."""
+        value = getattr(self, key)
+        if value is None:
+            value = self.hip_mass if key == "hip_gravity_mass" else getattr(self, key.removeprefix("other_"))
+        return float(value)
+
+    @property
+    def details(self) -> tuple[str, ...]:
+        """The keys of a detailed design that are given a value other than "not there", in the file's order."""
+        return tuple(
+            field.name for field in dataclasses.fields(self)
+            if field.default is not dataclasses.MISSING and getattr(self, field.name) != field.default)
+
+    @property
+    def detailed(self) -> bool:
+        """Whether anything is there beside Table 1's numbers."""
+        return bool(self.details)
+
+    @property
+    def alike(self) -> bool:
+        """Whether the biped is the same when its legs are exchanged, so that a gait repeats after one step."""
+        return self.leg(0) == self.leg(1) and (self.hip_stiffness == 0 or self.hip_rest_angle == 0)
+
+    @property
+    def exchanged(self) -> Biped:
+        """The same machine with its legs exchanged: the other leg is called the first."""
+        if self.alike:
+            return self
+        first, other = dataclasses.asdict(self.leg(0)), dataclasses.asdict(self.leg(1))
+        others = {f"other_{name}": value for name, value in first.items()
+                  if getattr(self, f"other_{name}") is not None}  # fmt: skip
+        return dataclasses.replace(self, **other, **others, hip_rest_angle=-self.hip_rest_angle)
+
+    @property
+    def weighed_hip(self) -> float:
+        """The hip's mass for gravity [kg]."""
+        return self.hip_mass if self.hip_gravity_mass is None else self.hip_gravity_mass
+
+    @property
+    def weighed_mass(self) -> float:
+        """Mass of the whole machine for gravity [kg]."""
+        return self.total_mass if self.hip_gravity_mass is None else self.total_mass - self.hip_mass + self.weighed_hip
+
+    @property
+    def foot_radii(self) -> tuple[float, float]:
+        """Radius of each leg's foot [m]."""
+        return self.foot_radius, self.leg(1).foot_radius
+
     def broken_rules(self) -> Iterator[Broken]:
         """Rules between the values: the foot and the mass lie below the hip; compliant legs carry mass everywhere."""
-        if self.foot_radius >= self.leg_length:
-            yield Broken("foot_radius", f"< leg_length = {self.leg_length:g} m")
-        if self.foot_com >= self.leg_length:
-            yield Broken("foot_com", f"< leg_length = {self.leg_length:g} m")
-        if self.legs == "compliant" and self.hip_mass <= 0:
+        yield from leg_rules(self.leg(0), "")
+        given = [field.name for field in dataclasses.fields(Leg) if getattr(self, f"other_{field.name}") is not None]
+        if given:
+            yield from leg_rules(self.leg(1), "other_", given)
+        frames = self.leg(0).frame_mass + self.leg(1).frame_mass
+        if self.legs == "compliant" and self.hip_mass + frames <= 0:
             yield Broken(
                 "hip_mass", "> 0 kg with compliant legs (a massless hip between two springs has no equation of motion)"
             )
+        if self.hip_rest_angle != 0 and self.hip_stiffness == 0:
+            yield Broken("hip_rest_angle", "0 rad without hip_stiffness (no spring is there to rest)")
 
     @property
     def total_mass(self) -> float:
         """Mass of the whole machine [kg]."""
-        return self.hip_mass + 2 * self.foot_mass
+        legs = 2 * self.foot_mass if self.other_foot_mass is None else self.foot_mass + self.other_foot_mass
+        frames = self.leg(0).frame_mass + self.leg(1).frame_mass if self.detailed else 0.0
+        return self.hip_mass + legs + frames
+
+
+#: The keys that a detailed design may add.
+DETAILS = frozenset(field.name for field in dataclasses.fields(Biped) if field.default is not dataclasses.MISSING)
+
+
+class BeyondModel(ValueError):
+    """A design has a detail that a model does not know; the message says which, and which model knows it."""
+
+
+def unknown_details(biped: Biped, model: str) -> Iterator[Broken]:
+    """What of a design a model of Table 1's biped does not know, as broken rules of a stage's parameters."""
+    for key in biped.details:
+        field = next(field for field in dataclasses.fields(biped) if field.name == key)
+        nothing = f"{field.default:g} {field.metadata['unit']}" if field.default is not None else "none"
+        yield Broken(f"{Biped.FILE}.{key}", f"{nothing} in {model} (only the constraint model, analytic, knows it)")
+
+
+def require_plain(biped: Biped, model: str) -> None:
+    """A model of Table 1's biped goes no further with another one. Raises BeyondModel."""
+    if biped.detailed:
+        keys = ", ".join(biped.details)
+        raise BeyondModel(f"{model} does not know {keys}; only the constraint model, analytic, does")
+
+
+@dataclass(frozen=True)
+class OfPlainBiped:
+    """Parameters of a stage that knows Table 1's biped only: a detail is refused, not passed over."""
+
+    biped: Biped
+
+    def broken_rules(self) -> Iterator[Broken]:
+        """The design has no details."""
+        yield from unknown_details(self.biped, type(self).__module__.split(".")[-2])

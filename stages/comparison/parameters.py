@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from stages.analytic.parameters import Settings as ConstraintSettings
 from stages.biped.accuracy.level import Level
-from stages.biped.design import Biped
+from stages.biped.design import OfPlainBiped
 from stages.biped.quantity import Bound, parameter
 from stages.campaign.parameters import RadioSettings, RunSettings, SensorSettings
 from stages.comparison.limits import Limits
@@ -62,10 +62,9 @@ class Settings(Limits):
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(OfPlainBiped):
     """Parameters of the comparison stage: its own, and those that claims rest on and name."""
 
-    biped: Biped
     slope: Slope
     contact: ContactLaw
     constraint: ConstraintSettings

@@ -72,7 +72,7 @@ def landing_force(scene: Scene, run: Run, since_heel_strike: np.ndarray) -> np.n
     NaN after the end of a run that ended early.
     """
     time = scene.heel_strike + since_heel_strike
-    force = ground_reaction(run.trajectory, np.minimum(time, run.trajectory.time[-1]), scene.biped.foot_radius)
+    force = ground_reaction(run.trajectory, np.minimum(time, run.trajectory.time[-1]), scene.biped.foot_radii)
     return np.where((time <= run.trajectory.time[-1])[:, None], force[:, LANDING], np.nan)
 
 
@@ -112,7 +112,7 @@ class HipCurve:
 
 def hip_curve(scene: Scene, run: Run) -> HipCurve | str:
     """The hip of a run, or why there is none."""
-    strikes = find_events(run.trajectory, scene.biped.foot_radius).heel_strike_time
+    strikes = find_events(run.trajectory, scene.biped.foot_radii).heel_strike_time
     if not run.completed or not len(strikes):
         return NO_HEEL_STRIKE if run.completed else run.outcome
     position, velocity = run.trajectory.at(np.minimum(scene.time, run.trajectory.time[-1]))
@@ -130,12 +130,13 @@ def measure(scene: Scene, law: ContactLaw, run: Run) -> OneStep:
     curve = hip_curve(scene, run)
     if isinstance(curve, str):
         return unfinished(curve, run.message, law, cost(scene, law))
-    trajectory, radius, time = run.trajectory, scene.biped.foot_radius, scene.time
+    trajectory, radii, time = run.trajectory, scene.biped.foot_radii, scene.time
     difference = curve.minus(scene.walk)
     position, velocity = difference[:, :2], difference[:, 2:]
-    force = ground_reaction(trajectory, time, radius) - scene.walk.ground_reaction[: len(time)]
+    force = ground_reaction(trajectory, time, radii) - scene.walk.ground_reaction[: len(time)]
     impact = in_impact(scene, curve.heel_strike)
-    columns = [foot_kinematics(trajectory.position, trajectory.velocity, leg, radius) for leg in (STANDING, LANDING)]
+    rows = trajectory.position, trajectory.velocity
+    columns = [foot_kinematics(*rows, leg, radii[leg]) for leg in (STANDING, LANDING)]
     held = trajectory.in_play(trajectory.time)
     depth = np.where(held, np.column_stack([column[0] for column in columns]), 0.0)
     before = trajectory.time < min(curve.heel_strike, scene.heel_strike)

@@ -80,7 +80,7 @@ class Cycles:
 
     def folded(self, trajectory: Trajectory, period: float, length: float) -> np.ndarray:
         """The hip over a stride from heel strike, from a step of a cycle from mid-stance to mid-stance, (n, 4)."""
-        strike = float(find_events(trajectory, self.parameters.biped.foot_radius).heel_strike_time[0])
+        strike = float(find_events(trajectory, self.parameters.biped.foot_radii).heel_strike_time[0])
         share, passed = self.stride(length)
         time = strike + share * period
         later = time >= period

@@ -41,7 +41,7 @@ class OneStep:
         start = rolling_state(p.biped, law, self.constraint.mid_stance, self.constraint.standing_force)
         run = simulate(
             p.biped, p.slope, law, start, Settings(tolerance), duration=float(self.time[-1]), signals=())
-        strikes = find_events(run.trajectory, p.biped.foot_radius).heel_strike_time
+        strikes = find_events(run.trajectory, p.biped.foot_radii).heel_strike_time
         if not run.completed or not len(strikes):
             raise NotWalked(f"over one step: {run.message or run.outcome}")
         self.strikes.append(float(strikes[0]))

@@ -16,6 +16,7 @@ class Caption:
     text: str = quantity("-", "what it shows, with the study's own numbers")
     claims: tuple[str, ...] = quantity("-", "claims that it shows something of", default=())
     opens: bool = quantity("-", "whether a report begins with it", default=False)
+    beside_parameters: bool = quantity("-", "whether a report shows it beside the parameters", default=False)
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,8 @@ def _draw(order: Order) -> tuple[dict[str, bytes], str]:
 
 def _caption(name: str, text: str) -> Caption:
     about = figure(name)
-    return Caption(name, about.TITLE, text, getattr(about, "CLAIMS", ()), getattr(about, "OPENS", False))
+    places = getattr(about, "OPENS", False), getattr(about, "BESIDE_PARAMETERS", False)
+    return Caption(name, about.TITLE, text, getattr(about, "CLAIMS", ()), *places)
 
 
 def synthetic(measured: MeasurementAgreement) -> str:
@@ -68,4 +69,5 @@ def as_yaml(captions: Sequence[Caption], made_up: str) -> bytes:
     for one in captions:
         lines += [f"- name: {one.name}", f"  title: {quoted(one.title)}", f"  text: {quoted(one.text)}"]
         lines += [f"  claims: {json.dumps(one.claims)}", f"  opens: {json.dumps(one.opens)}"]
+        lines += [f"  beside_parameters: {json.dumps(one.beside_parameters)}"]
     return ("\n".join(lines) + "\n").encode()

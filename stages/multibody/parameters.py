@@ -10,7 +10,7 @@ from typing import ClassVar
 from stages.biped.accuracy.asked import Accuracy, accuracy
 from stages.biped.accuracy.estimate import finer_explicit
 from stages.biped.accuracy.level import Level
-from stages.biped.design import Biped
+from stages.biped.design import OfPlainBiped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
@@ -93,10 +93,9 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(OfPlainBiped):
     """All parameters the stage uses."""
 
-    biped: Biped
     slope: Slope
     contact: ContactLaw
     settings: Settings

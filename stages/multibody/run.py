@@ -47,7 +47,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     state = rolling_state(biped, contact, analytic.mid_stance, analytic.walk.standing_force)
     settings, (assembly, walked, walk), errors = walk_to_accuracy(parameters, state, analytic.gait.step_length_m)
     progress(0.3, "measuring the walk")
-    penetration, slip = contact_signals(walked, walk, biped.foot_radius, settings.signals)
+    penetration, slip = contact_signals(walked, walk, biped.foot_radii, settings.signals)
     inventory = take_inventory(assembly.mbs, sampled_bytes=bytes_of(walk, penetration, slip))
     progress(0.4, "solving for the gait")
     model = Model(biped, slope, contact, settings)
@@ -82,14 +82,14 @@ def walk_to_accuracy(
     def walked(settings: Settings) -> tuple[Assembly, Run, Walk]:
         assembly = build(biped, slope, contact, settings, blocks, signals=settings.signals)
         run = simulate(biped, slope, contact, state, settings, lanes=blocks, assembly=assembly)
-        return assembly, run, sample(run.trajectory, slope, biped.foot_radius, settings.sampling_rate_hz)
+        return assembly, run, sample(run.trajectory, slope, biped.foot_radii, settings.sampling_rate_hz)
 
     return to_accuracy(
         settings.accuracy, settings, walked, Settings.finer, lambda one, other: walk_differences(one[2], other[2]))
 
 
 def contact_signals(
-    walked: Run, walk: Walk, radius: float, signals: Collection[str]
+    walked: Run, walk: Walk, radii: tuple[float, float], signals: Collection[str]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Penetration [m] and slip velocity [m/s] of both feet on the walk's grid, zero out of contact, each (n, 2).
 
@@ -99,7 +99,7 @@ def contact_signals(
     held = walked.trajectory.in_play(walk.time)
     penetration, slip = np.zeros_like(held, dtype=float), np.zeros_like(held, dtype=float)
     for leg in (0, 1):
-        depth, _, sliding = foot_kinematics(position, velocity, leg, radius)
+        depth, _, sliding = foot_kinematics(position, velocity, leg, radii[leg])
         touching = held[:, leg] & (depth > 0.0)
         penetration[:, leg] = np.where(touching, depth, 0.0)
         slip[:, leg] = np.where(touching, sliding, 0.0)

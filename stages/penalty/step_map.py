@@ -29,7 +29,7 @@ class PenaltyStepper:
         self.start, self.settings = start, settings
         self.p = numbers_of(biped, slope, contact)
         self.rigid = biped.legs == "rigid"
-        self.steps_walked = 0
+        self.steps_walked, self.steps_a_cycle = 0, 1
 
     def walk(self, start: PlanarState, steps: int) -> SectionStep:
         """Walk from a mid-stance to the one after `steps` steps. Raises NoLimitCycle."""

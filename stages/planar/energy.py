@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,14 +38,17 @@ class EnergyBalance:
 def energy_balance(
     trajectory: Trajectory, biped: Biped, slope: Slope, contact: ContactLaw, start: float, end: float
 ) -> EnergyBalance:
-    """Energy balance between two times [s], the powers integrated by quadrature over the solver's own steps."""
+    """Energy balance between two times [s], the powers integrated by quadrature over the solver's own steps.
+
+    The hip's damper and friction count among the legs' dampers, its spring among the legs' springs.
+    """
     time, weight = quadrature(trajectory.time, start, end)
     position, velocity = trajectory.at(time)
     held = trajectory.in_play(time)
-    damper = biped.damping * np.sum(velocity[:, 4:] ** 2, axis=1) if biped.legs == "compliant" else 0.0 * time
+    damper = damper_power(biped, velocity)
     normal_power, friction_power = np.zeros_like(time), np.zeros_like(time)
     for leg in (0, 1):
-        depth, rate, slip = foot_kinematics(position, velocity, leg, biped.foot_radius)
+        depth, rate, slip = foot_kinematics(position, velocity, leg, biped.foot_radii[leg])
         normal = np.where(held[:, leg], normal_force(contact, depth, rate), 0.0)
         normal_power += normal * rate
         friction_power += normal * friction_coefficient(contact, slip) * slip
@@ -51,50 +56,97 @@ def energy_balance(
     place, motion = trajectory.at(ends)
     at_ends = trajectory.in_play(ends)
     machine = np.diff(kinetic_energy(biped, place, motion) + spring_energy(biped, place))[0]
-    ground = np.diff(contact_energy(contact, biped.foot_radius, place, motion, at_ends))[0]
-    gravity = np.diff(mass_moment(biped, place) @ np.array(slope.gravity_vector))[0]
+    ground = np.diff(contact_energy(contact, biped.foot_radii, place, motion, at_ends))[0]
+    weighed = dataclasses.replace(biped, hip_mass=biped.weighed_hip)
+    gravity = np.diff(mass_moment(weighed, place) @ np.array(slope.gravity_vector))[0]
     losses = weight @ damper, weight @ normal_power - ground, weight @ friction_power
     stored = machine + ground
     return EnergyBalance(*map(float, (gravity, *losses, stored, gravity - sum(losses) - stored)))
 
 
+def damper_power(biped: Biped, velocity: np.ndarray) -> np.ndarray:
+    """Power lost in the dampers of the legs and in the hip [W], shape (n,)."""
+    power = np.zeros(len(velocity))
+    if biped.legs == "compliant":
+        power = _of_legs(biped.leg(0).damping, biped.leg(1).damping, velocity[:, 4:] ** 2)
+    if biped.hip_damping or biped.hip_friction:
+        rate = velocity[:, 2] - velocity[:, 3]
+        power = power + biped.hip_damping * rate**2 + biped.hip_friction * np.abs(rate)
+    return power
+
+
+def _of_legs(first: float, other: float, columns: np.ndarray) -> np.ndarray:
+    """Columns (n, 2) times a factor each, summed (n,); equal factors last, so that they cost no round-off."""
+    if first == other:
+        return np.asarray(first * np.sum(columns, axis=1))
+    return np.asarray(first * columns[:, 0] + other * columns[:, 1])
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """A body: mass [kg], inertia [kg m^2], place [m] and velocity [m/s], each (n, 2), and rate [rad/s] (n,)."""
+
+    mass: float
+    inertia: float
+    place: np.ndarray
+    motion: np.ndarray
+    rate: np.ndarray
+
+
+def _pieces(biped: Biped, position: np.ndarray, velocity: np.ndarray) -> Iterator[_Piece]:
+    """Feet, and frames where there are any."""
+    for number in (0, 1):
+        leg = biped.leg(number)
+        angle, rate = position[:, 2 + number], velocity[:, 2 + number]
+        sine, cosine, none = np.sin(angle), np.cos(angle), np.zeros(len(angle))
+        length, speed = position[:, 4 + number], velocity[:, 4 + number]
+        bodies = [(leg.foot_mass, leg.leg_inertia, length - leg.foot_com, speed, leg.foot_offset)]
+        if leg.frame_mass or leg.frame_inertia:
+            bodies.append((leg.frame_mass, leg.frame_inertia, none + leg.frame_com, none, leg.frame_offset))
+        for mass, inertia, arm, moving, aside in bodies:
+            place = np.column_stack([arm * sine + aside * cosine, -arm * cosine + aside * sine])
+            across = velocity[:, 0] + moving * sine + arm * rate * cosine - aside * rate * sine
+            upward = velocity[:, 1] - moving * cosine + arm * rate * sine + aside * rate * cosine
+            yield _Piece(mass, inertia, position[:, :2] + place, np.column_stack([across, upward]), rate)
+
+
 def mass_moment(biped: Biped, position: np.ndarray) -> np.ndarray:
-    """Sum of mass times position [kg m] of hip and feet, (n, 2), from columns as in `Trajectory`."""
+    """Sum of mass times position [kg m] of all bodies, (n, 2), from columns as in `Trajectory`."""
     moment = biped.hip_mass * position[:, :2]
-    for leg in (0, 1):
-        angle, arm = position[:, 2 + leg], position[:, 4 + leg] - biped.foot_com
-        foot = position[:, :2] + np.column_stack([arm * np.sin(angle), -arm * np.cos(angle)])
-        moment = moment + biped.foot_mass * foot
+    for piece in _pieces(biped, position, np.zeros_like(position)):
+        moment = moment + piece.mass * piece.place
     return moment
 
 
 def kinetic_energy(biped: Biped, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     """Kinetic energy [J], shape (n,)."""
     energy = 0.5 * biped.hip_mass * np.sum(velocity[:, :2] ** 2, axis=1)
-    for leg in (0, 1):
-        angle, rate = position[:, 2 + leg], velocity[:, 2 + leg]
-        arm, arm_rate = position[:, 4 + leg] - biped.foot_com, velocity[:, 4 + leg]
-        sine, cosine = np.sin(angle), np.cos(angle)
-        across = velocity[:, 0] + arm_rate * sine + arm * rate * cosine
-        upward = velocity[:, 1] - arm_rate * cosine + arm * rate * sine
-        energy = energy + 0.5 * biped.foot_mass * (across**2 + upward**2) + 0.5 * biped.leg_inertia * rate**2
+    for piece in _pieces(biped, position, velocity):
+        moving = 0.5 * piece.mass * np.sum(piece.motion**2, axis=1)
+        energy = energy + moving + 0.5 * piece.inertia * piece.rate**2
     return np.asarray(energy)
 
 
 def spring_energy(biped: Biped, position: np.ndarray) -> np.ndarray:
-    """Energy in the leg springs [J], shape (n,)."""
-    if biped.legs == "rigid":
-        return np.zeros(len(position))
-    return np.asarray(0.5 * biped.stiffness * np.sum((position[:, 4:] - biped.leg_length) ** 2, axis=1))
+    """Energy in the springs of legs and hip [J], shape (n,)."""
+    energy = np.zeros(len(position))
+    if biped.legs == "compliant":
+        first, other = biped.leg(0), biped.leg(1)
+        strains = position[:, 4:] - np.array([first.leg_length, other.leg_length])
+        energy = _of_legs(0.5 * first.stiffness, 0.5 * other.stiffness, strains**2)
+    if biped.hip_stiffness:
+        turned = position[:, 2] - position[:, 3] - biped.hip_rest_angle
+        energy = energy + 0.5 * biped.hip_stiffness * turned**2
+    return energy
 
 
 def contact_energy(
-    contact: ContactLaw, radius: float, position: np.ndarray, velocity: np.ndarray, held: np.ndarray
+    contact: ContactLaw, radii: tuple[float, float], position: np.ndarray, velocity: np.ndarray, held: np.ndarray
 ) -> np.ndarray:
     """Energy in the springs of the contacts that are in play [J]: k_c p^(e+1) / (e+1), shape (n,)."""
     exponent = contact.contact_exponent + 1.0
     energy = np.zeros(len(position))
     for leg in (0, 1):
-        depth = np.maximum(foot_kinematics(position, velocity, leg, radius)[0], 0.0)
+        depth = np.maximum(foot_kinematics(position, velocity, leg, radii[leg])[0], 0.0)
         energy += np.where(held[:, leg], contact.stiffness_si * depth**exponent / exponent, 0.0)
     return energy

@@ -38,11 +38,11 @@ class Recorded(Protocol):
         """Changes of that: time [s], leg, whether the ground acts from then on."""
 
 
-def find_events(trajectory: Trajectory, radius: float) -> Events:
-    """Heel strikes and toe-offs of both feet."""
+def find_events(trajectory: Trajectory, radii: tuple[float, float]) -> Events:
+    """Heel strikes and toe-offs of both feet, of these radii [m]."""
     rows = trajectory.position, trajectory.velocity
-    depth = np.column_stack([foot_kinematics(*rows, leg, radius)[0] for leg in (0, 1)])
-    return located(trajectory, depth, lambda leg, row: _crossing(trajectory, leg, radius, row))
+    depth = np.column_stack([foot_kinematics(*rows, leg, radii[leg])[0] for leg in (0, 1)])
+    return located(trajectory, depth, lambda leg, row: _crossing(trajectory, leg, radii[leg], row))
 
 
 def located(run: Recorded, depth: np.ndarray, crossing: Callable[[int, int], float]) -> Events:

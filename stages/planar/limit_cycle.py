@@ -22,7 +22,10 @@ HALVINGS = 4
 
 @dataclass(frozen=True)
 class LimitCycle:
-    """A gait at mid-stance; rows and columns are the numbers of `section_numbers`."""
+    """A gait at mid-stance; rows and columns are the numbers of `section_numbers`.
+
+    Where the legs differ, derivative and multipliers are those of two steps, period and length the means of both.
+    """
 
     section_state: np.ndarray = quantity(
         "1", "hip y, swing angle, both lengths, then the rates, shape (10,)", dimensions=("coordinate",)
@@ -76,9 +79,13 @@ class Steps(Protocol[S]):
 
 
 class StepTaker(Steps[SectionStep], Protocol):
-    """A model that takes steps from mid-stance to mid-stance, and counts them."""
+    """A model that takes steps from mid-stance to mid-stance, and counts them.
+
+    `step` and `derivative` are those of a cycle, which has one step where both legs are alike, or two.
+    """
 
     steps_walked: int
+    steps_a_cycle: int
 
     def walk(self, start: PlanarState, steps: int) -> SectionStep:
         """Walk from a mid-stance to the one after `steps` steps. Raises NoLimitCycle."""
@@ -98,8 +105,8 @@ def gait_near(walker: StepTaker, state: PlanarState, tolerance: float) -> LimitC
     after = found.step
     return LimitCycle(
         found.numbers,
-        after.duration,
-        after.length,
+        after.duration / walker.steps_a_cycle,
+        after.length / walker.steps_a_cycle,
         derivative,
         multipliers,
         found.residual,

@@ -13,14 +13,14 @@ from stages.planar.events import find_events
 from stages.planar.trajectory import Trajectory, foot_kinematics
 
 
-def sample(trajectory: Trajectory, slope: Slope, radius: float, rate_hz: float) -> Walk:
+def sample(trajectory: Trajectory, slope: Slope, radii: tuple[float, float], rate_hz: float) -> Walk:
     """Signals at even times, denser around heel strikes, with the exact times of heel strike and toe-off.
 
     Motion by Hermite interpolation between the solver's steps; forces and accelerations, which have kinks, by monotone
     cubics, so that a force is never negative between two steps, and is none where the foot does not touch. Forces and
     sensors that the trajectory does not hold have no rows.
     """
-    events = find_events(trajectory, radius)
+    events = find_events(trajectory, radii)
     time = refined_times(float(trajectory.time[-1]), rate_hz, events.heel_strike_time)
     position, velocity = trajectory.at(time)
     felt, loaded = trajectory.foot_acceleration.shape[1] > 0, trajectory.ground_reaction.shape[1] > 0
@@ -40,7 +40,7 @@ def sample(trajectory: Trajectory, slope: Slope, radius: float, rate_hz: float) 
         leg_rate=velocity[:, 2:4],
         leg_length=position[:, 4:],
         leg_length_rate=velocity[:, 4:],
-        ground_reaction=ground_reaction(trajectory, time, radius) if loaded else np.zeros((0, 2, 2)),
+        ground_reaction=ground_reaction(trajectory, time, radii) if loaded else np.zeros((0, 2, 2)),
         hip_specific_force=force_at(trajectory.acceleration[:, :2]),
         hip_angular_velocity=turning.copy(),
         foot_specific_force=force_at(trajectory.foot_acceleration),
@@ -52,13 +52,13 @@ def sample(trajectory: Trajectory, slope: Slope, radius: float, rate_hz: float) 
     )
 
 
-def ground_reaction(trajectory: Trajectory, time: np.ndarray, radius: float) -> np.ndarray:
+def ground_reaction(trajectory: Trajectory, time: np.ndarray, radii: tuple[float, float]) -> np.ndarray:
     """Force of the ground on each foot at the given times [s], (n, 2 legs, 2) [N]: monotone between the solver's steps.
 
     So it is never negative between two steps, and it is none where the foot does not touch.
     """
     position, velocity = trajectory.at(time)
-    depths = [foot_kinematics(position, velocity, leg, radius)[0] for leg in (0, 1)]
+    depths = [foot_kinematics(position, velocity, leg, radii[leg])[0] for leg in (0, 1)]
     touching = (np.column_stack(depths) > 0.0) & trajectory.in_play(time)
     forces = np.asarray(PchipInterpolator(trajectory.time, trajectory.ground_reaction)(time))
     return np.asarray(forces * touching[:, :, None])

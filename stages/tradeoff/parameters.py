@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from stages.analytic.parameters import Settings as ConstraintSettings
 from stages.biped.accuracy.level import Level
-from stages.biped.design import Biped
+from stages.biped.design import OfPlainBiped
 from stages.biped.quantity import Bound, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
@@ -22,16 +22,15 @@ class Settings:
     FILE: ClassVar[str] = "tradeoff"
 
     resolution: str = parameter(
-        "-", "coarse: some settings of each way; full: all of them, with the penalty model's multipliers",
-        choices=("coarse", "full"))
+        "-", "few: what claims rest on; coarse: some settings of each way; full: all of them, with the penalty model's "
+        "multipliers", choices=("few", "coarse", "full"))
     walked_steps: int = parameter("1", "steps over which errors are taken", bound=Bound(minimum=2, maximum=20))
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(OfPlainBiped):
     """All parameters the stage uses; the settings of the three models say which way is their default."""
 
-    biped: Biped
     slope: Slope
     contact: ContactLaw
     constraint: ConstraintSettings

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from stages.analytic.parameters import Settings as AnalyticSettings
 from stages.biped.accuracy.level import Level
-from stages.biped.design import Biped
+from stages.biped.design import OfPlainBiped
 from stages.biped.quantity import Bound, parameter
 from stages.ground.contact_law import ContactLaw
+from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings as PlanarSettings
 from stages.twin.parameters import Settings as TwinSettings
@@ -34,12 +36,13 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(OfPlainBiped):
     """All parameters the stage uses."""
 
-    biped: Biped
     slope: Slope
     contact: ContactLaw
+    friction: Friction
+    analytic: AnalyticSettings
     planar: PlanarSettings
     twin: TwinSettings
     settings: Settings

@@ -42,6 +42,36 @@ class RungGait:
 
 
 @dataclass(frozen=True)
+class SameMachine:
+    """The constraint model of one rung's own machine, as its bill projects into the plane, beside that machine.
+
+    Numbers are NaN and arrays hold NaN or are empty where one of them has no gait.
+    """
+
+    name: str = quantity("-", "name of the rung")
+    outcome: str = quantity("-", "completed, or why the constraint model has no gait")
+    period_s: float = quantity("s", "duration of a step, mean of both pairs'", symbol="T")
+    step_length_m: float = quantity("m", "advance of the hip in a step", symbol="s")
+    inner_outer_difference: float = quantity("1", "limp: from inner to outer mid-stance less back, over the mean step")
+    multipliers: np.ndarray = quantity(
+        "1", "the two largest multipliers of a step, real and imaginary part, shape (2, 2)",
+        dimensions=("multiplier", "part")
+    )
+    hip_apart_m: np.ndarray = quantity(
+        "m", "largest difference of both hips over a stride at equal phase, x and y, shape (2,)",
+        dimensions=("direction",)
+    )
+    hip_from_simple_m: np.ndarray = quantity(
+        "m", "the same from the constraint model of the simple machine, shape (2,)", dimensions=("direction",)
+    )
+
+    @property
+    def found(self) -> bool:
+        """Whether the constraint model has a gait."""
+        return self.outcome == COMPLETED
+
+
+@dataclass(frozen=True)
 class Result:
     """Gaits from the simple model to the twin and beyond it, each machine with one thing more than the one before."""
 
@@ -50,6 +80,8 @@ class Result:
     rungs: tuple[RungGait, ...] = quantity("-", "planar multibody model first")
     walked_period_s: float = quantity("s", "settled step of the twin's own walk, from the twin stage", symbol="T")
     walked_step_length_m: float = quantity("m", "settled step length of the twin's own walk", symbol="s")
+    same_machine: tuple[SameMachine, ...] = quantity(
+        "-", "the constraint model of each rung's own machine, in the rungs' order", default=())
 
     @property
     def twin(self) -> RungGait | None:
@@ -73,11 +105,25 @@ class Result:
         if self.twin is None:
             return f"{len(self.rungs)} rungs{without}"
         difference = 1e3 * (self.twin.period_s - self.simple_period_s)
+        left = self.left_of_twin()
+        own = f"; from the constraint model of the same machine {1e3 * left[0]:+.2f} ms" if left else ""
         longest = 1e3 * (self.twin.step_length_m - self.simple_step_length_m)
         return (
             f"{len(self.rungs)} rungs{without}: the twin's step is {difference:+.1f} ms and {longest:+.1f} mm from the "
-            f"simple model's, largest multiplier {pair_text(self.twin.plane_multipliers[0])}"
+            f"simple model's{own}, largest multiplier {pair_text(self.twin.plane_multipliers[0])}"
         )
+
+    def left(self) -> list[tuple[RungGait, SameMachine]]:
+        """Rungs and the constraint model of their own machine, where both have a gait."""
+        pairs = zip(self.rungs, self.same_machine)  # an artefact without the constraint model's side has none
+        return [(rung, own) for rung, own in pairs if rung.found and own.found]
+
+    def left_of_twin(self) -> tuple[float, float] | None:
+        """Step [s] and step length [m] of the twin less those of the constraint model of the same machine."""
+        for rung, own in self.left():
+            if rung.is_twin:
+                return rung.period_s - own.period_s, rung.step_length_m - own.step_length_m
+        return None
 
     def tables(self) -> list[Table]:
         """The ladder, and the sum of its parts, as (title, columns, rows of text)."""
@@ -102,9 +148,27 @@ class Result:
         ladder = [row + [""] * (width - len(row)) for row in rows]
         return [
             ("From the simple model to the twin, one change at a time", columns, ladder),
+            ("Each machine and the constraint model of the same machine",
+             ["rung", "constraint model [s]", "left [ms]", "length [mm]", "left [mm]", "multipliers", "machine's",
+              "limp", "machine's", "hip apart x, y [mm]", "from simple x, y [mm]"], self._same_rows()),
             ("What each rung has more", ["rung", "added"], [[rung.name, rung.added] for rung in self.rungs]),
             ("The twin", ["", "period [s]", "length [mm]"], self._twin_rows()),
         ]
+
+    def _same_rows(self) -> list[list[str]]:
+        rows = []
+        for rung, own in self.left():
+            period, length = 1e3 * (rung.period_s - own.period_s), 1e3 * (rung.step_length_m - own.step_length_m)
+            rows.append([
+                rung.name + (" = the twin" if rung.is_twin else ""),
+                f"{own.period_s:.5f}", f"{period:+.2f}", f"{1e3 * own.step_length_m:.2f}", f"{length:+.2f}",
+                ", ".join(pair_text(value) for value in own.multipliers),
+                ", ".join(pair_text(value) for value in rung.plane_multipliers[:2]),
+                f"{own.inner_outer_difference:.1e}", f"{rung.inner_outer_difference:.1e}",
+                ", ".join(f"{1e3 * value:.2f}" for value in own.hip_apart_m),
+                ", ".join(f"{1e3 * value:.2f}" for value in own.hip_from_simple_m),
+            ])  # fmt: skip
+        return rows
 
     def _twin_rows(self) -> list[list[str]]:
         if self.twin is None:

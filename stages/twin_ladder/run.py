@@ -1,30 +1,42 @@
 """The ladder stage: from the simple model to the twin, one change at a time.
 
-Inputs: the analytic gait to start from, the twin's own walk to compare with. Settings: params/twin_ladder.yaml.
-Output: `Result`, the gait of every rung. What a rung changes depends on what stands before it: the order is the issue.
+Inputs: the analytic gait to start from, the twin's own walk to compare with. Settings: params/twin_ladder.yaml, and of
+analytic.yaml what the constraint model is.
+Output: `Result`, the gait of every rung, and of the constraint model of the same machine, as its bill projects into the
+plane. What a rung changes depends on what stands before it: the order is the issue.
 """
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from stages.analytic.result import Result as Analytic
 from stages.biped.progress import Progress, ignore
+from stages.multibody.parameters import Settings as PlanarSettings
 from stages.multibody.walking.limit_cycle import limit_cycle
+from stages.multibody.walking.walk import simulate
 from stages.planar.limit_cycle import LimitCycle
-from stages.planar.section import SCALES, NoLimitCycle
-from stages.planar.state import rolling_state
+from stages.planar.section import SCALES, NoLimitCycle, section_state
+from stages.planar.state import PlanarState, rolling_state
+from stages.twin.machine.contact import X, Y
+from stages.twin.machine.machine import Machine
+from stages.twin.machine.projection import project
 from stages.twin.result import Result as Twin
-from stages.twin_ladder.cycle import IN_PLANE, SIDEWAYS, Gait, Near, Search
+from stages.twin.walking.simulate import simulate_twin
+from stages.twin_ladder.constraint_side import PHASES, beside, constraint_gait
+from stages.twin_ladder.cycle import IN_PLANE, SIDEWAYS, UPRIGHT, Gait, Near, Search
 from stages.twin_ladder.parameters import Parameters
-from stages.twin_ladder.result import COMPLETED, Result, RungGait
-from stages.twin_ladder.rungs import Rung, rungs
-from stages.twin_ladder.section import step_map
+from stages.twin_ladder.result import COMPLETED, Result, RungGait, SameMachine
+from stages.twin_ladder.rungs import Rung, alike_in_the_plane, rungs
+from stages.twin_ladder.section import SectionState, start_from, step_map
 
 PLANAR = "planar model"
+#: Which feet the ground acts on at a mid-stance; the rest of it comes from a section's numbers.
+STANDING = PlanarState((0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (True, False))
 #: Steps after which only the changes are left that go with the leading multipliers.
 LEFT_AFTER = 4
 PLANAR_ADDED = "the ground yields and lets the feet creep: penalty contact and friction instead of constraints"
@@ -53,14 +65,43 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         rows = [without_gait(PLANAR, PLANAR_ADDED, str(error), False)]
         reason = "the planar model has no gait to start from"
         rows += [without_gait(rung.name, rung.added, reason, rung.is_twin) for rung in machines]
+        found = [Climbed(row, no_hip()) for row in rows]
     else:
-        rows = [planar_row(cycle), *climb(parameters, machines, cycle, progress)]
+        found = [planar_rung(parameters, cycle), *climb(parameters, machines, cycle, progress)]
+    progress(0.95, "constraint models of the same machines")
     return Result(
         simple_period_s=analytic.gait.period_s,
         simple_step_length_m=analytic.gait.step_length_m,
-        rungs=tuple(rows),
+        rungs=tuple(climbed.row for climbed in found),
         walked_period_s=settled.period_s,
         walked_step_length_m=settled.step_length_m,
+        same_machine=same_machines(parameters, machines, found),
+    )
+
+
+@dataclass(frozen=True)
+class Climbed:
+    """The row of a rung, and where its hip is at `PHASES` of a stride (801, 2) [m]; NaN without a gait."""
+
+    row: RungGait
+    hip: np.ndarray
+
+
+def no_hip() -> np.ndarray:
+    """Of a rung without a gait."""
+    return np.full((len(PHASES), 2), np.nan)
+
+
+def same_machines(
+    parameters: Parameters, machines: list[Rung], found: Sequence[Climbed]
+) -> tuple[SameMachine, ...]:
+    """The constraint model of each rung's own machine beside it; the planar model's is the simple one."""
+    settings = parameters.analytic
+    friction = settings.limited(parameters.friction)
+    bipeds = [parameters.biped, *(project(rung.machine) for rung in machines)]
+    gaits = [constraint_gait(biped, parameters.slope, settings.tolerance, friction) for biped in bipeds]
+    return tuple(
+        beside(climbed.row.name, own, gaits[0], climbed.hip) for climbed, own in zip(found, gaits, strict=True)
     )
 
 
@@ -68,21 +109,39 @@ def planar_cycle(parameters: Parameters, analytic: Analytic) -> LimitCycle:
     """Gait of the planar multibody model, from the constraint model's mid-stance. Raises NoLimitCycle."""
     biped, contact, settings = parameters.biped, parameters.contact, parameters.settings
     state = rolling_state(biped, contact, analytic.mid_stance, analytic.walk.standing_force)
-    planar = dataclasses.replace(
-        parameters.planar, assembly="tree", tolerance=settings.tolerance, largest_step=parameters.twin.largest_step
-    )
+    planar = planar_settings(parameters)
     return limit_cycle(biped, parameters.slope, contact, state, planar, settings.residual, settings.difference)
 
 
-def climb(parameters: Parameters, machines: list[Rung], cycle: LimitCycle, progress: Progress) -> list[RungGait]:
+def planar_settings(parameters: Parameters) -> PlanarSettings:
+    """How the planar model is integrated here."""
+    return dataclasses.replace(
+        parameters.planar, assembly="tree", tolerance=parameters.settings.tolerance,
+        largest_step=parameters.twin.largest_step,
+    )  # fmt: skip
+
+
+def planar_rung(parameters: Parameters, cycle: LimitCycle) -> Climbed:
+    """The planar model's row and hip."""
+    start = section_state(cycle.section_state, STANDING)
+    where = parameters.biped, parameters.slope, parameters.contact
+    run = simulate(*where, start, planar_settings(parameters), steps=2)
+    return Climbed(planar_row(cycle), run.trajectory.at(2 * cycle.period_s * PHASES)[0][:, :2])
+
+
+def climb(parameters: Parameters, machines: list[Rung], cycle: LimitCycle, progress: Progress) -> list[Climbed]:
     """Gaits of the spatial machines, each searched from the last one found."""
     settings = parameters.settings
     solver = dataclasses.replace(parameters.twin, tolerance=settings.tolerance)
     near = like_planar(cycle)
     length = parameters.biped.leg_length
-    rows = []
+    rows: list[Climbed] = []
+    found: tuple[Machine, Gait, np.ndarray] | None = None
     for number, rung in enumerate(machines, 1):
         progress(number / (len(machines) + 1), f"gait with {rung.name}")
+        if not settings.sideways and found is not None and alike_in_the_plane(found[0], rung.machine):
+            rows.append(Climbed(spatial_row(rung, found[1]), found[2]))
+            continue
         longer = float(rung.machine.length.mean()) - length  # a longer machine stands higher on its feet
         plane = near.plane + longer * np.array([1.0, 0.0, 1.0, 1.0, *[0.0] * 6])
         near = dataclasses.replace(near, plane=plane)
@@ -92,10 +151,14 @@ def climb(parameters: Parameters, machines: list[Rung], cycle: LimitCycle, progr
         try:
             gait = search.find(near)
         except NoLimitCycle as error:
-            rows.append(without_gait(rung.name, rung.added, str(error), rung.is_twin))
+            rows.append(Climbed(without_gait(rung.name, rung.added, str(error), rung.is_twin), no_hip()))
             continue
         near = gait.near
-        rows.append(spatial_row(rung, gait))
+        start = start_from(SectionState(near.plane, UPRIGHT), 0, rung.machine.length)
+        record = simulate_twin(rung.machine, parameters.slope, parameters.contact, start, solver, steps=2)
+        hip = record.at(2 * gait.period * PHASES)[0][:, [X, Y]]
+        found = rung.machine, gait, hip
+        rows.append(Climbed(spatial_row(rung, gait), hip))
     return rows
 
 

@@ -292,11 +292,11 @@ def test_multipliers_that_meet_have_no_derivatives_and_a_sentence_says_so():
     """Two leading multipliers are brought together by hand, in the matrix of a true gait."""
     design, point = gait_of("rigid")
     gait = gait_derivatives(design, point, ("ground.slope_deg",), 1e-12)
-    values, vectors = np.linalg.eig(gait.step.by_state)
+    values, vectors = np.linalg.eig(gait.by_state)
     order = np.argsort(-np.abs(values))
     values[order[1]] = values[order[0]] + 0.5 * APART
     matrix = np.real(vectors @ np.diag(values) @ np.linalg.inv(vectors))
-    near = dataclasses.replace(gait, step=dataclasses.replace(gait.step, by_state=matrix))
+    near = dataclasses.replace(gait, by_state=matrix)
     found = multiplier_derivatives(near)
     assert len(found.refused) == 2 and "has no derivative of its own" in found.refused[0]
     assert np.isnan(found.derivatives[:2]).all() and np.isfinite(found.derivatives[2:]).all()

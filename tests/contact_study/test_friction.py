@@ -62,7 +62,7 @@ def test_a_gait_that_is_solved_for_is_where_a_long_walk_runs_into(rows, paramete
     walker = stepper(doubled)
     run = simulate(
         parameters.biped, parameters.slope, doubled, walker.start, Settings(1e-9), steps=60, signals=())
-    strikes = find_events(run.trajectory, parameters.biped.foot_radius).heel_strike_time
+    strikes = find_events(run.trajectory, parameters.biped.foot_radii).heel_strike_time
     solved = next(row for row in rows if (row.name, row.factor) == ("stiction_velocity", 2.0))
     assert 0.5 * (strikes[-1] - strikes[-3]) == pytest.approx(solved.period_s, rel=1e-6)  # steps alternate around it
 

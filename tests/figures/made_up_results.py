@@ -128,10 +128,9 @@ def machine(outsole=0.0):
         Part("outer foot", "outer_foot", "rubber", "arc", "z", (0.083, 0.012, 0.02, 0.11), 0.1, (0.0, -0.25, 0.085), 2),
     )
     return SimpleNamespace(
-        parts=parts, inner_lane=0.04, outer_lane=0.085, foot_width=0.02, outsole=outsole, ramp_length=2.0,
-        block_sets=11, block_length=0.08, block_width=0.045, expected_step=0.0, scene="ramp",
-        hip_socket=(0.0, 0.0, 0.0),
-        foot_socket=(0.0, -0.233, 0.04),
+        parts=parts, inner_lane=0.04, outer_lane=0.085, foot_width=0.02, outsole=outsole, outsole_arc=0.112,
+        ramp_length=2.0, block_sets=11, block_length=0.08, block_width=0.045, expected_step=0.0, scene="ramp",
+        hip_socket=(0.0, 0.0, 0.0), foot_socket=(0.0, -0.233, 0.04),
     )  # fmt: skip
 
 

@@ -38,6 +38,10 @@ def test_captions_state_the_numbers_of_the_results():
     assert "2.00 mm" in contact and "0.20 mm" in contact
 
 
+def test_one_figure_stands_beside_the_parameters():
+    assert [name for name in NAMES if getattr(figure(name), "BESIDE_PARAMETERS", False)] == ["robot_symbols"]
+
+
 def test_claims_that_figures_name_are_judged_and_one_figure_opens_the_report():
     named = {claim for name in NAMES for claim in getattr(figure(name), "CLAIMS", ())}
     assert named <= set(SAYS) and len(named) > 10
@@ -51,13 +55,14 @@ def test_what_is_synthetic_is_called_so(origin, said):
 
 
 def test_captions_survive_yaml():
-    one = Caption("a", 'quotes " and: colons', "µ ≤ 3 # no comment", ("b",), True)
+    one = Caption("a", 'quotes " and: colons', "µ ≤ 3 # no comment", ("b",), True, False)
     read = yaml.safe_load(as_yaml([one], "line\nbreak"))
     assert read == {
         "title": run.TITLE,
         "synthetic": "line\nbreak",
         "figures": [
-            {"name": "a", "title": 'quotes " and: colons', "text": "µ ≤ 3 # no comment", "claims": ["b"], "opens": True}
+            {"name": "a", "title": 'quotes " and: colons', "text": "µ ≤ 3 # no comment", "claims": ["b"], "opens": True,
+             "beside_parameters": False}
         ],
     }
 

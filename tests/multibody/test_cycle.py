@@ -74,7 +74,7 @@ def from_gait(biped, slope, contact, settings):
         state = rolling_state(machine, contact, upright, 9.4)
         model = Model(machine, ground, contact, dataclasses.replace(settings, tolerance=1e-7))
         walked = simulate(machine, ground, contact, state, model.settings, steps=steps)
-        return model, state, walked, sample(walked.trajectory, ground, machine.foot_radius, 500.0)
+        return model, state, walked, sample(walked.trajectory, ground, machine.foot_radii, 500.0)
 
     return prepared
 
@@ -99,7 +99,7 @@ def test_a_short_walk_has_not_settled_yet(from_gait):
     model, state, walked, walk = from_gait(2, slope_deg=2.0, hip_mass=0.2)
     far = dataclasses.replace(state, hip_velocity=(1.1 * state.hip_velocity[0], state.hip_velocity[1]))
     walked = simulate(model.biped, model.slope, model.contact, far, model.settings, steps=2)
-    walk = sample(walked.trajectory, model.slope, model.biped.foot_radius, 500.0)
+    walk = sample(walked.trajectory, model.slope, model.biped.foot_radii, 500.0)
     cycle, reason = solve(model, state, walked, walk)
     assert cycle.solved and "after 2 steps the last one still differs by" in reason
 
@@ -149,7 +149,7 @@ def test_multipliers_agree_with_fine_central_differences(from_gait):
     assert found.floquet_multipliers[:3, 0] == pytest.approx(full.floquet_multipliers[:3, 0], abs=1.5e-3)
     assert found.period_s == pytest.approx(full.period_s, abs=1e-6)
     walk = sample(simulate(model.biped, model.slope, model.contact, state, fine, steps=1).trajectory, model.slope,
-                  model.biped.foot_radius, 500.0)  # fmt: skip
+                  model.biped.foot_radii, 500.0)  # fmt: skip
     assert solved_cycle(dataclasses.replace(model, settings=fine), state, found, walk).period_s == pytest.approx(
         full.period_s, abs=5e-7
     )

@@ -14,8 +14,26 @@ LEGS = pytest.mark.parametrize("legs", ["compliant", "rigid"])
 TUMBLING = PlanarState((0.0, 1.0), (0.3, 0.5), (0.2, -0.3), (3.0, -2.0), (0.333, 0.333), (0.0, 0.0), (False, False))
 
 
+#: Legs that differ in everything, frames on both, all off the line, and a spring between them.
+UNEQUAL = {
+    "foot_offset": 0.006, "frame_mass": 0.15, "frame_com": 0.02, "frame_offset": -0.008, "frame_inertia": 2e-4,
+    "hip_stiffness": 0.4, "hip_rest_angle": 0.2, "other_foot_mass": 0.3, "other_leg_length": 0.325,
+    "other_foot_radius": 0.07, "other_foot_com": 0.09, "other_stiffness": 2500.0, "other_leg_inertia": 1e-3,
+    "other_foot_offset": -0.004, "other_frame_mass": 0.1, "other_frame_com": -0.01, "other_frame_offset": 0.005,
+    "other_frame_inertia": 1e-4,
+}  # fmt: skip
+DETAILS = pytest.mark.parametrize("details", [{}, UNEQUAL, {**UNEQUAL, "hip_mass": 0.0}],
+                                  ids=["plain", "unequal", "no hip mass"])  # fmt: skip
+
+
+def with_details(biped, assembly, legs, details):
+    if details and legs == "rigid" and assembly == "joints":
+        pytest.skip("this assembly has no frames on rigid legs")
+    return dataclasses.replace(biped, **{"legs": legs, "leg_inertia": 2e-3, **details})
+
+
 def fly(biped, slope, contact, settings, assembly, state=TUMBLING, duration=0.15):
-    fine = dataclasses.replace(settings, assembly=assembly, rolling_step=1e-4)
+    fine = dataclasses.replace(settings, assembly=assembly, rolling_step=2.5e-5 if biped.detailed else 1e-4)
     high = dataclasses.replace(state, hip_position=(0.0, 5.0))
     run = simulate(biped, slope, contact, high, fine, duration=duration)
     assert run.completed
@@ -24,8 +42,9 @@ def fly(biped, slope, contact, settings, assembly, state=TUMBLING, duration=0.15
 
 @ASSEMBLIES
 @LEGS
-def test_mass_centre_falls_on_a_parabola(biped, slope, contact, settings, assembly, legs):
-    design = dataclasses.replace(biped, legs=legs, leg_inertia=2e-3)
+@DETAILS
+def test_mass_centre_falls_on_a_parabola(biped, slope, contact, settings, assembly, legs, details):
+    design = with_details(biped, assembly, legs, details)
     flight = fly(design, slope, contact, settings, assembly).trajectory
     centre = mass_moment(design, flight.position) / design.total_mass
     gravity, t = np.array(slope.gravity_vector), flight.time[:, None]
@@ -37,8 +56,9 @@ def test_mass_centre_falls_on_a_parabola(biped, slope, contact, settings, assemb
 
 @ASSEMBLIES
 @LEGS
-def test_undamped_flight_keeps_its_energy_and_spin(biped, slope, contact, settings, assembly, legs):
-    design = dataclasses.replace(biped, legs=legs, leg_inertia=2e-3, damping=0.0)
+@DETAILS
+def test_undamped_flight_keeps_its_energy_and_spin(biped, slope, contact, settings, assembly, legs, details):
+    design = dataclasses.replace(with_details(biped, assembly, legs, details), damping=0.0, other_damping=None)
     flight = fly(design, slope, contact, settings, assembly).trajectory
     position, velocity = flight.position, flight.velocity
     energy = kinetic_energy(design, position, velocity) + spring_energy(design, position)
@@ -76,14 +96,17 @@ def test_legs_ring_like_two_masses_on_a_damped_spring(biped, slope, contact, set
 
 
 def moving_masses(biped, position, velocity):
-    """Mass, position and velocity of hip and feet."""
+    """Mass, position and velocity of hip, feet and frames."""
     masses = [(biped.hip_mass, position[:, :2], velocity[:, :2])]
-    for leg in (0, 1):
-        angle, rate = position[:, 2 + leg, None], velocity[:, 2 + leg, None]
-        arm, arm_rate = position[:, 4 + leg, None] - biped.foot_com, velocity[:, 4 + leg, None]
+    for number in (0, 1):
+        leg = biped.leg(number)
+        angle, rate = position[:, 2 + number, None], velocity[:, 2 + number, None]
         along, across = np.hstack([np.sin(angle), -np.cos(angle)]), np.hstack([np.cos(angle), np.sin(angle)])
-        foot, foot_velocity = arm * along, arm_rate * along + arm * rate * across
-        masses.append((biped.foot_mass, position[:, :2] + foot, velocity[:, :2] + foot_velocity))
+        sliding = position[:, 4 + number, None] - leg.foot_com, velocity[:, 4 + number, None]
+        bodies = (leg.foot_mass, *sliding, leg.foot_offset), (leg.frame_mass, leg.frame_com, 0.0, leg.frame_offset)
+        for mass, arm, arm_rate, aside in bodies:
+            place, motion = arm * along + aside * across, arm_rate * along + rate * (arm * across - aside * along)
+            masses.append((mass, position[:, :2] + place, velocity[:, :2] + motion))
     return masses
 
 
@@ -91,7 +114,8 @@ def spin_about_mass_centre(biped, position, velocity):
     masses = moving_masses(biped, position, velocity)
     centre = sum(mass * place for mass, place, _ in masses) / biped.total_mass
     drift = sum(mass * motion for mass, _, motion in masses) / biped.total_mass
-    spin = biped.leg_inertia * velocity[:, 2:4].sum(axis=1)
+    legs = biped.leg(0), biped.leg(1)
+    spin = sum((leg.leg_inertia + leg.frame_inertia) * velocity[:, 2 + number] for number, leg in enumerate(legs))
     for mass, place, motion in masses:
         lever, speed = place - centre, motion - drift
         spin = spin + mass * (lever[:, 0] * speed[:, 1] - lever[:, 1] * speed[:, 0])

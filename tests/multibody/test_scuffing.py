@@ -23,7 +23,7 @@ def test_blocks_under_the_feet_give_the_walk_of_the_ideal_rule(two_steps, biped,
     run = simulate(biped, slope, contact, start, settings, lanes=lanes(0.16, 0.1))
     assert run.completed
     assert np.array_equal(run.trajectory.position, two_steps.trajectory.position)
-    on_blocks, ideal = (sample(each.trajectory, slope, biped.foot_radius, 500.0) for each in (run, two_steps))
+    on_blocks, ideal = (sample(each.trajectory, slope, biped.foot_radii, 500.0) for each in (run, two_steps))
     assert np.array_equal(on_blocks.heel_strike_time, ideal.heel_strike_time)
     assert np.array_equal(on_blocks.toe_off_time, ideal.toe_off_time)
 

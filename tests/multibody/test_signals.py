@@ -23,7 +23,7 @@ NUMBERS_A_ROW = {"tree": {(): 21, ("imu",): 25, ("ground_reaction",): 29, SIGNAL
 
 
 def awaited(model, state, run, walk):
-    return walked_cycle(run, walk, model.biped.foot_radius), ""
+    return walked_cycle(run, walk, model.biped.foot_radii), ""
 
 
 def walked(biped, slope, contact, start, settings, signals):
@@ -84,7 +84,7 @@ def test_motion_alone_gives_the_same_gait(results):
 def test_the_rate_asked_for_is_the_rate_sampled(two_steps, slope, biped):
     """Away from heel strikes, where it is denser."""
     for rate in (200.0, 1000.0):
-        walk = sample(two_steps.trajectory, slope, biped.foot_radius, rate)
+        walk = sample(two_steps.trajectory, slope, biped.foot_radii, rate)
         assert np.median(np.diff(walk.time[walk.time < walk.heel_strike_time[0] - 2e-3])) == pytest.approx(1 / rate)
 
 

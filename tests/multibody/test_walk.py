@@ -19,7 +19,7 @@ from stages.planar.state import PlanarState
 
 @pytest.fixture(scope="module")
 def walk(two_steps, slope, biped):
-    return sample(two_steps.trajectory, slope, biped.foot_radius, 2000.0)
+    return sample(two_steps.trajectory, slope, biped.foot_radii, 2000.0)
 
 
 def test_two_steps_are_walked(two_steps, walk):
@@ -160,7 +160,7 @@ def test_a_hundred_steps_settle_and_stay_with_the_same_bits(ground, request, bip
     law, fast = request.getfixturevalue(ground), dataclasses.replace(settings, tolerance=1e-8)
     one, two = (simulate(biped, slope, law, start, fast, steps=100) for _ in range(2))
     assert one.completed and one.heel_strikes == 100
-    strikes = find_events(one.trajectory, biped.foot_radius).heel_strike_time
+    strikes = find_events(one.trajectory, biped.foot_radii).heel_strike_time
     periods, lengths = np.diff(strikes), np.diff(one.trajectory.at(strikes)[0][:, 0])
     assert np.ptp(periods[-60:]) < 1e-7 and np.ptp(lengths[-60:]) < 1e-7
     for name in ("time", "position", "velocity", "ground_reaction"):
@@ -209,7 +209,7 @@ def test_a_solver_that_gets_nowhere_is_stopped(start):
         def set_in_play(self, leg, acts):
             pass
 
-    watch = Watch(Frozen(), 0.083, 0.333, 3.0, 2, in_play=[True, False], landed=[True, False])
+    watch = Watch(Frozen(), (0.083, 0.083), 0.333, 3.0, 2, in_play=[True, False], landed=[True, False])
     with pytest.raises(RuntimeError, match=r"gets nowhere at its smallest step, t = 0\.5 s"):
         for _ in range(1000):
             watch(None, 0.5)

@@ -76,7 +76,7 @@ def test_how_walks_end_early(biped, slope, contact, start):
 
 def test_events_lie_between_the_switches(walked, biped):
     """Each leg goes out of play at or after it has left the ground, comes into play ahead, and lands after that."""
-    found = find_events(walked.trajectory, biped.foot_radius)
+    found = find_events(walked.trajectory, biped.foot_radii)
     outs = {leg: time for time, leg, acts in walked.trajectory.switches if not acts}
     ins = {leg: time for time, leg, acts in walked.trajectory.switches if acts and time > 0.0}
     assert len(found.heel_strike_time) == 2 and set(outs) == {0, 1}

@@ -11,7 +11,7 @@ from stages.twin.machine.machine import build
 from stages.twin.walking.events import find_events
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 from stages.twin_ladder.cycle import Near, Search
-from stages.twin_ladder.result import COMPLETED, Result, RungGait
+from stages.twin_ladder.result import COMPLETED, Result, RungGait, SameMachine
 from stages.twin_ladder.run import Inputs, run, without_gait
 from stages.twin_ladder.section import PLANE_SCALES, SectionState, Step
 
@@ -29,6 +29,11 @@ def made_up_rung(name, period, length, is_twin=False):
     return RungGait(name, "more", COMPLETED, is_twin, period, length, 0.0, multipliers, multipliers, 1e-6, 800.0, 20)
 
 
+def made_up_constraint(rung, outcome):
+    apart = np.array([1e-3, 1e-4])
+    return SameMachine(rung.name, outcome, 0.495, 0.160, 0.0, rung.plane_multipliers, apart, 2 * apart)
+
+
 @pytest.fixture(scope="module")
 def made_up():
     rows = (
@@ -37,7 +42,9 @@ def made_up():
         made_up_rung("third", 0.47, 0.165, True),
         made_up_rung("fourth", 0.46, 0.166),
     )
-    return Result(0.48, 0.16, rows, 0.471, 0.164)
+    falls = ("completed", "completed", "no gait", "completed")
+    own = tuple(made_up_constraint(row, outcome) for row, outcome in zip(rows, falls, strict=True))
+    return Result(0.48, 0.16, rows, 0.471, 0.164, own)
 
 
 def test_changes_up_to_the_twin_add_up_to_its_difference(made_up):
@@ -48,11 +55,21 @@ def test_changes_up_to_the_twin_add_up_to_its_difference(made_up):
 
 
 def test_tables_say_which_rung_has_no_gait(made_up):
-    (_, columns, ladder), (_, _, added), (_, _, twin) = made_up.tables()
+    (_, columns, ladder), (_, beside, own), (_, _, added), (_, _, twin) = made_up.tables()
+    assert [row[0] for row in own] == ["first", "fourth"] and all(len(row) == len(beside) for row in own)
+    assert own[0][1:5] == ["0.49500", "-5.00", "160.00", "+1.00"]
     assert all(len(row) == len(columns) for row in ladder) and len(ladder) == 5 and len(added) == 4
     assert ladder[2][:2] == ["second", "fell in step 1"] and ladder[3][0] == "third = the twin"
     assert len(twin) == 2
     assert "no gait for second" in made_up.summary()
+
+
+def test_what_is_left_of_the_twin_is_told(made_up):
+    assert made_up.left_of_twin() is None and "same machine" not in made_up.summary()
+    found = dataclasses.replace(made_up, same_machine=tuple(
+        dataclasses.replace(own, outcome=COMPLETED) for own in made_up.same_machine))  # fmt: skip
+    assert found.left_of_twin() == pytest.approx((0.47 - 0.495, 0.165 - 0.16))
+    assert "from the constraint model of the same machine -25.00 ms" in found.summary()
 
 
 def test_a_walker_that_falls_is_a_result(parameters):
@@ -60,6 +77,7 @@ def test_a_walker_that_falls_is_a_result(parameters):
     result = run(parameters, inputs(slow))
     assert not any(rung.found for rung in result.rungs) and result.rungs[0].outcome
     assert result.twin is None and "no gait for planar model" in result.summary()
+    assert len(result.same_machine) == len(result.rungs) and not result.left()
 
 
 def test_newton_finds_the_fixed_point_of_a_known_step():
@@ -87,6 +105,25 @@ def test_newton_finds_the_fixed_point_of_a_known_step():
     assert again.steps < search.steps, "a machine like one that is known takes fewer steps"
 
 
+def assert_contact_alone_is_left(result):
+    """What parts each machine from the constraint model of the same machine is what parts the simple ones: contact.
+
+    The machines' own differences are many times that.
+    """
+    (planar, simple), *others = result.left()
+    assert len(others) == len(result.rungs) - 1
+    contact = np.array([planar.period_s - simple.period_s, planar.step_length_m - simple.step_length_m])
+    for rung, own in others:
+        left = np.array([rung.period_s - own.period_s, rung.step_length_m - own.step_length_m])
+        assert left == pytest.approx(contact, rel=0.2), rung.name
+        assert rung.plane_multipliers == pytest.approx(own.multipliers, abs=4e-3), rung.name
+        assert rung.inner_outer_difference == pytest.approx(own.inner_outer_difference, abs=5e-5), rung.name
+        assert own.hip_apart_m == pytest.approx(simple.hip_apart_m, rel=0.3), rung.name
+    before = result.twin.period_s - result.simple_period_s
+    assert abs(before) > 5 * abs(result.left_of_twin()[0])
+    assert np.linalg.norm(next(own for rung, own in others if rung.is_twin).hip_from_simple_m) > 2.5e-3
+
+
 @pytest.mark.slow
 def test_the_twins_walk_settles_to_the_last_rung_at_the_rates_of_its_multipliers(parameters):
     """An independent check of fixed point and multipliers: a long walk of the twin's own stage.
@@ -102,6 +139,7 @@ def test_the_twins_walk_settles_to_the_last_rung_at_the_rates_of_its_multipliers
     for rung in (paired, wide):
         assert rung.period_s == pytest.approx(planar.period_s, abs=2e-6)
         assert rung.plane_multipliers[:2] == pytest.approx(planar.plane_multipliers[:2], abs=5e-3)
+    assert_contact_alone_is_left(result)
     machine = build(parameters.biped, parameters.twin)
     solver = dataclasses.replace(parameters.twin, tolerance=1e-8)
     start = rolling_start(machine, parameters.contact, ROUGH, 9.4)

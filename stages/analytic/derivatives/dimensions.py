@@ -15,7 +15,8 @@ from stages.analytic.model.walker import Vector
 #: Powers of mass, length and time in a unit.
 POWERS = {
     "kg": (1, 0, 0), "m": (0, 1, 0), "s": (0, 0, 1), "Hz": (0, 0, -1), "m/s": (0, 1, -1), "m/s^2": (0, 1, -2),
-    "N/m": (1, 0, -2), "N s/m": (1, 0, -1), "kg m^2": (1, 2, 0), "deg": (0, 0, 0), "1": (0, 0, 0),
+    "N/m": (1, 0, -2), "N s/m": (1, 0, -1), "kg m^2": (1, 2, 0), "N m/rad": (1, 2, -2),
+    "N m s/rad": (1, 2, -1), "N m": (1, 2, -2), "deg": (0, 0, 0), "rad": (0, 0, 0), "1": (0, 0, 0),
 }  # fmt: skip
 
 

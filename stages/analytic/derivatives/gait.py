@@ -1,7 +1,8 @@
 """Exact derivatives of a gait by the parameters of its design.
 
 A gait P(z, p) = z moves by dz = (1 - dP/dz)^-1 dP/dp; its period and step length move with z and with p. All are
-carried by the one step that `step_map` takes. Multipliers are in `multipliers`.
+carried by the steps that `step_map` takes: one, or the two of a stride where the legs differ. Multipliers are in
+`multipliers`.
 """
 
 from __future__ import annotations
@@ -13,10 +14,11 @@ import numpy as np
 
 from stages.analytic.derivatives.numbers import Changes, changes_of
 from stages.analytic.derivatives.section import section_change
-from stages.analytic.derivatives.step_map import VariedStep, varied_step
+from stages.analytic.derivatives.step_map import exchanged_rows, walk_derivatives
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import step_length
 from stages.analytic.gait.poincare import FixedPoint
+from stages.analytic.model.kinds import natural_lengths, radii
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.varied import varied
 from stages.analytic.model.walker import Vector, Walker
@@ -25,16 +27,17 @@ from stages.analytic.phases.section import section_state, section_tangent
 
 @dataclass(frozen=True)
 class VariedGait:
-    """A gait of one step and its derivatives for whole shares of the parameters in `changes`, dimensionless.
+    """A gait and its derivatives for whole shares of the parameters in `changes`, dimensionless.
 
-    `z` (j, n) of the section coordinates, `state` (size, n) of the state just after heel strike, `period` (n,) and
-    `step_length` (n,), in the units of the design's own walker.
+    `by_state` (j, j) is its monodromy matrix. Derivatives: `z` (j, n) of the section coordinates, `state` (size, n) of
+    the state just after heel strike, `period` (n,) and `step_length` (n,), means of its steps, in the units of the
+    design's own walker.
     """
 
     walker: Walker
     point: FixedPoint
     changes: Changes
-    step: VariedStep
+    by_state: np.ndarray
     z: np.ndarray
     state: np.ndarray
     period: Vector
@@ -45,7 +48,7 @@ class VariedGait:
 
         For a parameter that is zero a whole share is its `scale`.
         """
-        period = self.period / self.point.steps[0].period
+        period = self.period / self.point.period
         length = self.step_length / step_length(self.walker, self.point)
         return {"period_s": period, "step_length_m": length, "speed_m_s": length - period, "step_frequency_hz": -period}
 
@@ -61,38 +64,54 @@ class VariedGait:
 
 
 def gait_derivatives(design: DesignPoint, point: FixedPoint, names: tuple[str, ...], tolerance: float) -> VariedGait:
-    """Derivatives of the design's gait `point`, of one step, by the parameters `names`.
+    """Derivatives of the design's gait `point` by the parameters `names`.
 
     Raises KeyError for a name that the design's gait does not depend on, StepFailed like `poincare_map`, LinAlgError on
     a fold of the gait's family, where there are none.
     """
     walker, changes = design.walker(), changes_of(design, names)
-    step = varied_step(walker, point.z, changes.along, attainable_tolerance(walker.p, tolerance))
-    dz = np.linalg.solve(np.eye(point.z.size) - step.by_state, step.along)
-    period = step.period_along + step.period_by_state @ dz
-    y, size = section_state(point.z, walker.p), walker.size
-    tangent = section_tangent(point.z, y, walker.p).reshape(-1, size)
-    own = section_change(y, varied(walker.p, changes.along, len(changes.along))).reshape(-1, size)
-    dy = tangent.T @ dz + own.T
-    return VariedGait(walker, point, changes, step, dz, dy, period, step_length_change(walker, y, dy, changes.along))
+    tolerance, steps = attainable_tolerance(walker.p, tolerance), len(point.steps)
+    strikes = walk_derivatives(walker, point.z, changes.along, steps, tolerance)
+    last = strikes[-1]
+    dz = np.linalg.solve(np.eye(point.z.size) - last.by_start, last.along)
+    period = (last.time_along + last.time_by_start @ dz) / steps
+    y, dy = moved_state(walker, point.z, dz, changes.along)
+    lengths = step_length_change(walker, y, dy, changes.along) / steps
+    standing, along = walker, changes.along
+    for strike in strikes[:-1]:
+        standing, along = standing.exchanged, exchanged_rows(standing, along)
+        start = moved_state(standing, strike.z, strike.by_start @ dz + strike.along, along)
+        lengths += step_length_change(standing, *start, along) / steps
+    return VariedGait(walker, point, changes, last.by_start, dz, dy, period, lengths)
+
+
+def moved_state(walker: Walker, z: Vector, dz: np.ndarray, along: np.ndarray) -> tuple[Vector, np.ndarray]:
+    """The state on the section at coordinates `z`, and its derivatives (size, n) where these have `dz` (j, n)."""
+    y, size = section_state(z, walker.p), walker.size
+    tangent = section_tangent(z, y, walker.p).reshape(-1, size)
+    own = section_change(y, varied(walker.p, along, len(along))).reshape(-1, size)
+    return y, tangent.T @ dz + own.T
 
 
 def step_length_change(walker: Walker, y: Vector, dy: np.ndarray, along: np.ndarray) -> Vector:
-    """Derivatives (n,) of the step length of a gait that starts at state `y`, which moves by `dy` (size, n).
+    """Derivatives (n,) of the length of the step that leads to state `y`, which moves by `dy` (size, n).
 
-    See `gait_search.step_length`.
+    See `gait_search.step_lengths`.
     """
     numbers = dict(zip(walker.p._fields, along.T, strict=True))
-    radius, dr = walker.p.r, numbers["r"]
+    (radius, trailing), dr = radii(walker.p), numbers["r"]
+    dtrailing = numbers.get("r_2", dr)
     if walker.rigid:
         (theta, psi), (dtheta, dpsi) = y[:2], dy[:2]
-        stance = swing = walker.p.L_nat
-        dstance = dswing = numbers["L_nat"]
+        stance, swing = natural_lengths(walker.p)
+        dstance = numbers["L_nat"]
+        dswing = numbers.get("L_nat_2", dstance)
     else:
         (theta, stance, psi, swing), (dtheta, dstance, dpsi, dswing) = y[:4], dy[:4]
     change: Vector = (
         -(stance - radius) * np.cos(theta) * dtheta - (dstance - dr) * np.sin(theta)
-        - (swing - radius) * np.cos(psi) * dpsi - (dswing - dr) * np.sin(psi)
+        - (swing - trailing) * np.cos(psi) * dpsi - (dswing - dtrailing) * np.sin(psi)
         - radius * (dtheta + dpsi) - dr * (theta + psi)
+        - (trailing - radius) * dpsi - (dtrailing - dr) * psi
     )  # fmt: skip
     return change

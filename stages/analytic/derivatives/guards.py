@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stages.analytic.compiled import compiled
-from stages.analytic.derivatives import equations as ep
+from stages.analytic.derivatives.equations import terms as ep
 from stages.analytic.derivatives.response import (
     change_of,
     clearance_change,

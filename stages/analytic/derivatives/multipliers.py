@@ -17,7 +17,7 @@ import numpy as np
 from stages.analytic.derivatives.gait import VariedGait
 from stages.analytic.derivatives.numbers import moved
 from stages.analytic.errors import StepFailed
-from stages.analytic.gait.poincare import largest_first, poincare_derivative
+from stages.analytic.gait.poincare import iterate, largest_first
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector
 
@@ -58,7 +58,7 @@ class MultiplierDerivatives:
 
 def multiplier_derivatives(gait: VariedGait) -> MultiplierDerivatives:
     """Derivatives of the gait's leading multipliers; those that the parameters do not have are refused in words."""
-    values, left, right = eigensystem(gait.step.by_state)
+    values, left, right = eigensystem(gait.by_state)
     count = int((np.abs(values) >= LEADING * np.abs(values[0])).sum())
     names, refused = gait.changes.names, []
     single = []
@@ -119,9 +119,9 @@ def matrix_slope(gait: VariedGait, row: int, share: float) -> np.ndarray:
     """Central difference (j, j) of the exact monodromy matrix over a share of a parameter to both sides of the gait."""
     tolerance = attainable_tolerance(gait.walker.p, TOLERANCE)
     sides = [
-        poincare_derivative(
+        iterate(
             moved(gait.walker, side * share * gait.changes.along[row]),
-            gait.point.z + side * share * gait.z[:, row], tolerance)[1]
+            gait.point.z + side * share * gait.z[:, row], len(gait.point.steps), tolerance)[1]
         for side in (1.0, -1.0)
     ]
     slope: np.ndarray = (sides[0] - sides[1]) / (2 * share)

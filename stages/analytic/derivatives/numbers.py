@@ -41,8 +41,9 @@ class Changes:
 
 
 def sensitive_names(design: DesignPoint) -> tuple[str, ...]:
-    """Every parameter on which the gait of a design of this kind depends."""
-    return tuple(f"{owner.FILE}.{field.name}" for owner, field in _fields(design))
+    """Every parameter on which the gait of a design of this kind depends, of the details those that are there."""
+    return tuple(f"{owner.FILE}.{field.name}" for owner, field in _fields(design)
+                 if field.default is dataclasses.MISSING or getattr(owner, field.name) != field.default)
 
 
 def changes_of(design: DesignPoint, names: Iterable[str]) -> Changes:
@@ -55,12 +56,12 @@ def changes_of(design: DesignPoint, names: Iterable[str]) -> Changes:
         if name not in known:
             raise KeyError(f"{name}: the gait of this design has no such parameter; it has {', '.join(known)}")
         owner, field = known[name]
-        value, symbol = float(getattr(owner, field.name)), field.metadata["symbol"]
-        scale = value or _sizes(design.biped)[field.metadata["unit"]]
+        value = float(getattr(owner, field.name))
+        scale = value or _sizes(design)[field.metadata["unit"]]
         values.append(value)
         units.append(field.metadata["unit"])
         scales.append(scale)
-        rows.append(_row(design, walker, symbol, scale))
+        rows.append(_row(design, walker, field, scale))
     width = len(walker.p._fields)
     return Changes(chosen, np.array(values), tuple(units), np.array(scales), np.array(rows).reshape(-1, width))
 
@@ -76,21 +77,27 @@ def _fields(design: DesignPoint) -> list[tuple[Any, dataclasses.Field[Any]]]:
     numbers = set(design.walker().p._fields) | {"a", "g"}
     owners = (design.biped, design.slope, *((design.friction,) if design.friction else ()))
     return [(owner, field) for owner in owners for field in dataclasses.fields(owner)
-            if field.metadata["symbol"] in numbers]
+            if field.metadata["symbol"] in numbers and getattr(owner, field.name) is not None]
 
 
-def _sizes(biped: Biped) -> dict[str, float]:
+def _sizes(design: DesignPoint) -> dict[str, float]:
     """By unit, a size that a parameter could have which is zero."""
+    biped = design.biped
     mass, length = biped.foot_mass, biped.leg_length
-    return {"kg": mass, "m": length, "kg m^2": mass * (length / 10) ** 2, "deg": 1.0, "1": 1.0,
-            "N s/m": math.sqrt(biped.stiffness * mass)}
+    torque = mass * design.slope.gravity * length / 10
+    return {"kg": mass, "m": length, "kg m^2": mass * (length / 10) ** 2, "deg": 1.0, "1": 1.0, "rad": 1.0,
+            "N s/m": math.sqrt(biped.stiffness * mass), "N m/rad": torque, "N m": torque / 10,
+            "N m s/rad": torque * math.sqrt(length / design.slope.gravity)}  # fmt: skip
 
 
-def _row(design: DesignPoint, walker: Walker, symbol: str, change: float) -> Sequence[float]:
+def _row(design: DesignPoint, walker: Walker, field: dataclasses.Field[Any], change: float) -> Sequence[float]:
     """Change of the walker's numbers with one parameter, in units of the design."""
     slope, mass, length, time = design.slope, walker.mass, walker.length, walker.time
-    units = {"M": mass, "m": mass, "L_nat": length, "r": length, "l": length, "k": mass / time**2, "b": mass / time,
-             "I": mass * length**2, "mu_s": 1.0, "mu_d": 1.0}
+    inertia, symbol = mass * length**2, field.metadata["symbol"]
+    units = {"M": mass, "M_g": mass, "m": mass, "m_f": mass, "L_nat": length, "r": length, "l": length, "e": length,
+             "l_f": length, "e_f": length, "k": mass / time**2, "b": mass / time, "I": inertia, "I_f": inertia,
+             "k_h": inertia / time**2, "b_h": inertia / time, "tau_h": inertia / time**2, "phi_h": -1.0,
+             "mu_s": 1.0, "mu_d": 1.0}
     if symbol == "a":
         turn = math.radians(change)
         moved = {"g_x": turn * math.cos(slope.angle), "g_y": turn * math.sin(slope.angle)}
@@ -98,5 +105,15 @@ def _row(design: DesignPoint, walker: Walker, symbol: str, change: float) -> Seq
         share = change / slope.gravity
         moved = {"g_x": share * math.sin(slope.angle), "g_y": -share * math.cos(slope.angle)}
     else:
-        moved = {symbol: change / units[symbol]}
-    return [moved.get(field, 0.0) for field in walker.p._fields]
+        moved = dict.fromkeys(_moved(design.biped, field), change / units[symbol.removesuffix("_2")])
+    return [moved.get(name, 0.0) for name in walker.p._fields]
+
+
+def _moved(biped: Biped, field: dataclasses.Field[Any]) -> tuple[str, ...]:
+    """The walker's numbers that a parameter of the design is: of both legs, where the other one gives none."""
+    symbol = field.metadata["symbol"]
+    if symbol == "M" and biped.hip_gravity_mass is None:
+        return "M", "M_g"
+    if getattr(biped, f"other_{field.name}", 0.0) is None:
+        return symbol, f"{symbol}_2"
+    return (symbol,)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stages.analytic.compiled import Four, compiled, inlined
-from stages.analytic.derivatives import equations as ep
+from stages.analytic.derivatives.equations import terms as ep
 from stages.analytic.derivatives.response import (
     change_of,
     compliant_by,
@@ -12,7 +12,7 @@ from stages.analytic.derivatives.response import (
     sliding_response,
     sliding_system,
 )
-from stages.analytic.model import equations as eq
+from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import solve, solve_constrained
 from stages.analytic.model.varied import VariedCompliant, VariedLimited, VariedRigid
 from stages.analytic.model.walker import Vector

@@ -6,14 +6,13 @@ The equations of `phases.flow` hold for the changed numbers too: what it adds to
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
-from stages.analytic.compiled import ByKind, Constrained, Four, Numbers, compiled
-from stages.analytic.derivatives import equations as ep
+from stages.analytic.compiled import Constrained, Four, Numbers, compiled
+from stages.analytic.derivatives.equations import terms as ep
 from stages.analytic.model.elimination import dot, solve, solve_constrained
-from stages.analytic.model.kinds import Compliant, Limited, Rigid, Rolling
-from stages.analytic.model.varied import VariedLimited, VariedRigid, VariedRolling
+from stages.analytic.model.kinds import Compliant, Limited, Rigid
+from stages.analytic.model.varied import Varied
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import SLIDING_FORWARD, sliding_acceleration
 
@@ -22,31 +21,9 @@ By = tuple[Numbers, Numbers]
 
 
 @compiled
-def rigid_change(p: VariedRigid, row: int) -> Rigid:
-    """`change_of` of rigid legs."""
-    a = p.along
-    return Rigid(a[row, 0], a[row, 1], a[row, 2], a[row, 3], a[row, 4], a[row, 5], a[row, 6], a[row, 7])
-
-
-@compiled
-def rolling_change(p: VariedRolling, row: int) -> Rolling:
-    """`change_of` of rolling feet."""
-    a = p.along
-    return Rolling(a[row, 0], a[row, 1], a[row, 2], a[row, 3], a[row, 4], a[row, 5], a[row, 6], a[row, 7], a[row, 8],
-                   a[row, 9])
-
-
-@compiled
-def limited_change(p: VariedLimited, row: int) -> Limited:
-    """`change_of` with limited friction."""
-    a = p.along
-    return Limited(a[row, 0], a[row, 1], a[row, 2], a[row, 3], a[row, 4], a[row, 5], a[row, 6], a[row, 7], a[row, 8],
-                   a[row, 9], a[row, 10], a[row, 11])
-
-
-#: The change of the walker's numbers in a row of `along`, as a walker: change_of(p, row).
-change_of: Callable[..., Any] = ByKind({
-    VariedRigid: rigid_change, VariedRolling: rolling_change, VariedLimited: limited_change})
+def change_of(p: Varied, row: int) -> Any:
+    """The change of the walker's numbers in a row of `along`, as a walker."""
+    return ep.row_as(p.plain, p.along, row)
 
 
 @compiled

@@ -8,7 +8,7 @@ import numpy as np
 
 from stages.analytic.compiled import ByKind, compiled
 from stages.analytic.derivatives.response import change_of, clearance_change, contact_rate_change
-from stages.analytic.model import equations as eq
+from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot
 from stages.analytic.model.varied import Varied, VariedCompliant, VariedLimited, VariedRigid
 from stages.analytic.model.walker import Vector
@@ -51,14 +51,15 @@ section_change: Callable[..., Vector] = ByKind({
 @compiled
 def limited_speed_changes(y: Vector, p: VariedLimited, changes: np.ndarray) -> None:
     """Write the changes of the trailing foot's two speeds into rows 5 and 6 of `coordinate_changes`."""
-    normal, roll, _, _ = contact_directions(y, p.plain)
+    plain = eq.exchanged(p.plain)
+    normal, roll, _, _ = contact_directions(y, plain)
     rates = (y[4], y[5], y[6], y[7])
     by_state = eq.contact_acceleration_jacobian(
-        y[0], y[1], y[2], y[3], 0.0, 0.0, 0.0, 0.0, y[4], y[5], y[6], y[7], p.plain)
-    z, rows = limited_coordinates(y, p.plain), p.along.shape[0]
+        y[0], y[1], y[2], y[3], 0.0, 0.0, 0.0, 0.0, y[4], y[5], y[6], y[7], plain)
+    z, rows = limited_coordinates(y, plain), p.along.shape[0]
     for row in range(rows):
         s = y.size - 8 * (rows - row)
-        contact = contact_rate_change(y, rates, p.plain, change_of(p, row))
+        contact = contact_rate_change(y, rates, plain, eq.exchanged(change_of(p, row)))
         moved = (y[s + 4], y[s + 5], y[s + 6], y[s + 7])
         if z[5] > 0.0:
             changes[5, row] = dot(normal, moved) + row4_times(by_state[0:4], y, s) + contact[0]
@@ -67,7 +68,7 @@ def limited_speed_changes(y: Vector, p: VariedLimited, changes: np.ndarray) -> N
 
 
 def coordinate_changes(y: Vector, p: Varied) -> np.ndarray:
-    """Changes (j, n) of the section coordinates from the last n variations of the state in y."""
+    """Changes (j, n) of the section coordinates from the last n variations of the state in y, at the end of a step."""
     size, entries = (4, RIGID_ENTRIES) if isinstance(p, VariedRigid) else (8, ENTRIES)
     rows = p.along.shape[0]
     moved = y[y.size - size * rows :].reshape(rows, size)

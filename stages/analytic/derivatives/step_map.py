@@ -7,12 +7,14 @@ for each change of the numbers that is asked for.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from stages.analytic.derivatives import walking
 from stages.analytic.derivatives.section import coordinate_changes, section_change
 from stages.analytic.gait.poincare import Step, advance, start_state
+from stages.analytic.model.kinds import Plain, with_legs_exchanged
 from stages.analytic.model.varied import varied
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_coordinates, section_derivative, section_tangent
@@ -44,8 +46,9 @@ def varied_step(walker: Walker, z: Vector, along: np.ndarray, tolerance: float) 
     y = np.concatenate([start, section_tangent(z, start, walker.p), section_change(start, p)])
     double, period, evaluations = advance(walker, y, tolerance, p)
     end = y[:size].copy()
-    step = Step(section_coordinates(end, walker.p), end, period, double, evaluations)
-    by_state = section_derivative(y[: size * (1 + free)], walker.p)
+    after = walker.exchanged.p
+    step = Step(section_coordinates(end, after), end, period, double, evaluations)
+    by_state = section_derivative(y[: size * (1 + free)], after)
     return VariedStep(step, by_state, coordinate_changes(y, p), p.delays[:free], p.delays[free:])
 
 
@@ -70,6 +73,8 @@ def walk_derivatives(
 ) -> tuple[WalkedTo, ...]:
     """Every heel strike of a walk of so many steps from section coordinates `z`, gait or not, with all derivatives.
 
+    In the first step the legs are those of `walker`, and `along` are changes of its numbers.
+
     Raises StepFailed like `poincare_map`.
     """
     free, n = len(z), len(along)
@@ -86,4 +91,13 @@ def walk_derivatives(
             at.time_along + taken.period_by_state @ at.along + taken.period_along,
         )
         strikes.append(at)
+        walker, along = walker.exchanged, exchanged_rows(walker, along)
     return tuple(strikes)
+
+
+def exchanged_rows(walker: Walker, along: np.ndarray) -> np.ndarray:
+    """Changes (n, fields) of the walker's numbers as those of its numbers in the next step."""
+    if isinstance(walker.p, Plain):
+        return along
+    kind: Any = type(walker.p)
+    return np.array([with_legs_exchanged(kind(*row)) for row in along]).reshape(along.shape)

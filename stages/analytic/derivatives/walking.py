@@ -14,6 +14,8 @@ from stages.analytic.derivatives.rates import limited_varied_rates, rigid_varied
 from stages.analytic.integration import dop853_step, radau
 from stages.analytic.integration.integrator import error_norm, take_step
 from stages.analytic.integration.phase import failure
+from stages.analytic.model.kinds import Kind
+from stages.analytic.model.terms import exchanged
 from stages.analytic.model.varied import StiffVaried, Varied, VariedLimited, VariedRigid, VariedRolling
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import flow
@@ -34,6 +36,14 @@ def plain_first_phase(y: Vector, p: Varied) -> Next:
     return first_phase(y, p.plain)
 
 
+@compiled
+def plain_exchanged(p: Varied) -> Kind:
+    """`exchanged`: the plain walker in its next step."""
+    after: Kind = exchanged(p.plain)
+    return after
+
+
+extend(exchanged, {Varied: plain_exchanged})
 extend(flow, {
     VariedRigid: rigid_varied_rates, VariedRolling: rolling_varied_rates, VariedLimited: limited_varied_rates})
 extend(guard, {

@@ -44,7 +44,7 @@ def magnitude_slopes(gait: VariedGait, tolerance: float) -> np.ndarray:
 
     Two that have met have none of their own: they share that of their mean.
     """
-    values, left, right = eigensystem(gait.step.by_state)
+    values, left, right = eigensystem(gait.by_state)
     slopes = np.zeros((len(values), len(gait.changes.names)))
     leading = np.abs(values) >= LEADING * np.abs(values).max()
     for row in range(slopes.shape[1]):
@@ -57,7 +57,7 @@ def magnitude_slopes(gait: VariedGait, tolerance: float) -> np.ndarray:
 
 def speed(walker: Walker, point: FixedPoint, tolerance: float) -> Vector:
     """Speed, (1,)."""
-    return np.array([step_length(walker, point) / point.steps[0].period * walker.length / walker.time])
+    return np.array([step_length(walker, point) / point.period * walker.length / walker.time])
 
 
 def speed_slopes(gait: VariedGait, tolerance: float) -> np.ndarray:

@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 
 from stages.analytic.derivatives.gait import VariedGait
 from stages.analytic.errors import StepFailed
-from stages.analytic.gait.gait_report import record_step
+from stages.analytic.gait.gait_report import record_steps
 from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, FixedPoint, step_failure
 from stages.analytic.integration.integrator import STAGES, take_step
 from stages.analytic.integration.phase import EVENT, NO_NODES, integrate
@@ -67,7 +67,7 @@ class Extremes:
 
 def extremes(walker: Walker, point: FixedPoint, quantity: Quantity, tolerance: float) -> Extremes:
     """Where a quantity is largest in the single stance of a gait. Raises StepFailed."""
-    segment, p = record_step(walker, point, tolerance)[-1], walker.p
+    segment, p = record_steps(walker, point, tolerance)[-1], walker.p
     edges = np.append(segment.times, segment.duration)
     times = np.append(np.linspace(edges[:-1], edges[1:], SAMPLES_PER_STEP, endpoint=False, axis=1), segment.duration)
 

@@ -19,6 +19,8 @@ from stages.biped.progress import Progress, ignore
 KINDS = TURNING_POINT, PERIOD_DOUBLING, TORUS = "turning point", "period doubling", "torus"
 LARGEST_CORRECTIONS = 12
 SMALLEST_STEP = 1e-7
+#: A value of the parameter beside the design's, as a share of the limits' span.
+BESIDE = 1e-3
 #: A bend sharper than this is stepped over.
 SHARPEST_BEND = 1e-5
 
@@ -59,24 +61,30 @@ class Branch:
 
 
 class Curve:
-    """The zero set of P^cycle(z; value) - z in (z, value / span), one dimension more than equations."""
+    """The zero set of P^cycle(z; value) - z in (z, value / span), one dimension more than equations.
+
+    P is the step map, or the stride map where the legs differ.
+    """
 
     def __init__(self, design: DesignPoint, name: str, span: float, cycle: int, tolerance: float) -> None:
         self.design, self.name, self.span = design, name, span
         self.cycle, self.tolerance = cycle, tolerance
+        # legs that are alike at one value of the parameter alone are followed in strides there as well
+        values = (design.value(name), design.value(name) + BESIDE * span)
+        self.steps = cycle * max(design.with_value(name, value).walker().gait_steps for value in values)
         self.enough = max(1e-12, tolerance / 100)
 
     def residual(self, u: Vector) -> tuple[Vector, np.ndarray, float]:
         """P^cycle(z) - z at u = (z, value / span), the derivative of P^cycle and the duration of the cycle."""
         walker = self.design.with_value(self.name, u[-1] * self.span).walker()
-        steps, derivative = iterate(walker, u[:-1], self.cycle, self.tolerance)
+        steps, derivative = iterate(walker, u[:-1], self.steps, self.tolerance)
         return steps[-1].z - u[:-1], derivative, sum(step.period for step in steps) * walker.time
 
     def image(self, u: Vector) -> Vector:
         """P^cycle(z) at u = (z, value / span)."""
         walker, z = self.design.with_value(self.name, u[-1] * self.span).walker(), u[:-1]
-        for _ in range(self.cycle):
-            z = poincare_map(walker, z, self.tolerance).z
+        for _ in range(self.steps):
+            z, walker = poincare_map(walker, z, self.tolerance).z, walker.exchanged
         return z
 
     def jacobian(self, u: Vector, derivative: np.ndarray) -> np.ndarray:
@@ -123,7 +131,7 @@ class Curve:
         if self.cycle == 1:
             return np.full(len(u) - 1, np.inf)
         walker = self.design.with_value(self.name, u[-1] * self.span).walker()
-        steps, _ = iterate(walker, u[:-1], self.cycle // 2, self.tolerance)
+        steps, _ = iterate(walker, u[:-1], self.steps // 2, self.tolerance)
         move: Vector = steps[-1].z - u[:-1]
         return move
 

@@ -1,4 +1,4 @@
-"""Gaits that repeat after two, four or eight steps."""
+"""Gaits that repeat after two, four or eight steps, or so many strides if the legs differ."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ TRANSIENT_STEPS = 400
 DISTINCT = 1e-6
 
 
-def closes_early(point: FixedPoint, cycle: int) -> bool:
+def closes_early(point: FixedPoint) -> bool:
     """Whether the gait repeats after half its cycle."""
-    return bool(np.abs(point.steps[cycle // 2 - 1].z - point.z).max() < DISTINCT)
+    return bool(np.abs(point.steps[len(point.steps) // 2 - 1].z - point.z).max() < DISTINCT)
 
 
 def find_cycle(walker: Walker, start: Vector, tolerance: float) -> tuple[int, FixedPoint] | None:
@@ -27,12 +27,13 @@ def find_cycle(walker: Walker, start: Vector, tolerance: float) -> tuple[int, Fi
     """
     z = np.asarray(start, dtype=float) * (1.0 + 1e-4)
     try:
+        standing = walker
         for _ in range(TRANSIENT_STEPS):
-            z = poincare_map(walker, z, tolerance).z
+            z, standing = poincare_map(standing, z, tolerance).z, standing.exchanged
     except StepFailed:
         return None
     for cycle in CYCLES:
         point = fixed_point(walker, z, tolerance, cycle)
-        if point is not None and np.abs(point.z - z).max() < 1e-2 and not closes_early(point, cycle):
+        if point is not None and np.abs(point.z - z).max() < 1e-2 and not closes_early(point):
             return cycle, point
     return None

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 from stages.analytic.model.walker import Walker, build_walker
-from stages.biped.design import Biped
+from stages.biped.design import DETAILS, Biped
 from stages.biped.quantity import Bound, faults
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
@@ -19,21 +19,23 @@ from stages.ground.slope import Slope
 class DesignPoint:
     """A biped on a slope, with the friction of its trailing foot where that is limited.
 
-    Names are those of the parameter files: "biped.hip_mass", "ground.slope_deg".
+    Names are those of the parameter files: "biped.hip_mass", "ground.slope_deg". A design is `detailed` from when one
+    of its details is changed, so that its walker's kind does not change where the detail passes zero.
     """
 
     biped: Biped
     slope: Slope
     friction: Friction | None = None
+    detailed: bool = False
 
     def walker(self) -> Walker:
         """The design as the integrator sees it."""
-        return build_walker(self.biped, self.slope, self.friction)
+        return build_walker(self.biped, self.slope, self.friction, detailed=self.detailed)
 
     def value(self, name: str) -> float:
-        """Value of a parameter. Raises KeyError with the known names."""
+        """Value of a parameter, also of one that is not given. Raises KeyError with the known names."""
         owner, key = self._owner(name)
-        return float(getattr(owner, key))
+        return owner.number(key) if isinstance(owner, Biped) else float(getattr(owner, key))
 
     def with_value(self, name: str, value: float) -> DesignPoint:
         """The design with one parameter changed; no rule is checked. Raises KeyError with the known names."""
@@ -42,14 +44,17 @@ class DesignPoint:
     def with_values(self, values: Mapping[str, float]) -> DesignPoint:
         """The design with some parameters changed; no rule is checked. Raises KeyError with the known names."""
         changes: dict[str, dict[str, Any]] = {Biped.FILE: {}, Slope.FILE: {}}
+        detailed = self.detailed
         for name, value in values.items():
             owner, key = self._owner(name)
             changes[owner.FILE][key] = float(value)
+            detailed = detailed or (owner is self.biped and key in DETAILS)
         biped, slope = changes[Biped.FILE], changes[Slope.FILE]
         return DesignPoint(
             dataclasses.replace(self.biped, **biped) if biped else self.biped,
             dataclasses.replace(self.slope, **slope) if slope else self.slope,
             self.friction,
+            detailed,
         )
 
     def bound(self, name: str) -> Bound:
@@ -60,6 +65,11 @@ class DesignPoint:
     def unit(self, name: str) -> str:
         """Unit of a parameter. Raises KeyError with the known names."""
         return str(self._field(name).metadata["unit"])
+
+    def alternates(self, names: Iterable[str] = ()) -> bool:
+        """Whether its legs differ, or do where the parameters `names` are changed, so that steps alternate."""
+        apart = any(name.startswith(f"{Biped.FILE}.other_") or name == "biped.hip_rest_angle" for name in names)
+        return apart or not self.biped.alike
 
     def is_legal(self) -> bool:
         """Whether every value lies in its bounds and all rules hold."""
@@ -83,7 +93,7 @@ def parameter_names() -> tuple[str, ...]:
         f"{owner.FILE}.{field.name}"
         for owner in (Biped, Slope)
         for field in dataclasses.fields(owner)
-        if field.type == "float"
+        if field.type in ("float", "float | None")
     )
 
 

@@ -18,7 +18,7 @@ NEWBORN = 0.3
 
 def leaves(point: FixedPoint, cycle: int) -> bool:
     """Whether a gait of twice `cycle` steps is one of the family that leaves its doubling, with a multiplier near 1."""
-    moves = np.abs(point.steps[cycle - 1].z - point.z).max() > 1e-6
+    moves = np.abs(point.steps[len(point.steps) // 2 - 1].z - point.z).max() > 1e-6
     return bool(moves and np.abs(point.floquet_multipliers - 1).min() < NEWBORN)
 
 
@@ -33,7 +33,8 @@ def doubled_start(design: DesignPoint, branch: Branch, special: SpecialPoint, to
     def walker_at(value: float) -> Walker:
         return design.with_value(branch.name, value).walker()
 
-    _, derivative = iterate(walker_at(special.point.value), special.point.z, branch.cycle, tolerance)
+    there = walker_at(special.point.value)
+    _, derivative = iterate(there, special.point.z, branch.cycle * there.gait_steps, tolerance)
     values, vectors = np.linalg.eig(derivative)
     direction = np.real(vectors[:, int(np.argmin(np.abs(values + 1)))])
     direction /= np.linalg.norm(direction)

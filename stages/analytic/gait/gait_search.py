@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 from contextlib import suppress
+from typing import Any
 
 import numpy as np
 
@@ -34,7 +35,17 @@ from stages.analytic.gait.search_starts import (
     ranked_starts,
     walked_on,
 )
-from stages.analytic.model.kinds import Compliant, Limited, Rigid, Rolling
+from stages.analytic.model.kinds import (
+    Compliant,
+    Detailed,
+    DetailedRigid,
+    DetailedRolling,
+    Limited,
+    PlainRigid,
+    PlainRolling,
+    natural_lengths,
+    radii,
+)
 from stages.analytic.model.stiffness import attainable_tolerance, compliant, fastest_rate
 from stages.analytic.model.walker import Vector, Walker
 from stages.biped.design import Biped
@@ -49,6 +60,9 @@ STAGE = 3.0
 def softer(p: Compliant, rate: float) -> Compliant:
     """The walker with springs and dampers weakened, same damping ratio, to a fastest axial rate of `rate`."""
     factor = rate / fastest_rate(p)
+    if isinstance(p, Detailed):
+        other = {"k_2": p.k_2 * factor**2, "b_2": p.b_2 * factor}
+        return compliant(p._replace(k=p.k * factor**2, b=p.b * factor, **other))
     return compliant(p._replace(k=p.k * factor**2, b=p.b * factor))
 
 
@@ -67,7 +81,9 @@ def stiffen(walker: Walker, p: Compliant, gaits: list[FixedPoint], rate: float) 
 
 def rigid_landings(walker: Walker, p: Compliant) -> list[Vector]:
     """Landings of the gaits of the same biped with rigid legs."""
-    rigid = dataclasses.replace(walker, p=Rigid(p.M, p.m, p.L_nat, p.r, p.l, p.I, p.g_x, p.g_y))
+    numbers = p._asdict()
+    kind: Any = DetailedRigid if isinstance(p, Detailed) else PlainRigid
+    rigid = dataclasses.replace(walker, p=kind(*(numbers[name] for name in kind._fields)))
     starts: list[Vector] = []
     for point in converge(rigid, ranked_starts(rigid)[0], SEARCH_TOLERANCE, unstable=True):
         with suppress(StepFailed):
@@ -136,7 +152,8 @@ def why_no_gait(walker: Walker) -> str:
 
 def why_no_step(walker: Walker, p: Limited) -> str:
     """Why a walker with limited friction makes no step from the gait of the same biped with rolling feet, if so."""
-    rolling = dataclasses.replace(walker, p=compliant(p[: len(Rolling._fields)]))
+    kind: Any = DetailedRolling if isinstance(p, Detailed) else PlainRolling
+    rolling = dataclasses.replace(walker, p=compliant(p[: len(kind._fields)]))
     for point in find_gaits(rolling, SEARCH_TOLERANCE, unstable=False)[:1]:
         try:
             poincare_map(walker, np.append(point.z, [0.0, 0.0]), SEARCH_TOLERANCE)
@@ -147,32 +164,46 @@ def why_no_step(walker: Walker, p: Limited) -> str:
 
 def describe(walker: Walker, point: FixedPoint) -> Gait:
     """The gait in SI units under the names the command line prints."""
-    step = point.steps[0]
-    period = step.period * walker.time
+    period = point.period * walker.time
     length = step_length(walker, point) * walker.length
+    double = sum(step.double_stance for step in point.steps) / len(point.steps)
     multipliers = point.floquet_multipliers
     return Gait(
         period_s=period,
         step_frequency_hz=1 / period,
         step_length_m=length,
         speed_m_s=length / period,
-        double_stance_s=step.double_stance * walker.time,
+        double_stance_s=double * walker.time,
         floquet_multipliers=np.column_stack([multipliers.real, multipliers.imag]),
         stable=bool(np.abs(multipliers).max() < 1),
-        fixed_point=walker.stance_state(step.state),
+        fixed_point=walker.stance_state(point.steps[-1].state),
     )
 
 
-def step_length(walker: Walker, point: FixedPoint) -> float:
-    """Advance of the hip over one step, in leg lengths: the distance of the feet's contact points at heel strike.
+def step_lengths(walker: Walker, point: FixedPoint) -> list[float]:
+    """Advance of the hip over each step, in leg lengths: the distance of the feet's contact points at heel strike.
 
     The stance foot rolls by r (theta_end - theta_start) and the body passes to the other foot; over a periodic step
     the advance of the hip equals the distance between the two feet's centres plus the rolling from centre to centre.
+    Where the legs differ that holds for a stride, and a step leads from one foot's contact point to the other's, each
+    where it is with its leg upright.
     """
-    theta, psi = point.z[0], point.steps[-1].state[1 if walker.rigid else 2]
-    stance, swing = (1.0, 1.0) if walker.rigid else (point.z[1], point.z[2])
-    radius = walker.p.r
-    return float(-(stance - radius) * np.sin(theta) - (swing - radius) * np.sin(psi) - radius * (theta + psi))
+    lengths, angle = [], 1 if walker.rigid else 2
+    for step in point.steps:
+        z, walker = point.z if step is point.steps[-1] else step.z, walker.exchanged
+        theta, psi, p = z[0], step.state[angle], walker.p
+        trailing = radii(p)[1]
+        stance, swing = natural_lengths(p) if walker.rigid else (z[1], z[2])
+        lengths.append(float(
+            -(stance - p.r) * np.sin(theta) - (swing - trailing) * np.sin(psi) - p.r * (theta + psi)
+            - (trailing - p.r) * psi))  # fmt: skip
+    return lengths
+
+
+def step_length(walker: Walker, point: FixedPoint) -> float:
+    """Advance of the hip over one step of a gait, the mean of its steps, in leg lengths."""
+    lengths = step_lengths(walker, point)
+    return sum(lengths) / len(lengths)
 
 
 def find_gait(

@@ -96,7 +96,7 @@ def poincare_map(walker: Walker, z: Vector, tolerance: float) -> Step:
     """
     y = start_state(walker, z)
     double, period, evaluations = advance(walker, y, tolerance)
-    return Step(section_coordinates(y, walker.p), y, period, double, evaluations)
+    return Step(section_coordinates(y, walker.exchanged.p), y, period, double, evaluations)
 
 
 def poincare_derivative(walker: Walker, z: Vector, tolerance: float) -> tuple[Step, np.ndarray]:
@@ -107,9 +107,9 @@ def poincare_derivative(walker: Walker, z: Vector, tolerance: float) -> tuple[St
     start = start_state(walker, z)
     y = np.concatenate([start, section_tangent(np.asarray(z, dtype=float), start, walker.p)])
     double, period, evaluations = advance(walker, y, tolerance)
-    end = y[: walker.size].copy()
-    step = Step(section_coordinates(end, walker.p), end, period, double, evaluations)
-    return step, section_derivative(y, walker.p)
+    end, after = y[: walker.size].copy(), walker.exchanged.p
+    step = Step(section_coordinates(end, after), end, period, double, evaluations)
+    return step, section_derivative(y, after)
 
 
 def iterate(walker: Walker, z: Vector, steps: int, tolerance: float) -> tuple[list[Step], np.ndarray]:
@@ -119,18 +119,23 @@ def iterate(walker: Walker, z: Vector, steps: int, tolerance: float) -> tuple[li
         step, one = poincare_derivative(walker, z, tolerance)
         taken.append(step)
         derivative = one @ derivative
-        z = step.z
+        z, walker = step.z, walker.exchanged
     return taken, derivative
 
 
 @dataclass(frozen=True)
 class FixedPoint:
-    """A fixed point of the `cycle`-step map: where it is, its steps, its derivative and how well it closes."""
+    """A fixed point of the map over its steps: where it is, these steps, its derivative and how well it closes."""
 
     z: Vector
     steps: tuple[Step, ...]
     monodromy_matrix: np.ndarray
     residual: float
+
+    @property
+    def period(self) -> float:
+        """Duration of a step, the mean of its steps, dimensionless."""
+        return sum(step.period for step in self.steps) / len(self.steps)
 
     @property
     def floquet_multipliers(self) -> np.ndarray:
@@ -169,8 +174,9 @@ def damped_change(
     for _ in range(HALVINGS):
         image = z + factor * change
         try:
-            for _ in range(cycle):
-                image = poincare_map(walker, image, tolerance).z
+            standing = walker
+            for _ in range(cycle * walker.gait_steps):
+                image, standing = poincare_map(standing, image, tolerance).z, standing.exchanged
         except StepFailed:
             factor /= 2
             continue
@@ -187,6 +193,8 @@ def fixed_point(
 ) -> FixedPoint | None:
     """Damped Newton's method on P^cycle(z) = z with the exact derivative; None if it does not converge from `z`.
 
+    P is the step map, or the stride map, two steps, of a walker whose legs differ.
+
     Converged means that the residual no longer falls and is within the accuracy of the map itself. With `known`, a
     residual within that accuracy will do, and there is no answer where known(z, size), at each point z that a
     correction of this size leads to, says that the point ahead is known.
@@ -196,7 +204,7 @@ def fixed_point(
     good_enough = attainable_residual(walker, tolerance)
     try:
         for _ in range(iterations):
-            steps, derivative = iterate(walker, z, cycle, tolerance)
+            steps, derivative = iterate(walker, z, cycle * walker.gait_steps, tolerance)
             gap = steps[-1].z - z
             residual = float(np.abs(gap).max())
             if best is not None and residual >= best.residual and best.residual <= good_enough:

@@ -14,10 +14,20 @@ import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.poincare import FixedPoint, poincare_map
-from stages.analytic.model.kinds import Compliant, Kind, Limited, Rigid, Stiff
+from stages.analytic.model.kinds import (
+    Compliant,
+    Detailed,
+    Kind,
+    Limited,
+    Rigid,
+    Stiff,
+    natural_lengths,
+    with_legs_exchanged,
+)
 from stages.analytic.model.stiffness import STIFF_RATE, axial_rates, fastest_rate
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.flow import RIGID
+from stages.analytic.phases.section import section_state
 from stages.analytic.phases.transitions import heel_strike_reset
 from stages.analytic.walk.recording import record
 
@@ -58,10 +68,21 @@ def lengths_after_heel_strike(p: Compliant) -> tuple[float, float]:
     Fast springs are at rest under their load: the foot that hung on the leg, the weight that stood on it. Dampers
     that take longer than a step keep both legs at their mean load.
     """
+    if isinstance(p, Detailed):
+        weight = p.M_g + p.m_f + p.m_f_2
+        return (p.L_nat + settled_stretch(weight, p.k, p.b, p.m / p.k),
+                p.L_nat_2 + settled_stretch(weight, p.k_2, p.b_2, -(weight + p.m_2) / (2 * p.k_2)))
     mean = 1 - p.M / (2 * p.k)
     settled = 1.0 if p.b == 0 else 1 - float(np.exp(-STEP_TIME * p.k / p.b))
     landing, trailing = 1 + p.m / p.k, 1 - (p.M + p.m) / (2 * p.k)
     return mean + settled * (landing - mean), mean + settled * (trailing - mean)
+
+
+def settled_stretch(weight: float, stiffness: float, damping: float, end: float) -> float:
+    """Stretch of a spring that goes from its mean under a weight that both legs carry in turn to its `end`."""
+    mean = -weight / (2 * stiffness)
+    settled = 1.0 if damping == 0 else 1 - float(np.exp(-STEP_TIME * stiffness / damping))
+    return mean + settled * (end - mean)
 
 
 def start_coordinates(walker: Walker, angle: float, rate: float) -> Vector:
@@ -73,10 +94,10 @@ def start_coordinates(walker: Walker, angle: float, rate: float) -> Vector:
     p = walker.p
     if isinstance(p, Rigid):
         y = np.array([angle, angle, rate, 0.0])
-        heel_strike_reset(y, p)
+        heel_strike_reset(y, walker.exchanged.p)
         landing: Vector = y[[0, 2, 3]]
         return landing
-    across = -rate * np.sin(2 * angle) * p.M / (p.M + p.m)
+    across = -rate * np.sin(2 * angle) * p.M / (p.M + p.m)  # what little frames add is Newton's to find
     return np.array([-angle, *lengths_after_heel_strike(p), rate, across, *at_rest(p)])
 
 
@@ -93,11 +114,12 @@ def grid(walker: Walker, angles: Vector = ANGLES, rates: Vector = RATES) -> Iter
 
 
 def walk_forward(walker: Walker, z: Vector, steps: int) -> list[Vector]:
-    """Section coordinates of up to `steps` steps from `z`, as far as the walker gets."""
+    """Section coordinates after each of up to `steps` steps from `z`, strides if they alternate, as far as it gets."""
     reached = []
     for _ in range(steps):
         try:
-            z = poincare_map(walker, z, SCAN_TOLERANCE).z
+            for standing in (walker, walker.exchanged)[: walker.gait_steps]:
+                z = poincare_map(standing, z, SCAN_TOLERANCE).z
         except StepFailed:
             break
         reached.append(z)
@@ -152,13 +174,16 @@ def walked_on(walker: Walker) -> list[Vector]:
 def landed(p: Compliant, rigid: Walker, point: FixedPoint) -> Vector:
     """Section coordinates of a compliant walker that lands as the rigid gait does, springs at rest."""
     theta, psi, dtheta, dpsi = end_of_step(rigid, point)
-    y = np.array([theta, 1.0, psi, 1.0, dtheta, 0.0, dpsi, 0.0])
-    heel_strike_reset(y, p)
+    swing, stance = natural_lengths(p)  # before heel strike the other leg stands
+    y = np.array([theta, stance, psi, swing, dtheta, 0.0, dpsi, 0.0])
+    heel_strike_reset(y, with_legs_exchanged(p))
     return np.array([y[0], *lengths_after_heel_strike(p), y[4], y[5], *at_rest(p)])
 
 
 def end_of_step(rigid: Walker, point: FixedPoint) -> tuple[float, float, float, float]:
-    """State just before heel strike of a rigid gait."""
-    start = np.array([point.z[0], -abs(point.z[0]), point.z[1], point.z[2]])
-    theta, psi, dtheta, dpsi = record(rigid, start, 1, SCAN_TOLERANCE, RIGID)[-1].end.tolist()
+    """State just before the heel strike that ends a rigid gait."""
+    start, last = section_state(point.z, rigid.p), rigid
+    for step in point.steps[:-1]:
+        start, last = step.state, last.exchanged
+    theta, psi, dtheta, dpsi = record(last, start, 1, SCAN_TOLERANCE, RIGID)[-1].end.tolist()
     return theta, psi, dtheta, dpsi

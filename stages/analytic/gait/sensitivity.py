@@ -44,7 +44,7 @@ class Neighbours:
         point = fixed_point(walker, self.z, self.tolerance)
         if point is None:
             return float("nan"), float("nan")
-        return by_stability(point), 1 / (point.steps[0].period * walker.time)
+        return by_stability(point), 1 / (point.period * walker.time)
 
 
 def vary_design(near: Neighbours, change: float = 0.05) -> tuple[Variation, ...]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from stages.analytic.compiled import ByKind, compiled, inlined
 from stages.analytic.integration.integrator import STAGES, error_norm, step_factor, take_step
-from stages.analytic.model.kinds import Compliant, Kind, Limited, Rigid, Rolling
+from stages.analytic.model.kinds import Compliant, DetailedCompliant, Kind, Limited, PlainCompliant, Rigid, Rolling
 from stages.analytic.model.varied import VariedCompliant, VariedRigid, keep_delay
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.coulomb_guard import wedges
@@ -40,12 +40,29 @@ def rigid_failure(phase: int, y: Vector, p: Rigid) -> int:
     return FALL if not (cos(y[0]) > FALLEN) or abs(y[1]) > 3.0 else EVENT
 
 
+@compiled
+def equal_legs_bottomed(y: Vector, p: PlainCompliant) -> bool:
+    """`is_bottomed` of equal legs."""
+    return bool(min(y[1], y[3]) <= max(p.r, p.l))
+
+
+@compiled
+def detailed_legs_bottomed(y: Vector, p: DetailedCompliant) -> bool:
+    """`is_bottomed` of legs that may differ."""
+    return bool(y[1] <= max(p.r, p.l) or y[3] <= max(p.r_2, p.l_2))
+
+
+#: Whether a leg is pressed down to its foot or its mass: is_bottomed(y, p).
+is_bottomed: Callable[..., bool] = ByKind({
+    PlainCompliant: equal_legs_bottomed, DetailedCompliant: detailed_legs_bottomed})
+
+
 @inlined
 def rolling_failure(phase: int, y: Vector, p: Compliant) -> int:
     """`failure` of compliant legs whose feet roll."""
     if not (cos(y[0]) > FALLEN) or abs(y[2]) > 3.0:
         return FALL
-    return BOTTOMED if min(y[1], y[3]) <= max(p.r, p.l) else EVENT
+    return BOTTOMED if is_bottomed(y, p) else EVENT
 
 
 @compiled

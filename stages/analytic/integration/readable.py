@@ -19,7 +19,7 @@ from scipy.integrate import solve_ivp
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.poincare import TIME_LIMIT_OF_A_PHASE, FixedPoint, Step
 from stages.analytic.model import derivation as d
-from stages.analytic.model.kinds import Rigid, Rolling
+from stages.analytic.model.kinds import PlainRigid, PlainRolling, Rigid
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_coordinates, section_state
 
@@ -54,7 +54,7 @@ def terms(legs: str) -> Terms:
     q, qd, jacobian = equations.coordinates, equations.rates, equations.constraint_jacobian
     bias = d.time_derivative(jacobian, q, qd).T * qd
     force = equations.applied_force - equations.coriolis * qd
-    names = (Rigid if legs == "rigid" else Rolling)._fields  # no term holds friction
+    names = (PlainRigid if legs == "rigid" else PlainRolling)._fields  # no term holds friction
     arguments = [[*q, *qd], [d.PARAMETERS[name] for name in names]]
 
     def function(matrix: sp.Matrix) -> Callable[..., np.ndarray]:

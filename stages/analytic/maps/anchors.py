@@ -61,8 +61,10 @@ def anchor(walker: Walker, point: FixedPoint, tolerance: float) -> Anchor | None
 def with_numbers(walker: Walker, numbers: Vector) -> Walker:
     """The walker with other numbers, in the same units."""
     values = tuple(numbers.tolist())
-    p = Rigid(*values) if isinstance(walker.p, Rigid) else compliant(values)
-    return dataclasses.replace(walker, p=p)
+    if isinstance(walker.p, Rigid):
+        kind: Any = type(walker.p)
+        return dataclasses.replace(walker, p=kind(*values))
+    return dataclasses.replace(walker, p=compliant(values))
 
 
 class Anchors:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from stages.analytic.errors import StepFailed
-from stages.analytic.gait.gait_report import record_step
+from stages.analytic.gait.gait_report import record_steps
 from stages.analytic.gait.poincare import FixedPoint
 from stages.analytic.model.walker import Walker
-from stages.analytic.walk.recording import states_at
+from stages.analytic.walk.recording import Segment, is_last, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
 from stages.analytic.walk.validity import friction_used
 
@@ -20,9 +20,14 @@ def friction_needed(walker: Walker, point: FixedPoint, tolerance: float) -> floa
     taken again.
     """
     try:
-        single = record_step(walker, point, tolerance)[-1]
+        segments = record_steps(walker, point, tolerance)
     except StepFailed:
         return float("nan")
+    return max(needed_in(walker.on(each.stance_leg), each) for each in segments if is_last(each))
+
+
+def needed_in(walker: Walker, single: Segment) -> float:
+    """The same in one single stance; `walker` is the one in its step."""
     edges = np.append(single.times, single.duration)
     amid = states_at(single.phase, single.times, single.states, (edges[1:] + edges[:-1]) / 2, walker.p)
     states = np.concatenate([single.states, amid, single.end[None]])

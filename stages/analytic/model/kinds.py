@@ -1,7 +1,12 @@
 """The numbers of a walker, in a type that says what kind of walker it is.
 
 Compiled code takes them as `p`, asks for them by the paper's symbols, `p.r`, and is compiled for the type: what a kind
-does not need is not compiled for it. All are dimensionless: total mass, leg length and pendulum time are one.
+does not need is not compiled for it. A plain one is Table 1's biped, and has no more than that. All are dimensionless:
+total mass, leg length and pendulum time are one.
+
+The numbers of a detailed design have types of their own. Those of the stance leg have the names of Table 1's walker,
+those of the swing leg end in _2; `derivation.Leg` says what they are. The legs change roles from step to step, and so
+do their numbers (`terms.exchanged`).
 """
 
 from __future__ import annotations
@@ -9,7 +14,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 
-class Rigid(NamedTuple):
+class PlainRigid(NamedTuple):
     """Legs of fixed length: the trailing foot leaves the ground at heel strike, no double stance."""
 
     M: float
@@ -22,7 +27,7 @@ class Rigid(NamedTuple):
     g_y: float
 
 
-class Rolling(NamedTuple):
+class PlainRolling(NamedTuple):
     """Compliant legs; a foot on the ground rolls, whatever friction that takes."""
 
     M: float
@@ -37,7 +42,7 @@ class Rolling(NamedTuple):
     g_y: float
 
 
-class Limited(NamedTuple):
+class PlainLimited(NamedTuple):
     """Compliant legs; the trailing foot has friction mu_s at rest and mu_d in motion, so that it may slip and rise."""
 
     M: float
@@ -54,18 +59,170 @@ class Limited(NamedTuple):
     mu_d: float
 
 
-class StiffRolling(Rolling):
+class StiffRolling(PlainRolling):
     """A rolling walker whose legs are stiff to an explicit integrator."""
 
     __slots__ = ()
 
 
-class StiffLimited(Limited):
+class StiffLimited(PlainLimited):
     """A walker with limited friction whose legs are stiff to an explicit integrator."""
 
     __slots__ = ()
 
 
-Compliant = Rolling | Limited
-Stiff = StiffRolling | StiffLimited
-Kind = Rigid | Compliant
+class DetailedRigid(NamedTuple):
+    """`PlainRigid` with frames, hip and legs of their own."""
+
+    M: float
+    M_g: float
+    m: float
+    L_nat: float
+    r: float
+    l: float  # noqa: E741
+    I: float  # noqa: E741
+    e: float
+    m_f: float
+    l_f: float
+    e_f: float
+    I_f: float
+    m_2: float
+    L_nat_2: float
+    r_2: float
+    l_2: float
+    I_2: float
+    e_2: float
+    m_f_2: float
+    l_f_2: float
+    e_f_2: float
+    I_f_2: float
+    k_h: float
+    b_h: float
+    phi_h: float
+    g_x: float
+    g_y: float
+
+
+class DetailedRolling(NamedTuple):
+    """`PlainRolling` with frames, hip and legs of their own."""
+
+    M: float
+    M_g: float
+    m: float
+    L_nat: float
+    r: float
+    l: float  # noqa: E741
+    k: float
+    b: float
+    I: float  # noqa: E741
+    e: float
+    m_f: float
+    l_f: float
+    e_f: float
+    I_f: float
+    m_2: float
+    L_nat_2: float
+    r_2: float
+    l_2: float
+    k_2: float
+    b_2: float
+    I_2: float
+    e_2: float
+    m_f_2: float
+    l_f_2: float
+    e_f_2: float
+    I_f_2: float
+    k_h: float
+    b_h: float
+    phi_h: float
+    g_x: float
+    g_y: float
+
+
+class DetailedLimited(NamedTuple):
+    """`PlainLimited` with frames, hip and legs of their own."""
+
+    M: float
+    M_g: float
+    m: float
+    L_nat: float
+    r: float
+    l: float  # noqa: E741
+    k: float
+    b: float
+    I: float  # noqa: E741
+    e: float
+    m_f: float
+    l_f: float
+    e_f: float
+    I_f: float
+    m_2: float
+    L_nat_2: float
+    r_2: float
+    l_2: float
+    k_2: float
+    b_2: float
+    I_2: float
+    e_2: float
+    m_f_2: float
+    l_f_2: float
+    e_f_2: float
+    I_f_2: float
+    k_h: float
+    b_h: float
+    phi_h: float
+    g_x: float
+    g_y: float
+    mu_s: float
+    mu_d: float
+
+
+class StiffDetailedRolling(DetailedRolling):
+    """A rolling walker whose legs are stiff to an explicit integrator."""
+
+    __slots__ = ()
+
+
+class StiffDetailedLimited(DetailedLimited):
+    """A walker with limited friction whose legs are stiff to an explicit integrator."""
+
+    __slots__ = ()
+
+
+DetailedCompliant = DetailedRolling | DetailedLimited
+Detailed = DetailedRigid | DetailedCompliant
+PlainCompliant = PlainRolling | PlainLimited
+Plain = PlainRigid | PlainCompliant
+#: Kinds by what their feet and legs do, whether plain or detailed.
+Rigid = PlainRigid | DetailedRigid
+Rolling = PlainRolling | DetailedRolling
+Limited = PlainLimited | DetailedLimited
+Compliant = PlainRolling | PlainLimited | DetailedRolling | DetailedLimited
+Stiff = StiffRolling | StiffLimited | StiffDetailedRolling | StiffDetailedLimited
+Kind = PlainRigid | DetailedRigid | Compliant
+
+
+def with_legs_exchanged(p: Kind) -> Kind:
+    """The walker in its next step: the legs change roles, and their numbers with them."""
+    if isinstance(p, Plain):
+        return p
+    numbers = p._asdict()
+    partners = {name: f"{name}_2" if f"{name}_2" in numbers else name.removesuffix("_2") for name in numbers}
+    values = {name: numbers[partner] for name, partner in partners.items()}
+    exchanged: Kind = type(p)(**{**values, "phi_h": -p.phi_h})
+    return exchanged
+
+
+def radii(p: Kind) -> tuple[float, float]:
+    """Radii of stance and swing foot."""
+    return (p.r, p.r_2) if isinstance(p, Detailed) else (p.r, p.r)
+
+
+def natural_lengths(p: Kind) -> tuple[float, float]:
+    """Natural lengths of stance and swing leg."""
+    return (p.L_nat, p.L_nat_2) if isinstance(p, Detailed) else (p.L_nat, p.L_nat)
+
+
+def heights_of_mass(p: Kind) -> tuple[float, float]:
+    """Heights of the masses of stance and swing leg above the bottoms of their feet."""
+    return (p.l, p.l_2) if isinstance(p, Detailed) else (p.l, p.l)

@@ -3,14 +3,39 @@
 from __future__ import annotations
 
 from math import sqrt
+from typing import Any
 
 import numpy as np
 
-from stages.analytic.model.kinds import Compliant, Kind, Limited, Rigid, Rolling, StiffLimited, StiffRolling
+from stages.analytic.model.kinds import (
+    Compliant,
+    Detailed,
+    DetailedLimited,
+    DetailedRolling,
+    Kind,
+    PlainLimited,
+    PlainRolling,
+    Rigid,
+    StiffDetailedLimited,
+    StiffDetailedRolling,
+    StiffLimited,
+    StiffRolling,
+)
 
 #: Steps are implicit where the legs' axial motion is faster than the first and decays faster than the second, both in
 #: 1 / pendulum time: there they cost less than explicit ones. Measured by benchmarks/stiff_legs.py.
 STIFF_RATE, STIFF_DECAY = 1500.0, 400.0
+#: Compliant kinds, each with that for stiff legs.
+PAIRS: tuple[tuple[Any, Any], ...] = (
+    (PlainRolling, StiffRolling), (PlainLimited, StiffLimited),
+    (DetailedRolling, StiffDetailedRolling), (DetailedLimited, StiffDetailedLimited))
+
+
+def axes(p: Compliant) -> tuple[tuple[float, float, float, float], ...]:
+    """Masses above and below a spring, its stiffness and damping: of both legs where they may differ."""
+    if isinstance(p, Detailed):
+        return (p.M + p.m_f, p.m, p.k, p.b), (p.M + p.m_f_2, p.m_2, p.k_2, p.b_2)
+    return ((p.M, p.m, p.k, p.b),)
 
 
 def axial_rates(p: Compliant) -> tuple[float, float]:
@@ -18,21 +43,22 @@ def axial_rates(p: Compliant) -> tuple[float, float]:
 
     Foot and hip move against each other with the reduced mass of the two, the smallest that a leg's axis sees.
     """
-    inverse_mass = 1.0 / p.M + 1.0 / p.m
-    half, square = 0.5 * p.b * inverse_mass, p.k * inverse_mass
-    if half * half > square:
-        rate = half + sqrt(half * half - square)
-        return rate, rate
-    return sqrt(square), half
+    rates = []
+    for hip, foot, stiffness, damping in axes(p):
+        inverse_mass = 1.0 / hip + 1.0 / foot
+        half, square = 0.5 * damping * inverse_mass, stiffness * inverse_mass
+        fast = half + sqrt(half * half - square) if half * half > square else sqrt(square)
+        rates.append((fast, fast if half * half > square else half))
+    return max(rates)
 
 
 def compliant(values: tuple[float, ...]) -> Compliant:
-    """The walker with the given values of the fields of `Rolling` or `Limited`, in a stiff kind if its legs are stiff.
+    """The walker with the given values of a compliant kind's fields, in a stiff kind if its legs are stiff.
 
     That is, their axial motion is fast, and damped enough to die out: a fast motion that hardly decays has to be
     followed through all its swings, which explicit steps do at less cost.
     """
-    soft, stiff = (Rolling, StiffRolling) if len(values) == len(Rolling._fields) else (Limited, StiffLimited)
+    soft, stiff = next(pair for pair in PAIRS if len(pair[0]._fields) == len(values))
     p: Compliant = soft(*values)
     rate, decay = axial_rates(p)
     return stiff(*values) if rate > STIFF_RATE and decay > STIFF_DECAY else p
@@ -47,5 +73,7 @@ def attainable_tolerance(p: Kind, tolerance: float) -> float:
     """The tolerance, or the round-off of the spring forces over one integration step where that is larger."""
     if isinstance(p, Rigid):
         return tolerance
-    noise = 32 * np.finfo(float).eps * p.k * (p.M + p.m) / (p.M * p.m * fastest_rate(p))
+    fastest = fastest_rate(p)
+    noise = max(32 * np.finfo(float).eps * stiffness * (hip + foot) / (hip * foot * fastest)
+                for hip, foot, stiffness, _ in axes(p))  # fmt: skip
     return max(tolerance, float(noise))

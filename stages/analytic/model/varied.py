@@ -12,7 +12,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stages.analytic.compiled import ByKind, compiled
-from stages.analytic.model.kinds import Kind, Limited, Rigid, Rolling, StiffLimited, StiffRolling
+from stages.analytic.model.kinds import (
+    Kind,
+    Limited,
+    Rigid,
+    Rolling,
+    StiffDetailedLimited,
+    StiffDetailedRolling,
+    StiffLimited,
+    StiffRolling,
+)
 from stages.analytic.model.walker import Vector
 
 
@@ -58,16 +67,17 @@ class StiffVariedLimited(VariedLimited):
 StiffVaried = StiffVariedRolling | StiffVariedLimited
 VariedCompliant = VariedRolling | VariedLimited
 Varied = VariedRigid | VariedCompliant
-#: The varied kind of each plain one.
-VARIED: dict[type, type[Varied]] = {
-    Rigid: VariedRigid, Rolling: VariedRolling, Limited: VariedLimited,
-    StiffRolling: StiffVariedRolling, StiffLimited: StiffVariedLimited}
+#: The varied kind of each kind.
+VARIED: dict[Any, type[Varied]] = {
+    StiffRolling | StiffDetailedRolling: StiffVariedRolling, StiffLimited | StiffDetailedLimited: StiffVariedLimited,
+    Rigid: VariedRigid, Rolling: VariedRolling, Limited: VariedLimited}
 
 
 def varied(p: Kind, along: np.ndarray, columns: int) -> Varied:
     """The walker with `along` (n, fields) for the last n of the `columns` variations that are carried."""
     numbers = np.ascontiguousarray(along, dtype=float)
-    return VARIED[type(p)](p, numbers, np.zeros(columns))  # type: ignore[arg-type]
+    kind = next(found for kinds, found in VARIED.items() if isinstance(p, kinds))
+    return kind(p, numbers, np.zeros(columns))  # type: ignore[arg-type]
 
 
 @compiled

@@ -7,14 +7,15 @@ the same for every size of biped, and similar bipeds have the same numbers.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stages.analytic.model.kinds import Kind, Limited, Rigid
+from stages.analytic.model.kinds import DetailedRigid, Kind, Limited, Plain, PlainRigid, Rigid, with_legs_exchanged
 from stages.analytic.model.stiffness import compliant
-from stages.biped.design import Biped
+from stages.biped.design import BeyondModel, Biped
 from stages.biped.gait import StanceState
+from stages.biped.leg import Leg
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 
@@ -29,6 +30,27 @@ class Walker:
     mass: float
     length: float
     time: float
+
+    @property
+    def exchanged(self) -> Walker:
+        """The walker in its next step, in which the other leg stands."""
+        if isinstance(self.p, Plain):
+            return self
+        return replace(self, p=with_legs_exchanged(self.p))
+
+    def on(self, leg: int) -> Walker:
+        """The walker in a step in which `leg` stands; leg 0 stands in its own."""
+        return self if leg == 0 else self.exchanged
+
+    @property
+    def alternates(self) -> bool:
+        """Whether its steps differ from one to the next, because its legs do."""
+        return with_legs_exchanged(self.p) != self.p
+
+    @property
+    def gait_steps(self) -> int:
+        """Steps after which a gait repeats at the earliest."""
+        return 2 if self.alternates else 1
 
     @property
     def rigid(self) -> bool:
@@ -77,21 +99,50 @@ class Walker:
         return StanceState(*si.tolist())
 
 
-def build_walker(biped: Biped, slope: Slope, friction: Friction | None = None) -> Walker:
+def build_walker(
+    biped: Biped, slope: Slope, friction: Friction | None = None, *, detailed: bool = False
+) -> Walker:  # fmt: skip
     """Scale a design to its own mass, leg length and pendulum time.
 
+    A design with details is of a detailed kind, and so is one that is asked to be `detailed`.
+
     With `friction` the trailing foot of compliant legs may slip and rise; without, it rolls until toe-off. Rigid legs
-    have no double stance: their trailing foot leaves without an impulse, which no friction changes.
+    have no double stance: their trailing foot leaves without an impulse, which no friction changes. Raises BeyondModel.
     """
     mass, length = biped.total_mass, biped.leg_length
     time = math.sqrt(length / slope.gravity)
-    geometry = (biped.hip_mass / mass, biped.foot_mass / mass, 1.0, biped.foot_radius / length, biped.foot_com / length)
-    inertia, gravity = biped.leg_inertia / (mass * length**2), (math.sin(slope.angle), -math.cos(slope.angle))
+    gravity, rigid = (math.sin(slope.angle), -math.cos(slope.angle)), biped.legs == "rigid"
+    coefficients = (friction.static_friction, friction.dynamic_friction) if friction and not rigid else ()
+    if biped.hip_friction > 0:
+        raise BeyondModel("a gait of the constraint model knows no Coulomb friction at the hip (hip_friction)")
     p: Kind
-    if biped.legs == "rigid":
-        p = Rigid(*geometry, inertia, *gravity)
+    if detailed or biped.detailed:
+        values = (*detailed_numbers(biped, mass, length, time), *gravity, *coefficients)
+        p = DetailedRigid(*values) if rigid else compliant(values)
+        return Walker(p, mass, length, time)
+    geometry = (biped.hip_mass / mass, biped.foot_mass / mass, 1.0, biped.foot_radius / length, biped.foot_com / length)
+    inertia = biped.leg_inertia / (mass * length**2)
+    if rigid:
+        p = PlainRigid(*geometry, inertia, *gravity)
     else:
         springs = biped.stiffness * time**2 / mass, biped.damping * time / mass
-        coefficients = (friction.static_friction, friction.dynamic_friction) if friction else ()
         p = compliant((*geometry, *springs, inertia, *gravity, *coefficients))
     return Walker(p, mass, length, time)
+
+
+def detailed_numbers(biped: Biped, mass: float, length: float, time: float) -> tuple[float, ...]:
+    """The numbers of a detailed design by the given scales in the order of `DetailedRigid` or `DetailedRolling`."""
+
+    def of(leg: Leg) -> tuple[float, ...]:
+        springs = (leg.stiffness * time**2 / mass, leg.damping * time / mass) if biped.legs == "compliant" else ()
+        return (
+            leg.foot_mass / mass, leg.leg_length / length, leg.foot_radius / length, leg.foot_com / length, *springs,
+            leg.leg_inertia / (mass * length**2), leg.foot_offset / length, leg.frame_mass / mass,
+            leg.frame_com / length, leg.frame_offset / length, leg.frame_inertia / (mass * length**2),
+        )  # fmt: skip
+
+    torque = mass * (length / time) ** 2
+    return (
+        biped.hip_mass / mass, biped.weighed_hip / mass, *of(biped.leg(0)), *of(biped.leg(1)),
+        biped.hip_stiffness / torque, biped.hip_damping / (torque * time), -biped.hip_rest_angle,
+    )  # fmt: skip

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from stages.analytic.compiled import compiled
-from stages.analytic.model import equations as eq
+from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot
 from stages.analytic.model.kinds import Limited
 from stages.analytic.model.walker import Vector

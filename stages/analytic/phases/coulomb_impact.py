@@ -14,12 +14,12 @@ foot (mu |W_NT| >= W_NN of the inverse contact mass W = Pi^T M^-1 Pi); where it 
 from __future__ import annotations
 
 from stages.analytic.compiled import Four, Numbers, compiled
-from stages.analytic.model import equations as eq
-from stages.analytic.model.elimination import dot, factor, factor_constrained, solve, solve_constrained
+from stages.analytic.model import terms as eq
+from stages.analytic.model.elimination import dot, factor_constrained, solve, solve_constrained
 from stages.analytic.model.kinds import Limited
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import contact_directions, push_of, row4_times
-from stages.analytic.phases.impulse_terms import free_jump, impulse_jacobians, without_forces
+from stages.analytic.phases.impulse_terms import free_jump, impulse_jacobians
 
 #: What the trailing foot does after an impact.
 LIFTS, STICKS, SLIPS, UNDECIDED = 0, 1, 2, 3
@@ -33,7 +33,7 @@ def trailing_impulse(y: Vector, p: Limited) -> tuple[int, float, tuple[float, fl
     the same system again: the factors of M, and Pi by columns.
     """
     t = eq.compliant_terms(y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], p)
-    factors = factor(t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[9])
+    factors = eq.mass_factors(t, p)
     normal, roll, _, _ = contact_directions(y, p)
     before = (y[4], y[5], y[6], y[7])
     constrained = factor_constrained(factors, normal, roll)
@@ -94,14 +94,14 @@ def land(y: Vector, p: Limited) -> None:
     """
     handover = eq.compliant_handover(y[0], y[1], y[2], y[3], p)
     by_place = eq.compliant_handover_jacobian(y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], p)
-    q = (-y[2], y[3], -y[0], y[1])
-    t = eq.compliant_terms(q[0], q[1], q[2], q[3], 0.0, 0.0, 0.0, 0.0, p)
-    factors = factor(t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[9])
+    q, after_p = (-y[2], y[3], -y[0], y[1]), eq.exchanged(p)
+    t = eq.compliant_terms(q[0], q[1], q[2], q[3], 0.0, 0.0, 0.0, 0.0, after_p)
+    factors = eq.mass_factors(t, after_p)
     after = solve(factors, row4_times(handover[0:4], y, 4), row4_times(handover[4:8], y, 4),
                   row4_times(handover[8:12], y, 4), row4_times(handover[12:16], y, 4))
     if y.size > 8:
-        by_mass = eq.compliant_residual_jacobian(
-            q[0], q[1], q[2], q[3], 0.0, 0.0, 0.0, 0.0, after[0], after[1], after[2], after[3], without_forces(p))
+        by_mass = eq.compliant_inertia_jacobian(
+            q[0], q[1], q[2], q[3], after[0], after[1], after[2], after[3], after_p)
         for s in range(8, y.size, 8):
             f1 = row4_times(handover[0:4], y, s + 4) + row4_times(by_place[0:4], y, s)
             f2 = row4_times(handover[4:8], y, s + 4) + row4_times(by_place[4:8], y, s)
@@ -119,4 +119,4 @@ def land(y: Vector, p: Limited) -> None:
 def limited_reset(y: Vector, p: Limited) -> bool:
     """Heel strike with limited friction on the state and its variations, in place; False where it is undecided."""
     land(y, p)
-    return strike(y, p)
+    return strike(y, eq.exchanged(p))

@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from stages.analytic.compiled import ByKind, Constrained, Four, Jacobians, Numbers, compiled, inlined
-from stages.analytic.model import equations as eq
-from stages.analytic.model.elimination import dot, factor, factor_constrained, solve, solve_constrained
+from stages.analytic.model import terms as eq
+from stages.analytic.model.elimination import dot, factor_constrained, solve, solve_constrained
 from stages.analytic.model.kinds import Compliant, Limited, Rigid, Rolling
 from stages.analytic.model.walker import Vector
 
@@ -34,7 +34,7 @@ def rigid_acceleration(y: Vector, p: Rigid) -> tuple[tuple[float, float], tuple[
 def single_acceleration(y: Vector, p: Compliant) -> tuple[Four, Numbers]:
     """qdd of compliant single stance and the factors of its mass matrix."""
     t = eq.compliant_terms(y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], p)
-    factors = factor(t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[9])
+    factors = eq.mass_factors(t, p)
     return solve(factors, t[10], t[11], t[12], t[13]), factors
 
 

@@ -5,26 +5,20 @@ Over an impact M (qd+ - qd-) = Pi Lambda: springs, dampers and gravity give no i
 
 from __future__ import annotations
 
-from stages.analytic.compiled import Four, Jacobians, Numbers, compiled, inlined
-from stages.analytic.model import equations as eq
+from stages.analytic.compiled import Four, Jacobians, Numbers, inlined
+from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import solve
-from stages.analytic.model.kinds import Compliant, Rolling
+from stages.analytic.model.kinds import Compliant
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import row4_times
-
-
-@compiled
-def without_forces(p: Compliant) -> Rolling:
-    """Parameters with stiffness, damping and gravity off: what is left of the equations is inertia."""
-    return Rolling(p.M, p.m, p.L_nat, p.r, p.l, 0.0, 0.0, p.I, 0.0, 0.0)
 
 
 @inlined
 def impulse_jacobians(y: Vector, before: Four, after: Four, impulse: tuple[float, float], p: Compliant) -> Jacobians:
     """Derivatives by position of M (qd+ - qd-), of Pi Lambda and of Pi^T qd+."""
-    by_mass = eq.compliant_residual_jacobian(
-        y[0], y[1], y[2], y[3], 0.0, 0.0, 0.0, 0.0,
-        after[0] - before[0], after[1] - before[1], after[2] - before[2], after[3] - before[3], without_forces(p))
+    by_mass = eq.compliant_inertia_jacobian(
+        y[0], y[1], y[2], y[3],
+        after[0] - before[0], after[1] - before[1], after[2] - before[2], after[3] - before[3], p)
     by_force = eq.contact_force_jacobian(y[0], y[1], y[2], y[3], impulse[0], impulse[1], p)
     by_contact = eq.contact_acceleration_jacobian(
         y[0], y[1], y[2], y[3], 0.0, 0.0, 0.0, 0.0, after[0], after[1], after[2], after[3], p)

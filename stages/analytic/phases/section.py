@@ -10,14 +10,23 @@ derivative are then zero: the derivative holds for the states that heel strikes 
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import acos, cos
+from math import acos, cos, sin
 
 import numpy as np
 
 from stages.analytic.compiled import ByKind, compiled
-from stages.analytic.model import equations as eq
+from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot
-from stages.analytic.model.kinds import Compliant, Limited, Rigid, Rolling
+from stages.analytic.model.kinds import (
+    Compliant,
+    DetailedCompliant,
+    DetailedRigid,
+    Limited,
+    PlainCompliant,
+    PlainRigid,
+    Rigid,
+    Rolling,
+)
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.coulomb_guard import slip_speed
 from stages.analytic.phases.flow import contact_directions, row4_times
@@ -29,9 +38,39 @@ RIGID_ENTRIES, ENTRIES = (0, 2, 3), (0, 1, 3, 4, 5)
 
 
 @compiled
+def rigid_angle(z: Vector, p: PlainRigid) -> float:
+    """`trailing_angle` of rigid legs."""
+    return float(-abs(z[0]))
+
+
+@compiled
+def compliant_angle(z: Vector, p: PlainCompliant) -> float:
+    """`trailing_angle` of compliant legs."""
+    return -acos((z[1] - p.r) * cos(z[0]) / (z[2] - p.r))
+
+
+@compiled
+def detailed_rigid_angle(z: Vector, p: DetailedRigid) -> float:
+    """`trailing_angle` of rigid legs that may differ."""
+    return -acos(((p.L_nat - p.r) * cos(z[0]) + (p.r - p.r_2)) / (p.L_nat_2 - p.r_2))
+
+
+@compiled
+def detailed_angle(z: Vector, p: DetailedCompliant) -> float:
+    """`trailing_angle` of compliant legs that may differ."""
+    return -acos(((z[1] - p.r) * cos(z[0]) + (p.r - p.r_2)) / (z[2] - p.r_2))
+
+
+#: Angle of the trailing leg whose foot is on the ground; NaN where it is out of reach: trailing_angle(z, p).
+trailing_angle: Callable[..., float] = ByKind({
+    PlainRigid: rigid_angle, PlainCompliant: compliant_angle,
+    DetailedRigid: detailed_rigid_angle, DetailedCompliant: detailed_angle})
+
+
+@compiled
 def rigid_state(z: Vector, p: Rigid) -> Vector:
     """`section_state` of rigid legs."""
-    return np.array([z[0], -abs(z[0]), z[1], z[2]])
+    return np.array([z[0], trailing_angle(z, p), z[1], z[2]])
 
 
 @compiled
@@ -39,7 +78,7 @@ def compliant_state(z: Vector, p: Compliant) -> Vector:
     """`section_state` of compliant legs; NaN where the trailing foot is out of reach."""
     y = np.empty(8)
     y[0], y[1], y[3], y[4], y[5] = z[0], z[1], z[2], z[3], z[4]
-    y[2] = -acos((z[1] - p.r) * cos(z[0]) / (z[2] - p.r))
+    y[2] = trailing_angle(z, p)
     y[6], y[7] = 0.0, 0.0
     rise, slip = (max(z[5], 0.0), z[6]) if z.size > 5 else (0.0, 0.0)
     normal, roll, _, _ = contact_directions(y, p)
@@ -81,10 +120,27 @@ section_coordinates: Callable[..., Vector] = ByKind({
 
 
 @compiled
+def rigid_trailing_change(y: Vector, p: PlainRigid) -> float:
+    """`trailing_change` of equal legs."""
+    return 1.0 if y[0] < 0.0 else -1.0
+
+
+@compiled
+def detailed_trailing_change(y: Vector, p: DetailedRigid) -> float:
+    """`trailing_change` of legs that may differ."""
+    return (p.L_nat - p.r) * sin(y[0]) / ((p.L_nat_2 - p.r_2) * sin(y[1]))
+
+
+#: Change of the trailing leg's angle with that of the stance leg, both rigid: trailing_change(y, p).
+trailing_change: Callable[..., float] = ByKind({
+    PlainRigid: rigid_trailing_change, DetailedRigid: detailed_trailing_change})
+
+
+@compiled
 def rigid_tangent(z: Vector, y: Vector, p: Rigid) -> Vector:
     """`section_tangent` of rigid legs."""
     tangent = np.zeros(12)
-    tangent[0], tangent[1] = 1.0, 1.0 if y[0] < 0.0 else -1.0
+    tangent[0], tangent[1] = 1.0, trailing_change(y, p)
     tangent[6], tangent[11] = 1.0, 1.0
     return tangent
 

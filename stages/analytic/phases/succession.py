@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from stages.analytic.compiled import ByKind, compiled, inlined
+from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot
 from stages.analytic.model.kinds import Kind, Limited, Rigid, Rolling
 from stages.analytic.model.walker import Vector
@@ -109,7 +110,7 @@ def next_step(y: Vector, p: Kind) -> Next:
     """Cross heel strike, with the state and its variations in place: the first phase of the step that follows."""
     if not heel_strike_reset(y, p):
         return SINGLE_STANCE, False
-    return first_phase(y, p)
+    return first_phase(y, eq.exchanged(p))
 
 
 @compiled

@@ -11,9 +11,18 @@ from math import cos, sin
 import numpy as np
 
 from stages.analytic.compiled import ByKind, Constrained, Four, Numbers, compiled, inlined
-from stages.analytic.model import equations as eq
-from stages.analytic.model.elimination import factor, factor_constrained, solve_constrained
-from stages.analytic.model.kinds import Compliant, Limited, Rigid, Rolling
+from stages.analytic.model import terms as eq
+from stages.analytic.model.elimination import factor_constrained, solve_constrained
+from stages.analytic.model.kinds import (
+    Compliant,
+    DetailedCompliant,
+    DetailedRigid,
+    Limited,
+    PlainCompliant,
+    PlainRigid,
+    Rigid,
+    Rolling,
+)
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.coulomb_impact import limited_reset
 from stages.analytic.phases.flow import (
@@ -29,7 +38,7 @@ Clearance = tuple[float, float, float]
 
 
 @compiled
-def rigid_clearance(y: Vector, p: Rigid, dy: Vector, start: int) -> Clearance:
+def rigid_clearance(y: Vector, p: PlainRigid, dy: Vector, start: int) -> Clearance:
     """`foot_clearance` of rigid legs."""
     leg, theta, psi = p.L_nat - p.r, y[0], y[1]
     ahead, behind = leg * sin(psi), leg * sin(theta)
@@ -41,7 +50,7 @@ def rigid_clearance(y: Vector, p: Rigid, dy: Vector, start: int) -> Clearance:
 
 
 @compiled
-def compliant_clearance(y: Vector, p: Compliant, dy: Vector, start: int) -> Clearance:
+def compliant_clearance(y: Vector, p: PlainCompliant, dy: Vector, start: int) -> Clearance:
     """`foot_clearance` of compliant legs."""
     theta, stance, psi, swing = y[0], y[1] - p.r, y[2], y[3] - p.r
     height = stance * cos(theta) - swing * cos(psi)
@@ -50,9 +59,30 @@ def compliant_clearance(y: Vector, p: Compliant, dy: Vector, start: int) -> Clea
     return height, change, stance * sin(theta) + swing * sin(psi)
 
 
+@compiled
+def detailed_rigid_clearance(y: Vector, p: DetailedRigid, dy: Vector, start: int) -> Clearance:
+    """`foot_clearance` of rigid legs that may differ."""
+    stance, swing, theta, psi = p.L_nat - p.r, p.L_nat_2 - p.r_2, y[0], y[1]
+    ahead, behind = swing * sin(psi), stance * sin(theta)
+    return (stance * cos(theta) - swing * cos(psi) + (p.r - p.r_2), ahead * dy[start + 1] - behind * dy[start],
+            behind + ahead)
+
+
+@compiled
+def detailed_clearance(y: Vector, p: DetailedCompliant, dy: Vector, start: int) -> Clearance:
+    """`foot_clearance` of compliant legs that may differ."""
+    theta, stance, psi, swing = y[0], y[1] - p.r, y[2], y[3] - p.r_2
+    height = stance * cos(theta) - swing * cos(psi) + (p.r - p.r_2)
+    change = (cos(theta) * dy[start + 1] - stance * sin(theta) * dy[start]
+              - cos(psi) * dy[start + 3] + swing * sin(psi) * dy[start + 2])
+    return height, change, stance * sin(theta) + swing * sin(psi)
+
+
 #: Height of the swing foot above the ground, its change for the change of the coordinates stored in `dy` from `start`,
 #: and its advance on the stance foot, eq. (3): foot_clearance(y, p, dy, start).
-foot_clearance: Callable[..., Clearance] = ByKind({Rigid: rigid_clearance, Compliant: compliant_clearance})
+foot_clearance: Callable[..., Clearance] = ByKind({
+    PlainRigid: rigid_clearance, PlainCompliant: compliant_clearance,
+    DetailedRigid: detailed_rigid_clearance, DetailedCompliant: detailed_clearance})
 
 
 @inlined
@@ -72,7 +102,7 @@ def landing_impulse(y: Vector, p: Compliant) -> tuple[Four, tuple[float, float],
     M (qd+ - qd-) = Pi Lambda, Pi^T qd+ = 0. Springs and dampers give no impulse.
     """
     t = eq.compliant_terms(y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], p)
-    factors = factor(t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[9])
+    factors = eq.mass_factors(t, p)
     normal, roll, _, _ = contact_directions(y, p)
     constrained = factor_constrained(factors, normal, roll)
     before = (y[4], y[5], y[6], y[7])
@@ -114,15 +144,14 @@ def rigid_reset(y: Vector, p: Rigid) -> bool:
     a11, a12, a21, a22 = eq.rigid_handover(y[0], y[1], p)
     momentum1 = a11 * y[2] + a12 * y[3]
     momentum2 = a21 * y[2] + a22 * y[3]
-    theta, psi = -y[1], -y[0]
-    m11, m12, m22, _, _ = eq.rigid_terms(theta, psi, 0.0, 0.0, p)
+    theta, psi, after_p = -y[1], -y[0], eq.exchanged(p)
+    m11, m12, m22, _, _ = eq.rigid_terms(theta, psi, 0.0, 0.0, after_p)
     inverse = 1.0 / (m11 * m22 - m12 * m12)
     dtheta = inverse * (m22 * momentum1 - m12 * momentum2)
     dpsi = inverse * (m11 * momentum2 - m12 * momentum1)
     if y.size > 4:
         before = eq.rigid_handover_jacobian(y[0], y[1], y[2], y[3], p)
-        without_forces = Rigid(p.M, p.m, p.L_nat, p.r, p.l, p.I, 0.0, 0.0)
-        after = eq.rigid_residual_jacobian(theta, psi, 0.0, 0.0, dtheta, dpsi, without_forces)
+        after = eq.rigid_inertia_jacobian(theta, psi, dtheta, dpsi, after_p)
         for s in range(4, y.size, 4):
             new1, new2 = -y[s + 1], -y[s]
             f1 = (a11 * y[s + 2] + a12 * y[s + 3] + before[0] * y[s] + before[1] * y[s + 1]

@@ -1,20 +1,21 @@
-"""Energy audit of one step: gravity's work against what dampers, sliding and impacts take."""
+"""Energy audit of all steps of a gait: gravity's work against what dampers, sliding and impacts take."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from stages.analytic.compiled import Numbers
-from stages.analytic.model import equations as eq
-from stages.analytic.model.kinds import Limited, Rigid
+from stages.analytic.model import terms as eq
+from stages.analytic.model.kinds import Detailed, Kind, Limited, Rigid
 from stages.analytic.model.walker import Walker
 from stages.analytic.phases.coulomb_guard import slip_speed
 from stages.analytic.phases.flow import DOUBLE_STANCE
 from stages.analytic.phases.succession import in_contact, succeed
-from stages.analytic.walk.recording import Segment, states_at
+from stages.analytic.walk.recording import Segment, is_last, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
 from stages.biped.quantity import quantity
 
@@ -41,7 +42,7 @@ def energy(walker: Walker, y: np.ndarray) -> tuple[float, float]:
 
 
 def quadrature(walker: Walker, segment: Segment, power: Callable[[np.ndarray], np.ndarray]) -> float:
-    """Integral over a segment of a function of its states (n, size) -> (n,)."""
+    """Integral over a segment of a function of its states (n, size) -> (n,); `walker` is the one in its step."""
     edges = np.append(segment.times, segment.duration)
     middle, half = (edges[1:] + edges[:-1]) / 2, (edges[1:] - edges[:-1]) / 2
     times = (middle[:, None] + half[:, None] * POINTS).ravel()
@@ -50,11 +51,26 @@ def quadrature(walker: Walker, segment: Segment, power: Callable[[np.ndarray], n
 
 
 def damper_loss(walker: Walker, segment: Segment) -> float:
-    """Integral of b (dL_1^2 + dL_2^2) over a segment, dimensionless."""
+    """Integral of b (dL_1^2 + dL_2^2) over a segment, and of the power that a hip's friction takes, dimensionless."""
     p = walker.p
+    if isinstance(p, Detailed):
+        return quadrature(walker, segment, partial(detailed_power, p))
     if isinstance(p, Rigid):
         return 0.0
     return quadrature(walker, segment, lambda states: p.b * (states[:, 5] ** 2 + states[:, 7] ** 2))
+
+
+def detailed_power(p: Detailed, states: np.ndarray) -> np.ndarray:
+    """Power (n,) that the dampers of detailed legs and the hip's viscous friction take at states (n, size)."""
+    if isinstance(p, Rigid):
+        return np.asarray(p.b_h * (states[:, 2] + states[:, 3]) ** 2)
+    hip = p.b_h * (states[:, 4] + states[:, 6]) ** 2
+    return np.asarray(p.b * states[:, 5] ** 2 + p.b_2 * states[:, 7] ** 2 + hip)
+
+
+def weight_of(p: Kind) -> float:
+    """All that gravity pulls at, in total masses: less than one with a counterweight."""
+    return 1.0 + (p.M_g - p.M) if isinstance(p, Detailed) else 1.0
 
 
 def friction_loss(walker: Walker, segment: Segment) -> float:
@@ -72,17 +88,18 @@ def friction_loss(walker: Walker, segment: Segment) -> float:
 
 
 def audit(walker: Walker, segments: list[Segment], advance: float) -> EnergyAudit:
-    """Audit of the segments of one periodic step that advances by `advance` leg lengths."""
-    work = walker.p.g_x * advance  # all mass moves down the slope by one step; heights above it repeat
-    dampers = sum(damper_loss(walker, segment) for segment in segments)
-    sliding = sum(friction_loss(walker, segment) for segment in segments)
+    """Audit of the segments of all steps of a gait that advances by `advance` leg lengths in them, the mean step's."""
+    work = walker.p.g_x * advance * weight_of(walker.p)  # all moves down the slope by so much; heights above it repeat
+    dampers = sum(damper_loss(walker.on(segment.stance_leg), segment) for segment in segments)
+    sliding = sum(friction_loss(walker.on(segment.stance_leg), segment) for segment in segments)
     impact = 0.0
     for segment in segments:
         if in_contact(segment.phase):
             continue
-        after = segment.end.copy()
-        succeed(segment.phase, after, walker.p)
-        impact += energy(walker, segment.end)[0] - energy(walker, after)[0]
-    unit = walker.energy
+        after, standing = segment.end.copy(), walker.on(segment.stance_leg)
+        succeed(segment.phase, after, standing.p)
+        landed = standing.exchanged if is_last(segment) else standing
+        impact += energy(standing, segment.end)[0] - energy(landed, after)[0]
+    unit = walker.energy / sum(map(is_last, segments))
     rest = work - dampers - impact - sliding
     return EnergyAudit(work * unit, dampers * unit, impact * unit, sliding * unit, rest / work if work else 0.0)

@@ -88,6 +88,8 @@ def estimate_errors(walker: Walker, point: FixedPoint, steps: int, tolerance: fl
     They are checked against a tenth of the tolerance; where round-off hides what that changes, against ten times the
     tolerance, at which they lead less.
     """
+    if walker.alternates:
+        return not_given("the legs differ, and the estimate is of gaits that repeat after one step")
     tolerance = attainable_tolerance(walker.p, tolerance)
     try:
         one = estimated(walker, point, steps, tolerance)
@@ -185,7 +187,7 @@ def estimated(walker: Walker, point: FixedPoint, steps: int, tolerance: float) -
     path = carried_error(walker, walk, upright_error(walker, begin, carried_error(walker, single, begun)[-2].states[0]))
     ends = [index for index, segment in enumerate(walk) if is_last(segment)]
     return Estimated(
-        np.array([*point.z, point.steps[0].period, step_length(walker, point)]),
+        np.array([*point.z, point.period, step_length(walker, point)]),
         np.array([*moved, carried_error(walker, step, begun)[-1].delay, longer]),
         np.array([[walk[end].start + walk[end].duration, walk[end].origin] for end in ends]),
         np.array([[path[end + 1].delay, path[end].origin] for end in ends]),

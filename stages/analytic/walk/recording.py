@@ -7,6 +7,7 @@ accurate as the integration itself.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A
 from stages.analytic.integration.integrator import STAGES, take_step
 from stages.analytic.integration.phase import CHATTER, EVENT, WEDGED, integrate
 from stages.analytic.integration.step import FIRST_LENGTH, MOST_PHASES
-from stages.analytic.model.kinds import Kind, Rigid
+from stages.analytic.model.kinds import Kind, Rigid, natural_lengths, radii
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE, contact_directions, flow
@@ -72,11 +73,12 @@ def integrate_segment(
 
 def next_origin(walker: Walker, segment: Segment) -> float:
     """x_0 of the step after heel strike: the new stance foot's centre, less its own rolling, eq. (7)."""
-    p, y = walker.p, segment.end
+    p, y = walker.on(segment.stance_leg).p, segment.end
     theta, psi = y[0], y[1 if walker.rigid else 2]
-    stance, swing = (p.L_nat, p.L_nat) if walker.rigid else (y[1], y[3])
-    centre = segment.origin + p.r * theta + (stance - p.r) * np.sin(theta) + (swing - p.r) * np.sin(psi)
-    return float(centre + p.r * psi)
+    stance, swing = natural_lengths(p) if walker.rigid else (y[1], y[3])
+    radius = radii(p)[1]
+    centre = segment.origin + p.r * theta + (stance - p.r) * np.sin(theta) + (swing - radius) * np.sin(psi)
+    return float(centre + radius * psi)
 
 
 def record(
@@ -84,8 +86,8 @@ def record(
 ) -> list[Segment]:
     """Segments of a walk that starts at state `y` with leg 0 standing, up to the given heel strike.
 
-    It starts in `phase`, by default the one that follows a heel strike. Raises StepFailed if the walker does not get
-    there.
+    `walker` is the one in whose step leg 0 stands. The walk starts in `phase`, by default the one that follows a heel
+    strike. Raises StepFailed if the walker does not get there.
     """
     tolerance = attainable_tolerance(walker.p, tolerance)
     segments: list[Segment] = []
@@ -95,7 +97,8 @@ def record(
     while True:
         if not decided:
             raise StepFailed(step_failure(WEDGED, phase))
-        segment = integrate_segment(walker, phase, y, start, leg, origin, tolerance)
+        standing = walker.on(leg)
+        segment = integrate_segment(standing, phase, y, start, leg, origin, tolerance)
         segments.append(segment)
         start += segment.duration
         if is_last(segment):
@@ -106,7 +109,7 @@ def record(
         elif len(segments) > MOST_PHASES and not any(map(is_last, segments[-MOST_PHASES:])):
             raise StepFailed(step_failure(CHATTER, phase))
         y = segment.end.copy()
-        phase, decided = succeed(phase, y, walker.p)
+        phase, decided = succeed(phase, y, standing.p)
 
 
 def walk_on(walker: Walker, upright: Vector, steps: int, tolerance: float) -> list[Segment]:
@@ -174,6 +177,7 @@ def constraint_drift(walker: Walker, segments: list[Segment]) -> np.ndarray:
     if isinstance(walker.p, Rigid) or not both:
         return np.zeros(3)
     y, phase = both[-1].end, both[-1].phase
-    _, roll, _, _ = contact_directions(y, walker.p)
-    clearance, rate, _ = foot_clearance(y, walker.p, y, 4)
+    p: Any = walker.on(both[-1].stance_leg).p
+    _, roll, _, _ = contact_directions(y, p)
+    clearance, rate, _ = foot_clearance(y, p, y, 4)
     return np.array([clearance, rate, float(np.dot(roll, y[4:8])) if phase == DOUBLE_STANCE else 0.0])

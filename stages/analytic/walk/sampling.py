@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from stages.analytic.compiled import ByKind, Four, compiled, inlined
-from stages.analytic.model import equations as eq
-from stages.analytic.model.kinds import Compliant, Kind, Limited, Rigid, Rolling
+from stages.analytic.model import terms as eq
+from stages.analytic.model.kinds import Compliant, Kind, Limited, Rigid, Rolling, heights_of_mass, natural_lengths
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.flow import (
     DOUBLE_STANCE,
@@ -90,17 +90,21 @@ def coordinates(walker: Walker, states: np.ndarray, rows: np.ndarray) -> tuple[C
     if walker.rigid:
         theta = Coordinate(states[:, 0], states[:, 2], rows[:, 0])
         psi = Coordinate(states[:, 1], states[:, 3], rows[:, 2])
-        length = constant(walker.p.L_nat, theta)
-        return theta, length, psi, length
+        stance, swing = (constant(length, theta) for length in natural_lengths(walker.p))
+        return theta, stance, psi, swing
     return tuple(Coordinate(states[:, i], states[:, 4 + i], rows[:, i]) for i in range(4))
 
 
 def sample_segment(walker: Walker, segment: Segment, times: np.ndarray) -> dict[str, np.ndarray]:
-    """Dimensionless signals of one segment at `times` since its start, keyed by the fields of `Walk`."""
+    """Dimensionless signals of one segment at `times` since its start, keyed by the fields of `Walk`.
+
+    `walker` is the one in whose step leg 0 stands.
+    """
+    walker = walker.on(segment.stance_leg)
     states = states_at(segment.phase, segment.times, segment.states, times, walker.p)
     rows = accelerations_and_forces(segment.phase, states, walker.p)
     theta, stance_length, psi, swing_length = coordinates(walker, states, rows)
-    radius, com = walker.p.r, walker.p.l
+    radius, com = walker.p.r, heights_of_mass(walker.p)[segment.stance_leg]
     origin = np.full(times.size, segment.origin)
     hip = hip_motion(theta, stance_length, radius, origin)
     foot: Motion

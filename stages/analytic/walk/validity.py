@@ -8,18 +8,19 @@ alone, which rolls whatever it takes.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from stages.analytic.compiled import Numbers
-from stages.analytic.model import equations as eq
-from stages.analytic.model.kinds import Kind, Limited, Rigid
+from stages.analytic.model import terms as eq
+from stages.analytic.model.kinds import Kind, Limited, Rigid, natural_lengths, radii
 from stages.analytic.model.walker import Walker
 from stages.analytic.phases.coulomb_impact import land, strike, trailing_impulse
 from stages.analytic.phases.succession import in_contact
 from stages.analytic.phases.transitions import heel_strike_reset, landing_impulse
-from stages.analytic.walk.recording import Segment, states_at
+from stages.analytic.walk.recording import Segment, is_last, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
 from stages.biped.quantity import quantity
 
@@ -81,6 +82,12 @@ class Validity:
         return broken
 
 
+#: Numbers of which the lowest is the worst, and those of which the highest is.
+LOWEST = ("least_normal_force_stance", "least_normal_force_trailing", "impulse_normal_trailing", "feet_push_only")
+HIGHEST = ("friction_single_stance", "friction_double_stance_loaded", "time_outside_cone", "impulse_outside_cone",
+           "impulse_friction_landing", "impulse_friction_trailing")  # fmt: skip
+
+
 def friction_used(forces: np.ndarray) -> float:
     """Largest |tangential| / normal of forces (n, 2); infinite where the ground would pull, 0 without force."""
     loaded = forces[np.abs(forces).max(axis=1) > 1e-12]
@@ -119,15 +126,16 @@ def impulses(walker: Walker, before: np.ndarray) -> tuple[np.ndarray, np.ndarray
     the landing foot does.
     """
     p, after = walker.p, before.copy()
+    landed: Any = walker.exchanged.p
     if isinstance(p, Rigid):
         heel_strike_reset(after, p)
-        return momentum(after, p) - momentum(before, p), np.zeros(2)
+        return momentum(after, landed) - momentum(before, p), np.zeros(2)
     if isinstance(p, Limited):
         land(after, p)
-        _, _, impulse, *_ = trailing_impulse(after, p)
-        strike(after, p)
+        _, _, impulse, *_ = trailing_impulse(after, landed)
+        strike(after, landed)
         trailing = np.array([impulse[1], impulse[0]])
-        return momentum(after, p) - momentum(before, p) - trailing, trailing
+        return momentum(after, landed) - momentum(before, p) - trailing, trailing
     velocities, impulse, *_ = landing_impulse(before, p)
     after[4:] = np.asarray(velocities) - before[4:]
     landing = np.array([impulse[1], impulse[0]])
@@ -164,7 +172,27 @@ def outside_the_cone(spans: np.ndarray, forces: np.ndarray, friction: float) -> 
 
 
 def assess(walker: Walker, segments: list[Segment], friction: float) -> Validity:
-    """Report on the segments of one step, from heel strike to heel strike, on ground with this static friction."""
+    """Report on the segments of a gait's steps, from heel strike to heel strike, on ground with this static friction.
+
+    Of several steps, the worst of each.
+    """
+    ends = [index + 1 for index, segment in enumerate(segments) if is_last(segment)]
+    steps = [segments[start:end] for start, end in zip([0, *ends], ends, strict=False)]
+    return worst([assess_step(walker.on(step[0].stance_leg), step, friction) for step in steps])
+
+
+def worst(steps: list[Validity]) -> Validity:
+    """The worst of each number over some steps."""
+    if len(steps) == 1:
+        return steps[0]
+    deepest = max(steps, key=lambda step: step.deepest_scuff)
+    lowest = {name: min(getattr(step, name) for step in steps) for name in LOWEST}
+    highest = {name: max(getattr(step, name) for step in steps) for name in HIGHEST}
+    return replace(deepest, **lowest, **highest)
+
+
+def assess_step(walker: Walker, segments: list[Segment], friction: float) -> Validity:
+    """`assess` of one step; `walker` is the one in it."""
     single = segments[-1]
     states = dense_states(walker, single)
     alone = accelerations_and_forces(single.phase, states, walker.p)[:, 4:6]
@@ -179,8 +207,9 @@ def assess(walker: Walker, segments: list[Segment], friction: float) -> Validity
     time_outside, impulse_outside = outside_the_cone(spans, evenly[:, 2:], friction)
     landing, trailing = impulses(walker, single.end)
     p = walker.p
-    stance, psi, swing = (p.L_nat, states[:, 1], p.L_nat) if walker.rigid else states[:, 1:4].T
-    clearance = (stance - p.r) * np.cos(states[:, 0]) - (swing - p.r) * np.cos(psi)
+    lengths, radius = natural_lengths(p), radii(p)[1]
+    stance, psi, swing = (lengths[0], states[:, 1], lengths[1]) if walker.rigid else states[:, 1:4].T
+    clearance = (stance - p.r) * np.cos(states[:, 0]) - (swing - radius) * np.cos(psi) + (p.r - radius)
     lowest = int(np.argmin(clearance))
     unit = walker.force
     return Validity(

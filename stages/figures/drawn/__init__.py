@@ -2,7 +2,8 @@
 
 A figure is a TITLE, its PLACE in the report (the paper's have their number, the others follow), INPUTS (the results it
 shows: it is given no others), `draw` and `caption`. `draw` gives a Matplotlib figure, or a fragment of a page as text.
-CLAIMS, where there are any, are the claims that it shows something of; OPENS = True puts it first on the page.
+CLAIMS, where there are any, are the claims that it shows something of; OPENS = True puts it first on the page, and
+BESIDE_PARAMETERS = True above their table.
 """
 
 from __future__ import annotations

@@ -83,17 +83,21 @@ def symbolic_user_function(mbs: Any, function: Callable[..., list[Any]]) -> Any:
 
 
 def add_ground(
-    mbs: Any, law: ContactLaw, radius: float, discs: Sequence[Any], lanes: Lanes = None, *, compiled: bool = True
+    mbs: Any, law: ContactLaw, radii: Sequence[float], discs: Sequence[Any], lanes: Lanes = None, *,
+    compiled: bool = True
 ) -> tuple[list[Any], list[Any]]:
-    """Let the ground act on planar feet whose disc centres carry these markers: their laws, to be kept, and connectors.
+    """Let the ground act on planar feet of these radii [m] whose disc centres carry these markers.
+
+    Gives their laws, to be kept, and connectors.
 
     `compiled=False` calls Python instead, to measure what that costs.
     """
     plane = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=mbs.AddObject(items.ObjectGround())))
+    feet = zip(radii, lanes or (None, None), strict=True)
     if compiled:
-        laws = [symbolic_user_function(mbs, planar_connector_law(law, radius, lane)) for lane in lanes or (None, None)]
+        laws = [symbolic_user_function(mbs, planar_connector_law(law, radius, lane)) for radius, lane in feet]
     else:
-        laws = [planar_connector_law(law, radius, lane, SCALARS) for lane in lanes or (None, None)]
+        laws = [planar_connector_law(law, radius, lane, SCALARS) for radius, lane in feet]
     return laws, [add_connector(mbs, plane, disc, own) for disc, own in zip(discs, laws, strict=True)]
 
 

@@ -2,7 +2,8 @@
 
 Each leg is one `ObjectJointPrismatic2D` without its rotational constraint: the hip point stays on the foot's axis and
 the foot turns about it freely, a revolute and a prismatic joint in series without the massless body between them.
-With rigid legs it is a revolute joint.
+With rigid legs it is a revolute joint. A frame is a body of its own between the two, hinged to the hip, on which the
+foot slides without turning.
 """
 
 from __future__ import annotations
@@ -12,10 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from stages.biped.design import Biped
+from stages.biped.design import BeyondModel, Biped
+from stages.biped.leg import Leg
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.assembly.contact import Lanes, add_ground, reactions
+from stages.multibody.assembly.hip import add_counterweight, add_hip
+from stages.multibody.assembly.leg_bodies import PlanarBody, above_spring
 from stages.multibody.assembly.quiet_exudyn import exudyn, items
 from stages.multibody.walking.scuffing import Pose
 from stages.planar.signals import GROUND_REACTION, IMU, SIGNALS
@@ -33,8 +37,9 @@ COORDINATES = (
 class Joints:
     """Assembled system; see `stages.multibody.assembly.solver.Assembly`.
 
-    Coordinates: x, y, angle of the hip, then of each foot, at the mass centres. The hip's angle is idle: the joint
-    wants a body with an orientation, but no moment acts on it and it stays zero.
+    Coordinates: x, y, angle of the hip, then of each foot, then of each frame, at the mass centres. The hip's angle is
+    idle: the joint wants a body with an orientation, but no moment acts on it and it stays zero. Raises BeyondModel for
+    frames on rigid legs.
     """
 
     exact_acceleration = False
@@ -52,8 +57,13 @@ class Joints:
         self.container = exudyn.SystemContainer()
         self.mbs = self.container.AddSystem()
         self.biped = biped
+        self.legs = biped.leg(0), biped.leg(1)
+        self.frames = {leg: body for leg in (0, 1) if (body := above_spring(self.legs[leg])) is not None}
+        if self.frames and biped.legs == "rigid":
+            raise BeyondModel("multibody.assembly = joints has no frames on rigid legs; multibody.assembly = tree has")
         self.bodies = self._add_bodies(slope)
         self._add_legs()
+        self._add_hip(slope)
         self.contacts = self._add_ground(contact, lanes, compiled)
         self.sensors = self._add_sensors(signals)
         self.mbs.Assemble()
@@ -61,61 +71,81 @@ class Joints:
     def _add_bodies(self, slope: Slope) -> list[Any]:
         """Hip and feet hanging under it; the reference configuration has both legs upright at the natural length."""
         mbs, biped = self.mbs, self.biped
-        below = biped.foot_com - biped.leg_length
-        foot = below, biped.foot_mass, biped.leg_inertia
+        hung = [PlanarBody(biped.hip_mass, 0.0, 0.0, IDLE_INERTIA)]
+        hung += [PlanarBody(leg.foot_mass, leg.foot_offset, leg.foot_com - leg.leg_length, leg.leg_inertia)
+                 for leg in self.legs]  # fmt: skip
         self.nodes, bodies = [], []
-        for height, mass, inertia in ((0.0, biped.hip_mass, IDLE_INERTIA), foot, foot):
-            node = mbs.AddNode(items.NodeRigidBody2D(referenceCoordinates=[0.0, height, 0.0]))
+        for part in [*hung, *self.frames.values()]:
+            node = mbs.AddNode(items.NodeRigidBody2D(referenceCoordinates=[part.forward, part.upward, 0.0]))
             self.nodes.append(node)
-            bodies.append(mbs.AddObject(items.ObjectRigidBody2D(mass=mass, inertia=inertia, nodeNumber=node)))
+            bodies.append(mbs.AddObject(items.ObjectRigidBody2D(mass=part.mass, inertia=part.inertia, nodeNumber=node)))
         for body in bodies:
             marker = mbs.AddMarker(items.MarkerBodyMass(bodyNumber=body))
             mbs.AddLoad(items.LoadMassProportional(markerNumber=marker, loadVector=[*slope.gravity_vector, 0.0]))
         return bodies
 
     def _add_legs(self) -> None:
-        mbs, biped = self.mbs, self.biped
+        mbs, rigid = self.mbs, self.biped.legs == "rigid"
         self.joints = []
-        above = biped.leg_length - biped.foot_com
-        for foot in self.bodies[1:]:
+        frames = dict(zip(self.frames, self.bodies[3:], strict=True))
+        for number, (leg, foot) in enumerate(zip(self.legs, self.bodies[1:3], strict=True)):
+            above, aside = leg.leg_length - leg.foot_com, 0.0 - leg.foot_offset
             hip = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=self.bodies[0]))
-            if biped.legs == "rigid":
-                end = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=foot, localPosition=[0.0, above, 0.0]))
+            if rigid:
+                end = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=foot, localPosition=[aside, above, 0.0]))
                 self.joints.append(mbs.AddObject(items.ObjectJointRevolute2D(markerNumbers=[hip, end])))
                 continue
+            top = self._hinge(hip, frames[number], leg) if number in frames else hip
             # The foot must be marker 1: its normal turns with it. The other way round is accepted and wrong.
-            axis = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=foot))
+            axis = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=foot, localPosition=[aside, 0.0, 0.0]))
             self.joints.append(
                 mbs.AddObject(
                     items.ObjectJointPrismatic2D(
-                        markerNumbers=[hip, axis],
+                        markerNumbers=[top, axis],
                         axisMarker0=[0.0, 1.0, 0.0],
                         normalMarker1=[1.0, 0.0, 0.0],
-                        constrainRotation=False,
+                        constrainRotation=number in frames,
                     )
                 )
             )
-            centre = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=foot))
+            centre = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=foot, localPosition=[aside, 0.0, 0.0]))
             mbs.AddObject(
                 items.ObjectConnectorSpringDamper(
                     markerNumbers=[hip, centre],
                     referenceLength=above,
-                    stiffness=biped.stiffness,
-                    damping=biped.damping,
+                    stiffness=leg.stiffness,
+                    damping=leg.damping,
                 )
             )
 
+    def _hinge(self, hip: Any, frame: Any, leg: Leg) -> Any:
+        """Hang a frame on the hip: a marker at its upper end."""
+        upper = [0.0 - leg.frame_offset, leg.frame_com, 0.0]
+        top = self.mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=frame, localPosition=upper))
+        self.joints.append(self.mbs.AddObject(items.ObjectJointRevolute2D(markerNumbers=[hip, top])))
+        return top
+
+    def _add_hip(self, slope: Slope) -> None:
+        add_hip(self.mbs, self.biped, ((self.nodes[1], 2), (self.nodes[2], 2)))
+        if self.biped.weighed_hip != self.biped.hip_mass:
+            hip = self.mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=self.bodies[0]))
+            add_counterweight(self.mbs, self.biped, slope, hip)
+
     def _add_ground(self, contact: ContactLaw, lanes: Lanes, compiled: bool) -> list[Any]:
-        centre = [0.0, self.biped.foot_radius - self.biped.foot_com, 0.0]
-        discs = [items.MarkerBodyRigid(bodyNumber=foot, localPosition=centre) for foot in self.bodies[1:]]
-        self.laws, contacts = add_ground(self.mbs, contact, self.biped.foot_radius, discs, lanes, compiled=compiled)
+        discs = [
+            items.MarkerBodyRigid(
+                bodyNumber=foot, localPosition=[0.0 - leg.foot_offset, leg.foot_radius - leg.foot_com, 0.0]
+            )
+            for leg, foot in zip(self.legs, self.bodies[1:3], strict=True)
+        ]
+        self.laws, contacts = add_ground(self.mbs, contact, self.biped.foot_radii, discs, lanes, compiled=compiled)
         return contacts
 
     def _add_sensors(self, signals: Collection[str]) -> dict[str, Any]:
         kept = {"storeInternal": True, "writeToFile": False}
         sensors: dict[str, Any] = {}
         for name, kind in COORDINATES if IMU in signals else COORDINATES[:2]:  # nothing else needs accelerations
-            for index, node in enumerate(self.nodes):
+            for index, node in enumerate(self.nodes[:3]):
                 sensors[f"{name} {index}"] = items.SensorNode(nodeNumber=node, outputVariableType=kind, **kept)
         for leg, contact in enumerate(self.contacts if GROUND_REACTION in signals else ()):
             sensors[f"ground {leg}"] = items.SensorObject(
@@ -129,19 +159,25 @@ class Joints:
 
     def start(self, state: PlanarState) -> None:
         """Make `state` the initial one."""
-        below = self.biped.foot_com - self.biped.leg_length
         place, motion = [*state.hip_position, 0.0], [*state.hip_velocity, 0.0]
-        for leg in (0, 1):
-            angle, rate = state.leg_angle[leg], state.leg_rate[leg]
-            arm, arm_rate = state.leg_length[leg] - self.biped.foot_com, state.leg_length_rate[leg]
+        hung = [
+            (number, leg.foot_offset, state.leg_length[number] - leg.foot_com, state.leg_length_rate[number],
+             leg.foot_com - leg.leg_length) for number, leg in enumerate(self.legs)
+        ]  # fmt: skip
+        hung += [(number, frame.forward, -frame.upward, 0.0, frame.upward) for number, frame in self.frames.items()]
+        for number, aside, arm, arm_rate, upward in hung:
+            angle, rate = state.leg_angle[number], state.leg_rate[number]
             sine, cosine = np.sin(angle), np.cos(angle)
-            place += [state.hip_position[0] + arm * sine, state.hip_position[1] - arm * cosine - below, angle]
+            x = state.hip_position[0] + arm * sine + aside * cosine
+            y = state.hip_position[1] - arm * cosine + aside * sine
+            place += [x - aside, y - upward, angle]  # from where it hangs in the reference configuration
             motion += [
-                state.hip_velocity[0] + arm_rate * sine + arm * rate * cosine,
-                state.hip_velocity[1] - arm_rate * cosine + arm * rate * sine,
+                state.hip_velocity[0] + arm_rate * sine + arm * rate * cosine - aside * rate * sine,
+                state.hip_velocity[1] - arm_rate * cosine + arm * rate * sine + aside * rate * cosine,
                 rate,
             ]
-            self.set_in_play(leg, state.in_play[leg])
+        for number in (0, 1):
+            self.set_in_play(number, state.in_play[number])
         initial = exudyn.ConfigurationType.Initial
         self.mbs.systemData.SetODE2Coordinates(place, configuration=initial)
         self.mbs.systemData.SetODE2Coordinates_t(motion, configuration=initial)
@@ -182,14 +218,14 @@ class Joints:
 
     def _arm(self, place: np.ndarray, leg: int) -> tuple[np.ndarray, np.ndarray]:
         """From a foot's mass centre to the hip: across and along the leg [m]."""
-        foot = 3 + 3 * leg
-        below = self.biped.foot_com - self.biped.leg_length
-        dx, dy = place[:, 0] - place[:, foot], place[:, 1] - place[:, foot + 1] - below
+        foot, design = 3 + 3 * leg, self.legs[leg]
+        aside, below = design.foot_offset, design.foot_com - design.leg_length
+        dx, dy = place[:, 0] - place[:, foot] - aside, place[:, 1] - place[:, foot + 1] - below
         sine, cosine = np.sin(place[:, foot + 2]), np.cos(place[:, foot + 2])
         return dx * cosine + dy * sine, dy * cosine - dx * sine
 
     def _place(self, place: np.ndarray) -> np.ndarray:
-        lengths = [self._arm(place, leg)[1] + self.biped.foot_com for leg in (0, 1)]
+        lengths = [self._arm(place, leg)[1] + self.legs[leg].foot_com for leg in (0, 1)]
         return np.column_stack([place[:, [0, 1, 5, 8]], *lengths])
 
     def _motion(self, place: np.ndarray, motion: np.ndarray) -> np.ndarray:
@@ -204,8 +240,8 @@ class Joints:
 
     def _slide_error(self, place: np.ndarray) -> float:
         arms = [self._arm(place, leg) for leg in (0, 1)]
-        error = max(np.abs(across).max() for across, _ in arms)
+        error = max(np.abs(across + leg.foot_offset).max() for (across, _), leg in zip(arms, self.legs, strict=True))
         if self.biped.legs == "rigid":
-            length = self.biped.leg_length - self.biped.foot_com
-            error = max(error, *(np.abs(along - length).max() for _, along in arms))
+            ends = zip(arms, self.legs, strict=True)
+            error = max(error, *(np.abs(along - (leg.leg_length - leg.foot_com)).max() for (_, along), leg in ends))
         return float(error)

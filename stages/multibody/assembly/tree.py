@@ -1,7 +1,7 @@
 """The biped in minimal coordinates: an Exudyn kinematic tree, without constraints, for explicit solvers.
 
-Links: slide x, slide y (carries the hip mass), and for each leg a revolute joint and a slide along the leg that carries
-the foot. With rigid legs the foot hangs on the revolute joint itself.
+Links: slide x, slide y (carries the hip mass), and for each leg a revolute joint, which carries the frame if there is
+one, and a slide along the leg that carries the foot. With rigid legs the foot is part of the revolute joint's link.
 """
 
 from __future__ import annotations
@@ -15,6 +15,8 @@ from stages.biped.design import Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.assembly.contact import Lanes, add_ground, reactions
+from stages.multibody.assembly.hip import add_counterweight, add_hip
+from stages.multibody.assembly.leg_bodies import PlanarBody, above_spring, below_spring, joined
 from stages.multibody.assembly.quiet_exudyn import exudyn, items
 from stages.multibody.walking.scuffing import Pose
 from stages.planar.signals import GROUND_REACTION, IMU, SIGNALS
@@ -42,9 +44,10 @@ class Tree:
         self.container = exudyn.SystemContainer()
         self.mbs = self.container.AddSystem()
         self.compliant = biped.legs == "compliant"
-        self.natural_length = biped.leg_length
+        self.natural_length = biped.leg(0).leg_length, biped.leg(1).leg_length
         self.tree, self.feet = self._add_bodies(biped, slope)
         self.contacts = self._add_ground(biped, contact, lanes, compiled)
+        self._add_hip(biped, slope)
         self.sensors = self._add_sensors(signals)
         self.mbs.Assemble()
 
@@ -57,16 +60,24 @@ class Tree:
         offset, centre, inertia = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros((count, 3, 3))
         mass, spring, damper = np.zeros(count), np.zeros(count), np.zeros(count)
         mass[1] = biped.hip_mass
-        reach = biped.leg_length - biped.foot_radius
-        for foot in feet:
-            mass[foot], inertia[foot, 2, 2] = biped.foot_mass, biped.leg_inertia
-            centre[foot, 1] = biped.foot_com - biped.foot_radius
+        self.disc_centres = []
+        bodies: dict[int, PlanarBody | None] = {}
+        for number, foot in enumerate(feet):
+            leg = biped.leg(number)
+            reach, below, above = leg.leg_length - leg.foot_radius, below_spring(leg), above_spring(leg)
             if self.compliant:  # the foot's frame sits at the disc's centre
-                offset[foot, 1], spring[foot], damper[foot] = -reach, biped.stiffness, biped.damping
+                offset[foot, 1], spring[foot], damper[foot] = -reach, leg.stiffness, leg.damping
+                self.disc_centres.append([0.0, 0.0, 0.0])
+                bodies[foot], bodies[foot - 1] = below, above
             else:
-                centre[foot, 1] -= reach
-        self.disc_centre = [0.0, 0.0 if self.compliant else -reach, 0.0]
-        self.mass_centre = [0.0, float(centre[feet[0], 1]), 0.0]
+                self.disc_centres.append([0.0, -reach, 0.0])
+                below = below._replace(upward=below.upward - reach)
+                bodies[foot] = joined(below, above)
+            if number == 0:
+                self.mass_centre = [below.forward, below.upward, 0.0]
+        for link, body in bodies.items():
+            if body is not None:
+                mass[link], centre[link, :2], inertia[link, 2, 2] = body.mass, body[1:3], body.inertia
         nothing = np.zeros(count)
         self.node = self.mbs.AddNode(
             items.NodeGenericODE2(
@@ -95,11 +106,18 @@ class Tree:
 
     def _add_ground(self, biped: Biped, contact: ContactLaw, lanes: Lanes, compiled: bool) -> list[Any]:
         discs = [
-            items.MarkerKinematicTreeRigid(objectNumber=self.tree, linkNumber=foot, localPosition=self.disc_centre)
-            for foot in self.feet
+            items.MarkerKinematicTreeRigid(objectNumber=self.tree, linkNumber=foot, localPosition=centre)
+            for foot, centre in zip(self.feet, self.disc_centres, strict=True)
         ]
-        self.laws, contacts = add_ground(self.mbs, contact, biped.foot_radius, discs, lanes, compiled=compiled)
+        self.laws, contacts = add_ground(self.mbs, contact, biped.foot_radii, discs, lanes, compiled=compiled)
         return contacts
+
+    def _add_hip(self, biped: Biped, slope: Slope) -> None:
+        first, other = 2, 2 + (2 if self.compliant else 1)
+        add_hip(self.mbs, biped, ((self.node, first), (self.node, other)))
+        if biped.weighed_hip != biped.hip_mass:
+            place = items.MarkerKinematicTreeRigid(objectNumber=self.tree, linkNumber=1, localPosition=[0.0, 0.0, 0.0])
+            add_counterweight(self.mbs, biped, slope, self.mbs.AddMarker(place))
 
     def _add_sensors(self, signals: Collection[str]) -> dict[str, Any]:
         kept = {"storeInternal": True, "writeToFile": False}
@@ -138,7 +156,7 @@ class Tree:
             place.append(state.leg_angle[leg])
             motion.append(state.leg_rate[leg])
             if self.compliant:
-                place.append(natural - state.leg_length[leg])
+                place.append(natural[leg] - state.leg_length[leg])
                 motion.append(-state.leg_length_rate[leg])
             self.set_in_play(leg, state.in_play[leg])
         initial = exudyn.ConfigurationType.Initial
@@ -150,9 +168,9 @@ class Tree:
         natural = self.natural_length
         if self.compliant:
             x, y, first, slide, second, other_slide = self.mbs.systemData.GetODE2Coordinates().tolist()
-            return x, y, (first, second), (natural - slide, natural - other_slide)
+            return x, y, (first, second), (natural[0] - slide, natural[1] - other_slide)
         x, y, first, second = self.mbs.systemData.GetODE2Coordinates().tolist()
-        return x, y, (first, second), (natural, natural)
+        return x, y, (first, second), natural
 
     def leg_rate(self, leg: int) -> float:
         """Rate of a leg's angle at the current step [rad/s]."""
@@ -168,13 +186,13 @@ class Tree:
         return {
             "time": rows["position"][:, 0],
             "position": self._columns(rows["position"][:, 1:], self.natural_length),
-            "velocity": self._columns(rows["velocity"][:, 1:], 0.0),
-            "acceleration": self._columns(rows["acceleration"][:, 1:], 0.0),
+            "velocity": self._columns(rows["velocity"][:, 1:], (0.0, 0.0)),
+            "acceleration": self._columns(rows["acceleration"][:, 1:], (0.0, 0.0)),
             "foot_acceleration": foot[:, 1:3],
             "ground_reaction": reactions(rows, count),
         }
 
-    def _columns(self, coordinates: np.ndarray, natural: float) -> np.ndarray:
+    def _columns(self, coordinates: np.ndarray, natural: tuple[float, float]) -> np.ndarray:
         if self.compliant:
             return np.column_stack([coordinates[:, [0, 1, 2, 4]], natural - coordinates[:, [3, 5]]])
         return np.column_stack([coordinates, np.full((len(coordinates), 2), natural)])

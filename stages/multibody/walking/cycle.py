@@ -61,8 +61,8 @@ def solve(model: Model, state: PlanarState, walked: Run, walk: Walk) -> tuple[Cy
     try:
         cycle, failure = solved_cycle(model, state, search(model, state), walk), ""
     except NoLimitCycle as error:
-        cycle, failure = walked_cycle(walked, walk, model.biped.foot_radius), str(error)
-    return cycle, unsettled(walked, walk, cycle, failure)
+        cycle, failure = walked_cycle(walked, walk, model.biped.foot_radii), str(error)
+    return cycle, unsettled(walked, walk, cycle, failure, 1 if model.biped.alike else 2)
 
 
 def search(model: Model, state: PlanarState) -> LimitCycle:
@@ -82,18 +82,20 @@ def solved_cycle(model: Model, state: PlanarState, found: LimitCycle, walk: Walk
     machine = build(model.biped, model.slope, model.contact, settings,
                     signals=[name for name in settings.signals if name == GROUND_REACTION])
     start = section_state(point.numbers, state)
-    run = simulate(model.biped, model.slope, model.contact, start, settings, steps=1, assembly=machine)
-    events = find_events(run.trajectory, model.biped.foot_radius)
-    both_down = events.toe_off_time[:1] - events.heel_strike_time[:1]
-    period, length = point.step.duration, point.step.length
-    force, depth = peaks(run.trajectory, model.biped.foot_radius, 0.0, period)
+    steps = walker.steps_a_cycle
+    run = simulate(model.biped, model.slope, model.contact, start, settings, steps=steps, assembly=machine)
+    events = find_events(run.trajectory, model.biped.foot_radii)
+    ends = min(steps, len(events.toe_off_time))
+    both_down = events.toe_off_time[:ends] - events.heel_strike_time[:ends]
+    period, length = point.step.duration / steps, point.step.length / steps
+    force, depth = peaks(run.trajectory, model.biped.foot_radii, 0.0, point.step.duration)
     return Cycle(
         solved=True,
         period_s=period,
         step_frequency_hz=1.0 / period,
         step_length_m=length,
         speed_m_s=length / period,
-        double_stance_s=float(both_down[0]) if len(both_down) else nan,
+        double_stance_s=float(both_down.mean()) if ends == steps else nan,
         peak_normal_force=force,
         largest_penetration=depth,
         floquet_multipliers=found.floquet_multipliers,
@@ -102,7 +104,7 @@ def solved_cycle(model: Model, state: PlanarState, found: LimitCycle, walk: Walk
     )
 
 
-def walked_cycle(walked: Run, walk: Walk, radius: float) -> Cycle:
+def walked_cycle(walked: Run, walk: Walk, radii: tuple[float, float]) -> Cycle:
     """Measures over the last four whole steps of a walk, or fewer if there are no more."""
     strikes = walk.heel_strike_time
     count = min(LAST_STEPS, len(strikes) - 1)
@@ -112,7 +114,7 @@ def walked_cycle(walked: Run, walk: Walk, radius: float) -> Cycle:
     last = strikes[-1 - count :]
     hip = walked.trajectory.at(last)[0][:, 0]
     period, length = float(last[-1] - last[0]) / count, float(hip[-1] - hip[0]) / count
-    force, depth = peaks(walked.trajectory, radius, float(last[0]), float(last[-1]))
+    force, depth = peaks(walked.trajectory, radii, float(last[0]), float(last[-1]))
     return Cycle(
         solved=False,
         period_s=period,
@@ -134,18 +136,20 @@ def period_change(walk: Walk) -> float:
     return float(np.ptp(periods)) if len(periods) else nan
 
 
-def peaks(trajectory: Trajectory, radius: float, start: float, end: float) -> tuple[float, float]:
+def peaks(
+    trajectory: Trajectory, radii: tuple[float, float], start: float, end: float
+) -> tuple[float, float]:
     """Largest normal force [N] on a foot and penetration [m] between two times [s], at the solver's own steps."""
     inside = (trajectory.time >= start) & (trajectory.time <= end)
     rows = trajectory.position, trajectory.velocity
-    depth = np.column_stack([foot_kinematics(*rows, leg, radius)[0] for leg in (0, 1)])
+    depth = np.column_stack([foot_kinematics(*rows, leg, radii[leg])[0] for leg in (0, 1)])
     held = trajectory.in_play(trajectory.time)
     force = trajectory.ground_reaction[inside, :, 1]
     return float(force.max()) if force.size else nan, float(np.where(held, depth, 0.0)[inside].max())
 
 
-def unsettled(walked: Run, walk: Walk, cycle: Cycle, failure: str) -> str:
-    """Why a walk has not settled on a cycle, "" if it has. `failure` says why no fixed point was found."""
+def unsettled(walked: Run, walk: Walk, cycle: Cycle, failure: str, steps: int = 1) -> str:
+    """Why a walk has not settled on a cycle of so many steps, "" if it has. `failure`: why no fixed point was found."""
     if not cycle.solved:
         return f"no fixed point of its step was found ({failure})"
     if cycle.largest_multiplier >= 1.0:
@@ -153,10 +157,11 @@ def unsettled(walked: Run, walk: Walk, cycle: Cycle, failure: str) -> str:
     if not walked.completed:
         return f"its gait is stable, but the walk ended early: {walked.message or walked.outcome}"
     strikes = walk.heel_strike_time
-    if len(strikes) < 2:
+    if len(strikes) <= steps:
         return "its gait is stable, but the walk has no whole step that could show it"
-    hip = walked.trajectory.at(strikes[-2:])[0][:, 0]
-    last = np.array([strikes[-1] - strikes[-2], hip[1] - hip[0]])
+    ends = strikes[[-1 - steps, -1]]
+    hip = walked.trajectory.at(ends)[0][:, 0]
+    last = np.array([ends[1] - ends[0], hip[1] - hip[0]]) / steps
     away = float(np.abs(last / [cycle.period_s, cycle.step_length_m] - 1.0).max())
     if away > SETTLED_WITHIN:
         return f"its gait is stable, but after {len(strikes)} steps the last one still differs by {100 * away:.1f} %"

@@ -38,7 +38,8 @@ def limit_cycle(
 class SectionWalker:
     """A built model that takes steps from mid-stance to mid-stance, and counts them.
 
-    `difference` is the step of its finite differences, in `SCALES`; none of them lifts the standing foot.
+    `difference` is the step of its finite differences, in `SCALES`; none of them lifts the standing foot. A cycle
+    is one step, or two where the legs differ: leg 0 stands at its start and its end.
     """
 
     def __init__(
@@ -46,10 +47,11 @@ class SectionWalker:
     ) -> None:
         self.model = biped, slope, contact
         self.start, self.settings = state, settings
-        sunk = static_penetration(contact, biped.total_mass * slope.gravity)
+        sunk = static_penetration(contact, biped.weighed_mass * slope.gravity)
         self.differences = difference * SCALES
         self.differences[LIFTING] = np.minimum(self.differences[LIFTING], SHARE_OF_DEPTH * sunk)
         self.machine = build(biped, slope, contact, settings, signals=())
+        self.steps_a_cycle = 1 if biped.alike else 2
         self.steps_walked = 0
 
     def walk(self, start: PlanarState, steps: int) -> SectionStep:
@@ -60,9 +62,9 @@ class SectionWalker:
         )
 
     def step(self, numbers: np.ndarray) -> SectionStep:
-        """One step from section numbers (10,). Raises NoLimitCycle."""
-        return self.walk(section_state(numbers, self.start), 1)
+        """One cycle from section numbers (10,). Raises NoLimitCycle."""
+        return self.walk(section_state(numbers, self.start), self.steps_a_cycle)
 
     def derivative(self, numbers: np.ndarray, after: SectionStep | None = None) -> np.ndarray:
-        """Derivative (10, 10) of the step, by central differences, or by forward ones if the step itself is known."""
+        """Derivative (10, 10) of the cycle, by central differences, or by forward ones if the step itself is known."""
         return by_differences(self.step, numbers, self.differences, after)

@@ -1,4 +1,4 @@
-"""The ideal ground of a walker with equal legs, and the watch over a run.
+"""The ideal ground of a walker without knees, and the watch over a run.
 
 Legs of equal length scuff at mid-swing; the machine walks on stepping blocks for that reason. The ideal rule: the
 ground ceases to act on a foot once it is in the air behind the other foot and swings forward, and acts again once the
@@ -46,7 +46,7 @@ class Watch:
     """
 
     walker: Walker
-    radius: float
+    radii: tuple[float, float]
     natural_length: float
     longest_step: float
     heel_strikes_wanted: int
@@ -97,11 +97,11 @@ class Watch:
     def _switch(
         self, time: float, x: float, y: float, angles: tuple[float, float], lengths: tuple[float, float]
     ) -> None:
-        reach = lengths[0] - self.radius, lengths[1] - self.radius
+        reach = lengths[0] - self.radii[0], lengths[1] - self.radii[1]
         place = x + reach[0] * math.sin(angles[0]), x + reach[1] * math.sin(angles[1])
         self.approach = math.inf
         for leg in (0, 1):
-            clearance = y - reach[leg] * math.cos(angles[leg]) - self.radius
+            clearance = y - reach[leg] * math.cos(angles[leg]) - self.radii[leg]
             ahead = place[leg] > place[1 - leg]
             if self.lanes:
                 self._cross_edge(time, leg, place[leg], clearance)

@@ -64,11 +64,11 @@ def simulate(
     """
     machine = assembly or build(biped, slope, contact, settings, lanes)
     if lanes:
-        state = dataclasses.replace(state, in_play=_over_blocks(state, biped.foot_radius, lanes))
-    standing = _standing(state, biped.foot_radius)
+        state = dataclasses.replace(state, in_play=_over_blocks(state, biped.foot_radii, lanes))
+    standing = _standing(state, biped.foot_radii)
     watch = Watch(
         walker=machine,
-        radius=biped.foot_radius,
+        radii=biped.foot_radii,
         natural_length=biped.leg_length,
         longest_step=settings.longest_step,
         heel_strikes_wanted=(settings.steps if steps is None else steps) if duration is None else sys.maxsize,
@@ -81,13 +81,16 @@ def simulate(
     return integrate(machine, state, watch, settings, duration)
 
 
-def _standing(state: PlanarState, radius: float) -> list[bool]:
+def _standing(state: PlanarState, radii: tuple[float, float]) -> list[bool]:
     """Which feet touch the ground while it acts on them."""
-    reach = [(length - radius) * math.cos(angle) for length, angle in zip(state.leg_length, state.leg_angle)]
-    return [acts and state.hip_position[1] - leg <= radius for acts, leg in zip(state.in_play, reach)]
+    legs = zip(state.in_play, state.leg_length, state.leg_angle, radii, strict=True)
+    return [
+        acts and state.hip_position[1] - (length - radius) * math.cos(angle) <= radius
+        for acts, length, angle, radius in legs
+    ]
 
 
-def _over_blocks(state: PlanarState, radius: float, lanes: tuple[Lane, Lane]) -> tuple[bool, bool]:
-    legs = zip(lanes, state.leg_length, state.leg_angle)
-    place = [state.hip_position[0] + (length - radius) * math.sin(angle) for _, length, angle in legs]
+def _over_blocks(state: PlanarState, radii: tuple[float, float], lanes: tuple[Lane, Lane]) -> tuple[bool, bool]:
+    legs = zip(state.leg_length, state.leg_angle, radii, strict=True)
+    place = [state.hip_position[0] + (length - radius) * math.sin(angle) for length, angle, radius in legs]
     return lanes[0].presence(place[0], SCALARS) > 0.5, lanes[1].presence(place[1], SCALARS) > 0.5

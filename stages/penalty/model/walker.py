@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from stages.biped.design import Biped
+from stages.biped.design import Biped, require_plain
 from stages.ground.contact_law import ContactLaw
 from stages.ground.laws import PointLaw
 from stages.ground.slope import Slope
@@ -36,7 +36,8 @@ class Penalty(NamedTuple):
 
 
 def build_penalty(biped: Biped, slope: Slope, contact: ContactLaw, fallen: float) -> Penalty:
-    """The walker of a design on its ground; `fallen` in leg lengths."""
+    """The walker of a design on its ground; `fallen` in leg lengths. Raises BeyondModel."""
+    require_plain(biped, "the compiled penalty model")
     rigid, gravity = biped.legs == "rigid", slope.gravity_vector
     return Penalty(
         M=float(biped.hip_mass),

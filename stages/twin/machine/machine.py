@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.biped.design import Biped
+from stages.biped.design import Biped, require_plain
 from stages.twin.machine.bill import Body, bodies, join
 from stages.twin.machine.table_one import check
 from stages.twin.parameters import Settings
@@ -70,8 +70,9 @@ AS_DRAWN = Build()
 def build(biped: Biped, settings: Settings, departure: Build = AS_DRAWN) -> Machine:
     """The machine of the settings, on an outsole if they or the departure have one.
 
-    Raises ValueError if its parts do not add up to the biped's design parameters.
+    Raises ValueError if its parts do not add up to the biped's design parameters, BeyondModel if that has details.
     """
+    require_plain(biped, "the twin")
     if settings.inertia == "planar":
         drawn = planar_equivalent(biped, settings)
     else:

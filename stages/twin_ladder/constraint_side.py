@@ -1,0 +1,86 @@
+"""The constraint model of a rung's own machine: its gait, to lay the machine's beside it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.analytic.errors import NoGait, StepFailed
+from stages.analytic.gait.gait_search import find_gait, step_lengths
+from stages.analytic.gait.poincare import FixedPoint, poincare_derivative
+from stages.analytic.model.walker import Walker
+from stages.analytic.walk.recording import crossing_state, walk_on
+from stages.analytic.walk.sampling import sample_walk
+from stages.biped.design import Biped
+from stages.ground.friction_coefficients import Friction
+from stages.ground.slope import Slope
+from stages.twin_ladder.cycle import IN_PLANE, step_multipliers
+from stages.twin_ladder.result import COMPLETED, SameMachine
+
+#: Shares of a stride at which hips are compared, and the rate [Hz] at which the constraint model's is sampled.
+PHASES = np.linspace(0.0, 1.0, 801)
+SAMPLING = 20e3
+
+
+@dataclass(frozen=True)
+class ConstraintGait:
+    """A gait of the constraint model in the terms of `RungGait`; `hip` (801, 2) [m] at `PHASES` of a stride.
+
+    The stride begins with the first leg in mid-stance, where x is 0. `outcome` says why where there is none.
+    """
+
+    outcome: str
+    period: float
+    step_length: float
+    limp: float
+    multipliers: np.ndarray
+    hip: np.ndarray
+
+
+def constraint_gait(biped: Biped, slope: Slope, tolerance: float, friction: Friction | None = None) -> ConstraintGait:
+    """The gait of the constraint model of a biped; with `friction` its trailing foot may slip and rise."""
+    try:
+        walker, point = find_gait(biped, slope, tolerance, friction)
+        return _described(walker, point, tolerance)
+    except (NoGait, StepFailed) as error:
+        nothing = float("nan")
+        return ConstraintGait(str(error), nothing, nothing, nothing, np.zeros(0), np.full((len(PHASES), 2), nothing))
+
+
+def _described(walker: Walker, point: FixedPoint, tolerance: float) -> ConstraintGait:
+    walk = sample_walk(walker, walk_on(walker, crossing_state(walker, point.z, tolerance), 2, tolerance), SAMPLING)
+    period = point.period * walker.time
+    upright = _upright(walk.time, walk.leg_angle[:, 1], float(walk.heel_strike_time[0]))
+    hip = np.column_stack([np.interp(2 * period * PHASES, walk.time, walk.hip_position[:, axis]) for axis in (0, 1)])
+    first = poincare_derivative(walker, point.z, tolerance)[1]
+    stride = point.monodromy_matrix if len(point.steps) == 2 else point.monodromy_matrix @ point.monodromy_matrix
+    return ConstraintGait(
+        outcome=COMPLETED,
+        period=period,
+        step_length=float(np.mean(step_lengths(walker, point))) * walker.length,
+        limp=(2 * upright - 2 * period) / period,
+        multipliers=step_multipliers(np.eye(len(first)), first, stride)[:IN_PLANE],
+        hip=hip - hip[0] * [1.0, 0.0],
+    )
+
+
+def _upright(time: np.ndarray, angle: np.ndarray, landed: float) -> float:
+    """When a leg that landed at that time is normal to the ground [s]: its angle falls through zero."""
+    after = np.flatnonzero((time > landed) & (angle <= 0.0))[0]
+    before = after - 1
+    return float(time[before] + (time[after] - time[before]) * angle[before] / (angle[before] - angle[after]))
+
+
+def beside(name: str, own: ConstraintGait, simple: ConstraintGait, hip: np.ndarray) -> SameMachine:
+    """The row of a rung: its own constraint model, and how far its `hip` (801, 2) is from that and the simple one's."""
+    return SameMachine(
+        name=name,
+        outcome=own.outcome,
+        period_s=own.period,
+        step_length_m=own.step_length,
+        inner_outer_difference=own.limp,
+        multipliers=np.column_stack([own.multipliers.real, own.multipliers.imag]),
+        hip_apart_m=np.abs(hip - own.hip).max(axis=0),
+        hip_from_simple_m=np.abs(hip - simple.hip).max(axis=0),
+    )

@@ -1,0 +1,97 @@
+"""What a detailed design has at the hip, in both assemblies, against motions that can be written down."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stages.biped.design import BeyondModel
+from stages.multibody.assembly.hip import CREEP
+from stages.multibody.walking.walk import build, simulate
+from stages.planar.energy import damper_power, kinetic_energy, mass_moment, spring_energy
+from stages.planar.state import PlanarState
+
+ASSEMBLIES = pytest.mark.parametrize("assembly", ["tree", "joints"])
+#: Legs like scissors: the hip stays between them, as they fall.
+SCISSORS = PlanarState((0.0, 5.0), (0.0, 0.0), (0.01, -0.01), (0.0, 0.0), (0.333, 0.333), (0.0, 0.0), (False, False))
+
+
+@pytest.fixture
+def scissors(biped, slope, contact, settings):
+    """Fall with two rigid legs that turn against each other; other numbers are those of the hip."""
+
+    def falling(assembly, state=SCISSORS, duration=0.2, **hip):
+        design = dataclasses.replace(biped, legs="rigid", leg_inertia=2e-3, **hip)
+        level = dataclasses.replace(slope, slope_deg=0.0)
+        fine = dataclasses.replace(settings, assembly=assembly, rolling_step=1e-4)
+        run = simulate(design, level, contact, state, fine, duration=duration)
+        assert run.completed
+        return design, run.trajectory
+
+    return falling
+
+
+def inertia_about_hip(design):
+    return design.leg_inertia + design.foot_mass * (design.leg_length - design.foot_com) ** 2
+
+
+@ASSEMBLIES
+def test_legs_on_a_hip_spring_ring_about_its_rest_angle(scissors, assembly):
+    design, flight = scissors(assembly, duration=0.3, hip_stiffness=2.0, hip_damping=0.01, hip_rest_angle=0.012)
+    inertia, t = inertia_about_hip(design), flight.time
+    decay = design.hip_damping / inertia
+    ringing = np.sqrt(2 * design.hip_stiffness / inertia - decay**2)
+    shape = np.exp(-decay * t) * (np.cos(ringing * t) + decay / ringing * np.sin(ringing * t))
+    assert ringing * t[-1] > np.pi
+    apart = flight.position[:, 2] - flight.position[:, 3]
+    assert np.abs(apart - (0.012 + 0.008 * shape)).max() < 2e-6
+
+
+@ASSEMBLIES
+def test_friction_brings_the_legs_to_rest_and_holds_them(scissors, assembly):
+    torque, rate = 0.006, 0.03
+    turning = dataclasses.replace(SCISSORS, leg_angle=(0.0, 0.0), leg_rate=(rate, -rate))
+    design, flight = scissors(assembly, turning, hip_friction=torque)
+    stops = rate * inertia_about_hip(design) / torque
+    assert stops < 0.7 * flight.time[-1]
+    apart = flight.velocity[:, 2] - flight.velocity[:, 3]
+    assert np.abs(apart - 2 * rate * np.maximum(0.0, 1 - flight.time / stops)).max() < 2 * CREEP
+    before = flight.time < 0.9 * stops
+    assert np.abs(apart - 2 * rate * (1 - flight.time / stops))[before].max() < 1e-4 * rate
+
+
+@ASSEMBLIES
+@pytest.mark.parametrize("weighed", [-0.2, 0.1, 0.5])
+def test_a_counterweight_is_weight_without_mass(scissors, assembly, weighed):
+    design, flight = scissors(assembly, hip_gravity_mass=weighed)
+    centre = mass_moment(design, flight.position)[:, 1] / design.total_mass
+    pull = 9.81 * (design.total_mass - design.hip_mass + weighed) / design.total_mass
+    assert np.abs(centre - centre[0] + 0.5 * pull * flight.time**2).max() < 2e-6
+
+
+@ASSEMBLIES
+def test_energy_goes_where_the_hip_takes_it(scissors, assembly):
+    turning = dataclasses.replace(SCISSORS, leg_rate=(2.0, -1.0))
+    design, flight = scissors(assembly, turning, hip_friction=0.02, hip_damping=0.01, hip_stiffness=0.5)
+    energy = kinetic_energy(design, flight.position, flight.velocity) + spring_energy(design, flight.position)
+    energy -= mass_moment(design, flight.position) @ np.array([0.0, -9.81])
+    power = damper_power(design, flight.velocity)
+    lost = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(flight.time) * (power[1:] + power[:-1]))])
+    assert lost[-1] > 0.005
+    assert np.abs(energy - energy[0] + lost).max() < 1e-3 * lost[-1]
+
+
+def test_nothing_is_assembled_for_what_is_not_there(biped, slope, contact, settings):
+    def objects(**design):
+        return build(dataclasses.replace(biped, **design), slope, contact, settings).mbs.systemData.NumberOfObjects()
+
+    plain = objects()
+    assert objects(frame_mass=0.1, other_leg_length=0.32) == plain
+    assert objects(hip_stiffness=1.0, hip_damping=0.1) == objects(hip_friction=0.1) == plain + 1
+
+
+def test_frames_on_rigid_legs_are_refused_by_the_joints_alone(biped, slope, contact, settings):
+    rigid = dataclasses.replace(biped, legs="rigid", frame_mass=0.1)
+    build(rigid, slope, contact, settings)
+    with pytest.raises(BeyondModel, match=r"multibody\.assembly = tree has"):
+        build(rigid, slope, contact, dataclasses.replace(settings, assembly="joints"))

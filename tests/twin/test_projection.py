@@ -1,0 +1,130 @@
+"""The twin seen from the side: its sums are those of the bill and of what Exudyn assembles, and z drops out."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stages.twin.machine.bill import pieces
+from stages.twin.machine.contact import HINGE, PITCH, SLIDE, X, Y
+from stages.twin.machine.machine import FRAME_BODY, Build, build
+from stages.twin.machine.projection import project
+from stages.twin.machine.tree import SpatialTree
+from stages.twin.walking.energy import mechanical_energy
+
+IN_PLANE = [X, Y, PITCH, HINGE, *SLIDE]
+
+
+@pytest.fixture(scope="module")
+def projected(machine):
+    return project(machine)
+
+
+def planar_bodies(biped):
+    """Of each body mass, place from the hip forward and up its leg, and inertia, by its group among the parts."""
+    found = {}
+    for number, name in enumerate(("inner", "outer")):
+        leg = biped.leg(number)
+        found[f"{name}_frame"] = leg.frame_mass, leg.frame_offset, -leg.frame_com, leg.frame_inertia
+        found[f"{name}_foot"] = leg.foot_mass, leg.foot_offset, leg.foot_com - leg.leg_length, leg.leg_inertia
+    return found
+
+
+def moments(mass, forward, upward, inertia):
+    """Mass, mass times place and inertia about the hip: what adds up."""
+    return np.array([mass, mass * forward, mass * upward, inertia + mass * (forward**2 + upward**2)])
+
+
+def test_sums_are_those_of_the_rows_of_the_bill(projected, parameters):
+    for group, body in planar_bodies(projected).items():
+        rows = [piece for part in parameters.settings.parts if part.group == group for piece in pieces(part)]
+        wanted = sum(moments(row.mass, *row.centre[:2], row.inertia[2, 2]) for row in rows)
+        assert len(rows) > 1
+        assert moments(*body) == pytest.approx(wanted, rel=1e-12, abs=1e-15)
+
+
+def test_sums_are_those_of_exudyns_bodies(projected, machine, parameters):
+    tree = SpatialTree(machine, parameters.slope, parameters.contact)
+    links = tree.mbs.GetObject(tree.tree)
+    total, mass = np.zeros(4), links["linkMasses"]
+    for link in range(len(mass)):  # Exudyn's lists of matrices never end when they are iterated over
+        total += moments(mass[link], *links["linkCOMs"][link][:2], links["linkInertiasCOM"][link][2, 2])
+    found = sum(moments(*body) for body in planar_bodies(projected).values())
+    assert found == pytest.approx(total, rel=1e-12, abs=1e-15)
+    assert projected.total_mass == pytest.approx(machine.mass, rel=1e-14)
+    assert projected.hip_mass == 0.0
+    springs, dampers = links["jointPControlVector"], links["jointDControlVector"]
+    for number, legs in enumerate((SLIDE[:2], SLIDE[2:])):
+        leg = projected.leg(number)
+        assert leg.stiffness == pytest.approx(sum(springs[slide] for slide in legs), rel=1e-14)
+        assert leg.damping == pytest.approx(sum(dampers[slide] for slide in legs), rel=1e-14)
+
+
+def test_energy_of_motion_in_the_plane_is_that_of_four_planar_bodies(machine, random_states):
+    """With frames off the leg's line."""
+    crooked = dataclasses.replace(machine, bodies=tuple(
+        dataclasses.replace(body, centre=body.centre + np.array([0.004, 0.01, 0.0]) * (i in FRAME_BODY))
+        for i, body in enumerate(machine.bodies)
+    ))  # fmt: skip
+    q, v = (np.zeros_like(row) for row in random_states[:2])
+    for level, row in ((q, random_states[0]), (v, random_states[1])):
+        level[:, IN_PLANE] = row[:, IN_PLANE]
+        level[:, SLIDE[1::2]] = level[:, SLIDE[::2]]  # left and right slide alike
+    energy, moment = mechanical_energy(crooked, q, v)
+    biped, found, place = project(crooked), 0.0, 0.0
+    bodies = list(planar_bodies(biped).values())
+    for number in (0, 1):
+        angle, rate = (row[:, PITCH] + number * row[:, HINGE] for row in (q, v))
+        slide, speed = (row[:, SLIDE[2 * number]] for row in (q, v))
+        ahead, along = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+        found = found + 0.5 * biped.leg(number).stiffness * slide**2
+        for (mass, forward, upward, inertia), free in zip(bodies[2 * number : 2 * number + 2], (0, 1), strict=True):
+            up = upward + free * slide
+            motion = v[:, :2].T + (free * speed + forward * rate) * along - up * rate * ahead
+            found = found + 0.5 * mass * (motion**2).sum(axis=0) + 0.5 * inertia * rate**2
+            place = place + mass * (q[:, :2].T + forward * ahead + up * along)
+    assert found == pytest.approx(energy, rel=1e-12)
+    assert np.transpose(place) == pytest.approx(moment[:, :2], rel=1e-12, abs=1e-14)
+
+
+def test_what_lies_along_the_hip_axis_drops_out(machine, projected):
+    wider = dataclasses.replace(
+        machine,
+        lane=2.0 * machine.lane,
+        half_width=0.0,
+        bodies=tuple(
+            dataclasses.replace(body, centre=body.centre * [1.0, 1.0, 3.0], inertia=body.inertia * np.diag([0, 0, 1]))
+            for body in machine.bodies
+        ),
+    )
+    assert project(wider) == projected
+
+
+@pytest.mark.parametrize("legs", ["compliant", "rigid"])
+def test_point_masses_project_to_the_simple_model(parameters, legs):
+    biped = dataclasses.replace(parameters.biped, leg_inertia=2e-3, legs=legs)
+    points = project(build(biped, dataclasses.replace(parameters.settings, inertia="planar")))
+    assert dataclasses.replace(points, foot_com=biped.foot_com) == biped
+    assert points.foot_com == pytest.approx(biped.foot_com, rel=1e-14)
+
+
+def test_an_outsole_and_friction_belong_to_the_projection(parameters, projected):
+    settings = dataclasses.replace(parameters.settings, outsole=0.002, bearing_friction=1e-3, slider_friction=0.5)
+    soled = project(build(parameters.biped, settings))
+    rubber = 2.0 * settings.mass(parameters.biped.foot_radius, 0.002)
+    assert soled.foot_mass - projected.foot_mass == pytest.approx(rubber, rel=1e-10)
+    assert soled.leg(1).leg_length - projected.leg(1).leg_length == pytest.approx(0.002)
+    assert soled.foot_radius - projected.foot_radius == pytest.approx(0.002)
+    assert soled.leg(1).damping - projected.leg(1).damping == pytest.approx(1.0)
+    assert soled.hip_damping == 1e-3
+
+
+def test_legs_of_a_pair_that_differ_are_taken_on_average(parameters, projected):
+    departure = Build(body_mass=(1.0, 1.1, 0.9, 1.0, 1.0, 1.0), stiffness=(1.2, 0.8, 1.0, 1.0),
+                      leg_length=(1e-3, 0.0, 0.0, 0.0))  # fmt: skip
+    built = project(build(parameters.biped, parameters.settings, departure))
+    found, drawn = planar_bodies(built), planar_bodies(projected)
+    assert moments(*found["inner_foot"]) == pytest.approx(moments(*drawn["inner_foot"]))
+    assert built.stiffness == pytest.approx(projected.stiffness)
+    assert built.leg_length - projected.leg_length == pytest.approx(0.5e-3)
+    assert built.leg(1) == projected.leg(1)
