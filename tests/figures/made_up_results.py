@@ -26,14 +26,18 @@ def analytic(frequency=2.0718):
     """A walk, and a gait that is not that of the walk."""
     gait = SimpleNamespace(period_s=0.5, step_frequency_hz=frequency, step_length_m=0.16, double_stance_s=4e-3,
                            floquet_multipliers=np.array([[0.6, 0.0], [-0.3, 0.4]]))  # fmt: skip
-    return SimpleNamespace(walk=make_walk(), gait=gait)
+    answers = tuple(
+        SimpleNamespace(parameter=name, value=1.0, period=-share, step_length=0.5 * share, speed=1.5 * share)
+        for name, share in (("biped.hip_mass", 0.1), ("ground.slope_deg", -0.4))
+    )
+    return SimpleNamespace(walk=make_walk(), gait=gait, elasticities=answers)
 
 
 def multibody():
     """A walk a little slower, and a cycle that is not that of the walk."""
     cycle = SimpleNamespace(
         step_frequency_hz=2.0, step_length_m=0.161, peak_normal_force=768.0, largest_penetration=3.1e-5,
-        double_stance_s=5e-3, speed_m_s=0.33, period_s=0.5,
+        double_stance_s=5e-3, speed_m_s=0.33, period_s=0.5, floquet_multipliers=np.array([[0.62, 0.0], [-0.2, 0.3]]),
     )  # fmt: skip
     return SimpleNamespace(walk=make_walk(period=0.51), cycle=cycle)
 
