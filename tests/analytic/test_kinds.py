@@ -11,7 +11,7 @@ import pytest
 
 from stages.analytic.compiled import ByKind, Compiled
 from stages.analytic.integration.step import walk_step
-from stages.analytic.model.kinds import Limited, Rigid, Rolling, StiffLimited, StiffRolling
+from stages.analytic.model.kinds import PlainLimited, PlainRigid, PlainRolling, StiffLimited, StiffRolling
 from stages.analytic.model.walker import build_walker
 from stages.analytic.phases.flow import flow
 from stages.analytic.phases.section import section_state
@@ -21,19 +21,20 @@ STIFF = changed(TABLE_1, damping=1e5)
 
 
 @pytest.mark.parametrize("design, friction, kind", [
-    (TABLE_1_RIGID, None, Rigid), (TABLE_1_RIGID, FRICTION, Rigid), (changed(STIFF, legs="rigid"), None, Rigid),
-    (TABLE_1, None, Rolling), (TABLE_1, FRICTION, Limited),
+    (TABLE_1_RIGID, None, PlainRigid), (TABLE_1_RIGID, FRICTION, PlainRigid),
+    (changed(STIFF, legs="rigid"), None, PlainRigid),
+    (TABLE_1, None, PlainRolling), (TABLE_1, FRICTION, PlainLimited),
     (STIFF, None, StiffRolling), (STIFF, FRICTION, StiffLimited),
 ])
 def test_kind_of_walker_is_its_type(design, friction, kind):
     walker = build_walker(design, SLOPE, friction)
     assert type(walker.p) is kind
-    assert walker.rigid == (kind is Rigid) and walker.rolls == (kind not in (Limited, StiffLimited))
+    assert walker.rigid == (kind is PlainRigid) and walker.rolls == (kind not in (PlainLimited, StiffLimited))
 
 
 def test_no_kind_holds_numbers_it_does_not_need():
-    assert set(Rolling._fields) - set(Rigid._fields) == {"k", "b"}
-    assert set(Limited._fields) - set(Rolling._fields) == {"mu_s", "mu_d"}
+    assert set(PlainRolling._fields) - set(PlainRigid._fields) == {"k", "b"}
+    assert set(PlainLimited._fields) - set(PlainRolling._fields) == {"mu_s", "mu_d"}
 
 
 def reached(function, kind, found):
@@ -55,14 +56,14 @@ def of_module(functions, part):
 
 
 def test_a_step_calls_only_what_its_kind_of_walker_needs():
-    step = {kind: reached(walk_step, kind, set()) for kind in (Rigid, Rolling, Limited, StiffRolling)}
+    step = {kind: reached(walk_step, kind, set()) for kind in (PlainRigid, PlainRolling, PlainLimited, StiffRolling)}
     names = {kind: {f.py_func.__name__ for f in functions} for kind, functions in step.items()}
-    assert of_module(step[Limited], "coulomb") and {"single_rates", "strike"} <= names[Limited]
-    for kind in (Rigid, Rolling, StiffRolling):
+    assert of_module(step[PlainLimited], "coulomb") and {"single_rates", "strike"} <= names[PlainLimited]
+    for kind in (PlainRigid, PlainRolling, StiffRolling):
         assert not of_module(step[kind], "coulomb")
-    assert not {name for name in names[Rolling] if "sliding" in name or "rigid" in name}
-    assert not {name for name in names[Rigid] if "compliant" in name or "double" in name}
-    assert of_module(step[StiffRolling], "radau") and not of_module(step[Rolling], "radau")
+    assert not {name for name in names[PlainRolling] if "sliding" in name or "rigid" in name}
+    assert not {name for name in names[PlainRigid] if "compliant" in name or "double" in name}
+    assert of_module(step[StiffRolling], "radau") and not of_module(step[PlainRolling], "radau")
     assert not any(of_module(functions, "derivatives") for functions in step.values())
 
 

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.analytic.gait.gait_report import record_step, report_gait
+from stages.analytic.gait.gait_report import record_steps, report_gait
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.parameters import Parameters, Settings
 from stages.analytic.run import run
@@ -105,6 +105,6 @@ def test_a_stiff_phase_is_recorded_whole():
     stiff = dataclasses.replace(TABLE_1, stiffness=1e9, damping=500.0)
     walker, point = find_gait(stiff, SLOPE, 1e-10)
     report = report_gait(walker, point, 1e-10, FRICTION.static_friction)
-    longest = max(len(segment.times) for segment in record_step(walker, point, 1e-10))
+    longest = max(len(segment.times) for segment in record_steps(walker, point, 1e-10))
     assert longest > ROOM
     assert abs(report.energy.residual) < 1e-9

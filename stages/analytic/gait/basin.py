@@ -13,6 +13,7 @@ from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A
 from stages.analytic.integration.phase import EVENT
 from stages.analytic.integration.step import walk_step
 from stages.analytic.model.kinds import Kind
+from stages.analytic.model.terms import exchanged
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_coordinates, section_state
 
@@ -34,21 +35,28 @@ class Basin:
 
 @compiled
 def walk_starts(
-    starts: np.ndarray, p: Kind, gaits: np.ndarray, near: float, steps: int, tolerance: float,
+    starts: np.ndarray, p: Kind, gaits: np.ndarray, gait_steps: int, near: float, steps: int, tolerance: float,
     time_limit: float, step_limit: int, survived: Vector, reached: Vector,
 ) -> None:  # fmt: skip
-    """Walk every start (n, j) up to `steps` steps; a walk ends early within `near` of a gait of `gaits` (g, j)."""
+    """Walk every start (n, j) up to `steps` steps; a walk ends early within `near` of a gait of `gaits` (g, j).
+
+    It is compared with the gaits after every `gait_steps` steps.
+    """
     for i in range(starts.shape[0]):
+        standing = p
         y = section_state(starts[i], p)
         survived[i], reached[i] = 0, -1
         for _ in range(steps):
             if not np.isfinite(y).all():
                 break
-            status, _, _, _, _ = walk_step(y, p, tolerance, time_limit, step_limit)
+            status, _, _, _, _ = walk_step(y, standing, tolerance, time_limit, step_limit)
             if status != EVENT:
                 break
             survived[i] += 1
-            z = section_coordinates(y, p)
+            standing = exchanged(standing)
+            if survived[i] % gait_steps != 0:
+                continue
+            z = section_coordinates(y, standing)
             for g in range(gaits.shape[0]):
                 if np.abs(z - gaits[g]).max() < near:
                     reached[i] = g
@@ -85,7 +93,7 @@ def basin_of_attraction(
 
     def work(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         made, where = np.zeros(rows.size, dtype=np.int64), np.full(rows.size, NONE, dtype=np.int64)
-        walk_starts(grid[rows], walker.p, known, near, steps, tolerance,
+        walk_starts(grid[rows], walker.p, known, walker.gait_steps, near, steps, tolerance,
                     TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, made, where)
         return rows, made, where
 

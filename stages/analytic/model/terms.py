@@ -17,6 +17,8 @@ from stages.analytic.model.kinds import (
     PlainCompliant,
     PlainRigid,
     PlainRolling,
+    StiffDetailedLimited,
+    StiffDetailedRolling,
 )
 
 
@@ -88,4 +90,6 @@ def the_same(p: Plain) -> Plain:
 #: The walker after heel strike: the legs change roles, and their numbers with them. exchanged(p).
 exchanged: Callable[..., Any] = ByKind({
     Plain: the_same, DetailedRigid: detailed_equations.exchanged_rigid,
+    StiffDetailedRolling: detailed_equations.exchanged_stiff_rolling,
+    StiffDetailedLimited: detailed_equations.exchanged_stiff_limited,
     DetailedRolling: detailed_equations.exchanged_rolling, DetailedLimited: detailed_equations.exchanged_limited})

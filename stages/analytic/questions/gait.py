@@ -46,19 +46,20 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     for number, (each, error) in enumerate(zip(found, errors, strict=True), 1):
         if options.every:
             lines.append(f"gait {number} of {len(found)}, {'stable' if each.gait.stable else 'unstable'}")
-        lines += [line for record in (each.gait, error, each.energy, each.validity) for line in field_lines(record)]
+        records = (each.gait, *([each.limp] if each.limp else []), error, each.energy, each.validity)
+        lines += [line for record in records for line in field_lines(record)]
     plain: list[dict[str, Any]] = [
         {**as_plain(each.gait), "numerical_error": as_plain(error), "energy": as_plain(each.energy),
-         "validity": as_plain(each.validity)}
+         "validity": as_plain(each.validity), **({"limp": as_plain(each.limp)} if each.limp else {})}
         for each, error in zip(found, errors, strict=True)
     ]
     cycle_plain = None
     if cycle is not None:
-        steps, around = cycle
+        _, around = cycle
         period = sum(step.period for step in around.steps) * walker.time
-        lines.append(f"stable cycle of {steps} steps, period {period:.9g} s")
+        lines.append(f"stable cycle of {len(around.steps)} steps, period {period:.9g} s")
         multipliers = [[float(value.real), float(value.imag)] for value in around.floquet_multipliers]
-        cycle_plain = {"steps": steps, "period_s": period, "floquet_multipliers": multipliers}
+        cycle_plain = {"steps": len(around.steps), "period_s": period, "floquet_multipliers": multipliers}
 
     def draw(save: Any) -> None:
         from stages.analytic.pictures import gait_portrait
@@ -84,6 +85,10 @@ def field_lines(record: Any, room: int = WORDS) -> Iterator[str]:
             first, *others = shown
             yield f"{'Floquet multipliers, largest first':<{room}} {first:>{NUMBER}}"
             yield from (f"{'':<{room}} {other:>{NUMBER}}" for other in others)
+        elif getattr(value, "ndim", 0) == 1:
+            shown = [f"{one:.9g}" for one in value]
+            yield f"{about:<{room}} {shown[0]:>{NUMBER}} {field.metadata['unit']}"
+            yield from (f"{'':<{room}} {other:>{NUMBER}} {field.metadata['unit']}" for other in shown[1:])
         elif isinstance(value, str):
             yield f"{about}:"
             yield f"  {value}"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from stages.analytic.parameters import Parameters
 from stages.biped.quantity import Bound
-from stages.biped.question import Answer, Asking, Column, Question, option
+from stages.biped.question import Answer, Asking, Column, Question, WrongOption, option
 
 if TYPE_CHECKING:
     import numpy as np
@@ -48,6 +48,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
 
     base = DesignPoint(parameters.biped, parameters.slope, parameters.limited_friction)
     box, tolerance = boxes.read(options.file, base), parameters.settings.tolerance
+    if base.alternates(axis.name for axis in box.axes):
+        raise WrongOption("a map knows gaits that repeat after one step, and these designs have legs that differ")
     count = min(options.anchors, -(-box.size // DESIGNS_AN_ANCHOR))
     searched = list(tasks(box, base, tolerance, options.search, [], count, ANCHOR_BLOCK))
     parts = dict(asking.each(anchors_of, searched))

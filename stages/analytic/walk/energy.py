@@ -88,7 +88,7 @@ def friction_loss(walker: Walker, segment: Segment) -> float:
 
 
 def audit(walker: Walker, segments: list[Segment], advance: float) -> EnergyAudit:
-    """Audit of the segments of all steps of a gait that advances by `advance` leg lengths in them."""
+    """Audit of the segments of all steps of a gait that advances by `advance` leg lengths in them, the mean step's."""
     work = walker.p.g_x * advance * weight_of(walker.p)  # all moves down the slope by so much; heights above it repeat
     dampers = sum(damper_loss(walker.on(segment.stance_leg), segment) for segment in segments)
     sliding = sum(friction_loss(walker.on(segment.stance_leg), segment) for segment in segments)
@@ -100,6 +100,6 @@ def audit(walker: Walker, segments: list[Segment], advance: float) -> EnergyAudi
         succeed(segment.phase, after, standing.p)
         landed = standing.exchanged if is_last(segment) else standing
         impact += energy(standing, segment.end)[0] - energy(landed, after)[0]
-    unit = walker.energy
+    unit = walker.energy / sum(map(is_last, segments))
     rest = work - dampers - impact - sliding
     return EnergyAudit(work * unit, dampers * unit, impact * unit, sliding * unit, rest / work if work else 0.0)

@@ -7,6 +7,7 @@ accurate as the integration itself.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -176,6 +177,7 @@ def constraint_drift(walker: Walker, segments: list[Segment]) -> np.ndarray:
     if isinstance(walker.p, Rigid) or not both:
         return np.zeros(3)
     y, phase = both[-1].end, both[-1].phase
-    _, roll, _, _ = contact_directions(y, walker.p)
-    clearance, rate, _ = foot_clearance(y, walker.p, y, 4)
+    p: Any = walker.on(both[-1].stance_leg).p
+    _, roll, _, _ = contact_directions(y, p)
+    clearance, rate, _ = foot_clearance(y, p, y, 4)
     return np.array([clearance, rate, float(np.dot(roll, y[4:8])) if phase == DOUBLE_STANCE else 0.0])

@@ -17,7 +17,7 @@ from stages.analytic.model.walker import Walker
 from stages.analytic.phases.flow import DOUBLE_STANCE, contact_directions, flow
 from stages.analytic.phases.succession import in_contact
 from stages.analytic.phases.transitions import foot_clearance
-from stages.analytic.walk.recording import Segment
+from stages.analytic.walk.recording import Segment, is_last
 from stages.biped.quantity import quantity
 
 STEPS = 100
@@ -36,9 +36,10 @@ class WithoutImpact:
 
 
 def without_impact(walker: Walker, segments: list[Segment]) -> WithoutImpact:
-    """From the segments of one step, heel strike to heel strike: the landing foot before and after."""
-    p, single = walker.p, segments[-1]
-    duration = sum(segment.duration for segment in segments if in_contact(segment.phase))
+    """From the segments of a gait's steps, heel strike to heel strike: the last landing foot before and after."""
+    single, begun = segments[-1], max((n + 1 for n, one in enumerate(segments[:-1]) if is_last(one)), default=0)
+    p = walker.on(single.stance_leg).p
+    duration = sum(segment.duration for segment in segments[begun:] if in_contact(segment.phase))
     if isinstance(p, Rigid) or not duration > 0.0:
         return WithoutImpact(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     state, new, stages = single.end.copy(), np.empty(walker.size), np.empty((STAGES, walker.size))

@@ -5,9 +5,10 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
-from stages.biped.design import Biped, require_plain
+from stages.biped.design import Biped
+from stages.biped.leg import Leg
 from stages.biped.outsole.ring_sector import RingSector, ring_sector
 from stages.biped.quantity import Bound, parameter
 
@@ -37,18 +38,24 @@ class Rubber:
 def soled(biped: Biped, rubber: Rubber, thickness: float, mass: float) -> Biped:
     """The simple model's design on a layer of `thickness` [m] that weighs `mass` [kg] a leg.
 
-    Leg mass and rubber become one: their centre, and their inertia about it. Raises BeyondModel.
+    Leg mass and rubber become one: their centre, and their inertia about it.
     """
-    require_plain(biped, "the effect of outsoles")
-    layer = rubber.sector(biped.foot_radius, thickness)
-    leg, sole = biped.foot_com + thickness, biped.foot_radius + thickness - layer.depth  # above the new foot's bottom
-    whole = biped.foot_mass + mass
-    apart = biped.foot_mass * mass / whole * (leg - sole) ** 2
-    return dataclasses.replace(
-        biped,
-        leg_length=biped.leg_length + thickness,
-        foot_radius=biped.foot_radius + thickness,
-        foot_mass=whole,
-        foot_com=(biped.foot_mass * leg + mass * sole) / whole,
-        leg_inertia=biped.leg_inertia + apart + mass * (layer.across + layer.along),
-    )
+    first, other = (soled_leg(biped.leg(index), rubber, thickness, mass) for index in (0, 1))
+    others = {f"other_{key}": value for key, value in other.items()} if biped.leg(0) != biped.leg(1) else {}
+    return dataclasses.replace(biped, **first, **others)
+
+
+def soled_leg(leg: Leg, rubber: Rubber, thickness: float, mass: float) -> dict[str, Any]:
+    """The numbers of a leg that the layer changes."""
+    layer = rubber.sector(leg.foot_radius, thickness)
+    above, sole = leg.foot_com + thickness, leg.foot_radius + thickness - layer.depth  # the new foot's bottom
+    whole = leg.foot_mass + mass
+    apart = leg.foot_mass * mass / whole * ((above - sole) ** 2 + leg.foot_offset**2)
+    return {
+        "leg_length": leg.leg_length + thickness,
+        "foot_radius": leg.foot_radius + thickness,
+        "foot_mass": whole,
+        "foot_com": (leg.foot_mass * above + mass * sole) / whole,
+        "leg_inertia": leg.leg_inertia + apart + mass * (layer.across + layer.along),
+        "foot_offset": leg.foot_mass * leg.foot_offset / whole,
+    }
