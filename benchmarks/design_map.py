@@ -46,17 +46,17 @@ def box_of(count: int) -> Box:
     return read({"kind": "sobol", "count": count, "seed": 1, "vary": vary}, BASE)
 
 
-def timed(task: Task) -> tuple[float, list[list[float]]]:
+def timed(task: Task, first: int, end: int) -> tuple[float, list[list[float]]]:
     """Processor time of a block, and its rows."""
     began = time.process_time()
-    rows = block(task)
+    rows = block(task, first, end)
     return time.process_time() - began, rows
 
 
-def anchored(task: Task) -> tuple[float, list[list[list[float]] | None]]:
+def anchored(task: Task, first: int, end: int) -> tuple[float, list[list[list[float]] | None]]:
     """Processor time of some anchors, and these."""
     began = time.process_time()
-    found = anchors_of(task)
+    found = anchors_of(task, first, end)
     return time.process_time() - began, found
 
 
@@ -82,15 +82,14 @@ def main() -> None:
     count, processes = (int(word) for word in (words + ["5000", "2"][len(words) :])[:2])
     box, rng = box_of(count), np.random.default_rng(0)
     with get_context("spawn").Pool(processes) as pool:
-        first = Task(box, BASE, TOLERANCE, "none", [], 0, 0)
-        parts = pool.map(anchored, [dataclasses.replace(first, first=at, end=at + 10) for at in range(0, ANCHORS, 10)])
+        task = Task(box, BASE, TOLERANCE, "none")
+        parts = pool.starmap(anchored, [(task, at, at + 10) for at in range(0, ANCHORS, 10)])
         anchors = [one for _, found in parts for one in found if one]
         print(f"{len(anchors)} anchors of {ANCHORS} designs in {sum(spent for spent, _ in parts):.1f} s")
-        ready = dataclasses.replace(first, anchors=anchors)
-        pool.map(timed, [dataclasses.replace(ready, first=at, end=at + 1) for at in range(processes)], 1)  # loads code
+        task = dataclasses.replace(task, anchors=anchors)
+        pool.starmap(timed, [(task, at, at + 1) for at in range(processes)], 1)  # loads code
         began = time.monotonic()
-        answered = pool.map(timed, [dataclasses.replace(ready, first=at, end=min(at + BLOCK, count))
-                                    for at in range(0, count, BLOCK)], 1)  # fmt: skip
+        answered = pool.starmap(timed, [(task, at, min(at + BLOCK, count)) for at in range(0, count, BLOCK)], 1)
         wall, spent = time.monotonic() - began, sum(each for each, _ in answered)
         rows = np.array([row for _, rows in answered for row in rows])
         left = np.flatnonzero(rows[:, AT["outcome"]] == Outcome.UNANSWERED)

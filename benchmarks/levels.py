@@ -29,6 +29,7 @@ from stages.biped.accuracy.asked import Accuracy
 from stages.biped.accuracy.estimate import walk_differences
 from stages.biped.accuracy.level import LEVELS, REFERENCE
 from stages.comparison.claims.accuracy.numerical_error import TABLE as OF_CLAIMS
+from stages.comparison.claims.verdict import UNDECIDED
 from stages.comparison.evidence.evidence import largest
 from stages.comparison.result import Claim
 from stages.comparison.result import Result as Comparison
@@ -137,6 +138,22 @@ def page(costs: Mapping[str, Any], walks: Mapping[str, Mapping[str, float]]) -> 
     return "\n".join(lines) + "\n"
 
 
+def rounded(costs: Mapping[str, Any]) -> dict[str, Any]:
+    """Times [s] as they are kept."""
+    return {level: {name: {stage: round(each, 1) for stage, each in value.items()} if name == "stages" else
+                    round(value, 1) for name, value in costs[level].items()} for level in LEVELS}  # fmt: skip
+
+
+def verdicts() -> dict[str, dict[str, int]]:
+    """Of each level how many verdicts are not decided at its accuracy, and how many others are not the reference's."""
+    counts = {}
+    for level in LEVELS:
+        found = [(here.verdict, there.verdict) for here, there in pairs(level)]
+        left = sum(here == UNDECIDED != there for here, there in found)
+        counts[level] = {"not_decided": left, "other": sum(here != there for here, there in found) - left}
+    return counts
+
+
 def claim_rows() -> Iterator[list[str]]:
     """A row for each claim."""
     claims = {level: result(level, "comparison", Comparison).claims for level in LEVELS}
@@ -171,11 +188,12 @@ def main() -> None:
         walks[LEVELS[coarse]] = {
             key: max(value, walks[LEVELS[fine]][key]) for key, value in walks[LEVELS[coarse]].items()}
     kept = {level: {key: float(f"{1.05 * value:.1e}") for key, value in of.items()} for level, of in walks.items()}
-    OF_WALKS.write_text(json.dumps({"made": "benchmarks/levels.py", "errors": kept}, indent=1) + "\n")
     errors = {level: claim_errors(level) for level in LEVELS[:-1]}
     OF_CLAIMS.write_text(json.dumps({"made": "benchmarks/levels.py", "errors": errors}, indent=1) + "\n")
     for level in LEVELS:  # the verdicts again, held against the errors as kept now
         command("run", "comparison", "--accuracy", level, "--results", str(PLACE / level))
+    about = {"made": "benchmarks/levels.py", "errors": kept, "costs": rounded(costs), "verdicts": verdicts()}
+    OF_WALKS.write_text(json.dumps(about, indent=1) + "\n")
     PAGE.write_text(page(costs, walks), encoding="utf-8")
 
 

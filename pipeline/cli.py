@@ -17,19 +17,21 @@ _BY_SIGNAL = 128
 #: What click raises where a command is missing; before 8.2 it prints the help itself and ends with 0.
 _NO_ARGUMENTS: Any = getattr(click.exceptions, "NoArgsIsHelpError", ())
 _STUDY, _LOOKING, _HOUSE = "Study", "Looking", "Housekeeping"
-#: Each command's module in `pipeline.commands`, by what it is for; the stages' questions stand after the study.
+#: Each command's module, in `pipeline.commands` where no package is named, by what it is for; the stages' questions
+#: stand after the study.
 _GROUPS = {
     _STUDY: {
         "init": "init", "run-all": "run_all", "run": "run", "status": "status", "graph": "graph", "sweep": "sweep",
     },
-    _LOOKING: {"show": "show", "claims": "claims", "report": "report", "figures": "figures"},
+    _LOOKING: {"show": "show", "claims": "claims", "report": "report", "figures": "figures",
+               "compare": "changes.command"},
     _HOUSE: {"doctor": "doctor", "clean": "clean"},
 }  # fmt: skip
 _COMMANDS = {name: module for group in _GROUPS.values() for name, module in group.items()}
 
 
 class _Commands(click.Group):
-    """Loads a command's module, `pipeline.commands.<name>`, only when it is used; other names are stages' questions."""
+    """Loads a command's module only when it is used; other names are stages' questions."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Names in the order of use, then the questions."""
@@ -38,7 +40,9 @@ class _Commands(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """The command, or None for an unknown name."""
         if cmd_name in _COMMANDS:
-            command: click.Command = importlib.import_module(f"pipeline.commands.{_COMMANDS[cmd_name]}").command
+            module = _COMMANDS[cmd_name]
+            full = f"pipeline.{module}" if "." in module else f"pipeline.commands.{module}"
+            command: click.Command = importlib.import_module(full).command
             return command
         from pipeline.questions import command as questions
 

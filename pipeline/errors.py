@@ -22,6 +22,12 @@ class StudyError(Exception):
         super().__init__("\n".join(self.sentences))
 
 
+class Declined(StudyError):
+    """What was asked cannot be, for a reason that a stage gave in another process."""
+
+    exit_code = ANSWER
+
+
 class StageFailed(StudyError):
     """A stage did not finish: it raised, crashed, or could not write. What was there before is unchanged."""
 
@@ -40,7 +46,7 @@ class ArtefactError(StudyError):
 
 def is_answer(error: BaseException, package: str) -> bool:
     """Whether a stage raised one of its own exceptions: a reasoned refusal such as "no solution", not a defect."""
-    return type(error).__module__.split(".")[0] == package
+    return isinstance(error, Declined) or type(error).__module__.split(".")[0] == package
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

@@ -34,6 +34,11 @@ def stage_module(package: str, stage: str, name: str) -> ModuleType:
     return importlib.import_module(f"{package}.{stage}.{name}")
 
 
+def named(module: str, name: str) -> Any:
+    """A function by its module and name. Raises what the import raises."""
+    return getattr(importlib.import_module(module), name)
+
+
 def result_class(package: str, stage: str) -> Any:
     """The class of a stage's result."""
     return stage_module(package, stage, "result").Result

@@ -183,6 +183,11 @@ def read(study: Study) -> Claims:
     path = study.store.place("results/claims.yaml")
     if not path.exists():
         raise StudyError(f"{shown(path)} is not there yet; make it with: bipedstudy run comparison")
+    return read_file(path)
+
+
+def read_file(path: Path) -> Claims:
+    """The claims in a file that is there. Raises `StudyError`."""
     plain = yaml_text.read(path, shown(path)).plain()
     try:
         found = Claims([Claim(**claim) for claim in plain["claims"]], plain["headlines"], plain["tables"],

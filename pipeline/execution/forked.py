@@ -19,7 +19,6 @@ import time
 from collections.abc import Mapping
 from typing import IO, Any
 
-from pipeline.cache.fingerprint import entry_modules
 from pipeline.execution.job import Job
 from pipeline.home import engine
 
@@ -115,8 +114,7 @@ class _Server:
 def started(environment: Mapping[str, str], errors: IO[bytes], job: Job) -> Forked:
     """A worker process for a job; it writes its errors to the open file `errors`."""
     global _server
-    modules = [module for stage in job.stages for module in entry_modules(stage, job.package)]
-    about = {"package": job.package, "code_root": job.code_root, "files": [*job.code], "modules": modules}
+    about = {"package": job.package, "code_root": job.code_root, "files": [*job.code], "modules": job.modules}
     wanted = json.dumps(about).encode()
     with _lock:
         if _server is not None and _server.fits == _traits(environment):

@@ -1,5 +1,7 @@
 """What a worker process is asked for: a chain of stages at one point after another. A run is one stage at one point.
 
+The parts of a question's answer are the same with a function in place of the stages, its arguments in place of points.
+
 It is told in JSON: names of stages, values and digests. No object of this program is pickled, so that whoever receives
 a job runs no code that came with it.
 """
@@ -15,6 +17,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from pipeline.cache import durable
+from pipeline.cache.fingerprint import entry_modules
 from pipeline.cache.provenance import attributes
 from pipeline.graph import Stage
 from pipeline.home import engine
@@ -29,8 +32,21 @@ if TYPE_CHECKING:
 File = tuple[str, str]
 #: Of each stage its parameters, file -> key -> plain value, and the files that they name, by key.
 Point = Mapping[str, tuple[Mapping[str, Mapping[str, Any]], Mapping[str, File]]]
-#: A point's number and the point.
-Task = tuple[int, Point]
+#: A point's number and the point, or the argument of a function.
+Task = tuple[int, Any]
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function of a question: `name` in `module`. It is given the parameters of the stage, read from `parameters`
+    (file -> key -> plain value), then what is `shared` by all calls (JSON), then its argument.
+    """
+
+    stage: str
+    module: str
+    name: str
+    parameters: Mapping[str, Mapping[str, Any]]
+    shared: tuple[Any, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -40,7 +56,7 @@ class Job:
     `files` are results as they lie here, `contents` results that are carried along, both by their paths in the study.
     `code` (file -> meaning) is what the results' keys were made from, `engine` what this program itself is made of.
     With `provenance` the last stage's files are written into the worker's folder, `about` in its artefact; without
-    it, its numbers are told.
+    it, its numbers are told. A job with a `function` has no stages.
     """
 
     package: str
@@ -56,6 +72,14 @@ class Job:
     engine: Mapping[str, str] = field(default_factory=dict)
     time_limit_s: float = math.inf
     start_limit_s: float = 0.0
+    function: Function | None = None
+
+    @property
+    def modules(self) -> tuple[str, ...]:
+        """What a worker imports of the package."""
+        named = () if self.function is None else (f"{self.package}.{self.function.stage}.parameters",
+                                                  self.function.module)  # fmt: skip
+        return (*(module for stage in self.stages for module in entry_modules(stage, self.package)), *named)
 
     def text(self) -> str:
         """The job as one line of JSON."""
@@ -69,6 +93,8 @@ class Job:
         plain["stages"] = tuple(_stage(each) for each in plain["stages"])
         plain["files"] = {path: (place, sha256) for path, (place, sha256) in plain["files"].items()}
         plain["contents"] = {path: base64.b64decode(content) for path, content in plain["contents"].items()}
+        if plain["function"] is not None:
+            plain["function"] = Function(**plain["function"])
         return cls(**plain)
 
 

@@ -1,4 +1,5 @@
-"""Computes the points of a job, one after another, in a process of its own: for a run one, for a sweep as many as come.
+"""Computes the points of a job, one after another, in a process of its own: for a run one, for a sweep as many as come,
+for a question the parts of its answer.
 
 The first line on standard input is the job with a folder for files, every further line holds points. Messages go back
 as lines of JSON: each point is announced before it begins, so that whoever listens knows which one a crash or a hang
@@ -24,12 +25,12 @@ from pipeline.cache.distributions import versions
 from pipeline.errors import StudyError, is_answer
 from pipeline.execution.columns import columns
 from pipeline.execution.inputs import check_unchanged, given
-from pipeline.execution.job import File, Job, Point, beneath, engine_code
+from pipeline.execution.job import File, Function, Job, Point, beneath, engine_code
 from pipeline.execution.observed_import import Compiled, ObservedSources
 from pipeline.execution.process import continue_when_parent_ends, end_group
 from pipeline.graph import Stage, is_inside
 from pipeline.parameters import loading
-from pipeline.stage_modules import home_of, importable, stage_module
+from pipeline.stage_modules import home_of, importable, named, stage_module
 
 _REPORT_EVERY_S = 0.1
 
@@ -104,7 +105,7 @@ class Computing:
         self.files: dict[str, File] = {**job.files, **self._written(job.contents)}
         self.kept: dict[str, tuple[str, dict[str, File]]] = {}
 
-    def answer(self, point: Point) -> dict[str, Any]:
+    def answer(self, point: Any) -> dict[str, Any]:
         """What comes of one point, with the seconds it took. Raises `Unfit`."""
         began = time.perf_counter()
         try:
@@ -116,7 +117,11 @@ class Computing:
             self._check_code()
         return {**told, "seconds": round(time.perf_counter() - began, 6)}
 
-    def _answer(self, point: Point) -> dict[str, Any]:
+    def _answer(self, point: Any) -> dict[str, Any]:
+        if self.job.function is not None:
+            answer = called(self.job.package, self.job.function, point)
+            self._check_code()
+            return {"answer": answer}
         *above, stage = self.job.stages
         files, token = dict(self.files), ""
         for each in above:
@@ -181,6 +186,13 @@ class Computing:
             if self.job.code[name] != meaning:
                 raise Unfit(f"{name} was edited while it ran, so its result was not kept; run again", name)
         self.checked = len(self.observed.loaded)
+
+
+def called(package: str, function: Function, argument: Any) -> Any:
+    """What a question's function answers."""
+    declared = stage_module(package, function.stage, "parameters").Parameters
+    parameters = loading.from_plain(declared, function.parameters)
+    return named(function.module, function.name)(parameters, *function.shared, argument)
 
 
 def failure(error: BaseException, package: str) -> dict[str, Any]:

@@ -4,32 +4,31 @@ from __future__ import annotations
 
 import contextlib
 import json
-import multiprocessing
 import os
-import pickle
 import shutil
-import signal
 import sys
 import tempfile
 import threading
 import time
+import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
 from pipeline.cache import durable
+from pipeline.cache.closure import Closure
 from pipeline.cache.distributions import versions
 from pipeline.cache.store import QUESTIONS
-from pipeline.errors import StageFailed, Stopped, StudyError
-from pipeline.execution.process import continue_when_parent_ends
+from pipeline.errors import Declined, StageFailed, Stopped, StudyError
+from pipeline.execution.job import Function, Job, engine_code
 from pipeline.parameters import loading
 from pipeline.parameters.rewriting import rewritten
 from pipeline.questions.block_table import BlockTable
 from pipeline.study import Study, shown
+from pipeline.sweep import pool
+from pipeline.sweep.chunks import Chunks
 from pipeline.sweep.journal import Journal
-from pipeline.sweep.row import COMPUTED, Row
+from pipeline.sweep.row import COMPUTED, NO_ANSWER, Row
 
 #: A terminal has a bar after so long at the latest; elsewhere there is a line this often.
 _BAR_AFTER_S, _LINE_EVERY_S = 1.0, 10.0
@@ -38,8 +37,10 @@ _BAR_AFTER_S, _LINE_EVERY_S = 1.0, 10.0
 class Asked:
     """One question while it is asked of a stage with its parameters; use as a context manager."""
 
-    def __init__(self, study: Study, stage: str, question: Any, parameters: Any, jobs: int | None) -> None:
-        self.jobs = jobs or os.cpu_count() or 1
+    def __init__(
+        self, study: Study, stage: str, question: Any, parameters: Any, jobs: int | None, client: Any = None
+    ) -> None:
+        self.jobs, self._client = jobs or os.cpu_count() or 1, client
         self._study, self._stage, self._question, self._parameters = study, stage, question, parameters
         self._done, self._of = 0, 0
         self._bar: Any = None
@@ -108,29 +109,60 @@ class Asked:
         if compiled is not None and compiled.CODE.is_cold():
             self.note(f"note: stage {self._stage}: {compiled.COMPILING}")
 
-    def each(self, function: Callable[[Any], Any], arguments: Sequence[Any]) -> Iterator[tuple[int, Any]]:
-        """Number of an argument and the function's answer: first those kept from before, then as they get ready."""
+    def each(self, function: Callable[..., Any], arguments: Sequence[Any], *shared: Any) -> Iterator[tuple[int, Any]]:
+        """Number of an argument and what the function answers to it: first those kept from before, then as they come.
+
+        The function is given the stage's parameters, what is `shared`, and an argument, all as JSON gives them back.
+        """
         if self._study.borrowed:
             raise StudyError("the parts of this answer are kept in a study's results: ask inside a study, or say with "
                              "--results where they go")  # fmt: skip
-        path = self._study.store.folder / QUESTIONS / f"{self._key(function)}.jsonl"
-        keys = [durable.digest(pickle.dumps(argument)) for argument in arguments]
+        closure = self._study.sources.closure((f"{self._study.package}.{self._stage}.parameters",
+                                               type(self._parameters).__module__, function.__module__))  # fmt: skip
+        said = [json.dumps(each) for each in (shared, *arguments)]
+        path = self._study.store.folder / QUESTIONS / f"{self._key(function, closure, said[0])}.jsonl"
+        keys = [durable.digest(text.encode()) for text in said[1:]]
         try:
             journal = Journal(path)
         except OSError as error:
             raise StudyError(f"{shown(path.parent)}: cannot be written ({error.strerror}); choose another folder with "
                              "--results") from None  # fmt: skip
         with journal:
-            waiting = {number: arguments[number] for number, key in enumerate(keys) if key not in journal}
-            self._done, self._of = len(arguments) - len(waiting), len(arguments)
+            waiting = {number: json.loads(said[number + 1]) for number, key in enumerate(keys) if key not in journal}
+            self._done, self._of = len(keys) - len(waiting), len(keys)
             for number, key in enumerate(keys):
                 if number not in waiting:
                     yield number, journal.row(key).values["answer"]
-            for number, answer in side_by_side(function, waiting, self.jobs):
-                journal.add(keys[number], Row(COMPUTED, "", {"answer": answer}))
+            for number, row in self._rows(function, closure, waiting, json.loads(said[0])):
+                if keys[number] in journal:
+                    continue  # a cluster may compute one twice
+                journal.add(keys[number], answered(row))
                 self._done += 1
                 self.progress(self._done / self._of, f"{self._done} of {self._of}")
                 yield number, journal.row(keys[number]).values["answer"]
+
+    def _rows(
+        self, function: Callable[..., Any], closure: Closure, waiting: Mapping[int, Any], shared: Sequence[Any]
+    ) -> Iterator[tuple[int, Row]]:
+        """Row of each argument as it gets ready: from this process if it shall be one, from others, from a cluster."""
+        jobs = min(self.jobs, len(waiting))
+        if self._client is None and jobs <= 1:
+            for number, argument in waiting.items():
+                yield number, Row(COMPUTED, "", {"answer": function(self._parameters, *shared, argument)})
+            return
+        study, plain = self._study, loading.as_plain(self._parameters)
+        job = Job(study.package, str(study.code_root), str(study.root), (), closure.files,
+                  versions=versions(closure.foreign), engine=engine_code(),
+                  function=Function(self._stage, function.__module__, function.__qualname__, plain, tuple(shared)),
+                  )  # fmt: skip
+        workers = jobs if self._client is None else self.jobs
+        chunks = Chunks([*waiting], lambda number: (number, waiting[number]), workers)
+        if self._client is None:
+            yield from pool.compute(job, chunks, workers)
+        else:
+            from pipeline.sweep import cluster
+
+            yield from cluster.compute(self._client, job, chunks, uuid.uuid4().hex)
 
     @contextlib.contextmanager
     def new_file(self, path: Path) -> Iterator[Path]:
@@ -173,13 +205,10 @@ class Asked:
         for name, content in files.items():
             durable.write(folder / name, content)
 
-    def _key(self, function: Callable[[Any], Any]) -> str:
+    def _key(self, function: Callable[..., Any], closure: Closure, shared: str) -> str:
         """What the function's answers follow from beside its arguments: question, code, parameters, packages."""
-        package = self._study.package
-        own = (f"{package}.{self._stage}.parameters", type(self._parameters).__module__, function.__module__)
-        closure = self._study.sources.closure(own)
         parts = {
-            "question": [self._stage, self._question.name, function.__qualname__],
+            "question": [self._stage, self._question.name, function.__qualname__, shared],
             "code": closure.files,
             "versions": versions(closure.foreign),
             "parameters": loading.as_plain(self._parameters),
@@ -187,41 +216,11 @@ class Asked:
         return durable.digest(json.dumps(parts, sort_keys=True).encode())[:32]
 
 
-def side_by_side(
-    function: Callable[[Any], Any], arguments: Mapping[int, Any], jobs: int
-) -> Iterator[tuple[int, Any]]:
-    """Number and answer of each argument as they get ready, from `jobs` processes; an error of a call is raised here.
-
-    One process is this one. The others end with this one, however it ends.
-    """
-    jobs = min(jobs, len(arguments))
-    if jobs <= 1:
-        yield from ((number, function(argument)) for number, argument in arguments.items())
-        return
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_end_with_parent)
-    try:
-        waiting = {pool.submit(function, argument): number for number, argument in arguments.items()}
-        for done in as_completed(waiting):
-            yield waiting.pop(done), done.result()  # not kept: a question may have more answers than memory
-        pool.shutdown()
-    except BrokenProcessPool:
-        raise StageFailed("a process of this question was ended by the system; asked again, it goes on from there"
-                          ) from None  # fmt: skip
-    finally:
-        pool.shutdown(wait=False, cancel_futures=True)
-        for child in multiprocessing.active_children():
-            child.terminate()
-
-
-def _end_with_parent() -> None:
-    continue_when_parent_ends()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupt is the parent's to tell
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-
-    def watch() -> None:
-        parent.join()
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
+def answered(row: Row) -> Row:
+    """The row, if it holds an answer. Raises `Declined` for a stage's own refusal, `StageFailed` for any other."""
+    if row.outcome == COMPUTED:
+        return row
+    if row.outcome == NO_ANSWER:
+        raise Declined(row.reason)
+    how = f"a process of this question failed: {row.reason}"
+    raise StageFailed(f"{how}; what is done is kept: asked again, it goes on from there")

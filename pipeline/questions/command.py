@@ -27,6 +27,7 @@ from pipeline.parameters.value import Refused, allowed, checked, declared
 from pipeline.parameters.yaml_text import Node
 from pipeline.stage_modules import importable, stage_module
 from pipeline.study import Study, shown
+from pipeline.sweep import cluster_options
 
 Question = Any
 _PATH, _FILE = click.Path(path_type=Path), click.Path(dir_okay=False, path_type=Path)
@@ -61,7 +62,8 @@ def command(stage: str, question: Question) -> click.Command:
     given = [_Option(name, *pair) for name, pair in declared(question.options).items()]
 
     def asked(study: Study, as_json: bool, as_csv: bool = False, figure: Path | None = None, jobs: int | None = None,
-              into: Path | None = None, **texts: Any) -> None:  # fmt: skip
+              cluster: cluster_options.Cluster = cluster_options.HERE, into: Path | None = None, **texts: Any
+              ) -> None:  # fmt: skip
         from pipeline.questions.asking import Asked
 
         options.one_form(json=as_json, csv=as_csv)
@@ -73,7 +75,9 @@ def command(stage: str, question: Question) -> click.Command:
                 parameters = study.parameters([stage])
                 for sentence in study.warnings(parameters):
                     click.echo(f"warning: {sentence}", err=True)
-                asking = until_answered.enter_context(Asked(study, stage, question, parameters[stage], jobs))
+                client, workers = until_answered.enter_context(cluster.client(lambda text: click.echo(text, err=True)))
+                asking = until_answered.enter_context(
+                    Asked(study, stage, question, parameters[stage], workers or jobs, client))
                 folder = until_answered.enter_context(asking.new_file(into)) if into is not None else None
                 asking.say_if_cold()
                 answer = question.ask(parameters[stage], question.options(**values), asking)
@@ -109,8 +113,7 @@ def command(stage: str, question: Question) -> click.Command:
 def _options(question: Question) -> Iterator[Callable[[Command], Command]]:
     """What the engine adds to a question's own options."""
     if question.pool:
-        yield click.option("--jobs", "-j", metavar="N", type=click.IntRange(min=1),
-                           help="How much is computed side by side (default: cores).")  # fmt: skip
+        yield cluster_options.offered
     yield options.study
     yield options.as_json
     if question.rows:
@@ -144,15 +147,17 @@ class _Option:
             return click.option(self.flag, self.name, is_flag=True, help=said)
         if kind in (int, float) or about["choices"]:
             said += f" Allowed: {allowed(self.field)}."
+        given = default not in (MISSING, None, ())
+        fallback: dict[str, Any] = {"default": _text(default)} if given else {}  # None would be a default to click
         return click.option(
             self.flag,
             self.name,
+            **fallback,
             type=_PATH if kind is Path else str,
             shell_complete=completion.files if typing.get_origin(kind) is Mapping else completion.for_option(about),
             required=default is MISSING,
             multiple=kind == _REPEATED,
-            default=None if default in (MISSING, None, ()) else _text(default),
-            show_default=default not in (MISSING, None, ()),
+            show_default=given,
             metavar=about["metavar"] or _METAVARS.get(kind, "FILE"),
             help=said,
         )

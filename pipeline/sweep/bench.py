@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import queue
 import shutil
 import tempfile
@@ -69,7 +70,8 @@ class Bench:
         while left:
             limit = self.job.time_limit_s + (self.job.start_limit_s if self._fresh else 0.0)
             try:
-                message = self._messages.get(timeout=max(0.0, began + limit - time.monotonic()))
+                wait = None if limit == math.inf else max(0.0, began + limit - time.monotonic())
+                message = self._messages.get(timeout=wait)
             except queue.Empty:
                 self._end()
                 late = tasks[0][0] if at == _NOWHERE else at

@@ -12,11 +12,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Protocol, TypeVar
+from typing import Any, ClassVar, Protocol
 
 from stages.biped.quantity import parameter
-
-Argument = TypeVar("Argument")
 
 
 class WrongOption(ValueError):
@@ -68,13 +66,12 @@ class Asking(Protocol):
     def note(self, text: str) -> None:
         """Say a line beside the answer."""
 
-    def each(
-        self, function: Callable[[Argument], Any], arguments: Sequence[Argument]
-    ) -> Iterator[tuple[int, Any]]:
-        """Number of an argument and the function's answer, as they get ready, from a pool of processes.
+    def each(self, function: Callable[..., Any], arguments: Sequence[Any], *shared: Any) -> Iterator[tuple[int, Any]]:
+        """Number of an argument and what the function answers, as they get ready, from a pool of processes.
 
-        Answers are plain (what JSON knows) and are kept, so a question that is stopped goes on where it was. The
-        function stands in a module, and what it computes follows from its argument and the code alone.
+        The function stands in a module and is given the stage's parameters, what is `shared`, and an argument; what it
+        computes follows from these and the code alone. All but the parameters, the answers too, are what JSON knows.
+        Answers are kept, so a question that is stopped goes on where it was.
         """
 
     def new_file(self, path: Path) -> AbstractContextManager[Path]:

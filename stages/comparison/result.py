@@ -10,6 +10,7 @@ from stages.comparison.claims.accuracy.number import Number
 from stages.comparison.claims.verdict import VERDICTS
 from stages.comparison.determinants import Determinants
 from stages.comparison.digits import TITLE, Digits
+from stages.comparison.prices import prices
 from stages.comparison.runs.ingest_score import IngestScore
 from stages.comparison.runs.measurement import MeasurementAgreement
 from stages.comparison.summary import BipedSummary
@@ -44,6 +45,7 @@ class Result:
     digits: dict[str, Digits] = quantity("-", "what rounded parameters leave open of each model's gait")
     biped: BipedSummary = quantity("-", "what the study says of this biped")
     claims: tuple[Claim, ...] = quantity("-", "the paper's claims")
+    level: str = quantity("-", "accuracy of the study")
     files: dict[str, bytes] = quantity("-", "the claims, by path in the results folder")
 
     def summary(self) -> str:
@@ -52,16 +54,19 @@ class Result:
 
     def tables(self) -> list[Table]:
         """This biped, its determinants, and how well the ingest reads what is known: (title, columns, rows)."""
-        own = tables_of(self.biped, self.determinants, self.digits)
+        own = tables_of(self.biped, self.determinants, self.digits, self.level)
         return [*own, self.ingest.table(), self.ingest.leg_table()] if self.ingest is not None else own
 
 
-def tables_of(biped: BipedSummary, determinants: dict[str, Determinants], digits: dict[str, Digits]) -> list[Table]:
+def tables_of(
+    biped: BipedSummary, determinants: dict[str, Determinants], digits: dict[str, Digits], level: str
+) -> list[Table]:
     """What stands beside the claims."""
     return [
         side_by_side("This biped", {"value": biped}),
         side_by_side("Determinants of gait, from the walks", determinants),
         side_by_side(TITLE, digits),
+        prices(level),
     ]
 
 

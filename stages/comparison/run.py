@@ -45,13 +45,13 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     score = score_ingest(inputs.campaign, inputs.imu, settings.skipped_steps, parameters.slope.gravity)
     progress(0.8, "judging the claims")
     evidence = Evidence(parameters, inputs, models, twin, measured, score)
-    determined, biped = determinants(evidence), summarise(evidence)
+    determined, biped, level = determinants(evidence), summarise(evidence), parameters.level.level
     models_alone = {name: one for name, one in determined.items() if not name.startswith("runs")}
     digits = digits_of(inputs.analytic.uncertainties, models_alone)
     claims = judge(parameters, measure(evidence))
-    files = {"claims.yaml": as_yaml(claims, tables_of(biped, determined, digits), headlines(biped, claims),
-                                     parameters.level.level)}  # fmt: skip
-    return Result(models, twin, measured, score, determined, digits, biped, claims, files)
+    tables = tables_of(biped, determined, digits, level)
+    files = {"claims.yaml": as_yaml(claims, tables, headlines(biped, claims), level)}
+    return Result(models, twin, measured, score, determined, digits, biped, claims, level, files)
 
 
 def determinants(e: Evidence) -> dict[str, Determinants]:

@@ -21,10 +21,7 @@ FALLEN = 0.5
 
 @dataclass(frozen=True)
 class Run:
-    """A finished run: why it ended, what was recorded, what it cost.
-
-    `evaluations` of the rates are 0 where the solver does not tell them.
-    """
+    """A finished run: why it ended, what was recorded, what it cost in steps and in evaluations of the rates."""
 
     outcome: str
     message: str

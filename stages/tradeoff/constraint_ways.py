@@ -82,9 +82,10 @@ def compiled_way(at: Scene, tolerance: float, mark: str = "") -> Way:
 
 
 def scipy_way(
-    at: Scene, name: str, methods: Mapping[int, str], tolerance: float, rates: Rates = compiled_rates, mark: str = ""
-) -> Way:
-    """SciPy's integrators at a tolerance, multipliers by central differences; none with limited friction."""
+    at: Scene, name: str, methods: Mapping[int, str], tolerance: float, rates: Rates = compiled_rates, *,
+    multiplier: bool = True, mark: str = "",
+) -> Way:  # fmt: skip
+    """SciPy's integrators at a tolerance, with a multiplier by central differences; none with limited friction."""
     walk_from = partial(walk_by_scipy, at.walker, methods=methods, tolerance=tolerance, rates=rates)
 
     def integrate() -> tuple[list[Segment], Vector, int]:
@@ -98,12 +99,13 @@ def scipy_way(
         _, end, _ = walk_from(section_state(z, at.walker.p), 1, phase=None)
         return np.asarray(section_coordinates(end, at.walker.p))
 
-    def multiplier() -> float:
+    def by_differences() -> float:
         columns = [(step(at.gait + change) - step(at.gait - change)) / (2 * change.sum())
                    for change in np.diag(DIFFERENCE)]
         return float(np.abs(multipliers_of(np.column_stack(columns)))[0])
 
-    return Way(at.model, name, {"tolerance": tolerance}, integrate, walk, multiplier if at.walker.rolls else None, mark)
+    measures = by_differences if multiplier and at.walker.rolls else None
+    return Way(at.model, name, {"tolerance": tolerance}, integrate, walk, measures, mark)
 
 
 def everywhere(method: str) -> dict[int, str]:

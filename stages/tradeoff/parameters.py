@@ -22,8 +22,8 @@ class Settings:
     FILE: ClassVar[str] = "tradeoff"
 
     resolution: str = parameter(
-        "-", "coarse: some settings of each way; full: all of them, with the penalty model's multipliers",
-        choices=("coarse", "full"))
+        "-", "few: what claims rest on; coarse: some settings of each way; full: all of them, with the penalty model's "
+        "multipliers", choices=("few", "coarse", "full"))
     walked_steps: int = parameter("1", "steps over which errors are taken", bound=Bound(minimum=2, maximum=20))
 
 

@@ -29,9 +29,6 @@ from stages.tradeoff.way import Walked, Way, WayFailed, grid
 
 PENALTY = "penalty model"
 TREE, JOINTS, COMPILED = "Exudyn tree, DOPRI5", "Exudyn joints", "compiled"
-#: Rate evaluations of an accepted step of Exudyn's DOPRI5: seven stages, none of them kept from the step before, and
-#: the acceleration at its end, as counted in a force of Python. The joints' implicit steps count one each.
-STAGES = 8
 #: Moments between two steps of the compiled walker at which it keeps the ground's force.
 BETWEEN = 3
 #: Difference along the leading eigenvector, in the section's scales, and the tolerance of the gait it belongs to.
@@ -79,7 +76,7 @@ def leading_pair(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def tree_way(at: Scene, tolerance: float, largest_step: float, *, multiplier: bool = False, mark: str = "") -> Way:
     """Minimal coordinates with the adaptive explicit solver."""
     settings = dataclasses.replace(at.settings, assembly="tree", tolerance=tolerance, largest_step=largest_step)
-    return way(at, TREE, settings, {"tolerance": tolerance, "largest_step": largest_step}, STAGES, multiplier, mark)
+    return way(at, TREE, settings, {"tolerance": tolerance, "largest_step": largest_step}, multiplier, mark)
 
 
 def joints_way(at: Scene, solver: str, rolling: float, impact: float, *, multiplier: bool = False,
@@ -88,7 +85,7 @@ def joints_way(at: Scene, solver: str, rolling: float, impact: float, *, multipl
     settings = dataclasses.replace(
         at.settings, assembly="joints", implicit_solver=solver, rolling_step=rolling, impact_step=impact)
     setting = {"rolling_step": rolling, "impact_step": impact}
-    return way(at, f"{JOINTS}, {solver.replace('_', ' ')}", settings, setting, 1, multiplier, mark)
+    return way(at, f"{JOINTS}, {solver.replace('_', ' ')}", settings, setting, multiplier, mark)
 
 
 def compiled_way(at: Scene, tolerance: float, *, multiplier: bool = False) -> Way:
@@ -102,7 +99,7 @@ def compiled_way(at: Scene, tolerance: float, *, multiplier: bool = False) -> Wa
 
     def walk() -> Walked:
         recorded = compiled_walk(*model, at.state, settings, steps=at.steps, signals=(GROUND_REACTION,))
-        return measured(at, finished(recorded), recorded.evaluations)
+        return measured(at, finished(recorded))
 
     def leading() -> float:
         stepper = PenaltyStepper(*model, at.state, settings)
@@ -119,16 +116,15 @@ def finished(run: Run) -> Run:
     return run
 
 
-def measured(at: Scene, run: Run, evaluations: float) -> Walked:
-    """What is compared of a run that took so many evaluations."""
+def measured(at: Scene, run: Run) -> Walked:
+    """What is compared of a run."""
     strikes = find_events(run.trajectory, at.biped.foot_radii).heel_strike_time
     hip = run.trajectory.at(grid(float(run.trajectory.time[-1])))[0][:, :2]
     peak = float(run.trajectory.ground_reaction[:, :, 1].max())
-    return Walked(hip, float(strikes[-1]), float(strikes[-1] - strikes[-2]), peak, evaluations / at.steps)
+    return Walked(hip, float(strikes[-1]), float(strikes[-1] - strikes[-2]), peak, run.evaluations / at.steps)
 
 
-def way(at: Scene, name: str, settings: Settings, setting: dict[str, Any], stages: int, multiplier: bool,
-        mark: str) -> Way:
+def way(at: Scene, name: str, settings: Settings, setting: dict[str, Any], multiplier: bool, mark: str) -> Way:
     """A way whose assembly is built once, so that a second walk costs integration only."""
     built: list[Any] = []
 
@@ -141,8 +137,7 @@ def way(at: Scene, name: str, settings: Settings, setting: dict[str, Any], stage
         return run(at.state, at.steps)
 
     def walk() -> Walked:
-        done = integrate()
-        return measured(at, done, stages * done.solver_steps)
+        return measured(at, integrate())
 
     def leading() -> float:
         """w (P(z + e v) - P(z - e v)) / 2e: exact to second order in what the eigenvectors are off."""

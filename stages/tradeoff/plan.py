@@ -45,36 +45,39 @@ def plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
 
 def constraint_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
     """Rolling trailing foot, then limited friction."""
-    full, steps = parameters.settings.resolution == "full", parameters.settings.walked_steps
-    usual = parameters.constraint.tolerance
+    resolution, steps = parameters.settings.resolution, parameters.settings.walked_steps
+    full, usual = resolution == "full", parameters.constraint.tolerance
     tolerances = sorted({usual, *(10.0**-n for n in range(3, 14))}, reverse=True)
     for friction in (None, parameters.contact.coefficients):
         at = constraint_ways.scene(parameters.biped, parameters.slope, friction, analytic.mid_stance, steps)
         compiled = [constraint_ways.compiled_way(at, value, DEFAULT if value == usual else "") for value in tolerances]
         dop = constraint_ways.everywhere("DOP853")
-        if friction is None:
+        if friction is None and resolution != "few":
             independent = constraint_ways.scipy_way(at, "readable, SciPy DOP853", dop, 1e-12 if full else 1e-10,
                                                     readable_rates)
-            compiled += scipy_ways(at, full)
         else:
-            independent = constraint_ways.scipy_way(at, "SciPy DOP853", dop, 1e-12)
+            independent = constraint_ways.scipy_way(at, "SciPy DOP853", dop, 1e-12, multiplier=resolution != "few")
+        if friction is None:
+            compiled += scipy_ways(at, resolution)
         tight = [constraint_ways.compiled_way(at, value) for value in (1e-14, 1e-13)]
         yield Plan(tight[0], tight[1], independent, tuple(compiled))
 
 
-def scipy_ways(at: constraint_ways.Scene, full: bool) -> list[Way]:
+def scipy_ways(at: constraint_ways.Scene, resolution: str) -> list[Way]:
     """SciPy's methods on the compiled terms, the paper's pair of methods, and the readable path."""
+    full, few = resolution == "full", resolution == "few"
     wanted = {
-        "DOP853": (1e-4, 1e-6, 1e-8, 1e-10, 1e-12) if full else (1e-6, 1e-8),
-        "RK45": (1e-4, 1e-6, 1e-8, 1e-10) if full else (1e-6,),
+        "DOP853": (1e-4, 1e-6, 1e-8, 1e-10, 1e-12) if full else (1e-8,) if few else (1e-6, 1e-8),
+        "RK45": (1e-4, 1e-6, 1e-8, 1e-10) if full else () if few else (1e-6,),
         "Radau": (1e-4, 1e-6, 1e-8) if full else (),
         "LSODA": (1e-6, 1e-8, 1e-10) if full else (),
     }
-    ways = [constraint_ways.scipy_way(at, f"SciPy {method}", constraint_ways.everywhere(method), value)
+    ways = [constraint_ways.scipy_way(at, f"SciPy {method}", constraint_ways.everywhere(method), value,
+                                      multiplier=not few)
             for method, values in wanted.items() for value in values]
     for value in (1e-4, 1e-5, 1e-6, 1e-7, 1e-8) if full else (1e-7,):
         methods = {SINGLE_STANCE: "RK23", DOUBLE_STANCE: "BDF"}
-        ways.append(constraint_ways.scipy_way(at, "SciPy RK23 and BDF", methods, value,
+        ways.append(constraint_ways.scipy_way(at, "SciPy RK23 and BDF", methods, value, multiplier=not few,
                                               mark=PAPER if value == 1e-7 else ""))
     for value in (1e-6, 1e-8, 1e-10) if full else ():
         dop = constraint_ways.everywhere("DOP853")
@@ -84,14 +87,15 @@ def scipy_ways(at: constraint_ways.Scene, full: bool) -> list[Way]:
 
 def penalty_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
     """The study's ground with all ways; in full other grounds as well, with the tree."""
-    full, steps = parameters.settings.resolution == "full", parameters.settings.walked_steps
-    force = analytic.walk.standing_force
+    resolution, steps = parameters.settings.resolution, parameters.settings.walked_steps
+    full, few, force = resolution == "full", resolution == "few", analytic.walk.standing_force
     settings, ground = parameters.planar, parameters.contact
     start = parameters.biped, parameters.slope
     at = penalty_ways.scene(penalty_ways.PENALTY, *start, ground, settings, analytic.mid_stance, force, steps)
     tree, joints, compiled = penalty_ways.tree_way, penalty_ways.joints_way, penalty_ways.compiled_way
     by_phase = joints(at, TRAPEZOIDAL, 2e-4, 1e-5, multiplier=full, mark=PAPER)
-    ways = [tree(at, 10.0**-n, LOOSE_STEP, multiplier=full) for n in (range(3, 10) if full else (3, 4, 6, 8))]
+    powers = range(3, 10) if full else (4, 6) if few else (3, 4, 6, 8)
+    ways = [tree(at, 10.0**-n, LOOSE_STEP, multiplier=full) for n in powers]
     ways += [tree(at, settings.tolerance, settings.largest_step, multiplier=full, mark=DEFAULT), by_phase]
     ways += [compiled(at, 10.0**-n, multiplier=full) for n in (range(3, 13) if full else (3, 4, 6, 8, 10))]
     if full:
@@ -99,7 +103,8 @@ def penalty_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
         ways += [joints(at, TRAPEZOIDAL, 4e-4, 1e-5, multiplier=True),
                  joints(at, TRAPEZOIDAL, 1e-4, 5e-6, multiplier=True),
                  joints(at, ALPHA, 2e-4, 1e-5), joints(at, ALPHA, 1e-4, 5e-6)]
-    tight = [tree(at, value, 1e-3, multiplier=full) for value in ((1e-11, 1e-10) if full else (1e-10, 1e-9))]
+    tight = [tree(at, value, 1e-3, multiplier=full)
+             for value in ((1e-11, 1e-10) if full else (1e-9, 1e-8) if few else (1e-10, 1e-9))]
     yield Plan(tight[0], tight[1], compiled(at, TIGHT, multiplier=full), tuple(ways))
     if not full:
         return
@@ -118,7 +123,8 @@ def penalty_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
 
 def twin_plan(parameters: Parameters, analytic: Analytic) -> Plan:
     """The twin; independent is a ground of Exudyn's own connectors, on the same solver: there is no other for it."""
-    full, settings = parameters.settings.resolution == "full", parameters.twin
+    full, few = parameters.settings.resolution == "full", parameters.settings.resolution == "few"
+    settings = parameters.twin
     force = analytic.walk.standing_force
     at = twin_ways.scene(parameters.biped, parameters.slope, parameters.contact, settings, analytic.mid_stance, force,
                          parameters.settings.walked_steps)
@@ -129,5 +135,6 @@ def twin_plan(parameters: Parameters, analytic: Analytic) -> Plan:
                 DEFAULT if pair == usual else "") for pair in sorted(chosen, reverse=True)]
     if full:
         ways.append(way(at, 1e-4, 5e-3))
-    tight = [way(at, value, LOOSE_STEP) for value in ((1e-10, 1e-9) if full else (1e-8, 1e-7))]
-    return Plan(tight[0], tight[1], way(at, 1e-8 if full else 1e-7, LOOSE_STEP, ConnectorTree), tuple(ways))
+    tight = [way(at, value, LOOSE_STEP) for value in ((1e-10, 1e-9) if full else (1e-7, 1e-6) if few else (1e-8, 1e-7))]
+    independent = None if few else way(at, 1e-8 if full else 1e-7, LOOSE_STEP, ConnectorTree)
+    return Plan(tight[0], tight[1], independent, tuple(ways))

@@ -11,7 +11,6 @@ from stages.biped.gait import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.planar.signals import GROUND_REACTION
-from stages.tradeoff.penalty_ways import STAGES
 from stages.tradeoff.way import Walked, Way, WayFailed, grid
 from stages.twin.machine.contact import X, Y
 from stages.twin.machine.machine import Machine, build
@@ -66,8 +65,8 @@ def twin_way(at: Scene, tolerance: float, largest_step: float, kind: type[Spatia
         strikes = find_events(record).heel_strike_time
         hip = record.at(grid(float(record.time[-1])))[0][:, [X, Y]]
         force = sample(record, record.time, settings).walk.ground_reaction
-        cost = STAGES * (len(record.time) - 1) / at.steps
-        return Walked(hip, float(strikes[-1]), float(strikes[-1] - strikes[-2]), float(force[:, :, 1].max()), cost)
+        peak, cost = float(force[:, :, 1].max()), record.evaluations / at.steps
+        return Walked(hip, float(strikes[-1]), float(strikes[-1] - strikes[-2]), peak, cost)
 
     name = COMPILED if kind is SpatialTree else CONNECTORS
     return Way(TWIN, name, {"tolerance": tolerance, "largest_step": largest_step}, integrate, walk, None, mark)

@@ -23,6 +23,7 @@ from stages.planar.limit_cycle import LimitCycle
 from stages.planar.section import SCALES, NoLimitCycle, section_state
 from stages.planar.state import PlanarState, rolling_state
 from stages.twin.machine.contact import X, Y
+from stages.twin.machine.machine import Machine
 from stages.twin.machine.projection import project
 from stages.twin.result import Result as Twin
 from stages.twin.walking.simulate import simulate_twin
@@ -30,7 +31,7 @@ from stages.twin_ladder.constraint_side import PHASES, beside, constraint_gait
 from stages.twin_ladder.cycle import IN_PLANE, SIDEWAYS, UPRIGHT, Gait, Near, Search
 from stages.twin_ladder.parameters import Parameters
 from stages.twin_ladder.result import COMPLETED, Result, RungGait, SameMachine
-from stages.twin_ladder.rungs import Rung, rungs
+from stages.twin_ladder.rungs import Rung, alike_in_the_plane, rungs
 from stages.twin_ladder.section import SectionState, start_from, step_map
 
 PLANAR = "planar model"
@@ -134,9 +135,13 @@ def climb(parameters: Parameters, machines: list[Rung], cycle: LimitCycle, progr
     solver = dataclasses.replace(parameters.twin, tolerance=settings.tolerance)
     near = like_planar(cycle)
     length = parameters.biped.leg_length
-    rows = []
+    rows: list[Climbed] = []
+    found: tuple[Machine, Gait, np.ndarray] | None = None
     for number, rung in enumerate(machines, 1):
         progress(number / (len(machines) + 1), f"gait with {rung.name}")
+        if not settings.sideways and found is not None and alike_in_the_plane(found[0], rung.machine):
+            rows.append(Climbed(spatial_row(rung, found[1]), found[2]))
+            continue
         longer = float(rung.machine.length.mean()) - length  # a longer machine stands higher on its feet
         plane = near.plane + longer * np.array([1.0, 0.0, 1.0, 1.0, *[0.0] * 6])
         near = dataclasses.replace(near, plane=plane)
@@ -151,7 +156,9 @@ def climb(parameters: Parameters, machines: list[Rung], cycle: LimitCycle, progr
         near = gait.near
         start = start_from(SectionState(near.plane, UPRIGHT), 0, rung.machine.length)
         record = simulate_twin(rung.machine, parameters.slope, parameters.contact, start, solver, steps=2)
-        rows.append(Climbed(spatial_row(rung, gait), record.at(2 * gait.period * PHASES)[0][:, [X, Y]]))
+        hip = record.at(2 * gait.period * PHASES)[0][:, [X, Y]]
+        found = rung.machine, gait, hip
+        rows.append(Climbed(spatial_row(rung, gait), hip))
     return rows
 
 

@@ -54,6 +54,11 @@ def rungs(biped: Biped, settings: Settings, outsole: float) -> list[Rung]:
     return [Rung(name, added, machine, same(machine, twin)) for name, added, machine in found]
 
 
+def alike_in_the_plane(one: Machine, other: Machine) -> bool:
+    """Whether machines differ in the width of their feet at most, of which motion in the plane knows nothing."""
+    return same(one, dataclasses.replace(other, half_width=one.half_width))
+
+
 def same(one: Machine, other: Machine) -> bool:
     """Whether two machines are equal to the last bit."""
     numbers = ("lane", "radius", "length", "stiffness", "damping")

@@ -45,14 +45,14 @@ class Listener:
     def progress(self, fraction, what):
         pass
 
-    def each(self, function, arguments):
+    def each(self, function, arguments, *shared):
         for number, argument in enumerate(arguments):
-            key = function.__name__, argument.first, argument.end
+            key = function.__name__, argument
             if key not in self.kept:
                 if self.computed == self.lives:
                     raise KeyboardInterrupt
                 self.computed += 1
-                self.kept[key] = json.loads(json.dumps(function(argument)))
+                self.kept[key] = json.loads(json.dumps(function(PARAMETERS, *shared, argument)))
             yield number, self.kept[key]
 
     @contextlib.contextmanager
@@ -186,11 +186,11 @@ def test_a_correction_that_leads_nowhere_is_no_answer():
 
 def test_blocks_do_not_depend_on_each_other():
     box = boxes.read(CLOUD, BASE)
-    anchors = [one for one in anchors_of(Task(box, BASE, TOLERANCE, "none", [], 0, 4)) if one]
-    task = Task(box, BASE, TOLERANCE, "none", anchors, 8, 12)
-    rows = np.array(block(task))
+    anchors = [one for one in anchors_of(Task(box, BASE, TOLERANCE, "none"), 0, 4) if one]
+    task = Task(box, BASE, TOLERANCE, "none", anchors)
+    rows = np.array(block(task, 8, 12))
     assert rows.shape == (4, len(COLUMNS))
-    assert np.array_equal(rows, np.array(block(task)), equal_nan=True)
+    assert np.array_equal(rows, np.array(block(task, 8, 12)), equal_nan=True)
     assert np.array_equal(box.values(8, 12), box.values(0, 40)[8:12])
     walker = box.design(BASE, box.values(9, 10)[0]).walker()
     assert np.isfinite(poincare_map(walker, np.array(anchors[0][1]), TOLERANCE).z).all()

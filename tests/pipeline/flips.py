@@ -57,8 +57,9 @@ class Flipped:
         Sweep(toy.study(), specs.read(toy.root / "sweep.yaml"), Display()).run(toy.root / "table.h5", 1)
         study = toy.study()
         parameters = study.parameters(("side",))["side"]
-        with Asked(study, "side", study.module("side", "questions.tally").QUESTION, parameters, 1) as asked:
-            assert len(list(asked.each(len, ["a", "bb", "ccc"]))) == 3
+        tally = study.module("side", "questions.tally")
+        with Asked(study, "side", tally.QUESTION, parameters, 1) as asked:
+            assert len(list(asked.each(tally.number_of, [1, 2, 3], 0, ""))) == 3
         durable.write_sealed(study.store.folder / "digests.json", _DIGESTS)
         page.refresh(study)
         self.believed = dict(self.beliefs())

@@ -140,6 +140,17 @@ def test_a_stopped_question_goes_on_where_it_was(toy, how):
     assert kept(toy) == 8
 
 
+def test_a_part_that_is_refused_or_dies_is_said_and_the_others_are_kept(toy):
+    for first, code, said in (
+        (97, 3, "nothing grows from seed 99"),
+        (95, 1, "error: a process of this question failed: its process ended by itself with code 7, twice; what is "
+                "done is kept: asked again, it goes on from there"),
+    ):  # fmt: skip
+        assert toy.command("tally", "--jobs", "2", "--set", f"side.seed={first}", "--count", "4")[::2] == (
+            code, said + "\n")  # fmt: skip
+    assert kept(toy)
+
+
 def test_kept_answers_are_of_this_code_and_these_parameters(toy):
     ask = ("tally", "--marks", "marks", "--json", "--jobs", "1")
     first = toy.command(*ask)[1]

@@ -199,7 +199,7 @@ def test_a_journal_that_is_a_link_is_not_written_through(done, victim, monkeypat
     parameters = study.parameters(["side"])["side"]
     question = study.module("side", "questions.tally").QUESTION
     asked = Asked(study, "side", question, parameters, 1)
-    monkeypatch.setattr(asked, "_key", lambda function: "key")
+    monkeypatch.setattr(asked, "_key", lambda *of: "key")
     path = study.store.folder / "questions/key.jsonl"
     path.parent.mkdir(exist_ok=True)
     path.symlink_to(victim)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import signal
 
@@ -9,6 +10,7 @@ import pytest
 
 from pipeline.errors import StudyError
 from pipeline.execution.display import Display
+from pipeline.questions.asking import Asked
 from pipeline.sweep import spec as specs
 from pipeline.sweep.sweep import Sweep
 
@@ -66,6 +68,25 @@ def test_hangs_and_crashes_on_a_cluster_are_rows(toy, client):
     summary, _ = run(toy, MIXED, client)
     assert summary.outcomes == {"computed": 1, "crash": 1, "time limit": 1, "no answer": 1}
     assert len(client.scheduler_info(n_workers=-1)["workers"]) == 2
+
+
+@pytest.mark.slow
+def test_a_question_is_answered_by_a_cluster_as_here_with_a_worker_killed_half_way(toy, client):
+    study = toy.study()
+    tally, parameters = study.module("side", "questions.tally"), study.parameters(["side"])["side"]
+    pids = list(client.run(os.getpid).values())
+
+    def asked(study, client):
+        answers = {}
+        with Asked(study, "side", tally.QUESTION, parameters, 2, client) as asking:
+            for number, answer in asking.each(tally.number_of, list(range(60)), 0.1, ""):
+                answers[number] = answer
+                if client is not None and len(answers) == 15:
+                    os.kill(pids[0], signal.SIGKILL)
+        return answers
+
+    there = asked(study, client)
+    assert there == asked(dataclasses.replace(study, results=toy.root / "elsewhere"), None) and len(there) == 60
 
 
 def test_a_scheduler_that_is_not_there_is_one_sentence(monkeypatch):

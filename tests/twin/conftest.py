@@ -7,9 +7,10 @@ import pytest
 
 from pipeline.parameters.loading import load
 from stages.biped.gait import StanceState
+from stages.twin.machine.contact import COUNT
 from stages.twin.machine.machine import build
 from stages.twin.parameters import Parameters
-from stages.twin.walking.simulate import rolling_start, simulate_twin
+from stages.twin.walking.simulate import Start, rolling_start, simulate_twin
 
 STANDING_FORCE = 9.4
 
@@ -51,6 +52,20 @@ def walk_from(parameters, rough):
 @pytest.fixture(scope="session")
 def three_steps(machine, settings, walk_from):
     return walk_from(machine, dataclasses.replace(settings, tolerance=1e-7), 3)
+
+
+@pytest.fixture(scope="session")
+def fly(parameters):
+    """Let a machine go 3 m above the ground at given rates; its motion under gravity for a quarter of a second."""
+
+    def fly(machine, velocity, seconds=0.25):
+        high = np.zeros(COUNT)
+        high[1] = 3.0
+        settings = dataclasses.replace(parameters.settings, tolerance=1e-10, longest_step=seconds)
+        start = Start(high, velocity, in_play=(True, True))
+        return simulate_twin(machine, parameters.slope, parameters.contact, start, settings, steps=1)
+
+    return fly
 
 
 @pytest.fixture(scope="session")

@@ -8,26 +8,17 @@ import pytest
 from stages.twin.machine.contact import COUNT, SLIDE
 from stages.twin.machine.kinematics import pair_axes, point_motion
 from stages.twin.walking.energy import mechanical_energy
-from stages.twin.walking.simulate import Start, simulate_twin
-
-
-def fly(machine, parameters, velocity, seconds=0.25):
-    high = np.zeros(COUNT)
-    high[1] = 3.0
-    settings = dataclasses.replace(parameters.settings, tolerance=1e-10, longest_step=seconds)
-    start = Start(high, velocity, in_play=(True, True))
-    return simulate_twin(machine, parameters.slope, parameters.contact, start, settings, steps=1)
 
 
 @pytest.fixture(scope="module")
-def tumbling(machine, parameters):
+def tumbling(machine, fly):
     free = dataclasses.replace(machine, damping=np.zeros(4))
     rates = np.array([0.2, 0.5, -0.1, 0.4, -0.3, 0.8, 0.02, -0.03, -1.1, 0.01, 0.04])
-    return free, fly(free, parameters, rates)
+    return free, fly(free, rates)
 
 
-def test_a_machine_at_rest_falls_as_a_stone(machine, parameters):
-    record = fly(machine, parameters, np.zeros(COUNT))
+def test_a_machine_at_rest_falls_as_a_stone(machine, parameters, fly):
+    record = fly(machine, np.zeros(COUNT))
     gravity = np.array([*parameters.slope.gravity_vector, 0.0])
     fallen = 0.5 * gravity * record.time[:, None] ** 2 + [0.0, 3.0, 0.0]
     assert record.time[-1] > 0.2

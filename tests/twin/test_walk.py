@@ -12,6 +12,7 @@ from stages.planar.state import rolling_state
 from stages.twin.machine.bill import join
 from stages.twin.machine.contact import ROLL, YAW, Z
 from stages.twin.machine.machine import Build, build
+from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import SIGNALS
 from stages.twin.walking.energy import energy_balance
 from stages.twin.walking.events import find_events
@@ -41,6 +42,18 @@ def test_mirrored_start_gives_mirrored_motion(machine, settings, walk_from):
     assert record.completed and abs(record.position[:, Z]).max() > 1e-3
     time = np.linspace(0.0, min(record.time[-1], mirror.time[-1]), 300)
     assert abs(record.at(time)[0] - (mirror.at(time)[0] * MIRRORED)[:, SWAPPED]).max() < 1e-10
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
+def test_evaluations_are_those_that_were_made(machine, parameters, settings, walk_from, tolerance):
+    """Steps that error control rejects cost too: counted in the force that the solver calls."""
+    tree, made = SpatialTree(machine, parameters.slope, parameters.contact), []
+    inner = tree.ground
+    counted = lambda *given: (made.append(1), inner(*given))[1]  # noqa: E731
+    tree.mbs.SetObjectParameter(tree.tree, "forceUserFunction", counted)
+    record = walk_from(machine, dataclasses.replace(settings, tolerance=tolerance), 1, tree=tree)
+    assert record.completed and len(made) > 8 * (len(record.time) - 1)
+    assert abs(len(made) - record.evaluations) <= 16  # the solver's first look at the system
 
 
 def test_energy_balances(three_steps, machine, parameters):

@@ -18,7 +18,8 @@ NEAR, LEFT = 0.02, 0.03
 #: Newton's method is tried from so many starts; when a stable gait is enough, from so few if they show one.
 MOST_STARTS, FEW_STARTS = 80, 12
 #: When a stable gait is enough, so many starts in a row that lead to nothing new are the last: the best came first.
-PATIENCE = 16
+#: Fewer are once a gait is known.
+PATIENCE, LESS_PATIENCE = 16, 8
 
 
 def is_new(found: list[FixedPoint], candidate: FixedPoint) -> bool:
@@ -58,7 +59,7 @@ def converge(
             break
         if not unstable and count >= FEW_STARTS and any(by_stability(point) < 1 for point in found):
             break
-        if not unstable and count > newest + PATIENCE:
+        if not unstable and count > newest + (LESS_PATIENCE if met else PATIENCE):
             break
         point = fixed_point(walker, start, max(tolerance, SEARCH_TOLERANCE), known=partial(is_ahead, met))
         if point is not None:

@@ -79,21 +79,19 @@ TRIED = 3
 
 @dataclass(frozen=True)
 class Task:
-    """A block: designs `first` to before `end` of the box (or of its anchors), and what they are answered from."""
+    """The box, and what its designs are answered from."""
 
     box: Box
     base: DesignPoint
     tolerance: float
     search: str
-    anchors: Sequence[Sequence[Any]]
-    first: int
-    end: int
+    anchors: Sequence[Sequence[Any]] = ()
 
 
-def anchors_of(task: Task) -> list[list[Any] | None]:
+def anchors_of(task: Task, first: int, end: int) -> list[list[Any] | None]:
     """The anchors `first` to before `end` among so many spread over the box (`Anchor.plain`); None without a gait."""
     found: list[list[Any] | None] = []
-    for values in task.box.spread(task.end)[task.first :]:
+    for values in task.box.spread(end)[first:]:
         design = task.box.design(task.base, values)
         here: Anchor | None = None
         if design.is_legal():
@@ -103,9 +101,9 @@ def anchors_of(task: Task) -> list[list[Any] | None]:
     return found
 
 
-def block(task: Task) -> list[list[float]]:
-    """The rows of `COLUMNS` of the designs of a block."""
-    designs = [task.box.design(task.base, values) for values in task.box.values(task.first, task.end)]
+def block(task: Task, first: int, end: int) -> list[list[float]]:
+    """The rows of `COLUMNS` of the designs `first` to before `end` of the box."""
+    designs = [task.box.design(task.base, values) for values in task.box.values(first, end)]
     walkers = [design.walker() if design.is_legal() else None for design in designs]
     answers: dict[int, tuple[Way, FixedPoint]] = {}
     far = Anchors([Anchor.of(plain) for plain in task.anchors])

@@ -14,7 +14,6 @@ from stages.biped.question import Answer, Asking, Column, Question, WrongOption,
 if TYPE_CHECKING:
     import numpy as np
 
-    from stages.analytic.gait.design_point import DesignPoint
     from stages.analytic.maps.answers import Task
     from stages.analytic.maps.box import Box
     from stages.analytic.maps.counts import Counts
@@ -41,27 +40,23 @@ class Options:
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Answer every design of the map. Raises WrongOption."""
-    from stages.analytic.gait.design_point import DesignPoint
-    from stages.analytic.maps import box as boxes
-    from stages.analytic.maps.answers import COLUMNS, anchors_of, block
+    from stages.analytic.maps.answers import COLUMNS
     from stages.analytic.maps.counts import NAMES, Counts
 
-    base = DesignPoint(parameters.biped, parameters.slope, parameters.limited_friction)
-    box, tolerance = boxes.read(options.file, base), parameters.settings.tolerance
-    if base.alternates(axis.name for axis in box.axes):
+    asked_of = task(parameters, options.file, options.search)
+    box, tolerance = asked_of.box, asked_of.tolerance
+    if asked_of.base.alternates(axis.name for axis in box.axes):
         raise WrongOption("a map knows gaits that repeat after one step, and these designs have legs that differ")
     count = min(options.anchors, -(-box.size // DESIGNS_AN_ANCHOR))
-    searched = list(tasks(box, base, tolerance, options.search, [], count, ANCHOR_BLOCK))
-    parts = dict(asking.each(anchors_of, searched))
-    anchors = [one for number in sorted(parts) for one in parts[number] if one]
-    asked = list(tasks(box, base, tolerance, options.search, anchors, box.size, BLOCK))
-    counts = Counts()
+    parts = dict(asking.each(anchors, spans(count, ANCHOR_BLOCK), options.file, options.search))
+    known = [one for number in sorted(parts) for one in parts[number] if one]
+    asked, counts = spans(box.size, BLOCK), Counts()
     shown = [axis.name for axis in box.axes] + ["outcome", "largest_multiplier", "period_s", "speed_m_s"]
     axes = [Column(axis.name, axis.unit, "varied") for axis in box.axes]
     about = {"map": box.in_words(), "tolerance": f"{tolerance:g}", "search": options.search}
     with asking.new_table(options.out, [*axes, *COLUMNS], box.size, about) as table:
-        for number, rows in asking.each(block, asked):
-            first, found = asked[number].first, counts.add(rows)
+        for number, rows in asking.each(answers, asked, options.file, options.search, known):
+            first, found = asked[number][0], counts.add(rows)
             varied = box.values(first, first + len(found))
             table.write(first, dict(zip([axis.name for axis in axes], varied.T, strict=True)))
             table.write(first, dict(zip(NAMES, found.T, strict=True)))
@@ -69,14 +64,37 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     return Answer(list(lines(counts, options.search)), counts.as_plain(), draw=drawing(box, columns))
 
 
-def tasks(
-    box: Box, base: DesignPoint, tolerance: float, search: str, anchors: Sequence[Any], size: int, each: int
-) -> Iterator[Task]:
-    """The blocks of `each` among `size` designs."""
+def task(parameters: Parameters, file: Mapping[str, Any], search: str, known: Sequence[Any] = ()) -> Task:
+    """What is asked of each block of the map that `file` describes. Raises WrongOption."""
+    from stages.analytic.gait.design_point import DesignPoint
+    from stages.analytic.maps import box
     from stages.analytic.maps.answers import Task
 
-    for first in range(0, size, each):
-        yield Task(box, base, tolerance, search, anchors, first, min(first + each, size))
+    base = DesignPoint(parameters.biped, parameters.slope, parameters.limited_friction)
+    return Task(box.read(file, base), base, parameters.settings.tolerance, search, known)
+
+
+def spans(size: int, each: int) -> list[tuple[int, int]]:
+    """The blocks of `each` among `size` designs: first, and before which."""
+    return [(first, min(first + each, size)) for first in range(0, size, each)]
+
+
+def anchors(
+    parameters: Parameters, file: Mapping[str, Any], search: str, span: tuple[int, int]
+) -> list[list[Any] | None]:
+    """Some anchors of the map, for `Asking.each`."""
+    from stages.analytic.maps.answers import anchors_of
+
+    return anchors_of(task(parameters, file, search), *span)
+
+
+def answers(
+    parameters: Parameters, file: Mapping[str, Any], search: str, known: Sequence[Any], span: tuple[int, int]
+) -> list[list[float]]:
+    """The rows of a block, for `Asking.each`."""
+    from stages.analytic.maps.answers import block
+
+    return block(task(parameters, file, search, known), *span)
 
 
 def drawing(box: Box, columns: Mapping[str, np.ndarray]) -> Any:

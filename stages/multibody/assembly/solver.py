@@ -17,7 +17,11 @@ from stages.planar.trajectory import Trajectory
 SOLVER = exudyn.DynamicSolverType
 FIRST_STEP = 1e-9  # an explicit solver reports no acceleration at its start; the one after this step stands in for it
 SMALLEST_STEP = 1e-13
+LAST_SOLVER = "dynamicSolver"  # under which Exudyn keeps it
 EVERY_STEP = 1e-12
+#: Evaluations of the rates in a step of Exudyn's DOPRI5, also in one that its error control rejects: seven stages, none
+#: of them kept from the step before, and the acceleration at its end. An implicit step is counted as one.
+EVALUATIONS = 8
 DESCENT = 1.0  # m/s, an upper bound for how fast a foot comes down, to refine the step in time
 
 
@@ -48,7 +52,7 @@ def integrate(
     assembly.mbs.SetPreStepUserFunction(watch)
     limit = settings.longest_step * (watch.heel_strikes_wanted + 2) if duration is None else duration
     segments: list[dict[str, np.ndarray]] = []
-    drift = 0.0
+    drift, rejected = 0.0, 0
     explicit = settings.assembly == "tree"
     fine = False
     if not explicit:
@@ -57,11 +61,13 @@ def integrate(
     while watch.outcome == RUNNING:
         fine = not explicit and _impact_is_near(watch, moment, settings)
         wanted, kind = _simulation_settings(settings, moment, limit, fine)
+        assembly.mbs.sys.pop(LAST_SOLVER, None)
         try:
             assembly.mbs.SolveDynamic(wanted, solverType=kind, updateInitialValues=not explicit)
         except SOLVER_ERRORS as error:
             if watch.outcome == RUNNING:
                 watch.outcome, watch.message = SOLVER_FAILED, first_sentence(error)
+        rejected += rejected_steps(assembly.mbs)
         segments.append(assembly.recording())
         drift = max(drift, assembly.joint_drift())
         reached = float(segments[-1]["time"][-1])
@@ -74,7 +80,14 @@ def integrate(
     if not np.all(np.isfinite(segments[-1]["position"])):
         watch.outcome = DIVERGED
     steps = len(trajectory.time) - 1
-    return Run(watch.outcome, watch.message, trajectory, watch.heel_strikes, steps, 0, drift)
+    evaluations = EVALUATIONS * (steps + rejected) if explicit else steps
+    return Run(watch.outcome, watch.message, trajectory, watch.heel_strikes, steps, evaluations, drift)
+
+
+def rejected_steps(mbs: Any) -> int:
+    """Steps that error control rejected in the last solver call; none where that ended with an error."""
+    solver = mbs.sys.get(LAST_SOLVER)
+    return 0 if solver is None else int(solver.it.rejectedAutomaticStepSizeSteps)
 
 
 def _impact_is_near(watch: Watch, now: float, settings: Settings) -> bool:

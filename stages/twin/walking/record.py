@@ -19,7 +19,8 @@ class Record:
 
     Time (n,), coordinates, rates and accelerations (n, 11) are those of `SpatialTree`.
 
-    `switches` lists (time, pair, whether the ground acts from then on); `outcome` and `reason` tell how it ended.
+    `switches` lists (time, pair, whether the ground acts from then on); `outcome` and `reason` tell how it ended;
+    `evaluations` of the rates count rejected steps too.
     """
 
     machine: Machine
@@ -34,6 +35,7 @@ class Record:
     outcome: str
     reason: str
     heel_strikes: int
+    evaluations: int
     wall_time: float
 
     @property

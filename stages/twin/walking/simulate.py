@@ -13,7 +13,15 @@ from stages.ground.contact_law import ContactLaw
 from stages.ground.normal_force import static_penetration
 from stages.ground.slope import Slope
 from stages.multibody.assembly.quiet_exudyn import SOLVER_ERRORS
-from stages.multibody.assembly.solver import SOLVER, explicit_settings, first_sentence, valid_rows
+from stages.multibody.assembly.solver import (
+    EVALUATIONS,
+    LAST_SOLVER,
+    SOLVER,
+    explicit_settings,
+    first_sentence,
+    rejected_steps,
+    valid_rows,
+)
 from stages.planar.run import DIVERGED, RUNNING, SOLVER_FAILED, STALLED
 from stages.twin.machine.contact import COUNT, HINGE, PITCH, ROLL, SLIDE, YAW, X, Y, Z
 from stages.twin.machine.machine import Machine
@@ -100,6 +108,7 @@ def simulate_twin(
     watch.most_calls = settings.most_solver_steps
     machine_tree.mbs.SetPreStepUserFunction(watch)
     limit = settings.longest_step * (wanted_steps + 2)
+    machine_tree.mbs.sys.pop(LAST_SOLVER, None)
     began = clock.perf_counter()
     try:
         wanted = explicit_settings(settings.tolerance, settings.largest_step, limit)
@@ -110,9 +119,11 @@ def simulate_twin(
             watch.reason = first_sentence(error)
     if watch.outcome == RUNNING:
         watch.outcome, watch.reason = STALLED, f"{wanted_steps} steps not done in {limit:g} s"
+    rows = _recording(machine_tree, watch)
+    evaluations = EVALUATIONS * (len(rows[0]) - 1 + rejected_steps(machine_tree.mbs))
     return Record(
-        machine, slope, contact, *_recording(machine_tree, watch), start.in_play, tuple(watch.switches), watch.outcome,
-        watch.reason, watch.heel_strikes, clock.perf_counter() - began,
+        machine, slope, contact, *rows, start.in_play, tuple(watch.switches), watch.outcome,
+        watch.reason, watch.heel_strikes, evaluations, clock.perf_counter() - began,
     )  # fmt: skip
 
 

@@ -26,11 +26,14 @@ class Options:
     marks: Path | None = option("-", "Folder for a file of each number that is computed", default=None)
 
 
-def number_of(argument):
-    seed, pause, marks = argument
+def number_of(parameters, pause, marks, seed):
     time.sleep(pause)
     if marks:
         Path(marks, f"{seed}-{os.getpid()}-{time.monotonic_ns()}").touch()
+    if seed == 99:
+        raise NoNumber("nothing grows from seed 99")
+    if seed == 98:
+        os._exit(7)
     return random.Random(seed).randrange(1000)
 
 
@@ -42,7 +45,7 @@ def ask(parameters, options, asking):
         raise NoNumber("nothing grows from seed 0")
     marks = str(options.marks) if options.marks else ""
     numbers = [0] * options.count
-    for at, number in asking.each(number_of, [(seed + at, options.pause, marks) for at in range(options.count)]):
+    for at, number in asking.each(number_of, [seed + at for at in range(options.count)], options.pause, marks):
         numbers[at] = number
     asking.note("all drawn")
     numbers = [number for number in numbers if str(number) not in options.skip]

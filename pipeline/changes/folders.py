@@ -1,0 +1,181 @@
+"""What changed between two results folders of a study: parameters, verdicts, numbers, pictures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pipeline.cache import artefact, durable, regular
+from pipeline.changes import numbers
+from pipeline.changes.numbers import Change
+from pipeline.commands import claims
+from pipeline.errors import ArtefactError, StudyError
+from pipeline.report.content import CLAIMS, FIGURES
+from pipeline.study import Study, shown
+
+_RESULTS = "results/"
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of some stages: value before and after, None where no stage there has it."""
+
+    key: str
+    before: str | None
+    after: str | None
+    stages: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A claim whose verdict or numbers changed; a verdict is None where the claim is not judged there."""
+
+    id: str
+    before: str | None
+    after: str | None
+    measured_before: str
+    measured_after: str
+
+    @property
+    def turned(self) -> bool:
+        """Whether the verdict is another one."""
+        return self.before != self.after
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure that differs: rms over its pixels in grey levels of 255; None where it is in one folder only."""
+
+    name: str
+    what: str
+    rms: float | None
+    before: Path
+    after: Path
+
+
+@dataclass(frozen=True)
+class Changes:
+    """All that changed from the folder `before` to `after`. `unread` are sentences on what could not be compared.
+
+    `small` counts the numbers that changed by no more than was asked for; they are no longer among `numbers`.
+    """
+
+    before: Path
+    after: Path
+    parameters: list[Parameter] = field(default_factory=list)
+    claims: list[Verdict] = field(default_factory=list)
+    numbers: list[Change] = field(default_factory=list)
+    small: int = 0
+    figures: list[Picture] = field(default_factory=list)
+    unread: list[str] = field(default_factory=list)
+
+    @property
+    def any(self) -> bool:
+        """Whether anything changed, or could not be compared."""
+        return bool(self.parameters or self.claims or self.numbers or self.figures or self.unread)
+
+
+def results_of(path: Path) -> Path:
+    """The results folder that is meant: the folder itself, or `results` in it. Raises `StudyError`."""
+    for folder in (path, path / "results"):
+        if folder.is_dir() and next(folder.glob("*.h5"), None) is not None:
+            return folder
+    raise StudyError(f"{shown(path)}: there are no results there (a folder with the stages' .h5 files)")
+
+
+def between(study: Study, other: Path, tolerance: float) -> Changes:
+    """What changed from the results in `other` to those of the study. Raises `StudyError`."""
+    before, after = results_of(other), results_of(study.results)
+    if before.resolve() == after.resolve():
+        raise StudyError(f"{shown(other)}: these are the results themselves; name others")
+    found = Changes(before, after)
+    by_key: dict[tuple[str, str | None, str | None], list[str]] = {}
+    every: list[Change] = []
+    for stage in study.graph.stages.values():
+        name = stage.artefact.removeprefix(_RESULTS)
+        there = [(folder / name).exists() for folder in (before, after)]
+        if not all(there):
+            if any(there):
+                where = after if there[0] else before
+                found.unread.append(f"stage {stage.name}: {shown(where / name)} is not there")
+            continue
+        names = shown(before / name), shown(after / name)
+        contents = regular.content(before / name, names[0]), regular.content(after / name, names[1])
+        if contents[0] == contents[1]:
+            continue
+        try:
+            about = [artefact.provenance(*pair) for pair in zip(contents, names)]
+            for change in numbers.parameters(*about):
+                by_key.setdefault(change, []).append(stage.name)
+            every += numbers.changes(stage.name, *contents, names)
+        except ArtefactError as error:
+            found.unread.append(f"stage {stage.name}: {'; '.join(error.sentences)}")
+    found.parameters.extend(Parameter(*change, tuple(stages)) for change, stages in by_key.items())
+    large = [change for change in every if change.relative is None or abs(change.relative) > tolerance]
+    found.numbers.extend(sorted(large, key=lambda change: -abs(change.relative or 0.0)))
+    found.claims.extend(_claims(before, after))
+    found.figures.extend(_figures(before, after))
+    return Changes(before, after, found.parameters, found.claims, found.numbers, len(every) - len(large), found.figures,
+                   found.unread)  # fmt: skip
+
+
+def _claims(before: Path, after: Path) -> list[Verdict]:
+    """Claims whose verdict or measured words changed, those with another verdict first."""
+    name = CLAIMS.removeprefix(_RESULTS)
+    one, other = ({claim.id: claim for claim in claims.read_file(folder / name).claims}
+                  if (folder / name).exists() else {} for folder in (before, after))  # fmt: skip
+    found = []
+    for key in dict.fromkeys((*other, *one)):
+        old, new = one.get(key), other.get(key)
+        verdicts = old.full_verdict if old else None, new.full_verdict if new else None
+        measured = old.measured if old else "", new.measured if new else ""
+        if verdicts[0] != verdicts[1] or measured[0] != measured[1]:
+            found.append(Verdict(key, *verdicts, *measured))
+    return sorted(found, key=lambda verdict: not verdict.turned)
+
+
+def _figures(before: Path, after: Path) -> list[Picture]:
+    """Pictures with other pixels, those that differ most first, then those that are in one folder only."""
+    from pipeline.report.pictures import rms
+
+    folder = FIGURES.removeprefix(_RESULTS)
+    found: list[Picture] = []
+    for name in sorted({path.name for each in (before, after) for path in (each / folder).glob("*")}):
+        one, other = before / folder / name, after / folder / name
+        bytes_of = [durable.read(path) for path in (one, other)]
+        if bytes_of[0] == bytes_of[1] or Path(name).suffix not in (".png", ".html"):
+            continue
+        if None in bytes_of:
+            what, size = "is new" if bytes_of[0] is None else "is no longer there", None
+        elif name.endswith(".html"):
+            what, size = "has other data", None
+        else:
+            size = rms(one, other)
+            what = "has another size" if size == float("inf") else f"differs by {size:.2g} of 255 rms"
+        if size != 0.0:
+            found.append(Picture(Path(name).stem, what, size, one, other))
+    return sorted(found, key=lambda picture: -(picture.rms or 0.0))
+
+
+def plain(found: Changes) -> dict[str, Any]:
+    """Everything as plain values, for JSON."""
+    return {
+        "before": shown(found.before),
+        "after": shown(found.after),
+        "parameters": [{"key": each.key, "before": each.before, "after": each.after, "stages": list(each.stages)}
+                       for each in found.parameters],
+        "claims": [{"id": each.id, "before": each.before, "after": each.after,
+                    "measured_before": each.measured_before, "measured_after": each.measured_after}
+                   for each in found.claims],
+        "numbers": rows(found),
+        "smaller": found.small,
+        "figures": [{"name": each.name, "what": each.what, "rms": each.rms} for each in found.figures],
+        "unread": found.unread,
+    }  # fmt: skip
+
+
+def rows(found: Changes) -> list[dict[str, Any]]:
+    """The numbers as rows of a table."""
+    return [{"stage": each.stage, "path": each.path.replace("/", "."), "unit": each.unit, "before": each.before,
+             "after": each.after, "relative": each.relative} for each in found.numbers]  # fmt: skip

@@ -1,0 +1,105 @@
+"""`export`: the twin as a file for another program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stages.biped.quantity import Bound
+from stages.biped.question import Answer, Asking, Question, option
+from stages.twin.parameters import Parameters
+
+if TYPE_CHECKING:
+    from stages.twin.exports.exported import Exported
+    from stages.twin.exports.gltf import Motion
+
+FORMATS = ("mjcf", "urdf", "sdf", "gltf")
+#: Poses a second of an animation; viewers go straight between them.
+FRAME_RATE = 120.0
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of `export`."""
+
+    what: str = option("-", "What is exported", positional=True, choices=("twin",))
+    format: str = option("-", "Its format", choices=FORMATS)
+    out: Path | None = option("-", "Write into this new file (default: the name with the format's ending)",
+                              default=None)  # fmt: skip
+    steps: int = option("1", "Steps of the walk that is shown (gltf); 0: as many as there are blocks for", default=0,
+                        bound=Bound(minimum=0, maximum=1000))  # fmt: skip
+
+
+def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
+    """Write the file. Raises NoGait, BlocksDoNotFit."""
+    from stages.twin import exports
+    from stages.twin.exports.beginning import exported
+
+    chosen = exports.FORMATS[options.format]
+    path = options.out or Path(f"{options.what}.{chosen.ENDING}")
+    with asking.new_file(path) as file:
+        asking.progress(0.1, "looking for the gait to start on")
+        given = exported(parameters)
+        if chosen is exports.gltf:
+            asking.progress(0.3, "walking")
+            content = exports.gltf.write(given, walked(given, options.steps))
+        else:
+            content = chosen.write(given)
+        file.write_bytes(content)
+    missing = [(what, carried, ", ".join(values(given, what))) for what, carried in chosen.CARRIES.items()
+               if not carried.startswith("yes")]  # fmt: skip
+    start = {joint.name: {"value": value, "rate": rate} for joint, value, rate in given.coordinates()}
+    return Answer(
+        [f"{path}: the twin for {chosen.OF}, {len(content) / 1000:.0f} kB, {len(given.links)} bodies, "
+         f"{given.ramp.sets} sets of blocks"],
+        {"file": str(path), "bytes": len(content), "carries": chosen.CARRIES, "start": start},
+        tables=(("What it does not carry, or not in full", ("what", "in this format", "here"), missing),),
+    )  # fmt: skip
+
+
+def walked(given: Exported, steps: int) -> Motion:
+    """The walk on a plane, for an animation; as far as it goes."""
+    import numpy as np
+
+    from stages.twin.exports.gltf import Motion
+    from stages.twin.walking.simulate import simulate_twin
+
+    record = simulate_twin(given.machine, given.slope, given.contact, given.start, given.settings,
+                           steps=steps or given.ramp.steps)  # fmt: skip
+    time = np.arange(0.0, record.time[-1], 1.0 / FRAME_RATE)
+    return Motion(time, record.at(time)[0])
+
+
+def values(given: Exported, what: str) -> Iterator[str]:
+    """The study's numbers for what a format leaves out, so that they can be given in another way."""
+    machine, law = given.machine, given.contact
+    if what == "springs and dampers":
+        yield f"each leg {machine.stiffness[0]:g} N/m, {machine.damping[0]:g} N s/m"
+    elif what == "start":
+        yield from (f"{joint.name} {value:.6g} at {rate:.6g}/s" for joint, value, rate in given.coordinates()
+                    if value or rate)  # fmt: skip
+    elif what == "contact law":
+        yield f"{law.normal_force}: {law.contact_stiffness:g} N/mm^{law.contact_exponent:g} a pair"
+        yield f"damping {law.contact_damping:g} N s/m from {1e3 * law.damping_depth:g} mm"
+    elif what == "friction":
+        yield f"{law.friction}: {law.static_friction:g} and {law.dynamic_friction:g}"
+        yield f"{law.stiction_velocity:g} and {law.friction_velocity:g} m/s"
+    elif what == "rule for scuffing":
+        yield "no ground under a pair that swings"
+    elif what == "motion":
+        yield "bipedstudy run twin"
+
+
+QUESTION = Question(
+    "export",
+    """Write the twin as a file for another program, as it starts in its stage, with stepping blocks for its steps.
+
+    mjcf (MuJoCo) has all but the contact law; urdf and sdf have bodies and joints; gltf is the walk to look at. Says
+    what the format cannot carry, with the numbers; docs/exports.md compares the formats and the walks.
+    """,
+    Options,
+    ask,
+    examples=("bipedstudy export twin --format mjcf", "bipedstudy export twin --format gltf --out walk.glb"),
+)

@@ -1,0 +1,238 @@
+"""The twin's exports, loaded again by other programs: bodies, flight and sensors as Exudyn's, and MuJoCo's walk."""
+
+import copy
+import dataclasses
+import json
+import shutil
+import struct
+import subprocess
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from stages.twin.exports import FORMATS, gltf, mjcf, sdf, urdf
+from stages.twin.exports.beginning import exported as begun
+from stages.twin.exports.exported import NAMES
+from stages.twin.exports.gltf import Motion
+from stages.twin.exports.solids import surface
+from stages.twin.machine.contact import COUNT, SLIDE
+from stages.twin.machine.kinematics import pair_axes, point_motion
+from stages.twin.machine.machine import build
+from stages.twin.machine.shapes import solid
+from stages.twin.walking.events import find_events
+from tests.twin.peers import PEERS
+
+RATES = np.array([0.2, 0.5, -0.1, 0.4, -0.3, 0.8, 0.02, -0.03, -1.1, 0.01, 0.04])
+
+
+@pytest.fixture(scope="module")
+def exported(parameters):
+    return begun(parameters)
+
+
+@pytest.fixture(scope="module")
+def flight(machine, fly):
+    """A tumbling flight with springs and dampers."""
+    return fly(machine, RATES)
+
+
+def some(flight):
+    """Coordinates, rates and accelerations at every 20th step of the solver, the first left out."""
+    return flight.position[20::20], flight.velocity[20::20], flight.acceleration[20::20]
+
+
+def test_every_format_says_the_same_things_of_itself():
+    assert len({tuple(each.CARRIES) for each in FORMATS.values()}) == 1
+
+
+def test_links_are_the_bodies_of_the_machine(exported):
+    links, machine = exported.links, exported.machine
+    assert [joint.name for link in links for joint in link.joints] == list(NAMES)
+    for link, body in zip(links, machine.bodies, strict=True):
+        assert link.body is body
+    pieces = sum(len(link.parts) for link in links)
+    assert pieces == sum(part.pieces for part in exported.settings.parts)
+    assert sum(part.mass for link in links for part, _ in link.parts) == pytest.approx(machine.mass, abs=1e-4)
+
+
+@pytest.mark.parametrize("of_a_kind", ["box", "cylinder", "tube", "arc"])
+def test_surfaces_enclose_the_volume_and_centroid_of_their_shape(settings, of_a_kind):
+    """Divergence theorem over the triangles; facets lie inside of a round shape by less than a per cent."""
+    for part in (each for each in settings.parts if each.shape == of_a_kind):
+        made = surface(part)
+        a, b, c = (made.corners[made.triangles[:, k]] for k in range(3))
+        pyramids = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
+        shape = solid(part.shape, part.size, part.axis)
+        assert pyramids.sum() == pytest.approx(shape.volume, rel=1e-12 if of_a_kind == "box" else 7e-3)
+        centroid = ((a + b + c) / 4 * pyramids[:, None]).sum(axis=0) / pyramids.sum()
+        assert abs(centroid - shape.centroid).max() < 2e-3 * max(part.size)
+        normal = np.cross(b - a, c - a)
+        assert (np.einsum("ij,ij->i", normal, made.normals[made.triangles[:, 0]]) > 0.0).all()
+
+
+@pytest.fixture(scope="module")
+def in_mujoco(exported):
+    mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed")
+    return mujoco, mujoco.MjModel.from_xml_string(mjcf.write(exported).decode())
+
+
+def test_mujoco_has_the_inertias_and_the_start(in_mujoco, exported, machine):
+    mujoco, model = in_mujoco
+    for link, body in zip(exported.links, machine.bodies, strict=True):
+        number = model.body(link.name).id
+        turn = np.zeros(9)
+        mujoco.mju_quat2Mat(turn, model.body_iquat[number])
+        axes = turn.reshape(3, 3)
+        assert model.body_mass[number] == body.mass
+        assert abs(model.body_ipos[number] - body.centre).max() < 1e-16
+        assert abs(axes @ np.diag(model.body_inertia[number]) @ axes.T - body.inertia).max() < 1e-15
+    assert np.array_equal(model.key_qpos[0], exported.start.position)
+    assert np.array_equal(model.key_qvel[0], exported.start.velocity)
+
+
+@pytest.mark.parametrize("program", PEERS)
+def test_it_flies_as_in_exudyn(exported, flight, program):
+    """Masses, inertias, axes, springs and dampers: every acceleration along a tumbling flight."""
+    package, peer = PEERS[program]
+    pytest.importorskip(package, reason=f"{program.split(',')[0]} is not installed")
+    accelerations = peer(exported)
+    for q, v, a in zip(*some(flight), strict=True):
+        assert abs(accelerations(q, v) - a).max() < 1e-9 * abs(a).max()
+
+
+def test_mujoco_goes_where_exudyn_goes(in_mujoco, flight):
+    mujoco, model = in_mujoco[0], copy.copy(in_mujoco[1])
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
+    data = mujoco.MjData(model)
+    data.qpos[1], data.qvel[:] = 3.0, RATES
+    for _ in range(int(flight.time[-1] / model.opt.timestep)):
+        mujoco.mj_step(model, data)
+    q, v = (values[0] for values in flight.at(np.array([data.time])))
+    assert data.time > 0.2 and abs(data.qpos - q).max() < 1e-9 and abs(data.qvel - v).max() < 1e-7
+
+
+def test_mujoco_sensors_feel_what_sockets_feel(in_mujoco, exported, flight, settings):
+    """Axes of a site are those of its body: forward, up the leg, lateral."""
+    mujoco, model = in_mujoco
+    data = mujoco.MjData(model)
+    q, v, a = some(flight)
+    axes = pair_axes(q, v, a, 0)
+    gravity = np.array([*exported.slope.gravity_vector, 0.0])
+    for name, place, slide in (("hip", settings.hip_socket, None), ("foot", settings.foot_socket, SLIDE[0])):
+        felt = axes.components(point_motion(q, v, a, axes, np.array(place), slide).acceleration - gravity)
+        for row, (position, rate) in enumerate(zip(q, v, strict=True)):
+            data.qpos[:], data.qvel[:] = position, rate
+            mujoco.mj_forward(model, data)
+            force, spin = (data.sensor(f"{name} sensor {kind}").data for kind in ("specific force", "angular velocity"))
+            assert abs(force - felt[row]).max() < 1e-8
+            assert abs(spin - axes.components(axes.spin)[row]).max() < 1e-12
+
+
+def test_mujoco_walks_over_every_set_of_blocks(in_mujoco, exported, three_steps):
+    """Its contact is another than the study's: a step lasts as long as the twin's on its own ground within 2 %."""
+    mujoco = in_mujoco[0]
+    model = mujoco.MjModel.from_xml_string(mjcf.write(exported, mjcf.Ground(0.004, 1.0, 5e-4)).decode())
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    stood, first = set(), {}
+    while exported.ramp.sets not in stood and data.time < 8.0:
+        mujoco.mj_step(model, data)
+        for contact in data.contact[: data.ncon]:
+            name = model.geom(int(contact.geom1)).name, model.geom(int(contact.geom2)).name
+            number = next(int(each.split()[1]) for each in name if each.startswith("block"))
+            first.setdefault(number, data.time)
+            stood.add(number)
+    assert stood == set(range(1, exported.ramp.sets + 1))
+    step = np.diff([first[number] for number in sorted(first)])[2:].mean()
+    assert step == pytest.approx(np.diff(find_events(three_steps).heel_strike_time).mean(), rel=0.02)
+    assert abs(data.qpos[3:5]).max() < 1e-2
+
+
+@pytest.mark.parametrize("changes", [{"legs": "rigid"}, {"outsole": 0.002}])
+def test_other_machines_load_too(exported, parameters, changes):
+    mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed")
+    own = {key: value for key, value in changes.items() if key == "legs"}
+    settings = dataclasses.replace(parameters.settings, **{key: changes[key] for key in changes if key not in own})
+    machine = build(dataclasses.replace(parameters.biped, **own), settings)
+    other = dataclasses.replace(exported, machine=machine, settings=settings)
+    model = mujoco.MjModel.from_xml_string(mjcf.write(other).decode())
+    assert model.nv == (7 if machine.rigid else COUNT)
+    assert model.body_mass.sum() == pytest.approx(machine.mass, rel=1e-14)
+
+
+def test_numbers_of_the_xml_are_read_as_the_same_bits(exported, machine):
+    for form in (urdf, sdf, mjcf):
+        root = ElementTree.fromstring(form.write(exported))
+        found = {float(each.get("value") or each.get("mass") or each.text or 0) for each in root.iter()
+                 if each.tag == "mass" or each.get("mass")}  # fmt: skip
+        assert found - {0.0} == {float(body.mass) for body in machine.bodies}
+
+
+@pytest.fixture(scope="module")
+def animated(exported, three_steps):
+    time = np.linspace(0.0, three_steps.time[-1], 50)
+    return gltf.write(exported, Motion(time, three_steps.at(time)[0])), three_steps, time
+
+
+def unpacked(content):
+    """The document of a binary file, and a function that reads an accessor."""
+    magic, version, size = struct.unpack_from("<4sII", content)
+    length = struct.unpack_from("<I", content, 12)[0]
+    assert (magic, version, size) == (b"glTF", 2, len(content))
+    document, binary = json.loads(content[20 : 20 + length]), content[28 + length :]
+
+    def values(number):
+        accessor = document["accessors"][number]
+        view = document["bufferViews"][accessor["bufferView"]]
+        kind = {5126: "<f4", 5125: "<u4"}[accessor["componentType"]]
+        width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[accessor["type"]]
+        return np.frombuffer(binary, kind, accessor["count"] * width, view["byteOffset"]).reshape(-1, width)
+
+    return document, values
+
+
+def turned(quaternion, vector):
+    x, w = quaternion[..., :3].astype(float), quaternion[..., 3:].astype(float)
+    return vector + 2 * np.cross(x, np.cross(x, vector) + w * vector)
+
+
+def test_gltf_moves_its_nodes_as_the_walk_does(animated, machine):
+    content, record, time = animated
+    document, values = unpacked(content)
+    names = [node["name"] for node in document["nodes"]]
+    moving = {}
+    animation = document["animations"][0]
+    for channel in animation["channels"]:
+        sampler = animation["samplers"][channel["sampler"]]
+        assert abs(values(sampler["input"])[:, 0] - time).max() < 1e-6
+        moving[names[channel["target"]["node"]], channel["target"]["path"]] = values(sampler["output"])
+    q, v = record.at(time)
+    place = machine.bodies[4].centre
+    expected = point_motion(q, v, 0 * q, pair_axes(q, v, 0 * q, 1), place, SLIDE[2]).position
+    in_frame = turned(moving["outer frame", "rotation"], place + moving["outer left foot", "translation"])
+    found = moving["inner frame", "translation"] + turned(moving["inner frame", "rotation"], in_frame)
+    assert abs(found - expected).max() < 1e-6
+    masses = [node["extras"]["mass [kg]"] for node in document["nodes"] if "extras" in node]
+    assert masses == [body.mass for body in machine.bodies]
+
+
+def test_gltf_is_read_by_others(animated, tmp_path):
+    pygltflib = pytest.importorskip("pygltflib", reason="pygltflib is not installed")
+    (tmp_path / "twin.glb").write_bytes(animated[0])
+    loaded = pygltflib.GLTF2().load(tmp_path / "twin.glb")
+    assert [node.name for node in loaded.nodes][:2] == ["slope", "ramp"] and len(loaded.animations[0].channels) == 7
+
+
+def test_gltf_satisfies_the_khronos_validator(animated, tmp_path):
+    """The validator is a package of Node: `npm install gltf-validator`, found by NODE_PATH."""
+    node = shutil.which("node")
+    if node is None or subprocess.run([node, "-e", "require('gltf-validator')"], capture_output=True).returncode:
+        pytest.skip("Node's package gltf-validator is not installed")
+    (tmp_path / "twin.glb").write_bytes(animated[0])
+    script = ("const bytes = new Uint8Array(require('fs').readFileSync('twin.glb'));"
+              "require('gltf-validator').validateBytes(bytes).then(r => console.log(JSON.stringify(r.issues)))")
+    done = subprocess.run([node, "-e", script], cwd=tmp_path, capture_output=True, check=True)
+    issues = json.loads(done.stdout)
+    assert issues["numErrors"] == issues["numWarnings"] == 0, issues["messages"]
