@@ -81,12 +81,15 @@ def _print(found: Changes) -> None:
         many = Counter(each.stage for each in found.numbers)
         counted = ", ".join(f"{stage} {count}" for stage, count in many.items())
         listed = [each for each in found.numbers if each.relative is not None and isinstance(each.before, float)]
-        options.print_table(
-            f"Numbers: {len(found.numbers)} changed ({counted}), {found.small} by less; single ones that changed most",
-            ("stage", "field", "before", "after", "change"),
-            [(each.stage, each.path.replace("/", "."), f"{layout.short(each.before)} {each.unit}".rstrip(),
-              f"{layout.short(each.after)} {each.unit}".rstrip(), share(each.relative)) for each in listed[:_PRINTED]],
-        )  # fmt: skip
+        title = f"Numbers: {len(found.numbers)} changed ({counted}), {found.small} by less"
+        if not listed:
+            click.echo("\n" + "\n".join(layout.folded(f"{title}; all of them in arrays")))
+        else:
+            named = "stage", "field", "before", "after", "change"
+            options.print_table(f"{title}; single ones that changed most", named, [
+                (each.stage, each.path.replace("/", "."), f"{layout.short(each.before)} {each.unit}".rstrip(),
+                 f"{layout.short(each.after)} {each.unit}".rstrip(), share(each.relative))
+                for each in listed[:_PRINTED]])  # fmt: skip
     if found.figures:
         options.print_table(f"Figures: {len(found.figures)} changed", ("figure", "what"),
                             [(each.name, each.what) for each in found.figures])  # fmt: skip
