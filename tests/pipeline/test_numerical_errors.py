@@ -24,7 +24,8 @@ def test_a_number_carries_its_error_and_show_prints_it(toy_with_commands):
     assert toy.command("run", "bounce")[0] == 0
     with h5py.File(toy.root / "results/fall.h5") as file:
         assert file["height"].attrs["numerical_error"] == 0.25 and "nothing" not in file
-    assert " +- 2e-01 m" in next(line for line in toy.command("show", "fall")[1].splitlines() if line.split()[:1] == ["height"])
+    lines = toy.command("show", "fall")[1].splitlines()
+    assert " +- 2e-01 m" in next(line for line in lines if line.split()[:1] == ["height"])
     fields = {field["path"]: field for field in json.loads(toy.command("show", "fall", "--json")[1])["fields"]}
     assert fields["height"]["numerical_error"] == 0.25
     with h5py.File(toy.root / "results/bounce.h5") as file:
