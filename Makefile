@@ -26,6 +26,7 @@ readme: study
 	$(BIN)/bipedstudy claims --into docs/claims.md
 	$(BIN)/bipedstudy claims --into README.md
 	cp results/figures/figure_08_hip_motion.png docs/hip_motion.png
+	$(BIN)/python docs/draw_walk.py
 	cp results/figures/robot_symbols.html docs/robot.svg
 	$(BIN)/python -m pipeline.reference
 

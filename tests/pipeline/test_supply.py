@@ -27,6 +27,11 @@ def test_every_install_is_by_hash_but_that_of_the_lowest_versions(repository):
     assert len(installs) == 8 and [line for line in loose if not line.startswith("$(FLOOR)")] == []
 
 
+def test_the_citation_is_of_this_version(repository):
+    cited = yaml.safe_load((repository / "CITATION.cff").read_text())
+    assert f'\nversion = "{cited["version"]}"\n' in (repository / "pyproject.toml").read_text()
+
+
 def test_codemeta_says_what_the_citation_says(repository):
     meta = json.loads((repository / "codemeta.json").read_text())
     cited = yaml.safe_load((repository / "CITATION.cff").read_text())
