@@ -41,6 +41,8 @@ def main() -> None:
             x = moved.hip[0]
             view.paint(axes, camera, [view.deck(x - 1.2, x + 1.2, edge), view.blocks(ramp), moved.robot(bodies)])
             view.frame(axes)
+            figure.set_layout_engine(None)
+            axes.set_position((0.0, 0.0, 1.0, 1.0))
             middle, ground = camera.spot(np.array([x, 0.0, 0.0]))
             axes.set_xlim(middle - 0.42, middle + 0.42)
             axes.set_ylim(ground - 0.075, ground + 0.36)
