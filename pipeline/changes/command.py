@@ -80,10 +80,11 @@ def _print(found: Changes) -> None:
     if found.numbers:
         many = Counter(each.stage for each in found.numbers)
         counted = ", ".join(f"{stage} {count}" for stage, count in many.items())
-        click.echo("\n" + "\n".join(layout.folded(
-            f"Numbers: {len(found.numbers)} changed ({counted}), {found.small} by less. What changed most:", 0)))
         listed = [each for each in found.numbers if each.relative is not None and isinstance(each.before, float)
                   and max(abs(each.before), abs(each.after)) > _ROUND_OFF]  # fmt: skip
+        what = "single ones that changed most:" if listed else "all of them in arrays, words or round-off"
+        title = f"Numbers: {len(found.numbers)} changed ({counted}), {found.small} by less; {what}"
+        click.echo("\n" + "\n".join(layout.folded(title, 0)))
         for each in listed[:_PRINTED]:
             click.echo(f"  {each.stage} {each.path.replace('/', '.')}")
             values = f"{layout.short(each.before)} -> {layout.short(each.after)} {each.unit}".rstrip()

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import sin
 
 import numpy as np
 
 from stages.analytic.compiled import ByKind, compiled
+from stages.analytic.derivatives.equations import terms as ep
 from stages.analytic.derivatives.response import change_of, clearance_change, contact_rate_change
 from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot
+from stages.analytic.model.kinds import DetailedRigid, PlainRigid
 from stages.analytic.model.varied import Varied, VariedCompliant, VariedLimited, VariedRigid
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import contact_directions, row4_times
@@ -17,9 +20,30 @@ from stages.analytic.phases.section import ENTRIES, RIGID_ENTRIES, limited_coord
 
 
 @compiled
+def no_trailing_change(y: Vector, p: PlainRigid, d: PlainRigid) -> float:
+    """`trailing_angle_change` of equal legs: their states on the section are the coordinates."""
+    return 0.0
+
+
+@compiled
+def detailed_trailing_angle_change(y: Vector, p: DetailedRigid, d: DetailedRigid) -> float:
+    """`trailing_angle_change` of legs that may differ: the clearance stays zero."""
+    change: float = ep.rigid_clearance_change(ep.rigid_clearance_by(y[0], y[1], p), d)[0]
+    return -change / ((p.L_nat_2 - p.r_2) * sin(y[1]))
+
+
+#: Change of the trailing leg's angle for a change of the numbers, both legs rigid: trailing_angle_change(y, p, d).
+trailing_angle_change: Callable[..., float] = ByKind({
+    PlainRigid: no_trailing_change, DetailedRigid: detailed_trailing_angle_change})
+
+
+@compiled
 def rigid_section_change(y: Vector, p: VariedRigid) -> Vector:
-    """`section_change` of rigid legs: their states on the section are the coordinates."""
-    return np.zeros(4 * p.along.shape[0])
+    """`section_change` of rigid legs."""
+    changes = np.zeros(4 * p.along.shape[0])
+    for row in range(p.along.shape[0]):
+        changes[4 * row + 1] = trailing_angle_change(y, p.plain, change_of(p, row))
+    return changes
 
 
 @compiled

@@ -1,0 +1,262 @@
+"""The detailed design: what it shares with Table 1, legs exchanged, energy and momentum with all terms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.gait_report import limp_of, report_gait
+from stages.analytic.gait.gait_search import find_gait, step_length, step_lengths
+from stages.analytic.gait.poincare import fixed_point, iterate, poincare_derivative, poincare_map
+from stages.analytic.model import terms as eq
+from stages.analytic.model.kinds import (
+    DetailedLimited,
+    DetailedRigid,
+    DetailedRolling,
+    StiffDetailedRolling,
+    with_legs_exchanged,
+)
+from stages.analytic.model.walker import build_walker
+from stages.analytic.phases.flow import RIGID, SINGLE_STANCE, flow
+from stages.analytic.phases.guards import guard
+from stages.analytic.phases.section import section_state
+from stages.analytic.phases.transitions import foot_clearance, heel_strike_reset
+from stages.analytic.walk.recording import record, states_at
+from stages.analytic.walk.sampling import sample_walk
+from tests.analytic.designs import FRICTION, HEAVY_LEGS, SLOPE, TABLE_1, changed, random_states
+
+#: Every detail at work, and a gait with it.
+LAME = changed(
+    TABLE_1, leg_inertia=2e-4, foot_offset=3e-4, frame_mass=0.01, frame_com=0.02, frame_offset=1e-3, frame_inertia=2e-5,
+    hip_stiffness=0.05, hip_damping=5e-4, hip_rest_angle=0.02, hip_gravity_mass=0.31, other_leg_length=0.3331,
+    other_foot_mass=0.334, other_foot_radius=0.0825, other_foot_com=0.101, other_stiffness=2900.0, other_damping=60.0,
+    other_leg_inertia=2.5e-4, other_foot_offset=2e-4, other_frame_mass=0.012, other_frame_com=0.018)  # fmt: skip
+LAME_RIGID = changed(LAME, legs="rigid")
+#: The kinds of walkers there are with details.
+KINDS = pytest.mark.parametrize(("legs", "friction", "kind"), [
+    ("rigid", None, DetailedRigid), ("compliant", None, DetailedRolling), ("compliant", FRICTION, DetailedLimited)])
+
+
+def gait_of(biped, friction=None, tolerance=1e-12):
+    return find_gait(biped, SLOPE, tolerance, friction)
+
+
+@pytest.fixture(scope="module")
+def lame():
+    return gait_of(LAME)
+
+
+# --- Table 1 through the detailed kind -----------------------------------------------------------------------------
+
+@KINDS
+def test_without_details_the_detailed_equations_are_table_1s(legs, friction, kind):
+    """Step, derivative and gait differ by round-off, so a plain design may be walked as either."""
+    biped = changed(HEAVY_LEGS, legs=legs)
+    plain, point = gait_of(biped, friction)
+    detailed = build_walker(biped, SLOPE, friction, detailed=True)
+    assert type(detailed.p) is kind and not detailed.alternates
+    (step, derivative), (own, own_derivative) = (poincare_derivative(w, point.z, 1e-12) for w in (plain, detailed))
+    assert np.abs(step.z - own.z).max() < 1e-13 and abs(step.period - own.period) < 1e-13
+    assert np.abs(derivative - own_derivative).max() < 1e-9
+    again = fixed_point(detailed, point.z, 1e-12)
+    assert step_length(detailed, again) == pytest.approx(step_length(plain, point), abs=1e-13)
+
+
+def test_stiff_legs_are_stiff_with_details():
+    stiff = build_walker(changed(LAME, stiffness=1e9, damping=2e4), SLOPE)
+    assert type(stiff.p) is StiffDetailedRolling and type(stiff.exchanged.p) is StiffDetailedRolling
+
+
+def test_the_baseline_of_the_twin():
+    """Table 1 with the inertia that the twin's bill gives its lower legs."""
+    walker, point = gait_of(changed(TABLE_1, leg_inertia=8.576e-4))
+    assert point.period * walker.time == pytest.approx(0.50907, abs=5e-6)
+    assert point.floquet_multipliers[:2].real == pytest.approx([-0.874, 0.627], abs=5e-4)
+
+
+# --- parts that are the same in other words ------------------------------------------------------------------------
+
+@pytest.mark.parametrize("legs", ["rigid", "compliant"])
+def test_a_frame_whose_mass_is_at_the_hip_is_hip_mass(legs):
+    whole = changed(TABLE_1, legs=legs)
+    parted = changed(whole, hip_mass=0.216, frame_mass=0.05)
+    (a, one), (b, other) = gait_of(whole), gait_of(parted)
+    assert other.z == pytest.approx(one.z, abs=1e-12)
+    assert other.period * b.time == pytest.approx(one.period * a.time, abs=1e-12)
+
+
+def test_masses_of_a_rigid_leg_may_be_parted_at_will():
+    """A frame and a foot mass on a rigid leg are one body: their joint centre and inertia make the same walker."""
+    frame, com, offset, turn = 0.06, 0.09, 0.002, 3e-5
+    parted = changed(TABLE_1, legs="rigid", frame_mass=frame, frame_com=com, frame_offset=offset, frame_inertia=turn)
+    whole, below = 0.335 + frame, 0.333 - 0.1
+    down, forward = (0.335 * below + frame * com) / whole, frame * offset / whole
+    inertia = turn + frame * ((com - down) ** 2 + (offset - forward) ** 2) + 0.335 * (
+        (below - down) ** 2 + forward**2)  # fmt: skip
+    joined = changed(TABLE_1, legs="rigid", foot_mass=whole, foot_com=0.333 - down, foot_offset=forward,
+                     leg_inertia=inertia)  # fmt: skip
+    walkers = [build_walker(biped, SLOPE) for biped in (parted, joined)]
+    for y in random_states(walkers[0], 10):
+        rates = [np.empty(4), np.empty(4)]
+        for walker, found in zip(walkers, rates, strict=True):
+            flow(RIGID, y, walker.p, found)
+        assert rates[0] == pytest.approx(rates[1], abs=1e-13)
+
+
+@KINDS
+def test_exchanged_in_code_is_exchanged_in_design(legs, friction, kind):
+    walker = build_walker(changed(LAME, legs=legs), SLOPE, friction)
+    assert eq.exchanged(walker.p) == with_legs_exchanged(walker.p) == walker.exchanged.p
+    assert walker.exchanged.exchanged == walker and walker.alternates
+    other = build_walker(changed(LAME, legs=legs).exchanged, SLOPE, friction)
+    scale = np.array(other.p)  # in units of the other leg
+    assert scale[0] * other.mass == pytest.approx(walker.p.M * walker.mass)
+    assert other.p.m * other.mass == pytest.approx(walker.exchanged.p.m * walker.mass)
+    assert other.p.phi_h == walker.exchanged.p.phi_h
+
+
+@pytest.mark.parametrize("friction", [None, FRICTION])
+def test_the_same_machine_with_its_legs_exchanged_has_the_same_gait(friction):
+    walker, point = gait_of(LAME, friction)
+    other, mirrored = gait_of(LAME.exchanged, friction)
+    near = [step.period * walker.time for step in point.steps]
+    assert [step.period * other.time for step in mirrored.steps] == pytest.approx(near[::-1], abs=1e-12)
+    assert mirrored.floquet_multipliers[:3] == pytest.approx(point.floquet_multipliers[:3], abs=1e-9)
+    lengths = np.array(step_lengths(walker, point)) * walker.length
+    assert np.array(step_lengths(other, mirrored))[::-1] * other.length == pytest.approx(lengths, abs=1e-12)
+
+
+# --- gaits that alternate ------------------------------------------------------------------------------------------
+
+@KINDS
+def test_a_stride_closes_and_its_derivative_is_that_of_differences(legs, friction, kind):
+    walker, point = gait_of(changed(LAME, legs=legs), friction)
+    assert len(point.steps) == 2 and point.residual < 1e-11 and type(walker.p) is kind
+    wanted = np.zeros_like(point.monodromy_matrix)
+
+    def stride(z):
+        first = poincare_map(walker, z, 1e-13)
+        return poincare_map(walker.exchanged, first.z, 1e-13).z
+
+    free = point.z.size if friction is None else 5  # a foot at rest has no neighbours that slip
+    for column in range(free):
+        unit = np.eye(point.z.size)[column]
+        coarse, fine = ((stride(point.z + h * unit) - stride(point.z - h * unit)) / (2 * h) for h in (2e-5, 1e-5))
+        wanted[:, column] = (4 * fine - coarse) / 3
+    assert np.abs(point.monodromy_matrix - wanted)[:, :free].max() < 2e-7
+
+
+def test_a_gait_of_alike_legs_is_a_stride_of_two_equal_steps():
+    """Legs a hair apart: the stride's multipliers are the squares of the step's, and it hardly limps."""
+    walker, point = gait_of(changed(TABLE_1, frame_mass=0.01, frame_com=0.02))
+    near = changed(TABLE_1, frame_mass=0.01, frame_com=0.02, other_frame_com=0.02 + 1e-9)
+    apart, stride = gait_of(near)
+    assert apart.alternates and len(stride.steps) == 2 and limp_of(walker, point) is None
+    squares = np.sort(point.floquet_multipliers.real[:2] ** 2)
+    assert np.sort(stride.floquet_multipliers.real[:2]) == pytest.approx(squares, abs=1e-6)
+    assert 0 < limp_of(apart, stride).limp < 1e-6
+
+
+def test_the_longer_leg_makes_the_longer_double_step(lame):
+    """Lengths of the two steps add up to the hip's way over a stride, as the recorded walk has it."""
+    walker, point = lame
+    walk = sample_walk(walker, record(walker, section_state(point.z, walker.p), 4, 1e-12), 1000.0)
+    strikes = np.searchsorted(walk.time, walk.heel_strike_time[:3])
+    stride = point.period * 2 * walker.time
+    assert walk.heel_strike_time[2] - walk.heel_strike_time[0] == pytest.approx(stride, abs=1e-9)
+    way = np.interp(walk.heel_strike_time[[0, 2]], walk.time, walk.hip_position[:, 0])
+    assert way[1] - way[0] == pytest.approx(sum(step_lengths(walker, point)) * walker.length, abs=1e-5)
+    assert walk.leg_length[strikes[0] - 1, 0] != walk.leg_length[strikes[1] - 1, 1]
+
+
+def test_a_stride_can_be_iterated_from_either_leg(lame):
+    walker, point = lame
+    steps, _ = iterate(walker.exchanged, point.steps[0].z, 2, 1e-12)
+    assert steps[1].z == pytest.approx(point.steps[0].z, abs=1e-11)
+
+
+# --- energy, momentum, guard ---------------------------------------------------------------------------------------
+
+@KINDS
+def test_energy_audit_closes_with_all_terms(legs, friction, kind):
+    walker, point = gait_of(changed(LAME, legs=legs), friction)
+    report = report_gait(walker, point, 1e-12, 1.1)
+    assert abs(report.energy.residual) < 1e-9
+    assert report.energy.damper_loss > 0 and report.limp.limp > 1e-3
+
+
+@pytest.mark.parametrize("biped", [LAME, LAME_RIGID], ids=["compliant", "rigid"])
+def test_energy_is_kept_in_swing_without_dampers(biped):
+    walker = build_walker(changed(biped, hip_damping=0.0, damping=0.0, other_damping=0.0), SLOPE)
+    energy = eq.rigid_energy if walker.rigid else eq.compliant_energy
+    phase = RIGID if walker.rigid else SINGLE_STANCE
+    for y in random_states(walker, 5, seed=3):
+        rates, h = np.empty(y.size), 1e-6
+        flow(phase, y, walker.p, rates)
+        change = (sum(energy(*(y + h * rates), walker.p)) - sum(energy(*(y - h * rates), walker.p))) / (2 * h)
+        assert abs(change) < 1e-8
+
+
+def moment_of_momentum(p, y, of_swing_foot):
+    """Of rigid legs about the contact point of the swing or of the stance foot, from every mass on its own."""
+    h = 1e-6
+
+    def places(q):
+        s, c, u, v = np.sin(q[0]), np.cos(q[0]), np.sin(q[1]), np.cos(q[1])
+        hip = np.array([p.r * q[0] + (p.L_nat - p.r) * s, p.r + (p.L_nat - p.r) * c])
+        swing = hip + (p.L_nat_2 - p.r_2) * np.array([u, -v]) - [0.0, p.r_2]
+        return swing if of_swing_foot else np.array([p.r * q[0], 0.0]), [
+            (p.M, hip), (p.m, hip - (p.L_nat - p.l) * np.array([s, c]) + p.e * np.array([c, -s])),
+            (p.m_2, hip + (p.L_nat_2 - p.l_2) * np.array([u, -v]) + p.e_2 * np.array([v, u])),
+            (p.m_f, hip - p.l_f * np.array([s, c]) + p.e_f * np.array([c, -s])),
+            (p.m_f_2, hip + p.l_f_2 * np.array([u, -v]) + p.e_f_2 * np.array([v, u]))]  # fmt: skip
+
+    q, qd = y[:2], y[2:]
+    foot, here = places(q)
+    later, before = places(q + h * qd)[1], places(q - h * qd)[1]
+    total = -(p.I + p.I_f) * qd[0] + (p.I_2 + p.I_f_2) * qd[1]
+    for (mass, place), (_, after), (_, ago) in zip(here, later, before, strict=True):
+        speed = (after - ago) / (2 * h)
+        arm = place - foot
+        total += mass * (arm[0] * speed[1] - arm[1] * speed[0])
+    return total
+
+
+def test_an_impact_of_rigid_legs_keeps_the_moment_of_momentum_about_the_landing_foot():
+    """Of the whole walker, masses, offsets, frames and inertias counted one by one; before and after in own names."""
+    walker = build_walker(LAME_RIGID, SLOPE)
+    landed = 0
+    for y in random_states(walker, 200, seed=4):
+        y[0] = abs(y[0])
+        reach = ((walker.p.L_nat - walker.p.r) * np.cos(y[0]) + walker.p.r - walker.p.r_2) / (
+            walker.p.L_nat_2 - walker.p.r_2)  # fmt: skip
+        y[1] = np.arccos(min(reach, 1.0))
+        if foot_clearance(y, walker.p, y, 2)[1] >= 0 or reach > 1.0:
+            continue
+        landed += 1
+        before, after = moment_of_momentum(walker.p, y, of_swing_foot=True), y.copy()
+        heel_strike_reset(after, walker.p)
+        kept = moment_of_momentum(walker.exchanged.p, after, of_swing_foot=False)
+        assert kept == pytest.approx(before, abs=1e-8)
+    assert landed > 20
+
+
+def test_guard_changes_sign_at_heel_strike(lame):
+    walker, point = lame
+    for number, segment in enumerate(record(walker, section_state(point.z, walker.p), 2, 1e-12)[1::2]):
+        standing, rates = walker.on(number), np.empty(8)
+        assert segment.stance_leg == number and abs(foot_clearance(segment.end, standing.p, rates, 0)[0]) < 1e-14
+        for shift, sign in ((-1e-4, 1), (1e-4, -1)):
+            y = states_at(SINGLE_STANCE, segment.times[-1:], segment.states[-1:],
+                          np.array([segment.duration + shift]), standing.p)[0]
+            flow(SINGLE_STANCE, y, standing.p, rates)
+            value, _, armed = guard(SINGLE_STANCE, y, standing.p, rates, 0)
+            assert np.sign(value) == sign and armed
+
+
+def test_a_design_stays_detailed_where_a_detail_passes_zero():
+    design = DesignPoint(TABLE_1, SLOPE)
+    assert not isinstance(design.walker().p, DetailedRolling)
+    assert isinstance(design.with_value("biped.frame_mass", 0.0).walker().p, DetailedRolling)
+    assert design.value("biped.other_leg_length") == 0.333 and design.value("biped.hip_gravity_mass") == 0.316

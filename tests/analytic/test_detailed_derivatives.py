@@ -1,0 +1,86 @@
+"""Derivatives of gaits of detailed designs by all their numbers, against extrapolated differences and dimensions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stages.analytic.derivatives.dimensions import left_by_dimensions
+from stages.analytic.derivatives.gait import gait_derivatives
+from stages.analytic.derivatives.multipliers import multiplier_derivatives
+from stages.analytic.derivatives.numbers import sensitive_names
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.gait_search import find_gait, step_length
+from stages.analytic.gait.poincare import fixed_point
+from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, changed
+from tests.analytic.test_detailed import LAME
+
+UNITS = {"period_s": "s", "step_length_m": "m", "speed_m_s": "m/s", "step_frequency_hz": "Hz"}
+DESIGNS = pytest.mark.parametrize(("legs", "friction"), [
+    ("rigid", None), ("compliant", None), ("compliant", FRICTION)])
+
+
+def varied(biped, friction, names=None):
+    design = DesignPoint(biped, SLOPE, friction)
+    _, point = find_gait(biped, SLOPE, 1e-13, friction)
+    names = sensitive_names(design) if names is None else names
+    return design, point, gait_derivatives(design, point, names, 1e-13)
+
+
+@DESIGNS
+def test_derivatives_by_all_numbers_are_those_of_differences(legs, friction):
+    """Of a gait that limps: period and step length, means over the stride."""
+    design, point, gait = varied(changed(LAME, legs=legs), friction)
+    assert "biped.other_frame_com" in gait.changes.names and "biped.hip_rest_angle" in gait.changes.names
+    walker = gait.walker
+
+    def measures(name, value):
+        there = design.with_value(name, value).walker()
+        moved = fixed_point(there, point.z, 1e-13)
+        return np.array([moved.period * there.time, step_length(there, moved) * there.length])
+
+    for row, name in enumerate(gait.changes.names):
+        if name in ("ground.static_friction", "ground.dynamic_friction"):
+            continue
+        value, scale = design.value(name), gait.changes.scales[row]
+        size = 2e-6 if "length" in name else 2e-5 if "radius" in name or "com" in name else 1e-4
+        slopes = [(measures(name, value + h * scale) - measures(name, value - h * scale)) / (2 * h)
+                  for h in (size, size / 2)]  # fmt: skip
+        wanted = (4 * slopes[1] - slopes[0]) / 3
+        exact = np.array([gait.period[row] * walker.time, gait.step_length[row] * walker.length])
+        assert exact == pytest.approx(wanted, abs=1e-8, rel=2e-6), name
+
+
+@DESIGNS
+def test_dimensions_set_the_sums_of_elasticities(legs, friction):
+    _, _, gait = varied(changed(LAME, legs=legs), friction)
+    there = [row for row, value in enumerate(gait.changes.values) if value != 0.0]
+    elasticities = gait.elasticities()
+    for measure, unit in UNITS.items():
+        left = left_by_dimensions(elasticities[measure][there], [gait.changes.units[row] for row in there], unit)
+        assert np.abs(left).max() < 1e-9, measure
+
+
+def test_a_number_of_both_legs_moves_as_the_two_legs_numbers_together():
+    """Where the other leg's number is given, though equal, each leg's has a derivative of its own; they add up."""
+    alike = changed(TABLE_1, frame_mass=0.01, frame_com=0.02)
+    _, _, one = varied(alike, None, ("biped.foot_mass", "biped.frame_com", "biped.frame_mass"))
+    both = ("biped.foot_mass", "biped.other_foot_mass", "biped.frame_com", "biped.other_frame_com")
+    given = changed(alike, other_foot_mass=0.335, other_frame_com=0.02)
+    _, _, two = varied(given, None, both)
+    assert two.period[0] + two.period[1] == pytest.approx(one.period[0], rel=1e-9)
+    assert two.period[2] + two.period[3] == pytest.approx(one.period[1], rel=1e-9)
+
+
+def test_multipliers_of_a_stride_have_derivatives():
+    design, point, gait = varied(LAME, None, ("biped.foot_mass", "biped.other_frame_mass", "biped.hip_stiffness"))
+    found = multiplier_derivatives(gait)
+    assert not found.refused
+    for row, name in enumerate(gait.changes.names):
+
+        def largest(share):
+            there = design.with_value(name, design.value(name) * (1 + share)).walker()  # noqa: B023
+            return fixed_point(there, point.z, 1e-13).floquet_multipliers[0]
+
+        slopes = [(largest(h) - largest(-h)) / (2 * h) for h in (2e-4, 1e-4)]
+        assert found.derivatives[0, row] == pytest.approx((4 * slopes[1] - slopes[0]) / 3, abs=1e-5)
