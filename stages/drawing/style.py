@@ -19,6 +19,8 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
+from stages.drawing.drawn_numbers import as_csv
+
 #: Okabe and Ito's palette, one colour a source.
 ANALYTIC, MULTIBODY, TWIN, MEASURED, GROUND = "#0072B2", "#D55E00", "#000000", "#999999", "#8C6D46"
 SECOND, THIRD = "#009E73", "#CC79A7"
@@ -114,8 +116,13 @@ def laid_out(figure: Figure, dpi: int) -> Iterator[None]:
 
 
 def pictures(name: str, figure: Figure, dpi: int, *, pdf: bool = True) -> dict[str, bytes]:
-    """The figure as PNG and, if wanted, PDF, keyed by the path relative to the results folder; closes the figure."""
+    """The figure as PNG and, if wanted, PDF, and its numbers as CSV, keyed by the path relative to the results folder;
+    closes the figure.
+    """
     files = {}
+    numbers = as_csv(figure)
+    if numbers:
+        files[f"figures/{name}.csv"] = numbers.encode()
     with laid_out(figure, dpi):
         for suffix, metadata in (
             ("png", {"Software": None}),
