@@ -77,7 +77,7 @@ def same_machine(panels: Sequence[Axes], ladder: Result) -> None:
     name = "constraint model of\nthe same machine"
     for rung, own in ladder.left():
         row = rows.index(rung.name) + BELOW
-        values = [1e3 * own.period_s], [1e3 * own.step_length_m], own.multipliers[:, 0]
+        values = np.array([1e3 * own.period_s]), np.array([1e3 * own.step_length_m]), own.multipliers[:, 0]
         for axes, places in zip(panels, values, strict=True):
             axes.plot(places, [row] * len(places), "^", color=style.TWIN, markersize=3.5, label=name)
         name = "_"  # said once
