@@ -31,7 +31,8 @@ def test_a_sensor_without_errors_shows_the_walk_behind_its_low_pass():
     walker, point = gait()
     begin = mid_stance(walker, point.z, 1e-10)
     unknowns[:7] = layout.middle[:7]
-    sampling = dataclasses.replace(sampling, hip=sampling.hip - 0.2, foot=sampling.foot - 0.2)
+    since = layout.middle[layout.place("mid_stance")]
+    sampling = dataclasses.replace(sampling, hip=sampling.hip - since, foot=sampling.foot - since)
     found = predict(DESIGN, (), unknowns, layout, sampling, 1e-10)
     y = np.concatenate([[0.0], begin.state])
     rate = 50_000.0
@@ -45,7 +46,7 @@ def test_a_sensor_without_errors_shows_the_walk_behind_its_low_pass():
         times = getattr(sampling, side) + sampling.late
         seen = (times > 0.05) & (times < first_strike)
         expected = np.column_stack([np.interp(times[seen], walk.time, axis) for axis in smooth.T])
-        assert seen.sum() > 10
+        assert seen.sum() > 8
         np.testing.assert_allclose(found.samples[side][seen], expected, atol=2e-3 * np.abs(expected).max())
 
 
