@@ -11,30 +11,39 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
 
-COLUMNS = ("panel", "series", "x", "x label", "y", "y label")
+COLUMNS = ("panel", "series", "x", "y")
 #: Digits that are kept: more than a picture shows.
-DIGITS = 9
+DIGITS = 6
 
 
 def as_csv(figure: Figure) -> str:
-    """A row for each point of every curve on axes with scales; empty for a figure without any."""
-    rows = [row for number, axes in enumerate(figure.get_axes(), 1) if axes.axison for row in _rows(axes, number)]
+    """A row for each point that is shown of every curve, below lines with # that say what x and y are; "" if none."""
+    panels = {name: axes for name, axes in _panels(figure) if axes.axison}
+    rows = [row for name, axes in panels.items() for row in _rows(name, axes)]
     if not rows:
         return ""
     text = io.StringIO()
+    for name, axes in panels.items():
+        x, y = (" ".join(label.split()) for label in (axes.get_xlabel(), axes.get_ylabel()))
+        text.write(f"# panel {name}: x: {x or 'as below'}; y: {y or 'as beside'}\n")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
     writer.writerows(rows)
     return text.getvalue()
 
 
-def _rows(axes: Axes, number: int) -> Iterator[tuple[str, ...]]:
-    panel = axes.get_title(loc="left").strip("()") or str(number)
-    labels = [label.replace("\n", " ") for label in (axes.get_xlabel(), axes.get_ylabel())]
+def _panels(figure: Figure) -> Iterator[tuple[str, Axes]]:
+    """Axes by their letters, or by their numbers."""
+    for number, axes in enumerate(figure.get_axes(), 1):
+        yield axes.get_title(loc="left").strip("()") or str(number), axes
+
+
+def _rows(panel: str, axes: Axes) -> Iterator[tuple[str, str, str, str]]:
+    low, high = sorted(axes.get_xlim())
     for count, (name, points) in enumerate(_series(axes), 1):
         series = str(count) if name.startswith("_") else name
-        for x, y in points:
-            yield panel, series, f"{x:.{DIGITS}g}", labels[0], f"{y:.{DIGITS}g}", labels[1]
+        for x, y in points[(points[:, 0] >= low) & (points[:, 0] <= high)]:
+            yield panel, series, f"{x:.{DIGITS}g}", f"{y:.{DIGITS}g}"
 
 
 def _series(axes: Axes) -> Iterator[tuple[str, np.ndarray]]:
