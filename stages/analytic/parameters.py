@@ -81,9 +81,9 @@ class Parameters:
     level: Level = Level()
 
     def broken_rules(self) -> Iterator[Broken]:
-        """The readable path knows Table 1's biped only, and Coulomb friction at the hip is not known yet."""
-        if self.biped.hip_friction > 0:
-            yield Broken("biped.hip_friction", "0 N m (Coulomb friction at the hip walks in single stance only)")
+        """The readable path knows Table 1's biped only; Coulomb friction at the hip is known with rigid legs."""
+        if self.biped.hip_friction > 0 and self.biped.legs == "compliant":
+            yield Broken("biped.hip_friction", "0 N m with compliant legs (Coulomb friction: rigid ones)")
         if self.settings.integrator == "scipy" and self.biped.detailed:
             yield Broken("analytic.integrator", f"compiled with biped.{self.biped.details[0]} (the SciPy path knows "
                          "Table 1's biped only)")  # fmt: skip

@@ -68,7 +68,8 @@ def walk_by_scipy(
         method = methods[SINGLE_STANCE if phase <= SINGLE_STANCE else DOUBLE_STANCE]
         times, states, end, spent = one_phase(walker, phase, y, method, tolerance, rates)
         evaluations += spent
-        segment = Segment(phase, start, float(times[-1]), leg, origin, times[:-1], states[:-1], end)
+        segment = Segment(
+            phase, start, float(times[-1]), leg, origin, times[:-1], states[:-1], end, phase <= SINGLE_STANCE)
         segments.append(segment)
         start += segment.duration
         y = end.copy()

@@ -1,4 +1,4 @@
-"""Designs drawn at random over frames, legs that differ and the hip: each has a right answer, or a sentence why not."""
+"""Designs drawn over frames, legs that differ and the hip: each has a right answer, or a sentence why none."""
 
 from __future__ import annotations
 

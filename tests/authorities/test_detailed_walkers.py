@@ -31,8 +31,8 @@ PUBLISHED = {
     (0.03, 0.02): (0.19990259518150155, -0.4967125147303366),
 }
 
-#: A. M. Boudali and J. Z. Tang, model of the asymmetric Sydney Compass-Gait Robot with hip friction (2017): inner
-#: leg of 0.7 kg, 0.0448 m below the hip, outer of 0.6 kg, 0.0702 m, inertia 0.003 kg m^2 each, hip 2 kg, for gravity
+#: A. M. Boudali and J. Z. Tang, model of the asymmetric Sydney Compass-Gait Robot with hip friction (2017): inner leg
+#: of 0.7 kg, 0.0448 m below the hip, outer of 0.6 kg, 0.0702 m, inertia 0.003 kg m^2 each, hip 2 kg, for gravity
 #: -0.409 kg, at hip angle 0.31, stance angle 0.12, rates -1.1 and 0.9, signal 40. Legs with the inertias exchanged in
 #: that program are alike here. Accelerations of hip and stance angle with the outer, then with the inner leg standing.
 OUTER_FIRST = Biped(

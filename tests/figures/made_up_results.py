@@ -15,7 +15,7 @@ from stages.figures.parameters import Settings
 from stages.tradeoff.result import Errors, Reference, Row
 from stages.tradeoff.result import Result as Tradeoff
 from stages.twin.machine.parts import Part
-from stages.twin_ladder.result import COMPLETED, RungGait
+from stages.twin_ladder.result import COMPLETED, RungGait, SameMachine
 from stages.twin_ladder.result import Result as Ladder
 from stages.twin_pushes.result import PushedWalk
 from stages.twin_pushes.result import Result as Pushes
@@ -52,6 +52,7 @@ def twin():
 def ladder():
     """Three made-up rungs, the second without a gait, the first without motion out of the plane."""
     multipliers, none, unknown = np.array([[-0.7, 0.0], [0.5, 0.1]]), np.zeros((0, 2)), float("nan")
+    nothing = np.zeros(2)
     return Ladder(
         0.48,
         0.16,
@@ -62,6 +63,11 @@ def ladder():
         ),
         0.47,
         0.165,
+        (
+            SameMachine("first", COMPLETED, 0.492, 0.1605, 0.0, multipliers + 0.03, nothing, nothing),
+            SameMachine("second", "fell", unknown, unknown, unknown, none, nothing, nothing),
+            SameMachine("third", COMPLETED, 0.4725, 0.1643, 0.0, multipliers + 0.03, nothing, nothing),
+        ),
     )
 
 

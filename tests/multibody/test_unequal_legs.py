@@ -57,7 +57,7 @@ def test_a_cycle_has_two_steps_and_a_walk_settles_on_it(unequal, slope, firm, ga
     walked = simulate(unequal, slope, firm, start, quick, steps=14)
     walk = sample(walked.trajectory, slope, unequal.foot_radii, 500.0)
     model = Model(unequal, slope, firm, quick)
-    cycle, reason = solve(model, start, walked, walk)
+    cycle, _, reason = solve(model, start, walked, walk)
     assert cycle.solved and not reason
     steps = np.diff(walk.heel_strike_time)
     off = np.abs(0.5 * (steps[1:] + steps[:-1]) - cycle.period_s)

@@ -12,7 +12,7 @@ from stages.analytic.derivatives.equations import terms as ep
 from stages.analytic.derivatives.response import change_of, clearance_change, contact_rate_change
 from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot
-from stages.analytic.model.kinds import DetailedRigid, PlainRigid
+from stages.analytic.model.kinds import DetailedRigid, PlainRigid, RubbingRigid
 from stages.analytic.model.varied import Varied, VariedCompliant, VariedLimited, VariedRigid
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import contact_directions, row4_times
@@ -34,7 +34,7 @@ def detailed_trailing_angle_change(y: Vector, p: DetailedRigid, d: DetailedRigid
 
 #: Change of the trailing leg's angle for a change of the numbers, both legs rigid: trailing_angle_change(y, p, d).
 trailing_angle_change: Callable[..., float] = ByKind({
-    PlainRigid: no_trailing_change, DetailedRigid: detailed_trailing_angle_change})
+    PlainRigid: no_trailing_change, DetailedRigid | RubbingRigid: detailed_trailing_angle_change})
 
 
 @compiled

@@ -13,8 +13,17 @@ import numpy as np
 
 from stages.analytic.compiled import ByKind, compiled, inlined
 from stages.analytic.integration.integrator import STAGES, error_norm, step_factor, take_step
-from stages.analytic.model.kinds import Compliant, DetailedCompliant, Kind, Limited, PlainCompliant, Rigid, Rolling
-from stages.analytic.model.varied import VariedCompliant, VariedRigid, keep_delay
+from stages.analytic.model.kinds import (
+    Compliant,
+    DetailedCompliant,
+    Kind,
+    Limited,
+    PlainCompliant,
+    Rigid,
+    Rolling,
+    Smooth,
+)
+from stages.analytic.model.varied import Varied, VariedCompliant, VariedRigid, keep_delay
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.coulomb_guard import wedges
 from stages.analytic.phases.flow import DOUBLE_STANCE, HOVERING, SLIDING_FORWARD, flow
@@ -153,7 +162,7 @@ def locate(
 
 
 @compiled
-def integrate(
+def integrate_smooth(
     phase: int, y: Vector, p: Kind, tolerance: float, time_limit: float, step_limit: int, h: float, nodes: np.ndarray
 ) -> tuple[int, float, float, int, int]:  # fmt: skip
     """Integrate `y` in place to the event of the phase.
@@ -222,3 +231,8 @@ def integrate(
         h *= min(1.0, step_factor(error)) if rejected else step_factor(error)
         rejected = False
     return STEP_LIMIT, time, h, count, evaluations
+
+
+#: Integrate `y` in place to the event of the phase: integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes)
+#: as `integrate_smooth` says. Friction at the hip has its own, `rubbing`.
+integrate: Callable[..., tuple[int, float, float, int, int]] = ByKind({Smooth | Varied: integrate_smooth})

@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from stages.analytic.compiled import compiled
+from stages.analytic.integration import rubbing
 from stages.analytic.integration.phase import CHATTER, EVENT, STEP_LIMIT, WEDGED, integrate
 from stages.analytic.model.kinds import Kind
 from stages.analytic.model.walker import Vector
-from stages.analytic.phases.flow import SINGLE_STANCE
-from stages.analytic.phases.succession import first_phase, in_contact, succeed
+from stages.analytic.phases.succession import ends_step, first_phase, in_contact, succeed
+
+assert rubbing  # what a walker whose hip rubs does is registered there
 
 #: A trailing foot that changes between rolling, sliding and hovering more often than this does so without end.
 MOST_PHASES = 100
@@ -43,9 +45,9 @@ def walk_step(
             return STEP_LIMIT, phase, double, time, evaluations
         if in_contact(phase):
             double = time
-        ended = phase
+        ended, last = phase, ends_step(phase, y, p)
         phase, decided = succeed(phase, y, p)
-        if ended <= SINGLE_STANCE:
+        if last:
             return EVENT if decided else WEDGED, ended, double, time, evaluations
         h = max(min(h, FIRST_LENGTH), LEAST_LENGTH)
     return CHATTER, phase, double, time, evaluations

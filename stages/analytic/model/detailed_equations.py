@@ -13,6 +13,7 @@ from stages.analytic.model.kinds import (
     DetailedLimited,
     DetailedRigid,
     DetailedRolling,
+    RubbingRigid,
     StiffDetailedLimited,
     StiffDetailedRolling,
 )
@@ -1090,6 +1091,12 @@ def rigid_handover_jacobian(theta: float, psi: float, dtheta: float, dpsi: float
 def exchanged_rigid(p: DetailedRigid) -> DetailedRigid:
     """The walker with its legs exchanged."""
     return DetailedRigid(p.M, p.M_g, p.m_2, p.L_nat_2, p.r_2, p.l_2, p.I_2, p.e_2, p.m_f_2, p.l_f_2, p.e_f_2, p.I_f_2, p.m, p.L_nat, p.r, p.l, p.I, p.e, p.m_f, p.l_f, p.e_f, p.I_f, p.k_h, p.b_h, -p.phi_h, p.g_x, p.g_y)
+
+
+@compiled
+def exchanged_rubbing(p: RubbingRigid) -> RubbingRigid:
+    """The walker with its legs exchanged."""
+    return RubbingRigid(p.M, p.M_g, p.m_2, p.L_nat_2, p.r_2, p.l_2, p.I_2, p.e_2, p.m_f_2, p.l_f_2, p.e_f_2, p.I_f_2, p.m, p.L_nat, p.r, p.l, p.I, p.e, p.m_f, p.l_f, p.e_f, p.I_f, p.k_h, p.b_h, -p.phi_h, p.g_x, p.g_y, p.tau_h)
 
 
 @compiled

@@ -103,6 +103,39 @@ class DetailedRigid(NamedTuple):
     g_y: float
 
 
+class RubbingRigid(NamedTuple):
+    """`DetailedRigid` with Coulomb friction of torque tau_h at the hip."""
+
+    M: float
+    M_g: float
+    m: float
+    L_nat: float
+    r: float
+    l: float  # noqa: E741
+    I: float  # noqa: E741
+    e: float
+    m_f: float
+    l_f: float
+    e_f: float
+    I_f: float
+    m_2: float
+    L_nat_2: float
+    r_2: float
+    l_2: float
+    I_2: float
+    e_2: float
+    m_f_2: float
+    l_f_2: float
+    e_f_2: float
+    I_f_2: float
+    k_h: float
+    b_h: float
+    phi_h: float
+    g_x: float
+    g_y: float
+    tau_h: float
+
+
 class DetailedRolling(NamedTuple):
     """`PlainRolling` with frames, hip and legs of their own."""
 
@@ -190,16 +223,18 @@ class StiffDetailedLimited(DetailedLimited):
 
 
 DetailedCompliant = DetailedRolling | DetailedLimited
-Detailed = DetailedRigid | DetailedCompliant
+Detailed = DetailedRigid | RubbingRigid | DetailedCompliant
 PlainCompliant = PlainRolling | PlainLimited
 Plain = PlainRigid | PlainCompliant
 #: Kinds by what their feet and legs do, whether plain or detailed.
-Rigid = PlainRigid | DetailedRigid
+Rigid = PlainRigid | DetailedRigid | RubbingRigid
 Rolling = PlainRolling | DetailedRolling
 Limited = PlainLimited | DetailedLimited
 Compliant = PlainRolling | PlainLimited | DetailedRolling | DetailedLimited
 Stiff = StiffRolling | StiffLimited | StiffDetailedRolling | StiffDetailedLimited
-Kind = PlainRigid | DetailedRigid | Compliant
+#: Kinds without friction at the hip.
+Smooth = PlainRigid | DetailedRigid | Compliant
+Kind = Smooth | RubbingRigid
 
 
 def with_legs_exchanged(p: Kind) -> Kind:

@@ -17,6 +17,7 @@ from stages.analytic.model.kinds import (
     PlainCompliant,
     PlainRigid,
     PlainRolling,
+    RubbingRigid,
     StiffDetailedLimited,
     StiffDetailedRolling,
 )
@@ -90,6 +91,7 @@ def the_same(p: Plain) -> Plain:
 #: The walker after heel strike: the legs change roles, and their numbers with them. exchanged(p).
 exchanged: Callable[..., Any] = ByKind({
     Plain: the_same, DetailedRigid: detailed_equations.exchanged_rigid,
+    RubbingRigid: detailed_equations.exchanged_rubbing,
     StiffDetailedRolling: detailed_equations.exchanged_stiff_rolling,
     StiffDetailedLimited: detailed_equations.exchanged_stiff_limited,
     DetailedRolling: detailed_equations.exchanged_rolling, DetailedLimited: detailed_equations.exchanged_limited})

@@ -11,7 +11,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stages.analytic.model.kinds import DetailedRigid, Kind, Limited, Plain, PlainRigid, Rigid, with_legs_exchanged
+from stages.analytic.model.kinds import (
+    DetailedRigid,
+    Kind,
+    Limited,
+    Plain,
+    PlainRigid,
+    Rigid,
+    RubbingRigid,
+    with_legs_exchanged,
+)
 from stages.analytic.model.stiffness import compliant
 from stages.biped.design import BeyondModel, Biped
 from stages.biped.gait import StanceState
@@ -113,12 +122,13 @@ def build_walker(
     time = math.sqrt(length / slope.gravity)
     gravity, rigid = (math.sin(slope.angle), -math.cos(slope.angle)), biped.legs == "rigid"
     coefficients = (friction.static_friction, friction.dynamic_friction) if friction and not rigid else ()
-    if biped.hip_friction > 0:
-        raise BeyondModel("a gait of the constraint model knows no Coulomb friction at the hip (hip_friction)")
+    if biped.hip_friction > 0 and not rigid:
+        raise BeyondModel("the constraint model knows Coulomb friction at the hip (hip_friction) with rigid legs only")
     p: Kind
     if detailed or biped.detailed:
         values = (*detailed_numbers(biped, mass, length, time), *gravity, *coefficients)
-        p = DetailedRigid(*values) if rigid else compliant(values)
+        rubs = biped.hip_friction * (time / length) ** 2 / mass
+        p = RubbingRigid(*(*values, rubs)) if rubs else DetailedRigid(*values) if rigid else compliant(values)
         return Walker(p, mass, length, time)
     geometry = (biped.hip_mass / mass, biped.foot_mass / mass, 1.0, biped.foot_radius / length, biped.foot_com / length)
     inertia = biped.leg_inertia / (mass * length**2)

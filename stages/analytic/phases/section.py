@@ -26,6 +26,7 @@ from stages.analytic.model.kinds import (
     PlainRigid,
     Rigid,
     Rolling,
+    RubbingRigid,
 )
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.coulomb_guard import slip_speed
@@ -64,7 +65,7 @@ def detailed_angle(z: Vector, p: DetailedCompliant) -> float:
 #: Angle of the trailing leg whose foot is on the ground; NaN where it is out of reach: trailing_angle(z, p).
 trailing_angle: Callable[..., float] = ByKind({
     PlainRigid: rigid_angle, PlainCompliant: compliant_angle,
-    DetailedRigid: detailed_rigid_angle, DetailedCompliant: detailed_angle})
+    DetailedRigid | RubbingRigid: detailed_rigid_angle, DetailedCompliant: detailed_angle})
 
 
 @compiled
@@ -133,7 +134,7 @@ def detailed_trailing_change(y: Vector, p: DetailedRigid) -> float:
 
 #: Change of the trailing leg's angle with that of the stance leg, both rigid: trailing_change(y, p).
 trailing_change: Callable[..., float] = ByKind({
-    PlainRigid: rigid_trailing_change, DetailedRigid: detailed_trailing_change})
+    PlainRigid: rigid_trailing_change, DetailedRigid | RubbingRigid: detailed_trailing_change})
 
 
 @compiled

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from stages.analytic.compiled import ByKind, compiled, inlined
 from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot
-from stages.analytic.model.kinds import Kind, Limited, Rigid, Rolling
+from stages.analytic.model.kinds import Kind, Limited, Rigid, Rolling, RubbingRigid
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.coulomb_guard import slip_speed, wedges
 from stages.analytic.phases.coulomb_impact import strike
@@ -29,6 +29,7 @@ from stages.analytic.phases.flow import (
     single_acceleration,
     sliding_acceleration,
 )
+from stages.analytic.phases.hip_friction import after_hip_event, has_landed, hip_phase
 from stages.analytic.phases.section import AT_REST
 from stages.analytic.phases.transitions import foot_clearance, heel_strike_reset
 
@@ -102,7 +103,8 @@ def rolling_phase(y: Vector, p: Rolling) -> Next:
 
 
 #: The phase just after heel strike, and whether it is decided: first_phase(y, p).
-first_phase: Callable[..., Next] = ByKind({Rigid: rigid_phase, Rolling: rolling_phase, Limited: contact_phase})
+first_phase: Callable[..., Next] = ByKind({
+    RubbingRigid: hip_phase, Rigid: rigid_phase, Rolling: rolling_phase, Limited: contact_phase})
 
 
 @inlined
@@ -117,6 +119,24 @@ def next_step(y: Vector, p: Kind) -> Next:
 def rigid_succession(phase: int, y: Vector, p: Rigid) -> Next:
     """`succeed` of rigid legs."""
     return next_step(y, p)
+
+
+@compiled
+def rubbing_succession(phase: int, y: Vector, p: RubbingRigid) -> Next:
+    """`succeed` of rigid legs with friction at the hip."""
+    if has_landed(phase, y, p):
+        return next_step(y, p)
+    return after_hip_event(phase, y, p), True
+
+
+@compiled
+def by_phase(phase: int, y: Vector, p: Kind) -> bool:
+    """`ends_step` where the phase says it."""
+    return phase <= SINGLE_STANCE
+
+
+#: Whether the event that ended `phase`, at state `y`, is the heel strike that ends a step: ends_step(phase, y, p).
+ends_step: Callable[..., bool] = ByKind({RubbingRigid: has_landed, tuple: by_phase})
 
 
 @compiled
@@ -152,4 +172,5 @@ def limited_succession(phase: int, y: Vector, p: Limited) -> Next:
 #: Cross the event that ended `phase`, with the state and its variations in place; the phase that follows, and whether
 #: the laws of contact decide it: succeed(phase, y, p).
 succeed: Callable[..., Next] = ByKind({
-    Rigid: rigid_succession, Rolling: rolling_succession, Limited: limited_succession})
+    RubbingRigid: rubbing_succession, Rigid: rigid_succession, Rolling: rolling_succession,
+    Limited: limited_succession})

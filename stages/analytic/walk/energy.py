@@ -10,10 +10,10 @@ import numpy as np
 
 from stages.analytic.compiled import Numbers
 from stages.analytic.model import terms as eq
-from stages.analytic.model.kinds import Detailed, Kind, Limited, Rigid
+from stages.analytic.model.kinds import Detailed, Kind, Limited, Rigid, RubbingRigid
 from stages.analytic.model.walker import Walker
 from stages.analytic.phases.coulomb_guard import slip_speed
-from stages.analytic.phases.flow import DOUBLE_STANCE
+from stages.analytic.phases.flow import DOUBLE_STANCE, HIP_STICKS
 from stages.analytic.phases.succession import in_contact, succeed
 from stages.analytic.walk.recording import Segment, is_last, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
@@ -54,16 +54,18 @@ def damper_loss(walker: Walker, segment: Segment) -> float:
     """Integral of b (dL_1^2 + dL_2^2) over a segment, and of the power that a hip's friction takes, dimensionless."""
     p = walker.p
     if isinstance(p, Detailed):
-        return quadrature(walker, segment, partial(detailed_power, p))
+        return quadrature(walker, segment, partial(detailed_power, p, segment.phase))
     if isinstance(p, Rigid):
         return 0.0
     return quadrature(walker, segment, lambda states: p.b * (states[:, 5] ** 2 + states[:, 7] ** 2))
 
 
-def detailed_power(p: Detailed, states: np.ndarray) -> np.ndarray:
-    """Power (n,) that the dampers of detailed legs and the hip's viscous friction take at states (n, size)."""
+def detailed_power(p: Detailed, phase: int, states: np.ndarray) -> np.ndarray:
+    """Power (n,) that the dampers of detailed legs and the hip's friction take at states (n, size)."""
     if isinstance(p, Rigid):
-        return np.asarray(p.b_h * (states[:, 2] + states[:, 3]) ** 2)
+        rate = states[:, 2] + states[:, 3]
+        rubbed = p.tau_h * np.abs(rate) if isinstance(p, RubbingRigid) and phase != HIP_STICKS else 0.0
+        return np.asarray(p.b_h * rate**2 + rubbed)
     hip = p.b_h * (states[:, 4] + states[:, 6]) ** 2
     return np.asarray(p.b * states[:, 5] ** 2 + p.b_2 * states[:, 7] ** 2 + hip)
 

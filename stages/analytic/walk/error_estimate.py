@@ -23,11 +23,12 @@ from stages.analytic.gait.poincare import (
 )
 from stages.analytic.integration.phase import EVENT, integrate
 from stages.analytic.integration.step import FIRST_LENGTH, LEAST_LENGTH, MOST_PHASES
+from stages.analytic.model.kinds import RubbingRigid
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.flow import flow
 from stages.analytic.phases.section import section_derivative, section_state, section_tangent
-from stages.analytic.phases.succession import first_phase, succeed
+from stages.analytic.phases.succession import ends_step, first_phase, succeed
 from stages.analytic.phases.transitions import heel_strike_reset
 from stages.analytic.walk.carried_error import CarriedError, along, carried_error
 from stages.analytic.walk.recording import Segment, is_last, record, up_to_mid_stance, walk_on
@@ -90,6 +91,8 @@ def estimate_errors(walker: Walker, point: FixedPoint, steps: int, tolerance: fl
     """
     if walker.alternates:
         return not_given("the legs differ, and the estimate is of gaits that repeat after one step")
+    if isinstance(walker.p, RubbingRigid):
+        return not_given("the estimate knows no friction at the hip")
     tolerance = attainable_tolerance(walker.p, tolerance)
     try:
         one = estimated(walker, point, steps, tolerance)
@@ -212,7 +215,8 @@ def record_map(walker: Walker, y: Vector, tolerance: float) -> list[Segment]:
             raise StepFailed(step_failure(status, phase))
         kept, end = nodes[:count].copy(), y[: walker.size].copy()
         states = kept[:, 2 : 2 + walker.size] if count else end[None, :]
-        segments.append(Segment(phase, start, duration, 0, 0.0, kept[:, 0] if count else np.zeros(1), states, end))
+        segments.append(Segment(phase, start, duration, 0, 0.0, kept[:, 0] if count else np.zeros(1), states, end,
+                                ends_step(phase, end, walker.p)))
         start, h = start + duration, max(min(h, FIRST_LENGTH), LEAST_LENGTH)
         phase, decided = succeed(phase, y, walker.p)
     return segments

@@ -20,9 +20,9 @@ from stages.analytic.integration.step import FIRST_LENGTH, MOST_PHASES
 from stages.analytic.model.kinds import Kind, Rigid, natural_lengths, radii
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
-from stages.analytic.phases.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE, contact_directions, flow
+from stages.analytic.phases.flow import DOUBLE_STANCE, RUBS_FORWARD, SINGLE_STANCE, contact_directions, flow
 from stages.analytic.phases.section import section_state
-from stages.analytic.phases.succession import first_phase, in_contact, succeed
+from stages.analytic.phases.succession import ends_step, first_phase, in_contact, succeed
 from stages.analytic.phases.transitions import foot_clearance
 
 #: Steps of a phase that are kept room for at first, and the factor of more room.
@@ -34,7 +34,8 @@ GROWTH = 16
 class Segment:
     """One phase of a walk (dimensionless): its nodes, when and where it starts, who stands, and its end state.
 
-    `times` (n,) and `states` (n, size) are the accepted step starts; `origin` is x_0 of eq. (7).
+    `times` (n,) and `states` (n, size) are the accepted step starts; `origin` is x_0 of eq. (7). `last` tells whether
+    it ends with heel strike.
     """
 
     phase: int
@@ -45,6 +46,7 @@ class Segment:
     times: np.ndarray
     states: np.ndarray
     end: np.ndarray
+    last: bool
 
 
 def integrate_segment(
@@ -67,8 +69,8 @@ def integrate_segment(
         room *= GROWTH  # a stiff phase takes many steps: once more, with room for them
     kept = nodes[:count] if count else np.concatenate([[0.0, phase], y, np.zeros(8 - y.size)])[None, :]
     return Segment(
-        phase, start, duration, stance_leg, origin, kept[:, 0].copy(), kept[:, 2 : 2 + walker.size].copy(), end
-    )
+        phase, start, duration, stance_leg, origin, kept[:, 0].copy(), kept[:, 2 : 2 + walker.size].copy(), end,
+        ends_step(phase, end, walker.p))
 
 
 def next_origin(walker: Walker, segment: Segment) -> float:
@@ -117,12 +119,18 @@ def walk_on(walker: Walker, upright: Vector, steps: int, tolerance: float) -> li
 
     Raises StepFailed if the walker does not get there.
     """
-    return record(walker, upright, steps + 1, tolerance, RIGID if walker.rigid else SINGLE_STANCE)
+    phase = first_phase(upright, walker.p)[0] if walker.rigid else SINGLE_STANCE
+    return record(walker, upright, steps + 1, tolerance, phase)
 
 
 def is_last(segment: Segment) -> bool:
     """Whether a segment is the last one of its step: single stance, which ends with heel strike."""
-    return segment.phase <= SINGLE_STANCE
+    return segment.last
+
+
+def in_single_stance(segment: Segment) -> bool:
+    """Whether the swing foot is in play: it lands if it comes down."""
+    return segment.phase <= SINGLE_STANCE or segment.phase >= RUBS_FORWARD
 
 
 @compiled
@@ -144,7 +152,9 @@ def crossing_state(walker: Walker, z: Vector, tolerance: float) -> np.ndarray:
 
     Raises StepFailed if the walker does not vault over its stance leg.
     """
-    return up_to_mid_stance(walker, record(walker, section_state(z, walker.p), 1, tolerance)[-1]).end
+    segments = [each for each in record(walker, section_state(z, walker.p), 1, tolerance) if in_single_stance(each)]
+    crossing = next((each for each in segments if each.states[0, 0] < 0 < each.end[0]), segments[-1])
+    return up_to_mid_stance(walker, crossing).end
 
 
 def up_to_mid_stance(walker: Walker, single: Segment) -> Segment:

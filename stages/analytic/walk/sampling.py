@@ -8,12 +8,22 @@ import numpy as np
 
 from stages.analytic.compiled import ByKind, Four, compiled, inlined
 from stages.analytic.model import terms as eq
-from stages.analytic.model.kinds import Compliant, Kind, Limited, Rigid, Rolling, heights_of_mass, natural_lengths
+from stages.analytic.model.kinds import (
+    Compliant,
+    Kind,
+    Limited,
+    Rigid,
+    Rolling,
+    RubbingRigid,
+    heights_of_mass,
+    natural_lengths,
+)
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.flow import (
     DOUBLE_STANCE,
     SINGLE_STANCE,
     double_acceleration,
+    flow,
     rigid_acceleration,
     single_acceleration,
     sliding_acceleration,
@@ -41,8 +51,22 @@ COLUMNS = 8
 def rigid_row(phase: int, y: Vector, p: Rigid, row: Vector) -> None:
     """A row of `accelerations_and_forces`, rigid legs."""
     qdd, _ = rigid_acceleration(y, p)
+    rigid_forces(y, p, qdd, row)
+
+
+@compiled
+def rigid_forces(y: Vector, p: Rigid, qdd: tuple[float, float], row: Vector) -> None:
+    """Write accelerations and the ground's reaction to them."""
     row[0], row[2] = qdd
     row[4], row[5] = eq.rigid_reaction(y[0], y[1], y[2], y[3], qdd[0], qdd[1], p)
+
+
+@compiled
+def rubbing_row(phase: int, y: Vector, p: RubbingRigid, row: Vector) -> None:
+    """A row of `accelerations_and_forces`, rigid legs with friction at the hip."""
+    rates = np.empty(4)
+    flow(phase, y, p, rates)
+    rigid_forces(y, p, (rates[2], rates[3]), row)
 
 
 @inlined
@@ -73,7 +97,8 @@ def limited_row(phase: int, y: Vector, p: Limited, row: Vector) -> None:
         rolling_row(phase, y, p, row)
 
 
-row_of: Callable[..., None] = ByKind({Rigid: rigid_row, Rolling: rolling_row, Limited: limited_row})
+row_of: Callable[..., None] = ByKind({
+    RubbingRigid: rubbing_row, Rigid: rigid_row, Rolling: rolling_row, Limited: limited_row})
 
 
 @compiled

@@ -20,7 +20,7 @@ from stages.analytic.model.walker import Walker
 from stages.analytic.phases.coulomb_impact import land, strike, trailing_impulse
 from stages.analytic.phases.succession import in_contact
 from stages.analytic.phases.transitions import heel_strike_reset, landing_impulse
-from stages.analytic.walk.recording import Segment, is_last, states_at
+from stages.analytic.walk.recording import Segment, in_single_stance, is_last, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
 from stages.biped.quantity import quantity
 
@@ -193,19 +193,22 @@ def worst(steps: list[Validity]) -> Validity:
 
 def assess_step(walker: Walker, segments: list[Segment], friction: float) -> Validity:
     """`assess` of one step; `walker` is the one in it."""
-    single = segments[-1]
-    states = dense_states(walker, single)
-    alone = accelerations_and_forces(single.phase, states, walker.p)[:, 4:6]
+    swings = [segment for segment in segments if in_single_stance(segment)]
+    dense = [dense_states(walker, segment) for segment in swings]
+    states = np.concatenate(dense)
+    alone = np.concatenate([accelerations_and_forces(segment.phase, each, walker.p)[:, 4:6]
+                            for segment, each in zip(swings, dense, strict=True)])  # fmt: skip
+    before = segments[: -len(swings)]
     together = [
         accelerations_and_forces(segment.phase, dense_states(walker, segment), walker.p)[:, 4:8]
-        for segment in segments[:-1]
+        for segment in before
     ]
     both = np.concatenate(together) if together else np.zeros((0, 4))
-    pressed = [rows for rows, segment in zip(together, segments, strict=False) if in_contact(segment.phase)]
+    pressed = [rows for rows, segment in zip(together, before, strict=True) if in_contact(segment.phase)]
     trailing_force = np.concatenate(pressed)[:, 2:] if pressed else np.zeros((0, 2))
-    spans, evenly = in_double_stance(walker, segments[:-1])
+    spans, evenly = in_double_stance(walker, before)
     time_outside, impulse_outside = outside_the_cone(spans, evenly[:, 2:], friction)
-    landing, trailing = impulses(walker, single.end)
+    landing, trailing = impulses(walker, segments[-1].end)
     p = walker.p
     lengths, radius = natural_lengths(p), radii(p)[1]
     stance, psi, swing = (lengths[0], states[:, 1], lengths[1]) if walker.rigid else states[:, 1:4].T

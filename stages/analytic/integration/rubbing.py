@@ -1,0 +1,133 @@
+"""Integrates rigid legs whose hip rubs or sticks: to heel strike, or to where the hip does otherwise if that is first.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stages.analytic.compiled import compiled, extend
+from stages.analytic.integration.integrator import STAGES, error_norm, step_factor, take_step
+from stages.analytic.integration.phase import (
+    EVENT,
+    GUARD_STEP,
+    SMALLEST_STEP,
+    STEP_FLOOR,
+    STEP_LIMIT,
+    TIME_LIMIT,
+    failure,
+    integrate,
+    locate,
+)
+from stages.analytic.model.kinds import RubbingRigid
+from stages.analytic.model.walker import Vector
+from stages.analytic.phases.flow import HIP_STICKS, flow
+from stages.analytic.phases.guards import guard
+from stages.analytic.phases.hip_friction import AT_REST, hip_guard, sign_of
+from stages.analytic.phases.transitions import hidden_crossing
+
+
+@compiled
+def located_turn(phase: int, y: Vector, h: float, p: RubbingRigid, stages: np.ndarray, event: Vector) -> float:
+    """Length of the step from `y` after which the hip's guard is zero, by false position with bisections."""
+    low, high = 0.0, h
+    g_low, g_high = max(hip_guard(phase, y, p), 0.0), -1.0
+    take_step(phase, y, h, p, stages, event)
+    g_high = hip_guard(phase, event, p)
+    length = h
+    for turn in range(100):
+        length = 0.5 * (low + high)
+        if turn % 3 < 2 and g_low > 0.0:
+            length = low + (high - low) * g_low / (g_low - g_high)
+        take_step(phase, y, length, p, stages, event)
+        g = hip_guard(phase, event, p)
+        if g >= 0.0:
+            low, g_low = length, g
+        else:
+            high, g_high = length, g
+        if abs(g) <= 1e-16 or high - low <= 1e-16 + 4e-16 * h:
+            break
+    return length
+
+
+@compiled
+def cross_turn(phase: int, y: Vector, p: RubbingRigid) -> None:
+    """Variations of a state at which a slipping hip stops, at the time of that event, in place."""
+    before = np.empty(4)
+    flow(phase, y[:4].copy(), p, before)
+    closing = before[2] + before[3]
+    for start in range(4, y.size, 4):
+        delay = -(y[start + 2] + y[start + 3]) / closing
+        for i in range(4):
+            y[start + i] += before[i] * delay
+
+
+@compiled
+def integrate_rubbing(
+    phase: int, y: Vector, p: RubbingRigid, tolerance: float, time_limit: float, step_limit: int, h: float,
+    nodes: np.ndarray,
+) -> tuple[int, float, float, int, int]:  # fmt: skip
+    """`integrate` with friction at the hip.
+
+    Where a hip that sticks lets go the rates do not jump, and variations need no shift to that event.
+    """
+    size, count, time, evaluations, rejected = y.size, 0, 0.0, 1, False
+    stages, new, rates = np.empty((STAGES, size)), np.empty(size), np.empty(size)
+    event, event_rates = np.empty(size), np.empty(size)
+    flow(phase, y, p, stages[0])
+    g0, d0, armed0 = guard(phase, y, p, stages[0], 0)
+    for _ in range(step_limit):
+        if h < SMALLEST_STEP:
+            return STEP_FLOOR, time, h, count, evaluations
+        evaluations += take_step(phase, y, h, p, stages, new)
+        error = error_norm(y, new, h, p, stages, tolerance)
+        if not error <= 1.0:  # written so that NaN is refused
+            h *= max(0.2, 0.9 * error ** (-1.0 / 8.0)) if error == error else 0.1
+            rejected = True
+            continue
+        flow(phase, new, p, rates)
+        g1, d1, armed = guard(phase, new, p, rates, 0)
+        hip0, hip1, sign = hip_guard(phase, y, p), hip_guard(phase, new, p), sign_of(phase)
+        slope0, slope1 = sign * (stages[0, 2] + stages[0, 3]), sign * (rates[2] + rates[3])
+        unseen = phase != HIP_STICKS and hidden_crossing(max(hip0, 0.0), slope0, hip1, slope1, h)
+        if h > GUARD_STEP and (unseen or (armed and hidden_crossing(g0, d0, g1, d1, h))):
+            h *= 0.5
+            continue
+        if count < nodes.shape[0]:
+            nodes[count, 0], nodes[count, 1] = time, phase
+            for i in range(4):
+                nodes[count, 2 + i] = y[i]
+            count += 1
+        turn = located_turn(phase, y, h, p, stages, event) if hip1 < -AT_REST else 2.0 * h
+        if g0 > 0.0 and g1 <= 0.0 and (armed or armed0):
+            length = locate(phase, y, h, g0, d0, g1, d1, p, stages, event, event_rates)
+            _, rate, over = guard(phase, event, p, event_rates, 0)
+            if over and length < turn:
+                for i in range(size):
+                    y[i] = event[i]
+                for start in range(4, size, 4):  # variations at fixed time become variations at the event
+                    delay = -guard(phase, event, p, event, start)[1] / rate
+                    for i in range(4):
+                        y[start + i] += event_rates[i] * delay
+                return EVENT, time + length, h, count, evaluations
+        if turn <= h:
+            take_step(phase, y, turn, p, stages, event)
+            for i in range(size):
+                y[i] = event[i]
+            if phase != HIP_STICKS:
+                cross_turn(phase, y, p)
+            return EVENT, time + turn, h, count, evaluations
+        time += h
+        for i in range(size):
+            y[i], stages[0, i] = new[i], rates[i]
+        g0, d0, armed0 = g1, d1, armed
+        status = failure(phase, y, p)
+        if status != EVENT:
+            return status, time, h, count, evaluations
+        if time > time_limit:
+            return TIME_LIMIT, time, h, count, evaluations
+        h *= min(1.0, step_factor(error)) if rejected else step_factor(error)
+        rejected = False
+    return STEP_LIMIT, time, h, count, evaluations
+
+
+extend(integrate, {RubbingRigid: integrate_rubbing})

@@ -1,0 +1,124 @@
+"""Gaits of rigid legs with Coulomb friction at the hip: its events, its energy, its multipliers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stages.analytic.errors import StepFailed
+from stages.analytic.gait.gait_report import report_gait
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poincare_map
+from stages.analytic.integration.phase import EVENT, NO_NODES
+from stages.analytic.integration.step import integrate
+from stages.analytic.model.kinds import RubbingRigid, with_legs_exchanged
+from stages.analytic.model.terms import exchanged
+from stages.analytic.model.walker import build_walker
+from stages.analytic.phases.flow import HIP_STICKS, RUBS_BACK, RUBS_FORWARD
+from stages.analytic.phases.hip_friction import hip_phase, holding_torque
+from stages.analytic.phases.section import section_state
+from stages.analytic.phases.succession import succeed
+from stages.analytic.walk.recording import crossing_state, record, walk_on
+from stages.analytic.walk.sampling import sample_walk
+from stages.biped.design import BeyondModel
+from tests.analytic.designs import SLOPE, TABLE_1, TABLE_1_RIGID, changed
+
+FREE = changed(TABLE_1_RIGID, frame_mass=0.01, frame_com=0.02)
+
+
+@pytest.fixture(scope="module")
+def free():
+    return find_gait(FREE, SLOPE, 1e-12)
+
+
+def rubbing(friction, **values):
+    return build_walker(changed(FREE, hip_friction=friction, **values), SLOPE)
+
+
+def slope_of(walker, z):
+    wanted = np.zeros((3, 3))
+    for column, unit in enumerate(np.eye(3)):
+        coarse, fine = (
+            (poincare_map(walker, z + h * unit, 1e-13).z - poincare_map(walker, z - h * unit, 1e-13).z) / (2 * h)
+            for h in (4e-6, 2e-6))  # fmt: skip
+        wanted[:, column] = (4 * fine - coarse) / 3
+    return wanted
+
+
+def test_without_friction_nothing_rubs(free):
+    """The gait goes to that of a free hip in proportion to the friction."""
+    _, point = free
+    moved = [fixed_point(rubbing(friction), point.z, 1e-12).period - point.period for friction in (1e-5, 2e-5)]
+    assert abs(moved[0]) > 1e-8 and moved[1] == pytest.approx(2 * moved[0], rel=2e-3)
+
+
+@pytest.mark.parametrize("friction", [1e-4, 3e-3])
+def test_multipliers_are_those_of_differences(free, friction):
+    walker = rubbing(friction)
+    assert isinstance(walker.p, RubbingRigid)
+    point = fixed_point(walker, free[1].z, 1e-13)
+    assert np.abs(point.monodromy_matrix - slope_of(walker, point.z)).max() < 1e-7
+
+
+@pytest.mark.parametrize(("friction", "z", "phases"), [
+    (3e-3, (-0.28, 0.3, 0.0), (RUBS_FORWARD, RUBS_BACK)),
+    (3e-3, (-0.28, 0.45, -0.5), (RUBS_BACK, RUBS_FORWARD)),
+    (0.03, (-0.12, 0.3, -0.8), (RUBS_BACK, RUBS_FORWARD, RUBS_BACK, RUBS_FORWARD)),
+    (0.075, (-0.25, 0.2, 0.3), (RUBS_FORWARD, RUBS_BACK, RUBS_FORWARD, HIP_STICKS)),
+    (0.2, (-0.28, 0.3, 0.4), (RUBS_FORWARD, HIP_STICKS)),
+])
+def test_the_map_is_exact_through_turning_and_sticking(friction, z, phases):
+    walker, start = rubbing(friction), np.array(z)
+    segments = record(walker, section_state(start, walker.p), 1, 1e-12)
+    assert tuple(segment.phase for segment in segments) == phases
+    _, derivative = poincare_derivative(walker, start, 1e-13)
+    assert np.abs(derivative - slope_of(walker, start)).max() < 1e-6 * max(1.0, np.abs(derivative).max())
+    if phases[-1] == HIP_STICKS:
+        assert np.abs(segments[-1].states[:, 2] + segments[-1].states[:, 3]).max() < 1e-12
+        assert np.linalg.svd(derivative)[1][-1] < 1e-9  # legs that land as one body forget how they came to
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_hip_that_sticks_lets_go_where_friction_is_used_up(side):
+    """Either way, from legs that are together and swing as one."""
+    walker, y = rubbing(0.05), side * np.array([-0.05, 0.05, 0.5, -0.5])
+    assert hip_phase(y, walker.p) == (HIP_STICKS, True)
+    status, *_ = integrate(HIP_STICKS, y, walker.p, 1e-12, 30.0, 10_000, 0.02, NO_NODES)
+    assert status == EVENT and abs(y[2] + y[3]) < 1e-12
+    needed = holding_torque(y, walker.p, 0.0)[0]
+    assert abs(needed) == pytest.approx(walker.p.tau_h, rel=1e-9)
+    assert succeed(HIP_STICKS, y, walker.p) == (RUBS_BACK if needed > 0 else RUBS_FORWARD, True)
+
+
+def test_energy_audit_closes_with_friction(free):
+    walker, smooth = rubbing(3e-3), free
+    point = fixed_point(walker, smooth[1].z, 1e-12)
+    report = report_gait(walker, point, 1e-12, 1.1)
+    assert abs(report.energy.residual) < 1e-8 and report.energy.damper_loss > 1e-4
+    plain = report_gait(*smooth, 1e-12, 1.1).validity
+    assert report.validity.least_normal_force_stance == pytest.approx(plain.least_normal_force_stance, rel=0.05)
+
+
+def test_a_walk_is_sampled_through_its_events(free):
+    walker = rubbing(3e-3)
+    point = fixed_point(walker, free[1].z, 1e-12)
+    walk = sample_walk(walker, walk_on(walker, crossing_state(walker, point.z, 1e-12), 3, 1e-12), 500.0)
+    periods = np.diff(walk.heel_strike_time)
+    assert periods == pytest.approx(point.period * walker.time, abs=1e-9) and len(periods) == 3
+
+
+def test_legs_that_differ_rub_as_well(free):
+    walker = rubbing(1e-3, other_foot_mass=0.3345)
+    assert exchanged(walker.p) == with_legs_exchanged(walker.p) != walker.p
+    point = fixed_point(walker, free[1].z, 1e-12)
+    assert point is not None and len(point.steps) == 2 and abs(point.steps[0].period - point.steps[1].period) > 1e-5
+
+
+def test_what_is_not_known_is_said(free):
+    with pytest.raises(BeyondModel, match="rigid legs only"):
+        build_walker(changed(TABLE_1, hip_friction=1e-3), SLOPE)
+    from stages.analytic.derivatives.step_map import varied_step
+
+    with pytest.raises(StepFailed, match="friction at the hip"):
+        walker = rubbing(1e-3)
+        varied_step(walker, free[1].z, np.zeros((1, len(walker.p))), 1e-8)
