@@ -60,6 +60,12 @@ class Branch:
     ended: str
 
 
+def closes(points: Sequence[BranchPoint], span: float, step: float) -> bool:
+    """Whether the last point of a branch is back at its first one, or has just passed it, in the same direction."""
+    away = coordinates(points[-1], span) - coordinates(points[0], span)
+    return bool(len(points) > 4 and np.linalg.norm(away) <= step and points[-1].tangent @ points[0].tangent > 0.9)
+
+
 class Curve:
     """The zero set of P^cycle(z; value) - z in (z, value / span), one dimension more than equations.
 
@@ -272,6 +278,8 @@ def continue_gait(
             points += on_limit(curve, last, point, limits[0] if point.value < limits[0] else limits[1])
             return Branch(name, cycle, tuple(points), tuple(special), "the limit of the parameter")
         points.append(point)
+        if closes(points, span, step):
+            return Branch(name, cycle, tuple(points), tuple(special), "closes on itself")
         if until_fold and crossed:
             return Branch(name, cycle, tuple(points), tuple(special), TURNING_POINT)
         move = new
