@@ -8,7 +8,7 @@ TEST := .venv/installed-test
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PYTEST := $(BIN)/python -m pytest -n 2
 
-.PHONY: install readme study test test-slow check lint coverage audit test-floor wheel lock clean
+.PHONY: install readme site study test test-slow check lint coverage audit test-floor wheel lock clean
 
 install: $(STUDY)
 
@@ -26,8 +26,15 @@ readme: study
 	$(BIN)/bipedstudy claims --into docs/claims.md
 	$(BIN)/bipedstudy claims --into README.md
 	cp results/figures/figure_08_hip_motion.png docs/hip_motion.png
+	$(BIN)/python docs/draw_walk.py
 	cp results/figures/robot_symbols.html docs/robot.svg
 	$(BIN)/python -m pipeline.reference
+
+# The pages of docs/ as a site, into build/site. Needs Python 3.12 or later.
+site:
+	$(PYTHON) -m venv .venv-docs
+	.venv-docs/bin/python -m pip --disable-pip-version-check --quiet install --require-hashes -r requirements/docs.txt
+	.venv-docs/bin/python -m sphinx -W --keep-going -q -b html docs build/site
 
 check: lint
 	$(BIN)/mypy
@@ -92,7 +99,8 @@ lock:
 	echo 'setuptools>=77' | $(LOCK) --extra test pyproject.toml - --output-file requirements/test.txt
 	echo 'setuptools>=77' | $(LOCK) --constraint requirements/test.txt pyproject.toml - --output-file requirements/study.txt
 	echo 'coverage>=7' | $(LOCK) --constraint requirements/test.txt - --output-file requirements/coverage.txt
+	printf 'furo>=2025.7\nmyst-parser>=4\nsphinx>=8\n' | $(subst 3.10,3.12,$(LOCK)) - --output-file requirements/docs.txt
 	echo 'pip-audit>=2.7' | $(LOCK) - --output-file requirements/audit.txt
 
 clean:
-	rm -rf .venv .venv-floor .venv-audit build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf .venv .venv-docs .venv-floor .venv-audit build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache

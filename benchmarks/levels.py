@@ -5,8 +5,9 @@
 
 Results lie in results/levels/<level>. Errors are differences from the level `reference`; those of `reference` itself
 are differences of its three walks from walks at settings that are tighter again. Kept are
-stages/tradeoff/accuracy/levels.json, errors of the walks, which --accuracy reads, and
-stages/comparison/claims/accuracy/numerical_errors.json, errors of the claims' numbers, which verdicts are held against.
+stages/tradeoff/accuracy/levels.json, errors of the walks, which --accuracy reads, stages/numerical_errors.json, errors
+of the stages' numbers, which their artefacts carry, and stages/comparison/claims/accuracy/numerical_errors.json,
+errors of the claims' numbers, which verdicts are held against.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from typing import Any
 
 from pipeline.cache import artefact
 from pipeline.commands.claims import markdown_table
+from stages.about import MEASURED, computed_how
 from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.asked import Accuracy
 from stages.biped.accuracy.estimate import walk_differences
@@ -103,6 +105,29 @@ def claim_errors(level: str) -> dict[str, dict[str, float]]:
             if math.isfinite(number.value) and math.isfinite(exact.get(number.name, math.nan))
         }  # fmt: skip
     return errors
+
+
+def stage_errors() -> dict[str, dict[str, dict[str, float]]]:
+    """Stage -> how it computed -> path of a number -> its difference from the reference; those that differ at all."""
+    found: dict[str, dict[str, dict[str, float]]] = {}
+    for path in sorted((PLACE / REFERENCE).glob("*.h5")):
+        exact = numbers(path)
+        for level in LEVELS[:-1]:
+            content = (PLACE / level / path.name).read_bytes()
+            how = computed_how(artefact.provenance(content, path.name)["parameters"])
+            here = numbers(PLACE / level / path.name)
+            errors = {name: float(f"{abs(value - exact[name]):.2g}") for name, value in here.items()
+                      if exact.get(name, value) != value}  # fmt: skip
+            if errors:
+                found.setdefault(path.stem, {})[how] = errors
+    return found
+
+
+def numbers(path: Path) -> dict[str, float]:
+    """The single finite numbers of an artefact that are not whole, by path."""
+    fields = artefact.tree(path.read_bytes(), path.name)
+    return {field.path: field.value for field in fields
+            if field.shape == () and isinstance(field.value, float) and math.isfinite(field.value)}  # fmt: skip
 
 
 def pairs(level: str) -> Iterator[tuple[Claim, Claim]]:
@@ -188,6 +213,7 @@ def main() -> None:
         walks[LEVELS[coarse]] = {
             key: max(value, walks[LEVELS[fine]][key]) for key, value in walks[LEVELS[coarse]].items()}
     kept = {level: {key: float(f"{1.05 * value:.1e}") for key, value in of.items()} for level, of in walks.items()}
+    MEASURED.write_text(json.dumps(stage_errors(), indent=1, sort_keys=True) + "\n")
     errors = {level: claim_errors(level) for level in LEVELS[:-1]}
     OF_CLAIMS.write_text(json.dumps({"made": "benchmarks/levels.py", "errors": errors}, indent=1) + "\n")
     for level in LEVELS:  # the verdicts again, held against the errors as kept now

@@ -26,15 +26,20 @@ from pipeline.errors import ArtefactError
 _FORM, _NUMBER = "bipedstudy artefact", 2
 FORMAT = f"{_FORM} {_NUMBER}"
 _PROVENANCE = "provenance"
+#: Attribute of a number: an estimate of how far it is from what the finest computation gives.
+_ERROR = "numerical_error"
 _SHORT = 8
 T = TypeVar("T")
 
 
-def encode(result: Any, provenance: Mapping[str, str], about: Mapping[str, str] | None = None) -> bytes:
+def encode(
+    result: Any, provenance: Mapping[str, str], about: Mapping[str, str] | None = None,
+    errors: Mapping[str, float] | None = None,
+) -> bytes:  # fmt: skip
     """The HDF5 file of a result dataclass. `provenance` becomes the attributes of the group `provenance`.
 
-    `about` (title, source, license, ...) are further attributes of the file. Raises `TypeError` for what cannot be
-    stored.
+    `about` (title, source, license, ...) are further attributes of the file, `errors` (by path) become attributes of
+    single numbers, in their units. Raises `TypeError` for what cannot be stored.
     """
     with h5py.File(
         "artefact", "w", driver="core", backing_store=False, libver=("v110", "v110"), track_order=True
@@ -43,6 +48,9 @@ def encode(result: Any, provenance: Mapping[str, str], about: Mapping[str, str] 
         for name, text in (about or {}).items():
             file.attrs[name] = text
         tables.write_fields(file, result)
+        for path, error in (errors or {}).items():
+            if isinstance(file.get(path), h5py.Dataset):
+                file[path].attrs[_ERROR] = error
         group = file.create_group(_PROVENANCE)
         for name in sorted(provenance):
             group.attrs[name] = provenance[name]
@@ -77,7 +85,9 @@ def provenance(content: bytes, name: str) -> dict[str, str]:
 
 @dataclasses.dataclass(frozen=True)
 class Field:
-    """One line of an artefact's tree: its path, unit, symbol, description, shape, and value where it is short."""
+    """One line of an artefact's tree: its path, unit, symbol, description, shape, value where it is short, and the
+    estimate of its numerical error where there is one.
+    """
 
     path: str
     unit: str
@@ -85,6 +95,7 @@ class Field:
     description: str
     shape: tuple[int, ...] | None
     value: Any
+    error: float | None = None
 
 
 def tree(content: bytes, name: str) -> list[Field]:
@@ -109,7 +120,8 @@ def _branch(item: Any, path: str) -> Iterator[Field]:
     else:
         missing = item.shape is None or (not item.shape and values.NONE in item.attrs)
         value = None if missing or item.size > _SHORT else values.python(values.read(item))
-        yield Field(path, unit, symbol, description, item.shape or (), value)
+        error = float(item.attrs[_ERROR]) if _ERROR in item.attrs else None
+        yield Field(path, unit, symbol, description, item.shape or (), value, error)
 
 
 def _opened(content: bytes, name: str) -> Any:

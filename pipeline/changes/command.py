@@ -17,8 +17,8 @@ from pipeline.study import Study, shown
 if TYPE_CHECKING:
     from pipeline.changes.folders import Changes
 
-#: Numbers that are printed; all are in --csv.
-_PRINTED = 12
+#: Numbers that are printed, all are in --csv; smaller ones than this, in their units, are round-off as a rule.
+_PRINTED, _ROUND_OFF = 12, 1e-9
 
 
 @click.command("compare", epilog=options.examples("compare"))
@@ -80,13 +80,15 @@ def _print(found: Changes) -> None:
     if found.numbers:
         many = Counter(each.stage for each in found.numbers)
         counted = ", ".join(f"{stage} {count}" for stage, count in many.items())
-        listed = [each for each in found.numbers if each.relative is not None and isinstance(each.before, float)]
-        options.print_table(
-            f"Numbers: {len(found.numbers)} changed ({counted}), {found.small} by less; single ones that changed most",
-            ("stage", "field", "before", "after", "change"),
-            [(each.stage, each.path.replace("/", "."), f"{layout.short(each.before)} {each.unit}".rstrip(),
-              f"{layout.short(each.after)} {each.unit}".rstrip(), share(each.relative)) for each in listed[:_PRINTED]],
-        )  # fmt: skip
+        listed = [each for each in found.numbers if each.relative is not None and isinstance(each.before, float)
+                  and max(abs(each.before), abs(each.after)) > _ROUND_OFF]  # fmt: skip
+        what = "single ones that changed most:" if listed else "all of them in arrays, words or round-off"
+        title = f"Numbers: {len(found.numbers)} changed ({counted}), {found.small} by less; {what}"
+        click.echo("\n" + "\n".join(layout.folded(title, 0)))
+        for each in listed[:_PRINTED]:
+            click.echo(f"  {each.stage} {each.path.replace('/', '.')}")
+            values = f"{layout.short(each.before)} -> {layout.short(each.after)} {each.unit}".rstrip()
+            click.echo(f"    {values} ({share(each.relative)})")
     if found.figures:
         options.print_table(f"Figures: {len(found.figures)} changed", ("figure", "what"),
                             [(each.name, each.what) for each in found.figures])  # fmt: skip

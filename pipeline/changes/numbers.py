@@ -76,7 +76,8 @@ def _change(before: Any, after: Any) -> tuple[Any, Any, float | None] | None:
         finite = one != 0.0 and np.isfinite(one) and np.isfinite(other)
         return before.item(), after.item(), float((other - one) / abs(one)) if finite else np.inf
     size = np.abs(np.concatenate([each[np.isfinite(each)].ravel() for each in (one, other)])).max(initial=0.0)
-    apart = np.abs(other - one)[~(np.isnan(one) & np.isnan(other))]
+    changed = (one != other) & ~(np.isnan(one) & np.isnan(other))
+    apart = np.abs(other[changed] - one[changed])
     largest = float(apart.max()) if np.isfinite(apart).all() else np.inf
     return _shown(before), f"differs by {largest:.3g} at most", largest / float(size) if size else np.inf
 

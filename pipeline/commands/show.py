@@ -175,7 +175,8 @@ def _line(field: Field, above: int = 0) -> str:
         return layout.beside(f"{name:<{_NAMES}} ", field.description)
     unit = f" {_unit(field)}".rstrip()
     if field.value is not None:
-        content = f"{layout.short(field.value)}{unit}"
+        near = "" if field.error is None else f" +- {field.error:.0e}"
+        content = f"{layout.short(field.value)}{near}{unit}"
     elif field.shape == ():
         content = "none"
     else:
@@ -191,7 +192,7 @@ def _line(field: Field, above: int = 0) -> str:
 def _plain(field: Field) -> dict[str, Any]:
     shape = None if field.shape is None else list(field.shape)
     return {"path": field.path, "unit": field.unit, "symbol": field.symbol, "shape": shape, "value": field.value,
-            "description": field.description}  # fmt: skip
+            "description": field.description, "numerical_error": field.error}  # fmt: skip
 
 
 def _tables(study: Study, content: bytes, stage: str, name: str) -> Any:

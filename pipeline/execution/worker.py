@@ -149,7 +149,8 @@ class Computing:
         """Write the files of a result; what they are, and its summary. Their content is told without provenance."""
         files = _files(stage, result, {})
         content = {name: durable.digest(data) for name, data in files.items()}
-        files[stage.artefact] = artefact.encode(result, self.job.provenance or {}, self.job.about)
+        files[stage.artefact] = artefact.encode(
+            result, self.job.provenance or {}, self.job.about, self.job.errors)
         for name, data in files.items():
             durable.write(self.folder / name, data)
         outs = {

@@ -25,6 +25,7 @@ from pipeline.errors import ANSWER, StudyError, is_answer
 from pipeline.parameters import yaml_text
 from pipeline.parameters.value import Refused, allowed, checked, declared
 from pipeline.parameters.yaml_text import Node
+from pipeline.questions.described import Described
 from pipeline.stage_modules import importable, stage_module
 from pipeline.study import Study, shown
 from pipeline.sweep import cluster_options
@@ -141,7 +142,7 @@ class _Option:
         if about["positional"]:
             named = kind is Path or typing.get_origin(kind) is Mapping or about["metavar"] == "FILE"
             complete = completion.files if named else completion.for_option(about)
-            return click.argument(self.name, shell_complete=complete)
+            return click.argument(self.name, required=default is MISSING, shell_complete=complete)
         said = about["description"] + ("" if about["unit"] in ("1", "-") else f" [{about['unit']}]") + "."
         if kind is bool:
             return click.option(self.flag, self.name, is_flag=True, help=said)
@@ -169,10 +170,10 @@ class _Option:
         if self.field.metadata["read"]:
             return self.field.metadata["read"](text, self.flag)
         if typing.get_origin(self.kind) is Mapping:
-            described = yaml_text.read(Path(text), shown(Path(text))).plain()
-            if not isinstance(described, dict):
+            node = yaml_text.read(Path(text), shown(Path(text)))
+            if not isinstance(node.value, dict):
                 raise StudyError(f"{shown(Path(text))}: expected lines of the form key: value")
-            return described
+            return Described(node, shown(Path(text)))
         node = Node([Node(word, 0) for word in text] if self.kind == _REPEATED else text, 0)
         try:
             number = self.kind in (int, float)

@@ -8,7 +8,7 @@ How long a stage took stands in the cache's manifests, never in the results.
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,6 +31,7 @@ Row = dict[str, Any]
 class Figure:
     """A figure: its name, title and text, and either a picture as an address of data or a fragment of a page.
 
+    `data` are files beside the page, by name and path: the figure's numbers, a picture for print, the results shown.
     `claims` are those that it shows something of; one that `opens` stands first on the page, one that is
     `beside_parameters` above their table.
     """
@@ -43,6 +44,7 @@ class Figure:
     claims: tuple[str, ...] = ()
     opens: bool = False
     beside_parameters: bool = False
+    data: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -99,7 +101,7 @@ def gather(study: Study, made: Mapping[str, Entry], with_times: bool) -> Content
             parameters.setdefault(file, {}).update(values)
     return Content(
         claims=read_claims(study) if CLAIMS in files else Claims(),
-        figures=_figures(files, words),
+        figures=_figures(files, words, {path for entry in made.values() for path in entry.outs}),
         title=str(words.get("title", "Report")),
         synthetic=str(words.get("synthetic", "")),
         stages=[_stage(entry, with_times) for entry in made.values()],
@@ -125,8 +127,8 @@ def _words(content: bytes | None) -> dict[str, Any]:
     return plain if isinstance(plain, dict) else {}
 
 
-def _figures(files: Mapping[str, bytes], words: Mapping[str, Any]) -> list[Figure]:
-    """Figures in the captions' order, then those without a caption by name."""
+def _figures(files: Mapping[str, bytes], words: Mapping[str, Any], outs: Collection[str]) -> list[Figure]:
+    """Figures in the captions' order, then those without a caption by name; `outs` are all files of the results."""
     captions = {caption["name"]: caption for caption in words.get("figures", ())}
     drawn = {path.removeprefix(FIGURES + "/").rpartition(".")[0]: path for path in sorted(files) if FIGURES in path}
     order = [name for name in captions if name in drawn] + [name for name in drawn if name not in captions]
@@ -137,9 +139,17 @@ def _figures(files: Mapping[str, bytes], words: Mapping[str, Any]) -> list[Figur
         picture = "" if is_page else "data:image/png;base64," + base64.b64encode(content).decode()
         fragment = content.decode() if is_page else ""
         title, text = caption.get("title", name), caption.get("text", "")
-        claims, places = tuple(caption.get("claims", ())), (bool(caption.get(key, False)) for key in PLACES)
-        found.append(Figure(name, title, text, picture, fragment, claims, *places))
+        claims, places = tuple(caption.get("claims", ())), {key: bool(caption.get(key, False)) for key in PLACES}
+        data = tuple(_data(name, caption.get("shows", ()), outs))
+        found.append(Figure(name, title, text, picture, fragment, claims, data=data, **places))
     return found
+
+
+def _data(name: str, shows: Collection[str], outs: Collection[str]) -> Iterator[tuple[str, str]]:
+    """Files of the results that have a figure's numbers, by what they are called on the page."""
+    wanted = [*((ending.upper(), f"{FIGURES}/{name}.{ending}") for ending in ("csv", "pdf")),
+              *((f"{stage}.h5", f"results/{stage}.h5") for stage in shows)]  # fmt: skip
+    yield from ((word, path.removeprefix("results/")) for word, path in wanted if path in outs)
 
 
 def _stage(entry: Entry, with_times: bool) -> Row:

@@ -175,6 +175,10 @@ GIVEN_OR_NONE = tuple(field.name for field in dataclasses.fields(Biped) if field
 GIVEN_OR_ZERO = tuple(sorted(DETAILS - {*GIVEN_OR_NONE}))
 
 
+#: The models of a detailed design, as a refusal names them.
+KNOWING = "analytic and multibody"
+
+
 class BeyondModel(ValueError):
     """A design has a detail that a model does not know; the message says which, and which model knows it."""
 
@@ -184,14 +188,14 @@ def unknown_details(biped: Biped, model: str) -> Iterator[Broken]:
     for key in biped.details:
         field = next(field for field in dataclasses.fields(biped) if field.name == key)
         nothing = f"{field.default:g} {field.metadata['unit']}" if field.default is not None else "none"
-        yield Broken(f"{Biped.FILE}.{key}", f"{nothing} in {model} (only the constraint model, analytic, knows it)")
+        yield Broken(f"{Biped.FILE}.{key}", f"{nothing} in {model} (only {KNOWING} know it)")
 
 
 def require_plain(biped: Biped, model: str) -> None:
     """A model of Table 1's biped goes no further with another one. Raises BeyondModel."""
     if biped.detailed:
         keys = ", ".join(biped.details)
-        raise BeyondModel(f"{model} does not know {keys}; only the constraint model, analytic, does")
+        raise BeyondModel(f"{model} does not know {keys}; only {KNOWING} do")
 
 
 @dataclass(frozen=True)

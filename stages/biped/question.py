@@ -35,7 +35,8 @@ def option(
     """A field of an options dataclass: as `parameter`, and how it is given.
 
     `allowed` is its bound or choices; `name` is the option's name where the field's will not do; a `positional` one has
-    none. A bool is a flag; a tuple of words may be given again and again; the option of a mapping names a YAML file.
+    none. A bool is a flag; a tuple of words may be given again and again; the option of a mapping names a YAML file
+    (the value is `Described`); a positional one with a default may be left out.
     `read` makes the value of the text and of the option's name, for messages; it raises `WrongOption`.
     """
     given = {"name": name, "metavar": metavar, "positional": positional, "read": read}
@@ -82,6 +83,19 @@ class Asking(Protocol):
         self, path: Path | None, columns: Sequence[Column], size: int, about: Mapping[str, str]
     ) -> AbstractContextManager[Table]:
         """A table of `size` rows in a new HDF5 file, with what is said `about` it; without a path it is not kept."""
+
+
+class Described(Protocol):
+    """The content of a YAML file that an option of a mapping names: a plain mapping that knows its lines."""
+
+    def place(self, *keys: Any) -> str:
+        """File, line and key of the entry under these keys, one inside the other, for messages."""
+
+    def get(self, key: str, default: Any = None) -> Any:
+        """The plain value of an outermost key."""
+
+    def __iter__(self) -> Iterator[str]:
+        """The outermost keys."""
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,9 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+from PIL import Image
+
+from stages.drawing.drawn_numbers import as_csv
 
 #: Okabe and Ito's palette, one colour a source.
 ANALYTIC, MULTIBODY, TWIN, MEASURED, GROUND = "#0072B2", "#D55E00", "#000000", "#999999", "#8C6D46"
@@ -113,9 +116,22 @@ def laid_out(figure: Figure, dpi: int) -> Iterator[None]:
         yield
 
 
+def in_few_colours(content: bytes) -> bytes:
+    """A PNG with the 256 colours that fit it best: a quarter of the size, and no difference to be seen."""
+    picture = Image.open(io.BytesIO(content)).convert("RGB")
+    buffer = io.BytesIO()
+    picture.quantize(256, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(buffer, "png", optimize=True)
+    return buffer.getvalue()
+
+
 def pictures(name: str, figure: Figure, dpi: int, *, pdf: bool = True) -> dict[str, bytes]:
-    """The figure as PNG and, if wanted, PDF, keyed by the path relative to the results folder; closes the figure."""
+    """The figure as PNG and, if wanted, PDF, and its numbers as CSV, keyed by the path relative to the results folder;
+    closes the figure.
+    """
     files = {}
+    numbers = as_csv(figure)
+    if numbers:
+        files[f"figures/{name}.csv"] = numbers.encode()
     with laid_out(figure, dpi):
         for suffix, metadata in (
             ("png", {"Software": None}),
@@ -123,6 +139,7 @@ def pictures(name: str, figure: Figure, dpi: int, *, pdf: bool = True) -> dict[s
         ):
             buffer = io.BytesIO()
             figure.savefig(buffer, format=suffix, dpi=dpi, metadata=metadata)
-            files[f"figures/{name}.{suffix}"] = buffer.getvalue()
+            content = buffer.getvalue()
+            files[f"figures/{name}.{suffix}"] = in_few_colours(content) if suffix == "png" else content
     plt.close(figure)
     return files

@@ -17,6 +17,7 @@ class Caption:
     claims: tuple[str, ...] = quantity("-", "claims that it shows something of", default=())
     opens: bool = quantity("-", "whether a report begins with it", default=False)
     beside_parameters: bool = quantity("-", "whether a report shows it beside the parameters", default=False)
+    shows: tuple[str, ...] = quantity("-", "stages whose results it shows", default=())
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,7 @@ def _draw(order: Order) -> tuple[dict[str, bytes], str]:
 def _caption(name: str, text: str) -> Caption:
     about = figure(name)
     places = getattr(about, "OPENS", False), getattr(about, "BESIDE_PARAMETERS", False)
-    return Caption(name, about.TITLE, text, getattr(about, "CLAIMS", ()), *places)
+    return Caption(name, about.TITLE, text, getattr(about, "CLAIMS", ()), *places, about.INPUTS)
 
 
 def synthetic(measured: MeasurementAgreement) -> str:
@@ -69,5 +69,5 @@ def as_yaml(captions: Sequence[Caption], made_up: str) -> bytes:
     for one in captions:
         lines += [f"- name: {one.name}", f"  title: {quoted(one.title)}", f"  text: {quoted(one.text)}"]
         lines += [f"  claims: {json.dumps(one.claims)}", f"  opens: {json.dumps(one.opens)}"]
-        lines += [f"  beside_parameters: {json.dumps(one.beside_parameters)}"]
+        lines += [f"  beside_parameters: {json.dumps(one.beside_parameters)}", f"  shows: {json.dumps(one.shows)}"]
     return ("\n".join(lines) + "\n").encode()

@@ -10,7 +10,7 @@ from typing import ClassVar
 from stages.biped.accuracy.asked import Accuracy, accuracy
 from stages.biped.accuracy.estimate import finer_explicit
 from stages.biped.accuracy.level import Level
-from stages.biped.design import OfPlainBiped
+from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
@@ -93,10 +93,17 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Parameters(OfPlainBiped):
+class Parameters:
     """All parameters the stage uses."""
 
+    biped: Biped
     slope: Slope
     contact: ContactLaw
     settings: Settings
     level: Level = Level()
+
+    def broken_rules(self) -> Iterator[Broken]:
+        """Bodies and joints have no frames on rigid legs."""
+        frames = [key for key in self.biped.details if "frame_" in key]
+        if frames and self.biped.legs == "rigid" and self.settings.assembly == "joints":
+            yield Broken("multibody.assembly", f"tree with rigid legs and biped.{frames[0]}")

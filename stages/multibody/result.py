@@ -11,6 +11,7 @@ from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.multibody.assembly.inventory import Inventory
 from stages.planar.energy import EnergyBalance
+from stages.planar.limit_cycle import LimitCycle
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,7 @@ class Result:
     settled: bool = quantity("1", "whether the walk has settled on a stable cycle")
     unsettled: str = quantity("-", "why it has not, else empty")
     cycle: Cycle = quantity("1", "the gait, solved for")
+    mid_stance: LimitCycle | None = quantity("-", "the gait's fixed point, with the derivative of its step")
     energy: EnergyBalance = quantity("1", "energy balance over the last whole step")
     errors: tuple[ErrorEstimate, ...] = quantity("-", "errors of the walk, where an accuracy was asked for")
     facts: Facts = quantity("1", "how the run was made")

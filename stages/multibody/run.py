@@ -51,7 +51,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     inventory = take_inventory(assembly.mbs, sampled_bytes=bytes_of(walk, penetration, slip))
     progress(0.4, "solving for the gait")
     model = Model(biped, slope, contact, settings)
-    cycle, reason = solve(model, state, walked, walk)
+    cycle, found, reason = solve(model, state, walked, walk)
     return Result(
         outcome=walked.outcome,
         message=walked.message,
@@ -62,6 +62,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         settled=not reason,
         unsettled=reason,
         cycle=cycle,
+        mid_stance=found,
         energy=_last_step_energy(walked, walk, parameters),
         errors=errors,
         facts=_facts(walked, settings),

@@ -130,7 +130,8 @@ def twin_plan(parameters: Parameters, analytic: Analytic) -> Plan:
                          parameters.settings.walked_steps)
     way = twin_ways.twin_way
     usual = settings.tolerance, settings.largest_step
-    chosen = {(10.0**-n, LOOSE_STEP) for n in (range(4, 10) if full else (4,))} | {usual}
+    powers = range(4, 10) if full else (4,) if few else range(3, 8)
+    chosen = {(10.0**-n, LOOSE_STEP) for n in powers} | {usual}
     ways = [way(at, *pair, mark=f"{PAPER}, {DEFAULT}" if pair == usual == (1e-6, LOOSE_STEP) else
                 DEFAULT if pair == usual else "") for pair in sorted(chosen, reverse=True)]
     if full:

@@ -13,6 +13,7 @@ from stages.analytic.model.walker import Walker
 from stages.analytic.walk.recording import crossing_state, walk_on
 from stages.analytic.walk.sampling import sample_walk
 from stages.biped.design import Biped
+from stages.biped.gait import StanceState
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 from stages.twin_ladder.cycle import IN_PLANE, step_multipliers
@@ -27,7 +28,8 @@ SAMPLING = 20e3
 class ConstraintGait:
     """A gait of the constraint model in the terms of `RungGait`; `hip` (801, 2) [m] at `PHASES` of a stride.
 
-    The stride begins with the first leg in mid-stance, where x is 0. `outcome` says why where there is none.
+    The stride begins at `mid_stance`, the first leg upright at x = 0 with a normal force of `standing_force` [N].
+    `outcome` says why where there is none.
     """
 
     outcome: str
@@ -36,6 +38,8 @@ class ConstraintGait:
     limp: float
     multipliers: np.ndarray
     hip: np.ndarray
+    mid_stance: StanceState
+    standing_force: float
 
 
 def constraint_gait(biped: Biped, slope: Slope, tolerance: float, friction: Friction | None = None) -> ConstraintGait:
@@ -45,11 +49,13 @@ def constraint_gait(biped: Biped, slope: Slope, tolerance: float, friction: Fric
         return _described(walker, point, tolerance)
     except (NoGait, StepFailed) as error:
         nothing = float("nan")
-        return ConstraintGait(str(error), nothing, nothing, nothing, np.zeros(0), np.full((len(PHASES), 2), nothing))
+        hip, state = np.full((len(PHASES), 2), nothing), StanceState(*[nothing] * 8)
+        return ConstraintGait(str(error), nothing, nothing, nothing, np.zeros(0), hip, state, nothing)
 
 
 def _described(walker: Walker, point: FixedPoint, tolerance: float) -> ConstraintGait:
-    walk = sample_walk(walker, walk_on(walker, crossing_state(walker, point.z, tolerance), 2, tolerance), SAMPLING)
+    start = crossing_state(walker, point.z, tolerance)
+    walk = sample_walk(walker, walk_on(walker, start, 2, tolerance), SAMPLING)
     period = point.period * walker.time
     upright = _upright(walk.time, walk.leg_angle[:, 1], float(walk.heel_strike_time[0]))
     hip = np.column_stack([np.interp(2 * period * PHASES, walk.time, walk.hip_position[:, axis]) for axis in (0, 1)])
@@ -62,6 +68,8 @@ def _described(walker: Walker, point: FixedPoint, tolerance: float) -> Constrain
         limp=(2 * upright - 2 * period) / period,
         multipliers=step_multipliers(np.eye(len(first)), first, stride)[:IN_PLANE],
         hip=hip - hip[0] * [1.0, 0.0],
+        mid_stance=walker.stance_state(start),
+        standing_force=walk.standing_force,
     )
 
 

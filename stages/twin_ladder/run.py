@@ -1,6 +1,6 @@
 """The ladder stage: from the simple model to the twin, one change at a time.
 
-Inputs: the analytic gait to start from, the twin's own walk to compare with. Settings: params/twin_ladder.yaml, and of
+Inputs: the simple model, the planar gait to start from, the twin's own walk. Settings: params/twin_ladder.yaml, and of
 analytic.yaml what the constraint model is.
 Output: `Result`, the gait of every rung, and of the constraint model of the same machine, as its bill projects into the
 plane. What a rung changes depends on what stands before it: the order is the issue.
@@ -17,11 +17,11 @@ import numpy as np
 from stages.analytic.result import Result as Analytic
 from stages.biped.progress import Progress, ignore
 from stages.multibody.parameters import Settings as PlanarSettings
-from stages.multibody.walking.limit_cycle import limit_cycle
+from stages.multibody.result import Result as Multibody
 from stages.multibody.walking.walk import simulate
 from stages.planar.limit_cycle import LimitCycle
 from stages.planar.section import SCALES, NoLimitCycle, section_state
-from stages.planar.state import PlanarState, rolling_state
+from stages.planar.state import PlanarState
 from stages.twin.machine.contact import X, Y
 from stages.twin.machine.machine import Machine
 from stages.twin.machine.projection import project
@@ -47,22 +47,20 @@ class Inputs:
     """What the stage reads."""
 
     analytic: Analytic
+    multibody: Multibody
     twin: Twin
 
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
-    """Find the gait of every rung. The analytic gait gives the mid-stance, `inputs.twin` holds the twin's own walk.
+    """Find the gait of every rung, from that of the planar model; `inputs.twin` holds the twin's own walk.
 
     A machine without a gait is a row that says so. Raises ValueError if the parts do not add up to the design.
     """
     analytic, settled = inputs.analytic, inputs.twin.settling
     machines = rungs(parameters.biped, parameters.twin, parameters.settings.outsole)
-    progress(0.0, "gait of the planar model")
-    rows: list[RungGait] = []
-    try:
-        cycle = planar_cycle(parameters, analytic)
-    except NoLimitCycle as error:
-        rows = [without_gait(PLANAR, PLANAR_ADDED, str(error), False)]
+    cycle = inputs.multibody.mid_stance
+    if cycle is None:
+        rows = [without_gait(PLANAR, PLANAR_ADDED, inputs.multibody.unsettled, False)]
         reason = "the planar model has no gait to start from"
         rows += [without_gait(rung.name, rung.added, reason, rung.is_twin) for rung in machines]
         found = [Climbed(row, no_hip()) for row in rows]
@@ -103,14 +101,6 @@ def same_machines(
     return tuple(
         beside(climbed.row.name, own, gaits[0], climbed.hip) for climbed, own in zip(found, gaits, strict=True)
     )
-
-
-def planar_cycle(parameters: Parameters, analytic: Analytic) -> LimitCycle:
-    """Gait of the planar multibody model, from the constraint model's mid-stance. Raises NoLimitCycle."""
-    biped, contact, settings = parameters.biped, parameters.contact, parameters.settings
-    state = rolling_state(biped, contact, analytic.mid_stance, analytic.walk.standing_force)
-    planar = planar_settings(parameters)
-    return limit_cycle(biped, parameters.slope, contact, state, planar, settings.residual, settings.difference)
 
 
 def planar_settings(parameters: Parameters) -> PlanarSettings:

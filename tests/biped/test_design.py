@@ -82,15 +82,16 @@ def refused(*settings, stages):
     return " ".join(error.value.sentences)
 
 
-@pytest.mark.parametrize("stage", ["multibody", "twin", "contact_study", "comparison"])
+@pytest.mark.parametrize("stage", ["twin", "contact_study", "comparison"])
 def test_stages_refuse_details_they_do_not_know(stage):
     said = refused("biped.frame_mass=0.05", stages=(stage,))
     assert "biped.frame_mass=0.05: frame_mass is not allowed; allowed: 0 kg in" in said and stage in said
 
 
-def test_the_constraint_model_takes_them():
+@pytest.mark.parametrize("stage", ["analytic", "multibody"])
+def test_the_constraint_model_and_its_checker_take_them(stage):
     study = Study(ROOT, ROOT / "params", ROOT / "results", ("biped.frame_mass=0.05", "biped.other_leg_length=0.34"))
-    biped = study.parameters(("analytic",))["analytic"].biped
+    biped = study.parameters((stage,))[stage].biped
     assert (biped.frame_mass, biped.leg(1).leg_length) == (0.05, 0.34)
 
 

@@ -15,8 +15,7 @@ from stages.figures.parameters import Settings
 from stages.tradeoff.result import Errors, Reference, Row
 from stages.tradeoff.result import Result as Tradeoff
 from stages.twin.machine.parts import Part
-from stages.twin.walking.snapshots import Snapshots
-from stages.twin_ladder.result import COMPLETED, RungGait
+from stages.twin_ladder.result import COMPLETED, RungGait, SameMachine
 from stages.twin_ladder.result import Result as Ladder
 from stages.twin_pushes.result import PushedWalk
 from stages.twin_pushes.result import Result as Pushes
@@ -27,39 +26,33 @@ def analytic(frequency=2.0718):
     """A walk, and a gait that is not that of the walk."""
     gait = SimpleNamespace(period_s=0.5, step_frequency_hz=frequency, step_length_m=0.16, double_stance_s=4e-3,
                            floquet_multipliers=np.array([[0.6, 0.0], [-0.3, 0.4]]))  # fmt: skip
-    return SimpleNamespace(walk=make_walk(), gait=gait)
+    answers = tuple(
+        SimpleNamespace(parameter=name, value=1.0, period=-share, step_length=0.5 * share, speed=1.5 * share)
+        for name, share in (("biped.hip_mass", 0.1), ("ground.slope_deg", -0.4))
+    )
+    return SimpleNamespace(walk=make_walk(), gait=gait, elasticities=answers)
 
 
 def multibody():
     """A walk a little slower, and a cycle that is not that of the walk."""
     cycle = SimpleNamespace(
         step_frequency_hz=2.0, step_length_m=0.161, peak_normal_force=768.0, largest_penetration=3.1e-5,
-        double_stance_s=5e-3, speed_m_s=0.33, period_s=0.5,
+        double_stance_s=5e-3, speed_m_s=0.33, period_s=0.5, floquet_multipliers=np.array([[0.62, 0.0], [-0.2, 0.3]]),
     )  # fmt: skip
     return SimpleNamespace(walk=make_walk(period=0.51), cycle=cycle)
 
 
 def twin():
-    """The walk of the multibody model, with three poses."""
+    """The walk of the multibody model."""
     settling = SimpleNamespace(step_frequency_hz=2.04, step_length_m=0.159, steps_to_settle=1)
     walk = make_walk(period=0.51)
-    return SimpleNamespace(walk=walk, snapshots=poses(walk), settling=settling, outcome="completed", steps=8)
-
-
-def poses(walk):
-    """Three upright poses with feet side by side."""
-    count = 3
-    lanes = np.array([-0.04, 0.04, -0.09, 0.09])
-    top = np.zeros((count, 4, 3))
-    top[:, :, 0], top[:, :, 1], top[:, :, 2] = np.arange(count)[:, None] * 0.08, 0.333, lanes
-    up = np.broadcast_to([0.0, 1.0, 0.0], (count, 4, 3))
-    axis = np.broadcast_to([0.0, 0.0, 1.0], (count, 3))
-    return Snapshots(walk.time[:count], top[:, 0], axis, top, up, top - 0.25 * up, np.full(4, 0.083), 0.02)
+    return SimpleNamespace(walk=walk, settling=settling, outcome="completed", steps=8)
 
 
 def ladder():
     """Three made-up rungs, the second without a gait, the first without motion out of the plane."""
     multipliers, none, unknown = np.array([[-0.7, 0.0], [0.5, 0.1]]), np.zeros((0, 2)), float("nan")
+    nothing = np.zeros(2)
     return Ladder(
         0.48,
         0.16,
@@ -70,6 +63,11 @@ def ladder():
         ),
         0.47,
         0.165,
+        (
+            SameMachine("first", COMPLETED, 0.492, 0.1605, 0.0, multipliers + 0.03, nothing, nothing),
+            SameMachine("second", "fell", unknown, unknown, unknown, none, nothing, nothing),
+            SameMachine("third", COMPLETED, 0.4725, 0.1643, 0.0, multipliers + 0.03, nothing, nothing),
+        ),
     )
 
 
@@ -112,9 +110,14 @@ def extreme_points():
 
 
 def imu():
-    """One run of seven strides, each a little larger than the last."""
+    """One run of seven strides, each a little larger than the last, of sensors that lie differently."""
     signals = last_stride(make_walk(), 101).signals
-    return SimpleNamespace(runs=(SimpleNamespace(strides=np.stack([signals * (1 + 0.01 * i) for i in range(-3, 4)])),))
+    turned, over = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]), np.diag([1.0, -1.0, -1.0])
+    run = SimpleNamespace(strides=np.stack([signals * (1 + 0.01 * i) for i in range(-3, 4)]),
+                          hip=SimpleNamespace(rotation=turned), foot=SimpleNamespace(rotation=over),
+                          heel_strike_time=np.arange(8.0))  # fmt: skip
+    report = SimpleNamespace(rate_hz=99.9, lost_packets=3, batch_size=3, rows=1000, clock_error_s=2e-3)
+    return SimpleNamespace(runs=(run,), rejected=(), reports=(report, report), origin="synthetic", step_frequency=2.0)
 
 
 def comparison(origin="synthetic"):
@@ -131,15 +134,21 @@ def machine(outsole=0.0):
         Part("spring", "inner_foot", "steel", "tube", "y", (0.006, 0.0045, 0.04), 0.1, (0.0, -0.2, 0.04), 2),
         Part("foot", "inner_foot", "ABS", "arc", "z", (0.083, 0.012, 0.02, 0.11), 0.1, (0.0, -0.25, 0.04), 2),
         Part("lead", "inner_foot", "steel", "point", "z", (), 0.1, (0.0, -0.25, 0.04), 2),
+        Part("bearing", "outer_frame", "steel", "tube", "z", (0.0085, 0.005, 0.02), 0.1, (0.0, 0.0, 0.085), 2),
+        Part("outer foot", "outer_foot", "rubber", "arc", "z", (0.083, 0.012, 0.02, 0.11), 0.1, (0.0, -0.25, 0.085), 2),
     )
-    return SimpleNamespace(parts=parts, inner_lane=0.04, outer_lane=0.085, foot_width=0.02, outsole=outsole,
-                           outsole_arc=0.112)  # fmt: skip
+    return SimpleNamespace(
+        parts=parts, inner_lane=0.04, outer_lane=0.085, foot_width=0.02, outsole=outsole, outsole_arc=0.112,
+        ramp_length=2.0, block_sets=11, block_length=0.08, block_width=0.045, expected_step=0.0, scene="ramp",
+        hip_socket=(0.0, 0.0, 0.0), foot_socket=(0.0, -0.233, 0.04),
+    )  # fmt: skip
 
 
 def parameters(level="paper"):
     """A design on a slope of 2 degrees, and pictures of few pixels."""
     return SimpleNamespace(
-        biped=SimpleNamespace(foot_radius=0.083, leg_length=0.333, foot_com=0.1), twin=machine(),
+        biped=SimpleNamespace(foot_radius=0.083, leg_length=0.333, hip_mass=0.3, foot_mass=0.3, foot_com=0.1),
+        twin=machine(),
         slope=SimpleNamespace(angle=np.radians(2)), contact=DEFAULTS,
         settings=Settings(3e-4, 5e-3, 101, 80, True), level=Level(level),
     )  # fmt: skip

@@ -55,14 +55,14 @@ def test_what_is_synthetic_is_called_so(origin, said):
 
 
 def test_captions_survive_yaml():
-    one = Caption("a", 'quotes " and: colons', "µ ≤ 3 # no comment", ("b",), True, False)
+    one = Caption("a", 'quotes " and: colons', "µ ≤ 3 # no comment", ("b",), True, False, ("twin",))
     read = yaml.safe_load(as_yaml([one], "line\nbreak"))
     assert read == {
         "title": run.TITLE,
         "synthetic": "line\nbreak",
         "figures": [
             {"name": "a", "title": 'quotes " and: colons', "text": "µ ≤ 3 # no comment", "claims": ["b"], "opens": True,
-             "beside_parameters": False}
+             "beside_parameters": False, "shows": ["twin"]}
         ],
     }
 
@@ -74,11 +74,12 @@ def test_the_stage_draws_all_in_their_places_with_captions_beside(monkeypatch):
     made = run.run(parameters(), SimpleNamespace(**results()), lambda share, what: said.append(share))
     assert [caption.name for caption in made.captions] == ["gait_animation", "figure_04_normal_force", "error_budget"]
     assert yaml.safe_load(made.files["captions.yaml"])["figures"] == [
-        vars(caption) | {"claims": list(caption.claims)} for caption in made.captions
+        vars(caption) | {"claims": list(caption.claims), "shows": list(caption.shows)} for caption in made.captions
     ]
     assert set(made.files) == {
         "captions.yaml", "figures/gait_animation.html",
-        *(f"figures/{name}.{kind}" for name in ("figure_04_normal_force", "error_budget") for kind in ("png", "pdf")),
+        *(f"figures/{name}.{kind}" for name in ("figure_04_normal_force", "error_budget")
+          for kind in ("png", "pdf", "csv")),
     }  # fmt: skip
     assert said[-1] == 1.0
 

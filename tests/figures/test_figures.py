@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import dataclasses
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -24,6 +25,7 @@ def labels(figure):
 def test_every_axis_label_carries_a_unit(name):
     with style.drawing():
         figure = drawn(name)
+        plt.close(figure)
     assert all("[" in label and "]" in label for label in labels(figure)), labels(figure)
 
 

@@ -81,10 +81,10 @@ def from_gait(biped, slope, contact, settings):
 
 def test_a_step_from_the_cycle_ends_on_it_and_a_walk_settles_there(from_gait):
     model, state, walked, walk = from_gait(12)
-    cycle, reason = solve(model, state, walked, walk)
+    cycle, found, reason = solve(model, state, walked, walk)
     assert cycle.solved and not reason
     assert cycle.residual < 1e-5
-    gait = search(model, state).section_state
+    gait = found.section_state
     again = model.walker(state).step(gait)
     assert np.abs((again.numbers - gait) / SCALES).max() < 1e-5
     periods = np.diff(walk.heel_strike_time)
@@ -100,8 +100,8 @@ def test_a_short_walk_has_not_settled_yet(from_gait):
     far = dataclasses.replace(state, hip_velocity=(1.1 * state.hip_velocity[0], state.hip_velocity[1]))
     walked = simulate(model.biped, model.slope, model.contact, far, model.settings, steps=2)
     walk = sample(walked.trajectory, model.slope, model.biped.foot_radii, 500.0)
-    cycle, reason = solve(model, state, walked, walk)
-    assert cycle.solved and "after 2 steps the last one still differs by" in reason
+    cycle, found, reason = solve(model, state, walked, walk)
+    assert cycle.solved and found is not None and "after 2 steps the last one still differs by" in reason
 
 
 @pytest.mark.parametrize("changed", [{"slope_deg": 6.0}, {"damping": 0.0}, {"leg_inertia": 0.003}])
@@ -110,8 +110,9 @@ def test_a_walk_that_does_not_settle_is_called_so(from_gait, changed):
     ground = ContactLaw(3e5, 2.2, 3e4, 1e-4, 1.1, 1.0, 0.03, 1.0)
     model, state, walked, walk = from_gait(3, contact=ground, **changed)
     assert walked.completed
-    cycle, reason = solve(model, state, walked, walk)
+    cycle, found, reason = solve(model, state, walked, walk)
     assert cycle.solved and cycle.residual < 1e-5
+    assert np.array_equal(found.floquet_multipliers, cycle.floquet_multipliers)
     assert cycle.largest_multiplier > 1.05 and reason.startswith("its gait is unstable, largest multiplier")
 
 
@@ -119,8 +120,8 @@ def test_a_walk_that_does_not_settle_is_called_so(from_gait, changed):
 def test_a_gait_that_is_not_found_is_told(from_gait):
     """Undamped legs on softer ground: the constraint model's gait is no start from which one is found."""
     model, state, walked, walk = from_gait(3, damping=0.0)
-    cycle, reason = solve(model, state, walked, walk)
-    assert not cycle.solved and reason.startswith("no fixed point of its step was found (")
+    cycle, found, reason = solve(model, state, walked, walk)
+    assert not cycle.solved and found is None and reason.startswith("no fixed point of its step was found (")
 
 
 def test_without_a_fixed_point_the_walk_is_measured(from_gait, monkeypatch):
@@ -130,8 +131,8 @@ def test_without_a_fixed_point_the_walk_is_measured(from_gait, monkeypatch):
         raise NoLimitCycle("the walker fell")
 
     monkeypatch.setattr("stages.multibody.walking.cycle.search", none)
-    cycle, reason = solve(model, state, walked, walk)
-    assert not cycle.solved and reason == "no fixed point of its step was found (the walker fell)"
+    cycle, found, reason = solve(model, state, walked, walk)
+    assert not cycle.solved and found is None and reason == "no fixed point of its step was found (the walker fell)"
     assert cycle.period_s == pytest.approx(np.diff(walk.heel_strike_time).mean())
     assert np.isnan(cycle.largest_multiplier) and np.isnan(cycle.residual)
     given = {field.name: None for field in dataclasses.fields(Result)}

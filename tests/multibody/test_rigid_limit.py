@@ -5,6 +5,8 @@ contact damping grows with the stiffness so that the impact stays as plastic as 
 k^(-1/(e + 1)) of an impact, the damping's depth shrinks and its size grows by the same power.
 """
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -45,10 +47,17 @@ def differences(constraint, factor, biped, slope, settings, stiction_velocity=1e
             1e3 * np.abs(velocity[:, :2] - walk.hip_velocity[away]).max())
 
 
+#: About the twin's planar projection: frames that differ instead of a hip mass, and the lower legs' inertia.
+FRAMES = {"hip_mass": 0.0, "leg_inertia": 8.576e-4, "frame_mass": 0.1582, "frame_com": 0.01547,
+          "frame_inertia": 1.712e-4, "other_frame_mass": 0.1578, "other_frame_com": 0.0155}  # fmt: skip
+
+
 @pytest.mark.slow
-def test_penalty_contact_tends_to_coulomb_transitions(biped, slope, settings):
+@pytest.mark.parametrize("details", [{}, FRAMES], ids=["table 1", "frames"])
+def test_penalty_contact_tends_to_coulomb_transitions(biped, slope, settings, details):
     """Hip within 0.03 mm and 0.5 mm/s away from the impact; the difference falls like the static penetration,
     k^(-1/e), while creep is smaller than it."""
+    biped = dataclasses.replace(biped, **details)
     limited = walk_of(biped, slope, Friction(FRICTION, FRICTION))
     factors = (1.0, 10.0, 100.0)
     found = np.array([differences(limited, factor, biped, slope, settings) for factor in factors])

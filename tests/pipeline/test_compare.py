@@ -93,6 +93,7 @@ def test_what_cannot_be_compared_is_refused(before, other, said):
         (0.0, 2.0, (0.0, 2.0, np.inf)),
         (1.0, np.nan, (1.0, np.nan, np.inf)),
         ([1.0, 4.0, np.nan], [1.0, 5.0, np.nan], ("array 3", "differs by 1 at most", 0.2)),
+        ([np.inf, 2.0], [np.inf, 1.0], ("array 2", "differs by 1 at most", 0.5)),
         ([1.0, 2.0], [1.0], ("array 2", "array 1", None)),
         (None, 1.0, (None, 1.0, None)),
         (None, None, None),

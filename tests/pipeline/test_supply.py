@@ -24,7 +24,12 @@ def test_every_install_is_by_hash_but_that_of_the_lowest_versions(repository):
     installs = [line for line in lines if re.search(r"(pip\b|PIP\)) (.* )?install ", f"{line} ")]
     exact = ("--require-hashes", "--no-deps --no-build-isolation")  # the second installs this checkout itself
     loose = [line for line in installs if not any(words in line for words in exact)]
-    assert len(installs) == 8 and [line for line in loose if not line.startswith("$(FLOOR)")] == []
+    assert len(installs) == 9 and [line for line in loose if not line.startswith("$(FLOOR)")] == []
+
+
+def test_the_citation_is_of_this_version(repository):
+    cited = yaml.safe_load((repository / "CITATION.cff").read_text())
+    assert f'\nversion = "{cited["version"]}"\n' in (repository / "pyproject.toml").read_text()
 
 
 def test_codemeta_says_what_the_citation_says(repository):

@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from stages.twin.exports import FORMATS
+from stages.twin.exports.formats import FORMATS
 from stages.twin.questions.export import FORMATS as OFFERED
 from tests import warm
 

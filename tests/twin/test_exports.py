@@ -11,9 +11,10 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from stages.twin.exports import FORMATS, gltf, mjcf, sdf, urdf
+from stages.twin.exports import gltf, mjcf, sdf, urdf
 from stages.twin.exports.beginning import exported as begun
 from stages.twin.exports.exported import NAMES
+from stages.twin.exports.formats import FORMATS
 from stages.twin.exports.gltf import Motion
 from stages.twin.exports.solids import surface
 from stages.twin.machine.contact import COUNT, SLIDE

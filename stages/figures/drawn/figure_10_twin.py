@@ -1,4 +1,4 @@
-"""Figure 10: the twin walking, drawn in oblique projection, and its legs' phase portrait with the transient."""
+"""Figure 10: the twin walking down its ramp, every part of its bill where the walk has it, and its phase portraits."""
 
 from __future__ import annotations
 
@@ -11,67 +11,51 @@ from matplotlib.figure import Figure
 
 from stages.drawing import style
 from stages.figures.inputs import Given
-from stages.twin.walking.snapshots import Snapshots
+from stages.figures.robot import view
+from stages.figures.robot.bodies import COLOURS, SMALL, by_group, shown_parts
+from stages.twin.exports.blocks import laid
 
 TITLE = "Figure 10: the digital twin"
 PLACE = 10
 CLAIMS = ("twin_settles",)
-INPUTS = ("twin",)
-LEG_COLOURS = (style.SECOND, style.MULTIBODY)  # the paper's green inner and red outer legs
+INPUTS = ("twin", "analytic")
+LEG_COLOURS = tuple(COLOURS.values())
 LEG_NAMES = ("inner legs", "outer legs")
+#: Poses, and steps from one to the next: not whole, so that each shows another part of the step.
+POSES, STEPS_APART = 5, 2.2
+AZIMUTH, ELEVATION = np.radians(14.0), np.radians(13.0)
 
 
-def on_page(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Oblique projection of the slope frame: x to the right, y up, z out of the page towards lower left."""
-    return x - 0.55 * z, y - 0.30 * z
-
-
-def draw_machine(axes: Axes, poses: Snapshots, row: int, shift: np.ndarray) -> None:
-    """Hip axis, four legs and four feet of one pose, the far ones first; feet are discs square to the hip axis."""
-    turn = np.linspace(0, 2 * np.pi, 60)[:, None]
-    order = np.argsort(poses.leg_top[row, :, 2])
-    for leg in order:
-        colour, near = LEG_COLOURS[leg // 2], poses.leg_top[row, leg, 2] > 0
-        strength = 1.0 if near else 0.55
-        top, centre, up = (points[row, leg] for points in (poses.leg_top, poses.foot_centre, poses.leg_up))
-        forward = np.cross(up, poses.hip_axis[row])
-        rim = centre + shift + poses.foot_radius[leg] * (np.cos(turn) * up + np.sin(turn) * forward)
-        leg_line = on_page(*np.array([top + shift, centre + shift]).T)
-        axes.plot(*leg_line, color=colour, linewidth=1.6 if near else 1.0, alpha=strength)
-        axes.fill(*on_page(*rim.T), facecolor=colour, alpha=0.20 if near else 0.08, linewidth=0)
-        axes.plot(*on_page(*rim.T), color=colour, linewidth=0.9, alpha=strength)
-    ends = poses.leg_top[row][order[[0, -1]]] + shift
-    axes.plot(*on_page(*ends.T), color=style.TWIN, linewidth=2.4)
-
-
-def draw_snapshots(axes: Axes, poses: Snapshots, count: int = 5) -> None:
-    """The first poses, moved apart."""
-    rows = np.arange(min(count, len(poses.time)))
-    spread, edge = 0.30, 1.5 * np.abs(poses.leg_top[:, :, 2]).max()
-    shifts = [np.array([number * spread - poses.hip[rows[0], 0], 0.0, 0.0]) for number in range(len(rows))]
-    start, end = poses.hip[rows[0], 0] + shifts[0][0] - 0.22, poses.hip[rows[-1], 0] + shifts[-1][0] + 0.22
-    corners = np.array([[start, 0, -edge], [end, 0, -edge], [end, 0, edge], [start, 0, edge]])
-    axes.fill(*on_page(*corners.T), color=style.GROUND, alpha=0.25)
-    for row, shift in zip(rows.tolist(), shifts, strict=True):
-        draw_machine(axes, poses, row, shift)
-        foot = poses.hip[row] * np.array([1, 0, 0]) + shift + np.array([0, 0, edge + 0.03])
-        x, y = on_page(*foot)
-        axes.text(float(x), float(y), f"{poses.time[row] - poses.time[0]:.2f} s", ha="center", va="top", fontsize=7)
-    axes.set_aspect("equal")
-    axes.set_axis_off()
-    for colour, name in zip(LEG_COLOURS, LEG_NAMES, strict=True):
-        axes.plot([], [], color=colour, label=name)
+def draw_walk(axes: Axes, given: Given) -> None:
+    """The ramp with poses of the walk where they were, each with its time."""
+    walk, twin, biped = given.twin.walk, given.parameters.twin, given.parameters.biped
+    ramp = laid(twin, given.analytic.gait.step_length_m)
+    camera = view.Camera(AZIMUTH, ELEVATION, given.parameters.slope.angle)
+    period = given.twin.settling.step_frequency_hz**-1
+    times = walk.time[0] + STEPS_APART * period * np.arange(POSES)
+    times = times[times <= walk.time[-1]]
+    bodies, natural = by_group(shown_parts(twin, biped), SMALL), biped.leg_length + twin.outsole
+    poses = [view.pose_at(walk, time, natural) for time in times]
+    edge = ramp.tracks[1] + 0.6 * ramp.width
+    view.paint(axes, camera, [view.deck(-0.16, (ramp.sets - 1) * ramp.step + 0.1, edge), view.blocks(ramp)])
+    for pose, time in zip(poses, times, strict=True):
+        view.paint(axes, camera, [pose.robot(bodies)])
+        x, y = camera.spot(np.array([pose.hip[0], 0.0, edge + 0.02]))
+        axes.text(x, y - 0.075, f"{time - walk.time[0]:.2f} s", ha="center", va="top", fontsize=7)
+    view.frame(axes)
 
 
 def draw(given: Given) -> Figure:
-    """Poses of the settled gait, and the phase portrait of the whole walk."""
+    """Poses on the ramp, and the phase portrait of the whole walk."""
     walk = given.twin.walk
-    figure = plt.figure(figsize=(style.TWO_COLUMNS, 5.4))
-    parts: Any = figure.subfigures(2, 1, height_ratios=(1.0, 1.35))
+    figure = plt.figure(figsize=(style.TWO_COLUMNS, 5.1))
+    parts: Any = figure.subfigures(2, 1, height_ratios=(1.0, 1.0))
     upper, lower = parts
     scene = upper.subplots()
-    draw_snapshots(scene, given.twin.snapshots)
+    draw_walk(scene, given)
     style.panel_label(scene, "a")
+    for colour, name in zip(LEG_COLOURS, LEG_NAMES, strict=True):
+        scene.plot([], [], color=colour, linewidth=4, label=name)
     upper.legend(loc="outside upper right", ncols=2)
     portraits = lower.subplots(1, 2, sharey=True)
     strikes = walk.heel_strike_time[walk.heel_strike_leg == 0]
@@ -95,6 +79,7 @@ def caption(given: Given) -> str:
     settled = settling.steps_to_settle >= 0
     when = f"settles after step {settling.steps_to_settle}" if settled else "does not settle"
     return (
-        f"Four feet, paired legs, bodies with inertia from an assumed bill of parts. From the simple model's gait the "
+        f"Poses {STEPS_APART:g} steps apart on the ramp's stepping blocks, where the walk had them. Four feet, paired "
+        f"legs, bodies with inertia from an assumed bill of parts. From the simple model's gait the "
         f"twin {when} and walks at {settling.step_frequency_hz:.4f} Hz."
     )

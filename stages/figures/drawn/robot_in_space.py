@@ -17,12 +17,12 @@ import numpy as np
 
 from stages.biped.design import Biped
 from stages.biped.walk import Walk
-from stages.drawing import style
 from stages.figures.drawn.gait_animation import ANGLE, FORCE, POSITION, frames
 from stages.figures.inputs import Given
 from stages.figures.oblique_view import drawing
+from stages.figures.robot.bodies import COLOURS as PAIRS
+from stages.figures.robot.bodies import SOLE, TINTS, shown_parts
 from stages.twin.machine.parts import FEET, FRAMES, Part
-from stages.twin.parameters import Settings as Twin
 
 TITLE = "The digital twin on its ramp"
 PLACE = -1
@@ -30,12 +30,8 @@ OPENS = True
 CLAIMS = ("twin_settles", "twin_like_simple", "step_frequency")
 INPUTS = ("analytic", "twin", "comparison")
 FRAME_RATE = 120  # Hz: slow motion goes between the frames
-#: Chord of an outsole, and of the ghost's feet, as a share of the foot's diameter.
-SOLE = 0.67
-#: Inner and outer pair as in figure 10; the constraint model as on a dark page in `gait_animation`.
-COLOURS = {"inner": style.SECOND, "outer": style.MULTIBODY, "ghost": "#56B4E9"}
-#: Light and dark parts of a pair's colour, by material: metal is pale, rubber nearly black.
-TINTS = {"aluminium": 0.45, "steel": 0.45, "acetal": 0.6, "electronics": -0.55, "rubber": -0.7}
+#: The constraint model as on a dark page in `gait_animation`.
+COLOURS = {**PAIRS, "ghost": "#56B4E9"}
 
 
 @dataclass(frozen=True)
@@ -73,29 +69,6 @@ def rows(parts: tuple[Part, ...]) -> Iterator[dict[str, Any]]:
             }  # fmt: skip
 
 
-def guides(twin: Twin, biped: Biped) -> tuple[Part, ...]:
-    """Thin rods down the legs and into the feet: the bill leaves open what a leg slides on, and parts would float."""
-    ankle, radius = biped.leg_length - biped.foot_radius, 0.95 * biped.foot_radius
-    return tuple(
-        Part("guide", group, "steel", "cylinder", "y", (thick, length), 1.0, (0.0, -top - length / 2, lane), 2)
-        for groups, thick, top, length in ((FRAMES, 0.0025, 0.0, ankle), (FEET, 0.004, ankle, radius))
-        for group, lane in zip(groups, (twin.inner_lane, twin.outer_lane))
-        if length > 0.0
-    )
-
-
-def outsoles(twin: Twin, biped: Biped) -> tuple[Part, ...]:
-    """The rubber on top of Table 1's feet, if there is any."""
-    radius = biped.foot_radius + twin.outsole
-    size = (radius, twin.outsole, twin.foot_width, SOLE * 2.0 * radius)
-    height = biped.foot_radius - biped.leg_length
-    return tuple(
-        Part("outsole", group, "rubber", "arc", "z", size, 1.0, (0.0, height, lane), 2)
-        for group, lane in zip(FEET, (twin.inner_lane, twin.outer_lane))
-        if twin.outsole > 0.0
-    )
-
-
 def ghost(biped: Biped) -> tuple[Part, ...]:
     """The constraint model as solids in the mid-plane: a leg above and below its spring, a round foot, and the hip."""
     radius, centre = biped.foot_radius, biped.foot_radius - biped.leg_length
@@ -128,7 +101,7 @@ def scene(given: Given) -> dict[str, Any]:
         "natural": {"twin": biped.leg_length + twin.outsole, "ghost": biped.leg_length},
         "radius": biped.foot_radius + twin.outsole, "lanes": [twin.inner_lane, twin.outer_lane],
         "groups": [*FRAMES, *FEET], "colours": COLOURS,
-        "parts": list(rows((*twin.parts, *guides(twin, biped), *outsoles(twin, biped), *ghost(biped)))),
+        "parts": list(rows((*shown_parts(twin, biped), *ghost(biped)))),
         **{name: motion(walk, shown[name], phase) for name, walk in walks.items()},
     }  # fmt: skip
 

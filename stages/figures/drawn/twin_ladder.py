@@ -1,8 +1,12 @@
-"""From the simple model to the twin: what each detail adds to a step's period and length, and to its multipliers."""
+"""From the simple model to the twin: what each detail adds to a step's period and length, and to its multipliers.
+
+Beside each machine the constraint model of the same machine: what is left between the two is contact.
+"""
 
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -11,7 +15,7 @@ from matplotlib.figure import Figure
 
 from stages.drawing import style
 from stages.figures.inputs import Given
-from stages.twin_ladder.result import RungGait
+from stages.twin_ladder.result import Result, RungGait
 
 TITLE = "From the simple model to the twin"
 PLACE = 20
@@ -21,6 +25,8 @@ SIMPLE = "constraint model"
 SLOWER, QUICKER = style.MULTIBODY, style.ANALYTIC
 #: Bars shorter than this part of the axis get a black line, or they could not be seen.
 THIN = 0.004
+#: Where the wedges stand, from the row before: below the bar, beside which its change is written.
+BELOW = 1.38
 
 
 def draw(given: Given) -> Figure:
@@ -32,6 +38,7 @@ def draw(given: Given) -> Figure:
     waterfall(panels[0], 1e3 * ladder.simple_period_s, [1e3 * change for _, change, _ in changes])
     waterfall(panels[1], 1e3 * ladder.simple_step_length_m, [1e3 * change for *_, change in changes])
     multipliers(panels[2], rungs)
+    same_machine(panels, ladder)
     names = [SIMPLE, *(rung.name + (" = the twin" if rung.is_twin else "") for rung in rungs)]
     panels[0].set_yticks(range(len(names)), [textwrap.fill(name, 22) for name in names])
     panels[0].set_ylim(len(names) - 0.4, -0.6)
@@ -64,6 +71,20 @@ def waterfall(axes: Axes, first: float, changes: list[float]) -> None:
         axes.text(place, row, words, va="center", ha="left" if ahead else "right", fontsize=6.5)
 
 
+def same_machine(panels: Sequence[Axes], ladder: Result) -> None:
+    """Wedges below the bars point at the constraint model of each rung's own machine."""
+    rows = [rung.name for rung in ladder.rungs if rung.found]
+    name = "constraint model of\nthe same machine"
+    for rung, own in ladder.left():
+        row = rows.index(rung.name) + BELOW
+        values = np.array([1e3 * own.period_s]), np.array([1e3 * own.step_length_m]), own.multipliers[:, 0]
+        for axes, places in zip(panels, values, strict=True):
+            axes.plot(places, [row] * len(places), "^", color=style.TWIN, markersize=3.5, label=name)
+        name = "_"  # said once
+    if ladder.left():
+        panels[0].legend(loc="upper right", bbox_to_anchor=(1.03, 0.83), fontsize=6, handletextpad=0.2)
+
+
 def multipliers(axes: Axes, rungs: list[RungGait]) -> None:
     """Real parts of the two largest in the plane and of the largest out of it; the limits of stability dashed."""
     rows = np.arange(1, len(rungs) + 1)
@@ -82,4 +103,5 @@ def multipliers(axes: Axes, rungs: list[RungGait]) -> None:
 
 
 def caption(given: Given) -> str:
-    return f"What each detail does to a step: {given.twin_ladder.summary()}."
+    beside = " Wedges: the constraint model of the same machine." if given.twin_ladder.left() else ""
+    return f"What each detail does to a step: {given.twin_ladder.summary()}.{beside}"

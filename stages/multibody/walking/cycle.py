@@ -53,16 +53,21 @@ class Model:
         return SectionWalker(self.biped, self.slope, self.contact, state, self.settings, DIFFERENCE)
 
 
-def solve(model: Model, state: PlanarState, walked: Run, walk: Walk) -> tuple[Cycle, str]:
-    """The cycle near a mid-stance, and why the walk from there has not settled on it ("" if it has).
+def solve(
+    model: Model, state: PlanarState, walked: Run, walk: Walk
+) -> tuple[Cycle, LimitCycle | None, str]:
+    """The cycle near a mid-stance, its fixed point, and why the walk from there has not settled on it ("" if it has).
 
-    Where no cycle is found, measures of the walk's last steps.
+    Where no cycle is found, measures of the walk's last steps, and no fixed point.
     """
+    found: LimitCycle | None = None
     try:
-        cycle, failure = solved_cycle(model, state, search(model, state), walk), ""
+        found = search(model, state)
+        cycle, failure = solved_cycle(model, state, found, walk), ""
     except NoLimitCycle as error:
-        cycle, failure = walked_cycle(walked, walk, model.biped.foot_radii), str(error)
-    return cycle, unsettled(walked, walk, cycle, failure, 1 if model.biped.alike else 2)
+        found, failure = None, str(error)
+        cycle = walked_cycle(walked, walk, model.biped.foot_radii)
+    return cycle, found, unsettled(walked, walk, cycle, failure, 1 if model.biped.alike else 2)
 
 
 def search(model: Model, state: PlanarState) -> LimitCycle:

@@ -1,13 +1,1 @@
-"""The twin for other programs, one file a format: ENDING, OF (who reads it), CARRIES, `write(exported) -> bytes`.
-
-A format that shows motion takes it as a second argument of `write`; its CARRIES says so. All say the same things of
-what they carry, so that formats can be compared.
-"""
-
-from __future__ import annotations
-
-from types import ModuleType
-
-from stages.twin.exports import gltf, mjcf, sdf, urdf
-
-FORMATS: dict[str, ModuleType] = {"mjcf": mjcf, "urdf": urdf, "sdf": sdf, "gltf": gltf}
+"""The twin for other programs; `formats` is the register."""

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from stages.analytic.gait.gait_search import describe, find_gait
 from stages.analytic.walk.recording import crossing_state, walk_on
 from stages.analytic.walk.sampling import sample_walk
+from stages.twin.exports.blocks import laid
 from stages.twin.exports.exported import Exported
 from stages.twin.machine.machine import build
-from stages.twin.parameters import Parameters, Settings
-from stages.twin.ramp import Ramp, lay_blocks
+from stages.twin.parameters import Parameters
 from stages.twin.walking.simulate import rolling_start
 
 #: Of the gait; its step from mid-stance on is all that is taken.
@@ -28,12 +26,3 @@ def exported(parameters: Parameters) -> Exported:
     start = rolling_start(machine, parameters.contact, walker.stance_state(upright), walk.standing_force)
     ramp = laid(settings, describe(walker, point).step_length_m)
     return Exported(machine, settings, slope, parameters.contact, start, ramp)
-
-
-def laid(settings: Settings, step_length: float) -> Ramp:
-    """The ramp of the scene; of a walk on the plane a ramp with as many of the sets as it has room for."""
-    if settings.scene == "plane":
-        step = settings.expected_step or step_length
-        room = 1 + int((settings.ramp_length - settings.block_length) / step)
-        settings = replace(settings, block_sets=max(1, min(settings.block_sets, room)))
-    return lay_blocks(settings, step_length)

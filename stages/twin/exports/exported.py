@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
+from stages.twin.exports.solids import BLOCK_HEIGHT
 from stages.twin.machine.bill import Body, join
 from stages.twin.machine.contact import HINGE, PITCH, ROLL, SLIDE, YAW, X, Y, Z
 from stages.twin.machine.machine import LEGS, Machine
@@ -19,8 +20,6 @@ from stages.twin.parameters import Settings
 from stages.twin.ramp import Ramp
 from stages.twin.walking.simulate import Start
 
-#: Height of a stepping block [m]. Only its top matters.
-BLOCK_HEIGHT = 0.03
 FORWARD, UP, ACROSS = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 #: Names of the coordinates, in order.
 NAMES = (
@@ -149,9 +148,3 @@ class Exported:
         q, v = self.start.position, self.start.velocity
         joints = [joint for link in self.links for joint in link.joints]
         return [(joint, float(q[joint.row]) + 0.0, float(v[joint.row]) + 0.0) for joint in joints]
-
-
-def piece_place(part: Part, side: float) -> tuple[float, float, float]:
-    """Reference point of a piece [m]; `side` -1 is the mirror image."""
-    x, y, z = part.position
-    return float(x), float(y), side * float(z)

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from stages.twin.exports.exported import Exported, Link, piece_place
-from stages.twin.exports.solids import Surface, box, joined, surface
+from stages.twin.exports.exported import Exported, Link
+from stages.twin.exports.solids import Surface, box, joined, piece_place, surface
 from stages.twin.machine.contact import HINGE, PITCH, ROLL, YAW
 
 ENDING = "glb"

@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
-from stages.twin.exports.exported import Exported, Link, piece_place
-from stages.twin.exports.solids import surface
+from stages.twin.exports.exported import Exported, Link
+from stages.twin.exports.solids import piece_place, surface
 from stages.twin.exports.xml_text import Element, add, document, numbers
 from stages.twin.machine.parts import Part
 

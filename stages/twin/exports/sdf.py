@@ -9,7 +9,8 @@ from __future__ import annotations
 from xml.etree import ElementTree
 
 from stages.ground.normal_force import static_penetration
-from stages.twin.exports.exported import Exported, Link, piece_place
+from stages.twin.exports.exported import Exported, Link
+from stages.twin.exports.solids import piece_place
 from stages.twin.exports.urdf import COLOURS, QUARTER
 from stages.twin.exports.xml_text import TENSOR, Element, add, document, numbers
 from stages.twin.machine.machine import LEGS

@@ -12,6 +12,8 @@ import numpy as np
 
 from stages.twin.machine.parts import Part
 
+#: Height of a stepping block [m]. Only its top matters.
+BLOCK_HEIGHT = 0.03
 #: Facets of a full circle.
 ROUND = 32
 #: Order of coordinates that brings z to an axis, right-handed.
@@ -60,10 +62,10 @@ def box(size: tuple[float, ...]) -> Surface:
     return joined(sides)
 
 
-def ring(outer: float, inner: float, width: float, half_angle: float = math.pi) -> Surface:
-    """A ring about z, symmetric to -y, over twice `half_angle`."""
+def ring(outer: float, inner: float, width: float, half_angle: float = math.pi, facets: int = ROUND) -> Surface:
+    """A ring about z, symmetric to -y, over twice `half_angle`, with so many `facets` a full circle."""
     whole = half_angle >= math.pi
-    count = max(4, math.ceil(ROUND * half_angle / math.pi))
+    count = max(4, math.ceil(facets * half_angle / math.pi))
     angles = np.linspace(-half_angle, half_angle, count + 1)
     out = np.column_stack([np.sin(angles), -np.cos(angles), np.zeros(count + 1)])
     lift = np.array([0.0, 0.0, 0.5 * width])
@@ -86,8 +88,8 @@ def ring(outer: float, inner: float, width: float, half_angle: float = math.pi) 
     return joined(sides)
 
 
-def surface(part: Part) -> Surface | None:
-    """The surface of a part about its reference point; a point has none."""
+def surface(part: Part, facets: int = ROUND) -> Surface | None:
+    """The surface of a part about its reference point; a point has none. `facets`: of a full circle."""
     size = part.size
     if part.shape == "point":
         return None
@@ -95,7 +97,13 @@ def surface(part: Part) -> Surface | None:
         return box(size)
     if part.shape == "arc":
         outer, thickness, width, chord = size
-        return ring(outer, outer - thickness, width, math.asin(min(1.0, 0.5 * chord / outer)))
-    made = ring(size[0], size[1] if part.shape == "tube" else 0.0, size[-1])
+        return ring(outer, outer - thickness, width, math.asin(min(1.0, 0.5 * chord / outer)), 2 * facets)
+    made = ring(size[0], size[1] if part.shape == "tube" else 0.0, size[-1], facets=facets)
     order = list(_AXES[part.axis])
     return Surface(made.corners[:, order], made.normals[:, order], made.triangles)
+
+
+def piece_place(part: Part, side: float) -> tuple[float, float, float]:
+    """Reference point of a piece [m]; `side` -1 is the mirror image."""
+    x, y, z = part.position
+    return float(x), float(y), side * float(z)

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from xml.etree import ElementTree
 
-from stages.twin.exports.exported import Exported, Link, piece_place
+from stages.twin.exports.exported import Exported, Link
+from stages.twin.exports.solids import piece_place
 from stages.twin.exports.xml_text import TENSOR, Element, add, document, numbers
 from stages.twin.machine.parts import Part
 

@@ -34,17 +34,18 @@ class Options:
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Write the file. Raises NoGait, BlocksDoNotFit."""
-    from stages.twin import exports
+    from stages.twin.exports import gltf
     from stages.twin.exports.beginning import exported
+    from stages.twin.exports.formats import FORMATS as WRITERS
 
-    chosen = exports.FORMATS[options.format]
+    chosen = WRITERS[options.format]
     path = options.out or Path(f"{options.what}.{chosen.ENDING}")
     with asking.new_file(path) as file:
         asking.progress(0.1, "looking for the gait to start on")
         given = exported(parameters)
-        if chosen is exports.gltf:
+        if chosen is gltf:
             asking.progress(0.3, "walking")
-            content = exports.gltf.write(given, walked(given, options.steps))
+            content = gltf.write(given, walked(given, options.steps))
         else:
             content = chosen.write(given)
         file.write_bytes(content)

@@ -1,0 +1,95 @@
+"""Steps of a driven compass walker as its encoders saw them, from a CSV file."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from stages.analytic.model.walker import Vector
+from stages.biped.question import WrongOption
+
+#: What a column holds, and the names that are looked for where none are given.
+COLUMNS = {
+    "time": "time_s",
+    "stance": "stance_angle_rad",
+    "between": "hip_angle_rad",
+    "signal": "motor_signal",
+    "stands": "outer_pair_stands",
+}
+
+
+@dataclass(frozen=True)
+class DrivenStep:
+    """One single stance. Samples `interval` [s] apart, (n,) each, those that ring from an impact left out.
+
+    `stance` and `between` [rad]: angle of the standing leg, hip ahead positive, and that angle plus the swing leg's,
+    foot ahead positive. `signal` is what the motor's torque on `between` is a multiple of. `leg` stands, 0 or 1; signs
+    turn with it, so `turn` is 1 or -1 for what keeps its sign in the recording.
+    """
+
+    number: int
+    leg: int
+    interval: float
+    stance: Vector
+    between: Vector
+    signal: Vector
+
+    @property
+    def turn(self) -> float:
+        """1 while leg 0 stands, -1 while leg 1 does."""
+        return 1.0 if self.leg == 0 else -1.0
+
+
+def read_steps(path: Path, columns: Mapping[str, str], left_out: int) -> tuple[DrivenStep, ...]:
+    """The steps of a file, cut where the standing leg changes, `left_out` samples shorter at both ends.
+
+    In the file the stance angle is positive with the foot ahead, the angle between the legs is that of leg 1 before leg
+    0, and 1 marks that leg 0 stands. Raises WrongOption with file, line and column.
+    """
+    table = _table(path, {**COLUMNS, **columns})
+    interval = float(np.median(np.diff(table["time"])))
+    stands = table["stands"] > 0.5
+    edges = [0, *(np.flatnonzero(np.diff(stands)) + 1), len(stands)]
+    steps = []
+    for number, (first, last) in enumerate(pairwise(edges)):
+        rows = slice(first + left_out, last - left_out)
+        if last - first - 2 * left_out < 8:
+            continue
+        leg = 0 if stands[first] else 1
+        turn = 1.0 if leg == 0 else -1.0
+        steps.append(DrivenStep(number, leg, interval, -table["stance"][rows], -turn * table["between"][rows],
+                                -turn * table["signal"][rows]))
+    if not steps:
+        raise WrongOption(f"{path}: no step is longer than the {2 * left_out} samples that are left out")
+    return tuple(steps)
+
+
+def _table(path: Path, columns: Mapping[str, str]) -> dict[str, Vector]:
+    """The columns that are needed, by what they hold. Raises WrongOption."""
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            rows = csv.reader(file)
+            head = next(rows, [])
+            for what, name in columns.items():
+                if name not in head:
+                    raise WrongOption(f"{path}:1: no column {name} for {what}; there are {', '.join(head)}")
+            places = {what: head.index(name) for what, name in columns.items()}
+            found: dict[str, list[float]] = {what: [] for what in columns}
+            for line, row in enumerate(rows, 2):
+                for what, place in places.items():
+                    try:
+                        found[what].append(float(row[place]))
+                    except (ValueError, IndexError):
+                        cell = row[place] if place < len(row) else "nothing"
+                        raise WrongOption(f"{path}:{line}: {columns[what]}: {cell!r} is no number") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise WrongOption(f"{path}: cannot be read: {getattr(error, 'strerror', error)}") from None
+    table = {what: np.array(values) for what, values in found.items()}
+    if not all(np.isfinite(values).all() for values in table.values()) or len(table["time"]) < 8:
+        raise WrongOption(f"{path}: needs at least 8 rows of finite numbers")
+    return table

@@ -1,0 +1,175 @@
+"""The robot that one run was made with: its design, its start and its sensors, by least squares on a growing horizon.
+
+Heel strikes are spikes, and where the model's do not yet meet the measured ones least squares are lost. So the first
+step is fitted first, and each longer stretch starts from what the shorter one gave; and the noise is taken for larger
+than it is at first, so that a wrong event does not outweigh what is believed of design and sensors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stages.analytic.derivatives.numbers import changes_of
+from stages.analytic.errors import StepFailed
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.model.walker import Vector
+from stages.calibration.estimation.equations import Equations, Model, run_equations
+from stages.calibration.estimation.known import Known, information_of
+from stages.calibration.estimation.levenberg import Point, least_squares
+from stages.calibration.observation.measured_run import MeasuredRun
+
+#: Horizons end so long [s] before the heel strikes of these numbers; on each, noise is taken so many times too large.
+BEFORE, STRIKES, LOUDER = 0.01, (1, 2, 3, 5, 8, 13, 21), (100.0, 50.0, 30.0, 20.0, 10.0, 10.0, 10.0)
+#: Before those, so long before the second heel strike, where no walker near the right one lands yet.
+SWING = (0.12, 0.06)
+#: The same for the whole run, at last as it is.
+WHOLE = (10.0, 3.0, 1.0)
+#: A change of a parameter of the design that is neither large nor small, as a share of it; an inertia is known worse.
+SHARE, SHARE_OF_INERTIA = 0.03, 0.3
+#: On all horizons but the last the design is held by the first guess, with so many of these for a standard deviation.
+HELD = 1.0
+#: Standard deviation of measured heel strikes [s], which count until the last.
+STRIKE_SD = 0.003
+#: A fit is taken if its mean square residual is below this, in sigmas; else these factors of the noise are tried.
+GOOD, ATTEMPTS = 1.5, (1.0, 6.0, 0.3)
+#: Where the walker falls on the way to the next horizon, the last one is fitted again and then one half way, noise so
+#: many times smaller; at most so often.
+QUIETER, MOST_AGAIN = 3.0, 5
+#: Evaluations of a horizon that is not the last.
+SOME = 12
+
+
+@dataclass(frozen=True)
+class RunFit:
+    """A run's fit: `design` (d,) values of the shared parameters, `own` (o,), `unknowns` (k,), and its equations there.
+
+    `converged`, or `why` not; `evaluations` of how many walks.
+    """
+
+    design: Vector
+    own: Vector
+    unknowns: Vector
+    equations: Equations
+    evaluations: int
+    converged: bool
+    why: str
+
+
+def design_sizes(design: DesignPoint, names: Sequence[str]) -> Vector:
+    """Changes of parameters that are neither large nor small, (n,)."""
+    shares = [SHARE_OF_INERTIA if design.unit(name) == "kg m^2" else SHARE for name in names]
+    return np.asarray(shares * changes_of(design, names).scales)
+
+
+def lowest(design: DesignPoint, names: Sequence[str]) -> Vector:
+    """The least value of each parameter that means something, (n,)."""
+    low = []
+    for name in names:
+        bound = design.bound(name)
+        least = bound.minimum if bound.minimum is not None else bound.above
+        low.append(-np.inf if least is None else least + (1e-6 if bound.above is not None else 0.0))
+    return np.array(low)
+
+
+def horizons(run: MeasuredRun, louder_still: float = 1.0) -> list[tuple[float, float]]:
+    """Rising horizons up to the whole run [s], and how many times too large noise is taken on each.
+
+    On those that are shorter than the run it is larger by `louder_still` times.
+    """
+    found = [(float(run.strikes[number]) - BEFORE, louder_still * louder)
+             for number, louder in zip(STRIKES, LOUDER, strict=True) if number < len(run.strikes)]
+    swing = [(float(run.strikes[1]) - short, LOUDER[0]) for short in SWING]
+    shorter = [(end, louder) for end, louder in found if end < run.duration]
+    return [*swing, *shorter, *((run.duration, one) for one in WHOLE)]
+
+
+def known_equations(
+    known: Sequence[Known], design: DesignPoint, names: Sequence[str]
+) -> tuple[np.ndarray, Vector, float]:
+    """What known values add to matrix, right side and cost."""
+    right, cost = np.zeros(len(names)), 0.0
+    for one in known:
+        off = one.of(design) - one.value
+        right -= one.row(names) * off / one.sd**2
+        cost += 0.5 * (off / one.sd) ** 2
+    return information_of(known, names), right, cost
+
+
+def fit_run(design: DesignPoint, run: MeasuredRun, model: Model, known: Sequence[Known]) -> RunFit:
+    """Fit a run from a first guess of the design, the other unknowns from what is believed of them.
+
+    Where that leads nowhere it is tried again with other noises on the way. Raises StepFailed where the guess does not
+    walk through the first horizon.
+    """
+    found: RunFit | None = None
+    spent, failure = 0, StepFailed("no fit was tried")
+    for louder in ATTEMPTS:
+        try:
+            fit = _fit(design, run, model, known, louder)
+        except StepFailed as reason:
+            failure = reason
+            continue
+        spent += fit.evaluations
+        if found is None or fit.equations.cost < found.equations.cost:
+            found = fit
+        if found.converged and found.equations.chi2 < GOOD * found.equations.count:
+            break
+    if found is None:
+        raise failure
+    return replace(found, evaluations=spent)
+
+
+def _fit(design: DesignPoint, run: MeasuredRun, model: Model, known: Sequence[Known], louder_still: float) -> RunFit:
+    """One attempt of `fit_run`."""
+    d, k = len(model.shared), len(model.layout.names)
+    names = (*model.shared, *model.own)
+    own = [run.own[name][0] if name in run.own else design.value(name) for name in model.own]
+    x = np.concatenate([[design.value(name) for name in model.shared], model.layout.middle, own])
+    all_sizes = design_sizes(design, names)
+    sizes = np.concatenate([all_sizes[:d], model.layout.sizes, all_sizes[d:]])
+    all_low = lowest(design, names)
+    low = np.concatenate([all_low[:d], np.full(k, -np.inf), all_low[d:]])
+    first, evaluations = x[:d].copy(), 0
+    waiting, reached, again = horizons(run, louder_still), 0.0, 0
+    while waiting:
+        horizon, louder = waiting.pop(0)
+        part, is_last = run.upto(horizon), louder == 1.0
+        noise = (louder * model.noise[0], louder * model.noise[1], louder * model.noise[2])
+        heard = model if is_last else replace(model, noise=noise, strike=STRIKE_SD)
+
+        def evaluate(
+            at: Vector, part: MeasuredRun = part, heard: Model = heard, held: bool = not is_last
+        ) -> Point[Equations] | None:
+            there = design.with_values(dict(zip(model.shared, at[:d], strict=True)))
+            if not there.is_legal():
+                return None
+            try:
+                found = run_equations(there, at[d + k :], at[d : d + k], part, heard)
+            except StepFailed:
+                return None
+            matrix, right, cost = known_equations(known, there, model.shared)
+            more, other = found.matrix.copy(), found.right.copy()
+            more[:d, :d] += matrix
+            other[:d] += right
+            if held:
+                off = (at[:d] - first) / (HELD * sizes[:d])
+                more[range(d), range(d)] += 1.0 / (HELD * sizes[:d]) ** 2
+                other[:d] -= off / (HELD * sizes[:d])
+                cost += 0.5 * float(off @ off)
+            return Point(at, found.cost + cost, more, other, found)
+
+        try:
+            ended = least_squares(evaluate, x, sizes, low) if is_last else least_squares(
+                evaluate, x, sizes, low, SOME, 1.0)
+        except ValueError:
+            again += 1
+            if again > MOST_AGAIN or reached == 0.0:
+                raise StepFailed(f"the first guess does not walk for {horizon:.1f} s: give a nearer one") from None
+            nearer = max(louder / QUIETER**again, 1.5)
+            waiting = [(reached, nearer), (0.5 * (reached + horizon), nearer), (horizon, louder), *waiting]
+            continue
+        x, evaluations, reached = ended.point.x, evaluations + ended.evaluations, horizon
+    return RunFit(x[:d], x[d + k :], x[d : d + k], ended.point.state, evaluations, ended.converged, ended.why)

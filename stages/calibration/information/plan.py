@@ -1,0 +1,80 @@
+"""A run that is planned: what its sensors would show of the design's own gait, as equations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stages.analytic.derivatives.numbers import sensitive_names
+from stages.analytic.errors import NoGait
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.model.walker import Vector
+from stages.calibration.estimation.equations import Equations, Model, run_equations
+from stages.calibration.observation.measured_run import MeasuredRun, usable
+from stages.calibration.observation.prediction import Sampling
+from stages.calibration.observation.unknowns import SIDES, Beliefs, layout_of, mid_stance
+from stages.calibration.parameters import Parameters
+
+SLOPE = "ground.slope_deg"
+#: Known well enough everywhere.
+#: Tolerance of the gait that a run is planned on.
+FINE = 1e-9
+NOT_ASKED = ("ground.gravity",)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How a run would be made: its design, beliefs about its sensors, the foot sensor's `place` [m] above the foot's
+    mass centre, and its length in steps."""
+
+    design: DesignPoint
+    beliefs: Beliefs
+    steps: int
+    place: float = 0.0
+
+
+def plan_of(parameters: Parameters) -> Plan:
+    """The run that the parameters describe."""
+    design = DesignPoint(parameters.biped, parameters.slope)
+    return Plan(design, parameters.beliefs, parameters.settings.planned_steps)
+
+
+def free_names(design: DesignPoint) -> tuple[str, ...]:
+    """The parameters of a design that a calibration looks for."""
+    return tuple(name for name in sensitive_names(design) if name not in NOT_ASKED)
+
+
+def planned_equations(plan: Plan, parameters: Parameters) -> tuple[Equations, Model]:
+    """What one planned run would say. Raises NoGait where the design does not walk."""
+    design, settings, sensor = plan.design, parameters.settings, parameters.sensor
+    walker, point = find_gait(design.biped, design.slope, FINE, None)
+    if len(point.steps) > 1:
+        raise NoGait("the gait takes two steps to repeat")
+    period = point.steps[0].period * walker.time
+    begin = mid_stance(walker, point.z, FINE)
+    layout = layout_of(walker, begin, plan.beliefs)
+    first = begin.time * walker.time + settings.settling_s
+    strikes = period * np.arange(plan.steps + 1)
+    times = np.arange(0.0, float(strikes[-1]), 1.0 / sensor.rate_hz)
+    times = times[times >= first]
+    late = float(np.sqrt(2.0) / (2.0 * np.pi * sensor.bandwidth_hz))
+    mask = usable(times, strikes, first, settings.before_strike_s, settings.after_strike_s)
+    model = Model((*(name for name in free_names(design) if name != SLOPE),), (SLOPE,), layout, parameters.noise,
+                  settings.tolerance)
+    run = MeasuredRun(
+        name="planned",
+        sampling=Sampling(times, times, late, sensor.bandwidth_hz, 1, plan.place),
+        samples={side: np.zeros((len(times), 3)) for side in SIDES},
+        used={side: np.repeat(mask[:, None], 3, axis=1) for side in SIDES},
+        strikes=strikes,
+        own={},
+    )
+    own: Vector = np.array([design.value(SLOPE)])
+    return run_equations(design, own, layout.middle, run, model), model
+
+
+def with_slope(plan: Plan, slope_deg: float) -> Plan:
+    """The plan on another ramp."""
+    return replace(plan, design=plan.design.with_value(SLOPE, slope_deg))

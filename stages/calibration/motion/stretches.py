@@ -1,0 +1,117 @@
+"""A walk as stretches between its events, with exact derivatives by where it starts and by the design.
+
+Every derivative is total: of the state at a fixed time since its stretch began, and of that beginning. So events move
+with what is varied, and nothing is differentiated across a jump.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stages.analytic.errors import StepFailed
+from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, require_landing
+from stages.analytic.integration.phase import CHATTER, EVENT, WEDGED, integrate
+from stages.analytic.integration.step import FIRST_LENGTH, MOST_PHASES
+from stages.analytic.model.stiffness import attainable_tolerance, fastest_rate
+from stages.analytic.model.varied import varied
+from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.phases.flow import RIGID, SINGLE_STANCE
+from stages.analytic.phases.succession import succeed
+from stages.calibration.motion.march import march
+from stages.calibration.motion.panels import panel_edges, panel_nodes
+
+NO_NODES = np.empty((0, 10))
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """One phase of a walk, dimensionless; derivatives are by c columns.
+
+    It begins at `start` since the walk's first state, with leg `stance_leg` (0 or 1) standing. `edges` (p + 1,) bound
+    its panels and `times` (p * NODES,) are the nodes in them, both since its start. `states` and `rates` (n, size) are
+    y and dy/dt there, `states_by` and `rates_by` (n, size, c) their derivatives at fixed times. `start_by` and
+    `duration_by` (c,) are those of start and duration; `end` (size,), `end_by` (size, c) the state at its event before
+    anything happens there, whose derivative moves with the event.
+    """
+
+    phase: int
+    stance_leg: int
+    start: float
+    duration: float
+    edges: Vector
+    times: Vector
+    states: np.ndarray
+    rates: np.ndarray
+    states_by: np.ndarray
+    rates_by: np.ndarray
+    start_by: Vector
+    duration_by: Vector
+    begin: Vector
+    begin_by: np.ndarray
+    end: Vector
+    end_by: np.ndarray
+
+    @property
+    def ends_step(self) -> bool:
+        """Whether it ends with a heel strike."""
+        return self.phase <= SINGLE_STANCE
+
+
+def walk_stretches(
+    walker: Walker, upright: Vector, along: np.ndarray, until: float, tolerance: float, first_leg: int
+) -> list[Stretch]:
+    """Stretches of a walk from mid-stance up to the first that ends after the time `until`.
+
+    It begins in single stance on leg `first_leg`, upright: `upright` (size - 1,) is the state without theta, which is
+    zero. There what springs do fades soon; just after a heel strike it would move the next events too, and a fit could
+    not tell it from the time of the strike. Columns: the entries of `upright`, then the changes of the walker's numbers
+    `along` (n, fields of `walker.p`). Raises StepFailed like `poincare_map`.
+    """
+    tolerance = attainable_tolerance(walker.p, tolerance)
+    size = walker.size
+    free = size - 1
+    p: Any = varied(walker.p, along, free + len(along))
+    variations = np.zeros((free + len(along), size))
+    variations[range(free), range(1, size)] = 1.0
+    y = np.concatenate([[0.0], upright, variations.ravel()])
+    stretches: list[Stretch] = []
+    start, leg, phases = 0.0, first_leg, 0
+    fastest = fastest_rate(walker.p)
+    phase, decided = RIGID if walker.rigid else SINGLE_STANCE, True
+    while True:
+        phases += 1
+        if not decided or phases > MOST_PHASES:
+            require_landing(walker, y, WEDGED if not decided else CHATTER, phase)
+        end, before = y.copy(), p.delays.copy()
+        status, duration, _, _, _ = integrate(
+            phase, end, p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, FIRST_LENGTH, NO_NODES)
+        if status != EVENT:
+            require_landing(walker, end, status, phase)
+        if duration > 0.0:  # a trailing foot may leave at once
+            edges = panel_edges(duration, fastest)
+            times = panel_nodes(edges)
+            states, rates = np.empty((times.size, y.size)), np.empty((times.size, y.size))
+            through = y.copy()
+            if not march(phase, through, p, tolerance, times, states, rates):
+                raise StepFailed("no integration step is short enough")
+            stretches.append(Stretch(
+                phase, leg, start, duration, edges, times, states[:, :size], rates[:, :size],
+                _columns(states, size), _columns(rates, size), before, p.delays - before, y[:size].copy(),
+                _columns(y[None], size)[0], end[:size].copy(), _columns(end[None], size)[0]))
+        start += duration
+        if start > until:
+            return stretches
+        y, ended = end, phase
+        phase, decided = succeed(phase, y, p)
+        if ended <= SINGLE_STANCE:
+            leg, phases = 1 - leg, 0
+            require_landing(walker, y, EVENT, ended)
+
+
+def _columns(rows: np.ndarray, size: int) -> np.ndarray:
+    """The variations (n, size, c) of rows that hold a state and its variations one after another."""
+    return rows[:, size:].reshape(len(rows), -1, size).transpose(0, 2, 1).copy()
+

@@ -1,0 +1,152 @@
+"""What the sensors of one run should have shown, with exact derivatives by the design and by the run's unknowns."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.analytic.derivatives.numbers import changes_of
+from stages.analytic.errors import StepFailed
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.model.walker import Vector
+from stages.calibration.motion.stretches import Stretch, walk_stretches
+from stages.calibration.observation.felt import SIGNALS, Sensing
+from stages.calibration.observation.low_pass import Filtered, Piece, filtered
+from stages.calibration.observation.unknowns import LEG_LENGTH, SIDES, STRETCHES, Layout, start_scales
+
+#: Columns of a sensor's samples.
+AXES = ("forward", "up", "rate")
+PLACES = {"hip": (0, 1, 4), "foot": (2, 3, 4)}
+assert len(SIGNALS) == 5
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """When and how a run was sampled: of each side the times (m,) [s] since its first heel strike, as its clock has it.
+
+    `late` [s] is what the samples were really taken after these times (the delay of the low pass that the ingest took
+    out); `bandwidth_hz` cuts the low pass off; leg `first_leg` (0 carries the sensors) lands at the first heel strike,
+    and no sample is earlier than the mid-stance after it. The foot sensor is `place` [m] above the foot's mass.
+    """
+
+    hip: Vector
+    foot: Vector
+    late: float
+    bandwidth_hz: float
+    first_leg: int
+    place: float = 0.0
+
+    def upto(self, horizon: float) -> Sampling:
+        """The same without samples later than `horizon` [s]."""
+        hip, foot = (times[times <= horizon] for times in (self.hip, self.foot))
+        return dataclasses.replace(self, hip=hip, foot=foot)
+
+
+@dataclass(frozen=True)
+class Predicted:
+    """Samples of each side, (m, 3), and their derivatives by design (m, 3, d) and by the run's unknowns (m, 3, k).
+
+    `strikes` (s,) [s] after the first measured one, and their derivatives (s, d) and (s, k).
+    """
+
+    samples: dict[str, np.ndarray]
+    by_design: dict[str, np.ndarray]
+    by_run: dict[str, np.ndarray]
+    strikes: Vector
+    strikes_by_design: np.ndarray
+    strikes_by_run: np.ndarray
+
+
+def predict(
+    design: DesignPoint, names: tuple[str, ...], unknowns: Vector, layout: Layout, sampling: Sampling, tolerance: float
+) -> Predicted:
+    """Walk from the run's start and sense. `names` are the parameters of the design to derive by.
+
+    Raises StepFailed where the walker does not get to the last
+    sample.
+    """
+    walker = design.walker()
+    changes = changes_of(design, names)
+    scales = start_scales(walker)
+    value = dict(zip(layout.names, unknowns, strict=True))
+    taken = {}
+    for side in SIDES:
+        lag = sampling.late - value["mid_stance"] + (value["foot_lag"] if side == "foot" else 0.0)
+        taken[side] = (1.0 + value[f"{side}_clock"]) * getattr(sampling, side) + lag
+        if taken[side].size and taken[side][0] < 0.0:
+            raise StepFailed("the first sample is before mid-stance")
+    last = max((float(times[-1]) for times in taken.values() if times.size), default=0.0)
+    lengths = [layout.place(name) for name in STRETCHES if name in layout.names]
+    upright = unknowns[: layout.free].copy()
+    upright[lengths] += walker.length * walker.p.L_nat
+    stretches = walk_stretches(
+        walker, upright / scales, changes.along, last / walker.time, tolerance, sampling.first_leg)
+    sensing = Sensing(walker, changes.along, layout.free, sampling.place)
+    by = np.concatenate([1.0 / scales, 1.0 / changes.scales])  # columns in SI units
+    pieces = _pieces(stretches, sensing, by, walker.time)
+    samples, by_design, by_run = {}, {}, {}
+    for side in SIDES:
+        channels = list(PLACES[side])
+        chosen = [Piece(p.start, p.edges, p.signals[:, channels], p.start_by, p.duration_by, p.impulse[channels])
+                  for p in pieces]
+        found = filtered(chosen, sampling.bandwidth_hz, taken[side])
+        samples[side], by_design[side], by_run[side] = _read(
+            found, value, layout, side, np.asarray(getattr(sampling, side)))
+        if LEG_LENGTH in names:  # a longer leg is longer at mid-stance too
+            by_design[side][:, :, names.index(LEG_LENGTH)] += by_run[side][:, :, lengths].sum(axis=2)
+    ends = [s for s in stretches if s.ends_step]
+    strikes = np.array([s.start + s.duration for s in ends]) * walker.time + value["mid_stance"]
+    strikes_by = np.array([s.start_by + s.duration_by for s in ends]).reshape(len(ends), len(by)) * by * walker.time
+    strikes_by_run = np.zeros((len(ends), len(layout.names)))
+    strikes_by_run[:, : layout.free] = strikes_by[:, : layout.free]
+    strikes_by_run[:, layout.place("mid_stance")] = 1.0
+    strikes_by_design = strikes_by[:, layout.free :]
+    if LEG_LENGTH in names:
+        strikes_by_design[:, names.index(LEG_LENGTH)] += strikes_by_run[:, lengths].sum(axis=1)
+    return Predicted(samples, by_design, by_run, strikes, strikes_by_design, strikes_by_run)
+
+
+def _pieces(stretches: list[Stretch], sensing: Sensing, by: Vector, unit: float) -> list[Piece]:
+    """The stretches as the low pass takes them, in SI units."""
+    pieces = []
+    for stretch, after in zip(stretches, [*stretches[1:], None], strict=True):
+        found = sensing.along(stretch)
+        signals = np.concatenate([found.value[:, :, None], found.by * by], axis=2)
+        impulse = np.zeros(signals.shape[1:])
+        if stretch.ends_step and after is not None:
+            old = sensing.velocities(stretch.end, stretch.end_by, stretch.stance_leg == 0)
+            new = sensing.velocities(after.begin, after.begin_by, after.stance_leg == 0)
+            impulse = np.concatenate([(new.value - old.value)[0, :, None], (new.by - old.by)[0] * by], axis=1)
+        pieces.append(Piece(stretch.start * unit, stretch.edges * unit, signals, stretch.start_by * by * unit,
+                            stretch.duration_by * by * unit, impulse))
+    return pieces
+
+
+def _read(
+    found: Filtered, value: dict[str, float], layout: Layout, side: str, clock: Vector
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What a sensor with its errors makes of its signals: samples (m, 3), by the design, by the run's unknowns."""
+    tilt = value[f"{side}_tilt"]
+    cos, sin = np.cos(tilt), np.sin(tilt)
+    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    turned = np.array([[-sin, -cos, 0.0], [cos, -sin, 0.0], [0.0, 0.0, 0.0]])
+    gain = 1.0 + np.array([value[f"{side}_{axis}_gain"] for axis in AXES])
+    bias = np.array([value[f"{side}_{axis}_bias"] for axis in AXES])
+    through = gain[:, None] * turn
+    straight = found.value @ turn.T
+    samples = straight * gain + bias
+    by = np.einsum("ij,mjc->mic", through, found.by)
+    by_time = found.rate @ through.T
+    by_run = np.zeros((*samples.shape, len(layout.names)))
+    by_run[:, :, : layout.free] = by[:, :, : layout.free]
+    by_run[:, :, layout.place("mid_stance")] = -by_time
+    if side == "foot":
+        by_run[:, :, layout.place("foot_lag")] = by_time
+    by_run[:, :, layout.place(f"{side}_clock")] = by_time * clock[:, None]
+    by_run[:, :, layout.place(f"{side}_tilt")] = (found.value @ turned.T) * gain
+    for axis, name in enumerate(AXES):
+        by_run[:, axis, layout.place(f"{side}_{name}_gain")] = straight[:, axis]
+        by_run[:, axis, layout.place(f"{side}_{name}_bias")] = 1.0
+    return samples, by[:, :, layout.free :], by_run

@@ -1,0 +1,76 @@
+"""What the calibration needs to know."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stages.biped.accuracy.level import Level
+from stages.biped.design import Biped
+from stages.biped.quantity import Bound, parameter
+from stages.calibration.observation.unknowns import Beliefs
+from stages.campaign.parameters import SensorSettings
+from stages.ground.slope import Slope
+
+POSITIVE, NOT_NEGATIVE = Bound(above=0), Bound(minimum=0)
+#: Noise that a second-order low pass lets through, in cut-offs.
+NOISE_BANDWIDTH = math.pi / (2 * math.sqrt(2))
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Which samples are used, how, and what is believed before the fit."""
+
+    FILE: ClassVar[str] = "calibration"
+
+    tolerance: float = parameter(
+        "1", "tolerance of a walk, in leg lengths and pendulum times", bound=Bound(minimum=1e-12, maximum=1e-4))
+    planned_steps: int = parameter("1", "steps of a run that is only planned", bound=Bound(minimum=2, maximum=1000))
+    planned_runs: int = parameter("1", "runs that are planned", bound=Bound(minimum=1, maximum=10_000))
+    settling_s: float = parameter("s", "time after the first mid-stance that is not used", bound=NOT_NEGATIVE)
+    before_strike_s: float = parameter("s", "left out before each measured heel strike", bound=NOT_NEGATIVE)
+    after_strike_s: float = parameter("s", "left out after each measured heel strike", bound=NOT_NEGATIVE)
+    robust_sigmas: float = parameter("1", "residuals beyond so many times the noise pull less", bound=Bound(minimum=1))
+    clock_sd: float = parameter("1", "standard error of a sensor's rate after the ingest, relative", bound=POSITIVE)
+    foot_lag_sd_s: float = parameter("s", "standard error of the foot's times against the hip's", bound=POSITIVE)
+    mid_stance_sd_s: float = parameter(
+        "s", "spread of the time from the first heel strike to mid-stance about the gait's", bound=POSITIVE)
+    start_length_sd: float = parameter("m", "spread of the legs' lengths there about the gait's", bound=POSITIVE)
+    start_length_rate_sd: float = parameter("m/s", "spread of their rates", bound=POSITIVE)
+    tilt_sd_deg: float = parameter("deg", "standard deviation of a sensor's tilt after the ingest", bound=POSITIVE)
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """All parameters the stage uses."""
+
+    biped: Biped
+    slope: Slope
+    sensor: SensorSettings
+    settings: Settings
+    level: Level = Level()
+
+    @property
+    def beliefs(self) -> Beliefs:
+        """What is believed of a sensor before the fit."""
+        sensor, settings = self.sensor, self.settings
+        return Beliefs(
+            clock=settings.clock_sd,
+            tilt=math.radians(settings.tilt_sd_deg),
+            acceleration_gain=sensor.acceleration_gain_sd,
+            rate_gain=sensor.angular_rate_gain_sd,
+            acceleration_bias=sensor.acceleration_bias_sd,
+            rate_bias=math.radians(sensor.angular_rate_bias_sd_deg_s),
+            foot_lag=settings.foot_lag_sd_s,
+            mid_stance=settings.mid_stance_sd_s,
+            length=settings.start_length_sd,
+            length_rate=settings.start_length_rate_sd,
+        )
+
+    @property
+    def noise(self) -> tuple[float, float, float]:
+        """Standard deviation of a sample forward and up [m/s^2] and of the lateral rate [rad/s]."""
+        root = math.sqrt(NOISE_BANDWIDTH * self.sensor.bandwidth_hz)
+        force = self.sensor.acceleration_noise_density * root
+        return force, force, math.radians(self.sensor.angular_rate_noise_density_deg_s) * root

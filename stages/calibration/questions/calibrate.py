@@ -1,0 +1,62 @@
+"""`calibrate`: the robot that was measured, as parameters with intervals, and what measurements can tell at all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from stages.biped.quantity import Bound
+from stages.biped.question import Answer, Asking, Question, WrongOption, option
+from stages.calibration.parameters import Parameters
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of `calibrate`."""
+
+    source: str = option(
+        "-", "The recordings: a CSV file of angles", metavar="FILE", positional=True, default="")
+    about: Mapping[str, Any] | None = option(
+        "-", "What is known beside the recordings, and what is looked for: this YAML file", name="with", default=None)
+    identifiability: bool = option(
+        "-", "Say what such measurements can tell, and what would tell more, before anything is fitted", default=False)
+    runs: int | None = option(
+        "1", "Runs that are planned (default: calibration.planned_runs)", default=None,
+        bound=Bound(minimum=1, maximum=10_000))
+
+
+def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
+    """Fit the recordings, or say what runs can tell. Raises WrongOption, NoGait, NotIdentified."""
+    if options.source.endswith(".csv") and not options.identifiability:
+        from stages.calibration.reports.angle_report import answered, calibrated
+
+        asking.progress(0.1, "the robot and each step's start")
+        return answered(calibrated(parameters.biped, parameters.slope, options.about, Path(options.source)))
+    from stages.calibration.estimation.asked import asked_of
+
+    asked = asked_of(options.about)
+    if options.identifiability:
+        from stages.calibration.reports.identifiability_report import told
+
+        return told(parameters, asked, options.runs or parameters.settings.planned_runs)
+    raise WrongOption("calibrate: name the recordings, or say --identifiability")
+
+
+QUESTION = Question(
+    "calibrate",
+    """Find the parameters of the robot that was measured.
+
+    --identifiability computes, before anything is fitted or even measured, how well runs like those of params/ can tell
+    each parameter, which combinations no sensor sees, and what further measurement would help most. What is known
+    already (a weighed mass, a measured length) stands in the file of --with; docs/calibration.md has its form.
+    """,
+    Options,
+    ask,
+    examples=("bipedstudy calibrate --identifiability --runs 30",
+              "bipedstudy calibrate steps.csv --with robot.yaml --figure residuals.png"),
+    draws=True,
+    pool=True,
+    leaves="the robot that was found, as parameter files",
+)

@@ -1,0 +1,166 @@
+"""A robot calibrated from its encoders, as text, JSON and pictures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stages.biped.design import Biped
+from stages.biped.question import Answer
+from stages.calibration.angles.fit import AngleFit, fit_robot
+from stages.calibration.angles.prediction import HeldOut, correlation_length, held_out
+from stages.calibration.angles.recording import DrivenStep, read_steps
+from stages.calibration.angles.setup import AngleSetup, setup_of
+from stages.calibration.information.words import listed, short
+from stages.ground.slope import Slope
+
+#: Weight of angles against known values; the half-width of a 95 % interval; parts of a step residuals are told by.
+NOISE, HALF_WIDTH, PARTS = 4e-3, 1.959964, 5
+#: A number is not told if its standard deviation is more of these changes than this.
+TOLD = 10.0
+VISCOUS, COULOMB = "biped.hip_damping", "biped.hip_friction"
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """What came out: fit, held-out errors of the robot as drawn and as fitted, and what the residuals say."""
+
+    setup: AngleSetup
+    fit: AngleFit
+    drawn: HeldOut
+    found: HeldOut
+    sd: dict[str, float]
+    remarks: list[str]
+
+
+def calibrated(biped: Biped, slope: Slope, about: Mapping[str, Any] | None, source: Path) -> Calibrated:
+    """Fit the steps of a recording and foretell the others. Raises WrongOption, NotIdentified."""
+    setup = setup_of(about, biped, slope)
+    fitted, out = setup.split(read_steps(source, setup.columns, setup.left_out))
+    sizes, low = setup.sizes(), setup.low()
+    fit = fit_robot(setup.robot, fitted, setup.free, sizes, low, setup.known, NOISE)
+    judged = out or fitted
+    drawn, found = (held_out(robot, judged, setup.begun) for robot in (setup.robot, fit.robot))
+    size = np.array([sizes[name] for name in setup.free])
+    spread = np.sqrt(np.diag(fit.covariance(size)))
+    sd = dict(zip(setup.free, spread.tolist(), strict=True))
+    remarks = [] if out else ["no step was held out: errors are those of the fitted steps"]
+    if not fit.converged:
+        remarks.append(f"the fit did not come to rest in {fit.iterations} iterations")
+    unclear = [short(name) for name in setup.free if not sd[name] < TOLD * sizes[name]]
+    if unclear:
+        remarks.append(f"not told by these steps: {listed(unclear)}; give known values for some of them")
+    remarks += _friction(setup, fit, fitted, sizes, low)
+    remarks += _structure(found)
+    return Calibrated(setup, fit, drawn, found, sd, remarks)
+
+
+def _friction(
+    setup: AngleSetup, fit: AngleFit, steps: Sequence[DrivenStep], sizes: Mapping[str, float], low: Mapping[str, float]
+) -> list[str]:
+    """What friction would be if it could be negative."""
+    at_bound = [name for name in setup.free if name in low and fit.robot.value(name) <= low[name] + 1e-12]
+    said = []
+    for name in at_bound:
+        free = {other: least for other, least in low.items() if other != name}
+        without = fit_robot(fit.robot, steps, setup.free, sizes, free, setup.known, NOISE, fit.starts)
+        sentence = (f"{short(name)} is at its bound {low[name]:g} {fit.robot.unit(name)}; without the bound it would "
+                    f"be {without.robot.value(name):.2g}")
+        if name == VISCOUS:
+            sentence += (f" beside {short(COULOMB)} {without.robot.value(COULOMB):.2g} N m: friction falls with speed, "
+                         "and the law of Coulomb and viscous friction has no such part")
+        said.append(sentence)
+    return said
+
+
+def _structure(found: HeldOut) -> list[str]:
+    """Whether residuals are noise, and where in a step they are large."""
+    length = correlation_length(found.residuals)
+    every = np.concatenate([_by_part(one) for one in found.residuals.values()])
+    parts = np.sqrt(np.nanmean(every**2, axis=0))  # (parts, 2)
+    worst = int(np.argmax(parts[:, 1]))
+    lag = _lag_one(found.residuals)
+    said = [f"residuals of a step hang together (correlation {lag:.2f} from sample to sample, {length:.0f} samples are "
+            f"worth one): they are the model's, not noise, and intervals count steps, not samples"] if lag > 0.3 else []
+    said.append("by fifths of a step, rms between the legs: " + ", ".join(f"{1e3 * value:.1f}" for value in parts[:, 1])
+                + f" mrad (largest in fifth {worst + 1})")
+    return said
+
+
+def _lag_one(residuals: Mapping[int, np.ndarray]) -> float:
+    products = sum(float((one[1:] * one[:-1]).sum()) for one in residuals.values())
+    return products / sum(float((one**2).sum()) for one in residuals.values())
+
+
+def _by_part(residuals: np.ndarray) -> np.ndarray:
+    """Root mean squares of one step by its parts, (1, PARTS, 2)."""
+    return np.array([[np.sqrt((part**2).mean(axis=0)) for part in np.array_split(residuals, PARTS)]])
+
+
+def answered(result: Calibrated) -> Answer:
+    """The answer to `calibrate`."""
+    fit, setup = result.fit, result.setup
+    rows = []
+    for name in setup.free:
+        half = HALF_WIDTH * result.sd[name]
+        value = fit.robot.value(name)
+        rows.append([short(name), f"{setup.robot.value(name):.5g}", f"{value:.5g}",
+                     f"+- {half:.2g}" if math.isfinite(half) else "not told", fit.robot.unit(name)])
+    between, stance = fit.rms()
+    tell = result.found
+    errors = [
+        ["fit", *(f"{1e3 * value:.2f}" for value in (*result.drawn.fit, *tell.fit))],
+        [f"foretold from {tell.begun:g} s", *(f"{1e3 * value:.1f}" for value in (*result.drawn.foretold,
+                                                                                *tell.foretold))],
+    ]
+    return Answer(
+        lines=[f"{len(fit.starts)} steps fitted: rms {1e3 * between:.2f} mrad between the legs, {1e3 * stance:.2f} "
+               "mrad of the stance leg", *result.remarks],
+        tables=[
+            ("The robot, 95 % intervals", ["number", "drawn", "found", "interval", "unit"], rows),
+            (f"Errors on {tell.steps} steps that were not fitted, mrad",
+             ["", "drawn, hip", "drawn, stance", "found, hip", "found, stance"], errors),
+        ],
+        plain={
+            "numbers": {name: {"drawn": setup.robot.value(name), "found": fit.robot.value(name),
+                               "sd": result.sd[name] if math.isfinite(result.sd[name]) else None,
+                               "unit": fit.robot.unit(name)} for name in setup.free},
+            "fixed": {name: value for name, value in fit.robot.numbers.items() if name not in setup.free},
+            "fitted_steps": sorted(fit.starts), "held_out_steps": tell.steps, "begun_s": tell.begun,
+            "rms_fitted_rad": {"hip": between, "stance": stance},
+            "held_out_rad": {"fit": {"hip": tell.fit[0], "stance": tell.fit[1]},
+                             "foretold": {"hip": tell.foretold[0], "stance": tell.foretold[1]},
+                             "drawn_fit": {"hip": result.drawn.fit[0], "stance": result.drawn.fit[1]}},
+            "remarks": result.remarks, "converged": fit.converged,
+        },
+        parameters={**{f"biped.{key}": value for key, value in setup.given.items()},
+                    **{name: fit.robot.value(name) for name in setup.free if name.startswith("biped.")}},
+        draw=lambda save: _draw(result, save),
+    )  # fmt: skip
+
+
+def _draw(result: Calibrated, save: Any) -> None:
+    """Residuals of held-out steps over the step, each step a line, and their rms."""
+    import matplotlib.pyplot as plt
+
+    from stages.drawing import style
+
+    with style.drawing():
+        figure, axes = plt.subplots(2, 1, figsize=(style.TWO_COLUMNS, 4.0), sharex=True)
+        for axis, column, title in zip(axes, (1, 0), ("angle between the legs", "stance angle"), strict=True):
+            for one in result.found.residuals.values():
+                axis.plot(np.linspace(0, 100, len(one)), 1e3 * one[:, column], color=style.MEASURED, linewidth=0.5)
+            grid = np.linspace(0, 100, 101)
+            every = np.array([np.interp(grid, np.linspace(0, 100, len(one)), one[:, column])
+                              for one in result.found.residuals.values()])
+            axis.plot(grid, 1e3 * every.mean(axis=0), color=style.ANALYTIC, label="mean")
+            axis.set_ylabel("measured less model [mrad]")
+            axis.set_title(f"{title}, {result.found.steps} steps that were not fitted")
+            axis.legend()
+        axes[-1].set_xlabel("part of the step [%]")
+        save(figure)

@@ -1,0 +1,58 @@
+"""The numbers behind a figure: every curve and every set of points in it, as CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PathCollection
+from matplotlib.figure import Figure
+
+COLUMNS = ("panel", "series", "x", "y")
+#: Digits that are kept: more than a picture shows.
+DIGITS = 6
+
+
+def as_csv(figure: Figure) -> str:
+    """A row for each point that is shown of every curve, below lines with # that say what x and y are; "" if none."""
+    panels = {name: axes for name, axes in _panels(figure) if axes.axison}
+    rows = [row for name, axes in panels.items() for row in _rows(name, axes)]
+    if not rows:
+        return ""
+    text = io.StringIO()
+    for name, axes in panels.items():
+        x, y = (" ".join(label.split()) for label in (axes.get_xlabel(), axes.get_ylabel()))
+        text.write(f"# panel {name}: x: {x or 'as below'}; y: {y or 'as beside'}\n")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def _panels(figure: Figure) -> Iterator[tuple[str, Axes]]:
+    """Axes by their letters, or by their numbers."""
+    for number, axes in enumerate(figure.get_axes(), 1):
+        yield axes.get_title(loc="left").strip("()") or str(number), axes
+
+
+def _rows(panel: str, axes: Axes) -> Iterator[tuple[str, str, str, str]]:
+    low, high = sorted(axes.get_xlim())
+    for count, (name, points) in enumerate(_series(axes), 1):
+        series = str(count) if name.startswith("_") else name
+        for x, y in points[(points[:, 0] >= low) & (points[:, 0] <= high)]:
+            yield panel, series, f"{x:.{DIGITS}g}", f"{y:.{DIGITS}g}"
+
+
+def _series(axes: Axes) -> Iterator[tuple[str, np.ndarray]]:
+    """Name and points (n, 2) of what is drawn in the axes' own scales."""
+    for line in axes.lines:
+        if line.get_transform() == axes.transData:
+            x, y = (np.asarray(values) for values in line.get_data(orig=False))
+            if x.shape == y.shape:
+                yield str(line.get_label()), np.column_stack([np.ravel(x), np.ravel(y)]).astype(float)
+    for points in axes.collections:
+        if isinstance(points, PathCollection):
+            yield str(points.get_label()), np.ma.filled(np.ma.asarray(points.get_offsets(), dtype=float), np.nan)

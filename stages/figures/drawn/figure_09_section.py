@@ -1,0 +1,107 @@
+"""Figure 9: the twin's design, and a frontal section through its hip, both from the bill of parts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from stages.drawing import style
+from stages.figures.inputs import Given
+from stages.figures.robot import view
+from stages.figures.robot.bodies import COLOURS, TINTS, by_group, shown_parts, tinted
+from stages.figures.robot.section import Cut, cuts
+from stages.twin.machine.parts import Part
+
+TITLE = "Figure 9: the design and a section of the hip"
+PLACE = 9
+INPUTS = ()
+AZIMUTH, ELEVATION = np.radians(38.0), np.radians(18.0)
+#: The section shows what lies above this height below the hip axis [m], and a margin around.
+BELOW, MARGIN = 0.07, 0.012
+
+
+def draw_section(axes: Axes, parts: Iterable[Part]) -> None:
+    """The section: cut parts filled and hatched by pair, parts before and behind it as thin outlines."""
+    found = sorted((cut for part in parts for cut in cuts(part)), key=lambda cut: -cut.width * cut.height)
+    for cut in (cut for cut in found if not cut.solid):
+        axes.add_patch(_rectangle(cut, facecolor="none", edgecolor="#AAAAAA", linewidth=0.5, linestyle=(0, (3, 2))))
+    for cut in (cut for cut in found if cut.solid):
+        colour = tinted(COLOURS[cut.pair], TINTS.get(cut.part.material, 0.0))
+        axes.add_patch(_rectangle(cut, facecolor=colour, edgecolor="#222222", linewidth=0.5,
+                                  hatch={"inner": "////", "outer": "\\\\\\\\"}[cut.pair]))  # fmt: skip
+
+
+def _rectangle(cut: Cut, **look: Any) -> Rectangle:
+    return Rectangle((1e3 * cut.z, 1e3 * cut.y), 1e3 * cut.width, 1e3 * cut.height, **look)
+
+
+def numbered(parts: Iterable[Part]) -> list[tuple[Part, np.ndarray]]:
+    """Parts of the frames that are cut above `BELOW`, from the middle outwards, and a point (2,) [m] in each cut."""
+    found = []
+    for part in parts:
+        solid = [cut for cut in cuts(part) if cut.solid and cut.z + cut.width / 2 >= -1e-9]
+        if part.group.endswith("frame") and solid:
+            cut = max(solid, key=lambda each: each.y)
+            shifted = 0.5 if cut.z + cut.width / 2 > 1e-9 else 0.61  # a part in the middle is named beside it
+            found.append((part, np.array([cut.z + shifted * cut.width, max(cut.y + 0.5 * cut.height, -0.8 * BELOW)])))
+    return sorted(found, key=lambda each: (round(float(each[1][0]), 4), each[0].name))
+
+
+def draw(given: Given) -> Figure:
+    """The robot standing, and the section."""
+    twin, biped = given.parameters.twin, given.parameters.biped
+    figure = plt.figure(figsize=(style.TWO_COLUMNS, 3.7))
+    places: Any = [["whole", "hip"], ["whole", "key"]]
+    panels = figure.subplot_mosaic(places, width_ratios=(0.62, 1.0), height_ratios=(1.0, 0.28))
+    whole, hip, key = (panels[name] for name in ("whole", "hip", "key"))
+    camera = view.Camera(AZIMUTH, ELEVATION, 0.0)
+    natural = biped.leg_length + twin.outsole
+    view.paint(whole, camera, [view.upright(natural).robot(by_group(shown_parts(twin, biped)))])
+    view.frame(whole)
+    style.panel_label(whole, "a")
+    parts = [part for part in twin.parts if part.shape != "point"]
+    draw_section(hip, parts)
+    reach = max(max(abs(cut.z), abs(cut.z + cut.width)) for part in parts for cut in cuts(part))
+    top = max(cut.y + cut.height for part in parts for cut in cuts(part))
+    named = numbered(parts)
+    for number, ((_, at), place) in enumerate(zip(named, np.linspace(-0.02, 1.04 * reach, len(named))), 1):
+        x, y = 1e3 * at
+        hip.annotate(str(number), (x, y), (1e3 * place, 1e3 * (top + MARGIN)), ha="center", va="bottom", fontsize=7,
+                     arrowprops={"arrowstyle": "-", "linewidth": 0.5, "shrinkA": 0, "shrinkB": 0})  # fmt: skip
+        hip.plot(x, y, "o", color="#222222", markersize=1.8, zorder=4)
+    hip.plot([-1e3 * reach - 8, 1e3 * reach + 8], [0, 0], color="black", linewidth=0.6, linestyle=(0, (8, 2, 1, 2)))
+    hip.set_yticks(np.arange(-50, 26, 25))
+    hip.set_xlim(-1e3 * reach - 10, 1e3 * reach + 10)
+    hip.set_ylim(-1e3 * BELOW, 1e3 * (top + 2 * MARGIN))
+    hip.set_aspect("equal")
+    hip.set_xlabel("along the hip axis [mm]")
+    hip.set_ylabel("above the hip axis [mm]")
+    hip.grid(False)
+    style.panel_label(hip, "b")
+    for pair, hatch in (("inner", "////"), ("outer", "\\\\\\\\")):
+        hip.add_patch(Rectangle((0, 0), 0, 0, facecolor=COLOURS[pair], edgecolor="#222222", hatch=hatch,
+                                label=f"{pair} legs"))  # fmt: skip
+    words = [f"{number} {part.name}" for number, (part, _) in enumerate(named, 1)]
+    third = -(-len(words) // 3)
+    key.set_axis_off()
+    for number, start in enumerate(range(0, len(words), third)):
+        column = "\n".join(words[start : start + third])
+        key.text(number / 3, 1.0, column, transform=key.transAxes, va="top", fontsize=7)
+    figure.legend(loc="outside upper right", ncols=2)
+    return figure
+
+
+def caption(given: Given) -> str:
+    parts = given.parameters.twin.parts
+    pieces = sum(part.pieces for part in parts)
+    return (
+        f"The twin as its bill of {len(parts)} rows makes it, {pieces} pieces of assumed size and mass, and the "
+        "frontal section through the hip axis. What is inside the bearings turns with the shaft and the inner legs; "
+        "the outer legs turn on it. Dashed: parts before and behind the section. Thin rods in the drawing are no parts."
+    )

@@ -1,0 +1,64 @@
+"""Figure 13: six consecutive steps of the twin on its ramp, each at the same phase."""
+
+from __future__ import annotations
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.figure import Figure
+
+from stages.biped.walk import Walk
+from stages.drawing import style
+from stages.figures.inputs import Given
+from stages.figures.robot import view
+from stages.figures.robot.bodies import SMALL, by_group, shown_parts
+from stages.twin.exports.blocks import laid
+
+TITLE = "Figure 13: six consecutive steps"
+PLACE = 13
+CLAIMS = ("twin_settles",)
+INPUTS = ("twin", "analytic")
+STEPS = 6
+AZIMUTH, ELEVATION = np.radians(24.0), np.radians(14.0)
+#: Half the width of what one picture shows, and how far it goes below and above the ground [m].
+WINDOW, BELOW, ABOVE = 0.165, 0.085, 0.40
+#: When a step is shown: this part of it after its heel strike.
+PHASE = 0.2
+
+
+def moments(walk: Walk) -> np.ndarray:
+    """Times of the same phase of consecutive steps, the first after the first heel strike [s]."""
+    strikes = walk.heel_strike_time[: STEPS + 1]
+    return np.asarray(strikes[:-1] + PHASE * np.diff(strikes))
+
+
+def draw(given: Given) -> Figure:
+    """A picture a step; the camera goes along."""
+    walk, twin, biped = given.twin.walk, given.parameters.twin, given.parameters.biped
+    ramp = laid(twin, given.analytic.gait.step_length_m)
+    camera = view.Camera(AZIMUTH, ELEVATION, given.parameters.slope.angle)
+    bodies, natural = by_group(shown_parts(twin, biped), SMALL), biped.leg_length + twin.outsole
+    edge = ramp.tracks[1] + 0.8 * ramp.width
+    figure, panels = plt.subplots(1, STEPS, figsize=(style.TWO_COLUMNS, 1.95))
+    for number, (axes, time) in enumerate(zip(panels, moments(walk)), 1):
+        pose = view.pose_at(walk, float(time), natural)
+        x = pose.hip[0]
+        near = max(0, int(np.ceil((x - 3 * WINDOW) / ramp.step))), int((x + 3 * WINDOW) / ramp.step)
+        view.paint(axes, camera, [view.deck(x - 0.6, x + 0.6, edge), view.blocks(ramp, *near), pose.robot(bodies)])
+        view.frame(axes)
+        centre, ground = camera.spot(np.array([x, 0.0, 0.0]))
+        axes.set_xlim(centre - WINDOW, centre + WINDOW)
+        axes.set_ylim(ground - BELOW, ground + ABOVE)
+        axes.set_title(f"step {number}, {time - walk.time[0]:.2f} s", fontsize=7)
+    for axes in panels[len(moments(walk)) :]:
+        axes.set_axis_off()
+    return figure
+
+
+def caption(given: Given) -> str:
+    walk = given.twin.walk
+    durations = np.diff(walk.heel_strike_time[: STEPS + 1])
+    spread = f", their durations from {durations.min():.4f} to {durations.max():.4f} s" if len(durations) else ""
+    return (
+        f"The twin in {len(moments(walk))} consecutive steps from its start, each {100 * PHASE:.0f} % after its heel "
+        f"strike{spread}. The camera goes along; blocks are those of the ramp."
+    )

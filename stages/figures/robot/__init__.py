@@ -1,0 +1,1 @@
+"""Drawings of the twin from its bill of parts: bodies, poses, views, sections."""

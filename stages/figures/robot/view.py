@@ -1,0 +1,162 @@
+"""The twin's poses in its walk, a camera that sees them, and how what it sees is painted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+
+from stages.biped.walk import Walk
+from stages.figures.robot.bodies import Faces, faces, joined, tinted
+from stages.twin.exports.solids import BLOCK_HEIGHT, box
+from stages.twin.ramp import Ramp
+
+LIGHT = np.array([-0.35, 0.75, 0.56])
+WOOD, DECK = "#A98C62", "#CDBFA5"
+#: Height of the deck under the blocks [m].
+DECK_HEIGHT = 0.02
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Hip [m] and, of each pair, angle of the legs [rad] and how far its feet have moved up into them [m]."""
+
+    hip: np.ndarray
+    angle: np.ndarray
+    slide: np.ndarray
+
+    def placed(self, body: Faces, group: str) -> Faces:
+        """A group's triangles where this pose has them, in the slope frame."""
+        pair = int(group.startswith("outer"))
+        turn = self.axes(pair)
+        lift = np.array([0.0, self.slide[pair] if group.endswith("foot") else 0.0, 0.0])
+        place = np.array([*self.hip, 0.0])
+        return Faces((body.corners + lift) @ turn.T + place, body.normals @ turn.T, body.colours)
+
+    def point(self, place: tuple[float, ...], group: str) -> np.ndarray:
+        """A point fixed to a group, given in the axes of the bill, in the slope frame (3,) [m]."""
+        alone = Faces(np.array([[place]], dtype=float), np.zeros((1, 3)), np.zeros((1, 3)))
+        found: np.ndarray = self.placed(alone, group).corners[0, 0]
+        return found
+
+    def axes(self, pair: int) -> np.ndarray:
+        """Axes of a pair of legs as columns (3, 3): forward, up the leg, lateral."""
+        sine, cosine = np.sin(self.angle[pair]), np.cos(self.angle[pair])
+        return np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+
+    def robot(self, bodies: Mapping[str, Faces]) -> Faces:
+        """All groups in this pose."""
+        return joined(self.placed(body, group) for group, body in bodies.items())
+
+
+def pose_at(walk: Walk, time: float, natural: float) -> Pose:
+    """The pose of a walk at a time [s]; `natural` is the legs' length unloaded [m]."""
+    values = [np.array([np.interp(time, walk.time, signal[:, column]) for column in (0, 1)])
+              for signal in (walk.hip_position, walk.leg_angle, walk.leg_length)]  # fmt: skip
+    return Pose(values[0], values[1], natural - values[2])
+
+
+def moment(walk: Walk, phase: float) -> float:
+    """A time within the step after the second heel strike, or within a walk that has none [s]."""
+    strikes = walk.heel_strike_time
+    begin, end = strikes[1:3] if len(strikes) > 2 else (walk.time[0], walk.time[-1])
+    return float(begin + phase * (end - begin))
+
+
+def upright(natural: float) -> Pose:
+    """The machine standing straight, unloaded."""
+    return Pose(np.array([0.0, natural]), np.zeros(2), np.zeros(2))
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Turned about the vertical by `azimuth` (positive: from the front) and raised by `elevation`, on a `slope` [rad].
+
+    It sees without perspective; gravity points down the page.
+    """
+
+    azimuth: float
+    elevation: float
+    slope: float
+
+    @property
+    def axes(self) -> np.ndarray:
+        """Rows: to the right of the page, up the page, towards the eye; columns: axes of the slope frame."""
+        sine, cosine = np.sin(self.slope), np.cos(self.slope)
+        level = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+        sine, cosine = np.sin(self.azimuth), np.cos(self.azimuth)
+        turned = np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
+        sine, cosine = np.sin(self.elevation), np.cos(self.elevation)
+        raised = np.array([[1.0, 0.0, 0.0], [0.0, cosine, -sine], [0.0, sine, cosine]])
+        found: np.ndarray = raised @ turned @ level
+        return found
+
+    def page(self, points: np.ndarray) -> np.ndarray:
+        """Points (..., 3) of the slope frame on the page (..., 2) [m]."""
+        on_page: np.ndarray = points @ self.axes[:2].T
+        return on_page
+
+    def spot(self, point: np.ndarray, aside: tuple[float, float] = (0.0, 0.0)) -> tuple[float, float]:
+        """One point on the page, moved `aside` there."""
+        x, y = self.page(point)
+        return float(x) + aside[0], float(y) + aside[1]
+
+
+def blocks(ramp: Ramp, first: int = 0, last: int | None = None) -> Faces:
+    """The stepping blocks from set `first` to `last` (counted from 0), in the slope frame."""
+    size = (ramp.lanes[0].length, BLOCK_HEIGHT, ramp.width)
+    sides = [(number, side * ramp.tracks[number % 2])
+             for number in range(ramp.sets)[first : None if last is None else last + 1] for side in (1.0, -1.0)]
+    return joined(faces(box(size).moved((number * ramp.step, -BLOCK_HEIGHT / 2, z)), tinted(WOOD, 0.0))
+                  for number, z in sides)  # fmt: skip
+
+
+def deck(start: float, end: float, half_width: float) -> Faces:
+    """The board under the blocks, from x = start to end [m]."""
+    middle = (0.5 * (start + end), -BLOCK_HEIGHT - DECK_HEIGHT / 2, 0.0)
+    return faces(box((end - start, DECK_HEIGHT, 2.0 * half_width)).moved(middle), tinted(DECK, 0.0))
+
+
+def paint(axes: Axes, camera: Camera, layers: Iterable[Faces], *, strength: float = 1.0) -> None:
+    """Paint triangles, those of later layers over those of earlier ones, within a layer the nearer over the farther.
+
+    `strength` below 1 makes them pale.
+    """
+    eye = camera.axes[2]
+    light = LIGHT / np.linalg.norm(LIGHT)
+    for layer in layers:
+        seen = layer.normals @ eye > 1e-9
+        corners, normals, colours = layer.corners[seen], layer.normals[seen], layer.colours[seen]
+        order = np.argsort((corners @ eye).mean(axis=1), kind="stable")
+        bright = 0.62 + 0.38 * np.clip(normals @ (camera.axes.T @ light), 0.0, 1.0)
+        shaded = 1.0 - strength * (1.0 - colours * bright[:, None])
+        axes.add_collection(PolyCollection(
+            list(camera.page(corners[order])), facecolors=shaded[order], edgecolors=shaded[order], linewidths=0.25,
+        ), autolim=True)  # fmt: skip
+
+
+def arrows(axes: Axes, camera: Camera, origin: np.ndarray, frame: np.ndarray, names: tuple[str, ...], **look: Any
+           ) -> None:  # fmt: skip
+    """The columns of `frame` (3, n) [m] as arrows from a point of the slope frame, each with its name at its end."""
+    start = camera.spot(origin)
+    for column, name in zip(frame.T, names, strict=True):
+        end = camera.spot(origin + column)
+        axes.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0, **look})
+        if name:
+            away = np.subtract(end, start)
+            x, y = away / np.linalg.norm(away)
+            axes.annotate(name, end, (8.0 * x, 6.0 * y), textcoords="offset points", fontsize=7,
+                          color=look.get("color", "black"), ha="left" if x > 0.3 else "right" if x < -0.3 else "center",
+                          va="bottom" if y > 0.3 else "top" if y < -0.3 else "center")  # fmt: skip
+
+
+def frame(axes: Axes) -> None:
+    """Equal scales, no axes."""
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    axes.margins(0.01)
+    axes.autoscale_view()

@@ -1,0 +1,23 @@
+"""The ramp under a twin that walks on the plane: blocks for its steps, as many as there is room for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from stages.twin.parameters import Settings
+from stages.twin.ramp import Ramp, lay_blocks
+
+
+def laid(settings: Settings, step_length: float) -> Ramp:
+    """The ramp of the scene; of a walk on the plane one that fits steps of this length [m], whatever they are.
+
+    Raises BlocksDoNotFit where the scene is the ramp.
+    """
+    if settings.scene != "plane":
+        return lay_blocks(settings, step_length)
+    step = settings.expected_step or step_length
+    block = min(settings.block_length, step)
+    room = 1 + int((settings.ramp_length - block) / step)
+    sets = max(2, min(settings.block_sets, room))
+    length = max(settings.ramp_length, (sets - 1) * step + block)
+    return lay_blocks(replace(settings, block_sets=sets, block_length=block, ramp_length=length), step_length)

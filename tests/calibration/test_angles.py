@@ -1,0 +1,178 @@
+"""A driven robot with encoders: derivatives, blind recordings of its own model, refusals, and a real robot's steps."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.parameters import yaml_text
+from pipeline.questions.described import Described
+from stages.analytic.gait.design_point import DesignPoint
+from stages.biped.design import Biped
+from stages.biped.question import WrongOption
+from stages.calibration.angles.fit import fit_robot
+from stages.calibration.angles.recording import DrivenStep, read_steps
+from stages.calibration.angles.robot import OF_ROBOT, Robot, late, show
+from stages.calibration.angles.setup import SIZES, USUAL, setup_of
+from stages.calibration.errors import NotIdentified
+from stages.calibration.estimation.known import Known
+from stages.calibration.reports.angle_report import calibrated
+from stages.ground.slope import Slope
+from tests.calibration.runs import BIPED
+
+LEVEL = Slope(0.0, 9.81)
+COMPASS = Biped(
+    "rigid", 2.0, 0.7, 0.28, 0.0, 0.23, 1000.0, 0.0, 0.0026, hip_gravity_mass=-0.4, hip_damping=0.0016,
+    hip_friction=0.006, other_foot_com=0.235, other_leg_inertia=0.0029)
+ROBOT = Robot(DesignPoint(COMPASS, LEVEL), {**dict.fromkeys(OF_ROBOT, 0.0), "torque_constant": 0.018})
+NAMES = USUAL
+HALF_WIDTH = 1.959964
+#: Where eighty steps of a real compass robot are; docs/calibration.md says how to get them.
+REAL = Path(os.environ.get("BIPEDSTUDY_REAL_ROBOT", Path(__file__).parents[3] / "shared/real_robot"))
+RECORDED = REAL / "walking_80_steps.csv"
+needs_real = pytest.mark.skipif(not RECORDED.exists(), reason=f"{RECORDED} is not there; see docs/calibration.md")
+
+
+def sizes(robot):
+    return {name: 0.1 * abs(robot.value(name)) or SIZES[robot.unit(name)] for name in NAMES}
+
+
+def driven(robot, seed, steps, noise):
+    """Steps of a robot that is driven at random, with white noise on its angles."""
+    rng = np.random.default_rng(seed)
+    found = []
+    for number in range(steps):
+        time = 0.005 * np.arange(100)
+        signal = rng.normal(scale=6.0) + 6.0 * np.sin(2 * np.pi * (time * rng.uniform(1, 3) + rng.uniform()))
+        start = np.array([-0.16, -0.2, 0.68, -0.3]) + np.array([0.02, 0.02, 0.05, 0.1]) * rng.normal(size=4)
+        step = DrivenStep(number, number % 2, 0.005, time, time, signal)
+        shown = show(robot, step, start, ()).angles
+        if len(shown) < 100:
+            continue
+        seen = shown + noise * rng.normal(size=shown.shape)
+        found.append(DrivenStep(number, number % 2, 0.005, seen[:, 0], seen[:, 1], signal))
+    return found
+
+
+@pytest.mark.parametrize("leg", [0, 1])
+def test_derivatives_are_those_of_differences(leg):
+    robot = ROBOT.with_values({"torque_lag": 0.006, "torque_offset": 0.01, "hip_zero": 0.02})
+    step = driven(robot, 5, 2, 0.0)[leg]
+    start = np.array([-0.15, -0.2, 0.7, -0.3])
+    found = show(robot, step, start, NAMES)
+    for place, name in enumerate(NAMES):
+        change = 1e-4 * sizes(robot)[name]
+        ends = [show(robot.with_values({name: robot.value(name) + part * change}), step, start, ()).angles
+                for part in (1, -1)]
+        expected = (ends[0] - ends[1]) / (2 * change)
+        np.testing.assert_allclose(found.by[:, :, place], expected, atol=1e-6 * max(1e-9, np.abs(expected).max()))
+    for place in range(4):
+        moved = np.zeros(4)
+        moved[place] = 1e-6
+        expected = (show(robot, step, start + moved, ()).angles - show(robot, step, start - moved, ()).angles) / 2e-6
+        np.testing.assert_allclose(found.by_start[:, :, place], expected, atol=1e-6 * np.abs(expected).max())
+
+
+def test_a_late_signal_is_the_one_before():
+    signal = np.sin(np.linspace(0, 6, 200))
+    shifted, slope = late(signal, 3.0)
+    np.testing.assert_allclose(shifted[3:], signal[:-3], atol=1e-12)
+    np.testing.assert_allclose(slope[5:-5], np.gradient(shifted)[5:-5], atol=1e-4)
+
+
+def test_blind_recordings_give_back_the_robot():
+    """24 recordings of the model's own, each with another robot: 95 % intervals hold the truth about as often."""
+    rng, held, errors = np.random.default_rng(7), [], []
+    for seed in range(24):
+        truth = ROBOT.with_values({
+            name: ROBOT.value(name) + (SIZES["m"] * 0.3 if name.endswith("com") else sizes(ROBOT)[name]) * (
+                abs(rng.normal()) if ROBOT.value(name) == 0 else rng.normal()) for name in NAMES})
+        steps = driven(truth, seed, 24, 1e-3)
+        fit = fit_robot(ROBOT, steps, NAMES, sizes(ROBOT), {}, (), 1e-3)
+        assert fit.converged
+        spread = np.sqrt(np.diag(fit.covariance(np.array([sizes(ROBOT)[name] for name in NAMES]))))
+        error = np.array([fit.robot.value(name) - truth.value(name) for name in NAMES]) / spread
+        held.append(np.abs(error) < HALF_WIDTH)
+        errors.append(error)
+        assert max(fit.rms()) < 1.1e-3
+    assert 0.88 < np.mean(held) < 0.99
+    assert np.abs(np.mean(errors, axis=0)).max() < 1.0
+
+
+def test_a_known_value_pulls_as_much_as_it_is_worth():
+    steps = driven(ROBOT, 3, 6, 1e-3)
+    known = Known("torque_constant", 0.02, 1e-8)
+    fit = fit_robot(ROBOT, steps, NAMES, sizes(ROBOT), {}, (known,), 1e-3)
+    assert fit.robot.value("torque_constant") == pytest.approx(0.02, abs=1e-6)
+
+
+def about(text):
+    return Described(yaml_text.parse(text, "robot.yaml"), "robot.yaml")
+
+
+@pytest.mark.parametrize(("text", "message"), [
+    ("motor: 1", "robot.yaml:1: motor: there is no such entry"),
+    ("design:\n  legs: rigid\n  hip_mas: {value: 2, unit: kg}", "robot.yaml:3: design.hip_mas: no such key"),
+    ("design:\n  legs: rigid\n  hip_mass: {value: 2, unit: g}", "robot.yaml:3: design.hip_mass.unit: g, must be kg"),
+    ("design:\n  legs: rigid\n  foot_com: {value: 2, unit: m}", "robot.yaml:3: design.foot_com: 2.0, must be <"),
+    ("known:\n  torque_constant: {value: 0.1, unit: N m, uncertainty: -1}", "robot.yaml:2: known.torque_constant.unc"),
+    ("free:\n  - hip_mass\n  - knee", "robot.yaml:3: free.1: knee is no number of the robot"),
+    ("recording: {begun_s: soon}", "robot.yaml:1: recording.begun_s: soon, must be a number from 0.02"),
+    ("held_out: some", 'robot.yaml:1: held_out: some, must be "every other pair"'),
+])
+def test_a_wrong_file_is_refused_with_line_and_key(text, message):
+    with pytest.raises(WrongOption) as refused:
+        setup_of(about(text), BIPED, LEVEL)
+    assert str(refused.value).startswith(message)
+
+
+def test_a_wrong_recording_is_refused_with_line_and_column(tmp_path):
+    path = tmp_path / "steps.csv"
+    path.write_text("time_s,stance_angle_rad,hip_angle_rad,motor_signal\n")
+    with pytest.raises(WrongOption, match=r"steps.csv:1: no column outer_pair_stands for stands"):
+        read_steps(path, {}, 7)
+    path.write_text("time_s,stance_angle_rad,hip_angle_rad,motor_signal,outer_pair_stands\n0,0,0,0,1\n0.1,0,x,0,1\n")
+    with pytest.raises(WrongOption, match=r"steps.csv:3: hip_angle_rad: 'x' is no number"):
+        read_steps(path, {}, 7)
+
+
+AUTHORS = """
+design:
+  legs: rigid
+  hip_mass: {value: 2.0, unit: kg}
+  hip_gravity_mass: {value: -0.409, unit: kg}
+  foot_mass: {value: 0.7, unit: kg}
+  leg_length: {value: 0.2778, unit: m}
+  foot_radius: {value: 0.0, unit: m}
+  foot_com: {value: 0.2276, unit: m}
+  other_foot_com: {value: 0.2330, unit: m}
+  leg_inertia: {value: 2.6054e-3, unit: kg m^2}
+  other_leg_inertia: {value: 2.91883e-3, unit: kg m^2}
+  hip_friction: {value: 0.00611, unit: N m}
+  hip_damping: {value: 0.00156, unit: N m s/rad}
+robot:
+  torque_constant: {value: 0.0182, unit: N m}
+"""
+
+
+@needs_real
+@pytest.mark.parametrize("fitted_first", [True, False])
+def test_a_real_robot_is_told_from_half_of_its_steps(fitted_first):
+    """Half of the pairs of steps fitted, the other half foretold; the limits are those of a trial by other hands."""
+    pairs = [number for number in range(80) if (number // 2) % 2 == (1 if fitted_first else 0)]
+    found = calibrated(BIPED, LEVEL, about(AUTHORS + f"held_out: {pairs}"), RECORDED)
+    assert found.found.steps == 40
+    hip, stance = found.found.fit
+    assert (hip < 5.2e-3, stance < 4.0e-3) == (True, True)
+    hip, stance = found.found.foretold
+    assert (hip < 18e-3, stance < 13e-3) == (True, True)
+    assert found.fit.robot.value("biped.hip_damping") >= 0.0
+    assert any("friction falls with speed" in remark for remark in found.remarks)
+
+
+@needs_real
+def test_steps_of_one_leg_are_refused():
+    inner = list(range(1, 80, 2))
+    with pytest.raises(NotIdentified, match="leg 1 never stands"):
+        calibrated(BIPED, LEVEL, about(AUTHORS + f"held_out: {inner}"), RECORDED)

@@ -1,0 +1,68 @@
+"""What runs can tell: the scale of mass is not seen, the clock limits the length, and what trials outside had found."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stages.calibration.estimation.known import Known
+from stages.calibration.information.experiments import experiments, gains, weighed
+from stages.calibration.information.identifiability import identifiability
+from stages.calibration.information.plan import plan_of, planned_equations
+from stages.calibration.information.words import described, is_scale_of_mass
+from tests.calibration.runs import PARAMETERS
+
+PLAN = plan_of(PARAMETERS)
+#: Shares in % that an independent trial found for the same run (hip weighed; the study's own Fisher information).
+TRIAL = {"biped.foot_mass": 0.053, "biped.leg_length": 0.041, "biped.foot_radius": 0.063, "biped.foot_com": 0.064,
+         "biped.stiffness": 0.071, "biped.damping": 0.066, "ground.slope_deg": 0.057}
+
+
+@pytest.fixture(scope="module")
+def planned():
+    return planned_equations(PLAN, PARAMETERS)
+
+
+def of(planned, known, runs=1):
+    return identifiability(PLAN.design, *planned, known, runs)
+
+
+def test_the_scale_of_mass_alone_is_not_seen(planned):
+    found = of(planned, ())
+    units = [PLAN.design.unit(name) for name in found.names]
+    assert len(found.unseen) == 1
+    assert is_scale_of_mass(found.unseen[0], units, found.values)
+    sentence = described(found.unseen[0], found.names, units, found.values)
+    assert "weigh the robot" in sentence
+    assert all(word in sentence for word in ("hip_mass", "foot_mass", "stiffness", "damping", "leg_inertia"))
+    massless = {"biped.leg_length", "biped.foot_radius", "biped.foot_com", "ground.slope_deg"}
+    assert {name for name, sd in zip(found.names, found.sd, strict=True) if np.isfinite(sd)} == massless
+
+
+def test_once_the_hip_is_weighed_the_shares_are_those_of_the_trial(planned):
+    hip = Known("biped.hip_mass", PARAMETERS.biped.hip_mass, 1e-7)
+    found = of(planned, (hip,))
+    shares = dict(zip(found.names, 100 * found.sd / found.scales, strict=True))
+    for name, share in TRIAL.items():
+        assert share / 1.3 < shares[name] < 1.3 * share
+
+
+def test_a_worse_clock_limits_the_leg_length_and_runs_do_not_mend_what_is_common(planned):
+    worse = dataclasses.replace(PLAN, beliefs=dataclasses.replace(PLAN.beliefs, clock=2e-3))
+    known = (weighed(PLAN),)
+    row = of(planned, known).names.index("biped.leg_length")
+    good = of(planned, known)
+    bad = identifiability(PLAN.design, *planned_equations(worse, PARAMETERS), known)
+    assert bad.sd[row] > 4 * good.sd[row]
+    assert bad.partners[row].name.endswith("_clock")
+    assert abs(bad.partners[row].correlation) > 0.95
+
+
+def test_a_known_length_and_more_runs_tell_more_and_never_less(planned):
+    known = (weighed(PLAN),)
+    before = of(planned, known, 2)
+    for one in experiments(PLAN, known, 2, PARAMETERS)[:4]:
+        assert (gains(one, before) > 1 - 1e-6).all(), one.what
+    many = of(planned, known, 200)
+    row = many.names.index("biped.foot_radius")
+    assert before.sd[row] / many.sd[row] == pytest.approx(10.0, rel=0.02)

@@ -1,0 +1,82 @@
+"""What sensors should show: against the study's own walk behind a filter step by step, and against differences."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.signal import butter, sosfilt, sosfilt_zi
+
+from stages.analytic.phases.section import section_state
+from stages.analytic.walk.recording import record
+from stages.analytic.walk.sampling import sample_walk
+from stages.calibration.information.plan import free_names
+from stages.calibration.motion import stretches
+from stages.calibration.observation.low_pass import Piece, filtered
+from stages.calibration.observation.prediction import predict
+from tests.calibration.runs import DESIGN, disturbed, gait
+
+NAMES = free_names(DESIGN)
+
+
+def test_a_sensor_without_errors_shows_the_walk_behind_its_low_pass():
+    """In smooth motion: what an impact adds to a filter is its impulse, which a sampled walk does not have."""
+    layout, unknowns, sampling = disturbed(3, 1.9)
+    sampling = dataclasses.replace(sampling, first_leg=0)
+    unknowns[5:] = 0.0
+    found = predict(DESIGN, (), unknowns, layout, sampling, 1e-10)
+    walker, _ = gait()
+    y = section_state(None, walker.p)
+    rate = 50_000.0
+    walk = sample_walk(walker, record(walker, y, 1, 1e-10), rate)
+    first_strike = found.strikes[0]
+    for side in ("hip", "foot"):
+        signals = np.column_stack([getattr(walk, f"{side}_specific_force"), getattr(walk, f"{side}_angular_velocity")])
+        sections = butter(2, 40.0, fs=rate, output="sos")
+        state = sosfilt_zi(sections)[:, :, None] * signals[0]
+        smooth = sosfilt(sections, signals, axis=0, zi=state)[0]
+        times = getattr(sampling, side) + sampling.late
+        seen = (times > 0.1) & (times < first_strike)
+        expected = np.column_stack([np.interp(times[seen], walk.time, axis) for axis in smooth.T])
+        assert seen.sum() > 30
+        np.testing.assert_allclose(found.samples[side][seen], expected, atol=2e-3 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("number", range(9 + 23))
+def test_derivatives_are_those_of_extrapolated_differences(number, monkeypatch):
+    """With panels that stay where they are: a change of the springs moves them, and by that what they leave out."""
+    monkeypatch.setattr(stretches, "fastest_rate", lambda p: 55.0)
+    layout, unknowns, sampling = disturbed(1, 3)
+    exact = predict(DESIGN, NAMES, unknowns, layout, sampling, 1e-10)
+    names = (*NAMES, *layout.names)
+    assert len(names) == 9 + 23
+
+    def at(change):
+        design, moved = DESIGN, unknowns.copy()
+        if number < len(NAMES):
+            design = DESIGN.with_value(NAMES[number], DESIGN.value(NAMES[number]) + change)
+        else:
+            moved[number - len(NAMES)] += change
+        found = predict(design, (), moved, layout, sampling, 1e-11)
+        return np.concatenate([found.samples["hip"], found.samples["foot"]])
+
+    size = DESIGN.value(NAMES[number]) if number < len(NAMES) else 100 * layout.sizes[number - len(NAMES)]
+    step = 2e-6 * size
+    first, second = ((at(h) - at(-h)) / (2 * h) for h in (step, step / 2))
+    expected = (4 * second - first) / 3
+    found = np.concatenate([
+        np.concatenate([exact.by_design[side], exact.by_run[side]], axis=2)[:, :, number] for side in ("hip", "foot")])
+    largest = np.abs(expected).max()
+    assert np.median(np.abs(found - expected)) < 1e-7 * largest
+    assert np.abs(found - expected).max() < 2e-5 * largest
+
+
+def test_an_impact_is_felt_as_its_impulse():
+    """The integral of the specific force through a heel strike, behind a filter that keeps integrals: the jump."""
+    edges, nodes = np.linspace(0.0, 0.5, 11), 60
+    signals = np.zeros((nodes, 1, 1))
+    piece = Piece(0.0, edges, signals, np.zeros(0), np.zeros(0), np.array([[0.7]]))
+    after = Piece(0.5, edges, signals, np.zeros(0), np.zeros(0), np.zeros((1, 1)))
+    times = np.arange(0.4, 0.95, 1e-5)
+    shown = filtered([piece, after], 40.0, times).value[:, 0]
+    assert np.abs(shown[times < 0.5]).max() == 0.0
+    assert np.trapezoid(shown, times) == pytest.approx(0.7, rel=1e-6)

@@ -1,0 +1,134 @@
+"""Legs that differ, on the ground: a cycle of two steps, which both assemblies walk, and where its energy goes."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from benchmarks.unequal_designs import compared
+from pipeline.parameters.loading import load
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.walk.recording import crossing_state
+from stages.ground.hardening import family_member
+from stages.multibody.parameters import Parameters
+from stages.multibody.walking.cycle import Model, solve
+from stages.multibody.walking.limit_cycle import SectionWalker
+from stages.multibody.walking.walk import simulate
+from stages.planar.energy import energy_balance
+from stages.planar.sampling import sample
+from stages.planar.section import SCALES, section_numbers
+from stages.planar.state import rolling_state
+from stages.twin_ladder.parameters import Parameters as Ladder
+
+#: Frames instead of a hip mass, a hip with all it may have, and an other leg that differs in every number.
+UNEQUAL = {
+    "hip_mass": 0.02, "leg_inertia": 8e-4, "foot_offset": -2e-4, "frame_mass": 0.15, "frame_com": 0.015,
+    "frame_offset": 5e-4, "frame_inertia": 1.7e-4, "hip_stiffness": 0.02, "hip_damping": 1e-3, "hip_rest_angle": 0.003,
+    "hip_gravity_mass": 0.03, "other_foot_mass": 0.336, "other_leg_length": 0.33302, "other_foot_radius": 0.0832,
+    "other_foot_com": 0.1002, "other_stiffness": 2780.0, "other_damping": 58.0, "other_leg_inertia": 8.1e-4,
+    "other_foot_offset": -3e-4, "other_frame_mass": 0.148, "other_frame_com": 0.016, "other_frame_offset": 4e-4,
+    "other_frame_inertia": 1.75e-4,
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def unequal(biped):
+    return dataclasses.replace(biped, **UNEQUAL)
+
+
+@pytest.fixture(scope="module")
+def firm(contact):
+    """Ground on which a standing foot hardly creeps: else the gaits of both models differ by more than their limps."""
+    return family_member(contact, 0.3)
+
+
+@pytest.fixture(scope="module")
+def gait(unequal, slope):
+    """The constraint model's gait."""
+    walker, point = find_gait(unequal, slope, 1e-9)
+    return walker, point, walker.stance_state(crossing_state(walker, point.z, 1e-9))
+
+
+@pytest.mark.slow
+def test_a_cycle_has_two_steps_and_a_walk_settles_on_it(unequal, slope, firm, gait, settings):
+    walker, point, upright = gait
+    start = rolling_state(unequal, firm, upright, 9.4)
+    quick = dataclasses.replace(settings, tolerance=1e-7)
+    walked = simulate(unequal, slope, firm, start, quick, steps=14)
+    walk = sample(walked.trajectory, slope, unequal.foot_radii, 500.0)
+    model = Model(unequal, slope, firm, quick)
+    cycle, _, reason = solve(model, start, walked, walk)
+    assert cycle.solved and not reason
+    steps = np.diff(walk.heel_strike_time)
+    off = np.abs(0.5 * (steps[1:] + steps[:-1]) - cycle.period_s)
+    assert off[-1] < 1e-4 and off[-1] < 0.2 * off[1]
+    theirs = (point.steps[1].period - point.steps[0].period) * walker.time  # leg 1 stands in the second
+    assert theirs < -2e-3 and steps[-1] - steps[-2] < -2e-3
+    assert cycle.floquet_multipliers[:2, 0] == pytest.approx(point.floquet_multipliers[:2].real, abs=0.015)
+    assert cycle.double_stance_s == pytest.approx(walk.double_stance(walk.heel_strike_time[-3:-1]), rel=0.02)
+
+
+def test_a_cycle_ends_where_it_began_with_the_same_leg_standing(biped, unequal, slope, contact, gait, settings):
+    numbers = section_numbers(rolling_state(unequal, contact, gait[2], 9.4))
+    steps = {}
+    for name, design in (("alike", biped), ("unequal", unequal)):
+        start = rolling_state(design, contact, gait[2], 9.4)
+        walker = SectionWalker(design, slope, contact, start, dataclasses.replace(settings, tolerance=1e-7), 1e-4)
+        steps[name] = walker.step(numbers), walker.walk(start, 1)
+        assert walker.steps_a_cycle == (1 if name == "alike" else 2)
+    (cycle, step), (stride, half) = steps["alike"], steps["unequal"]
+    assert cycle.duration == step.duration
+    assert 1.8 * half.duration < stride.duration < 2.2 * half.duration
+    assert np.abs((stride.numbers - numbers) / SCALES).max() < 0.3  # it is near the gait
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.002])
+def test_losses_add_up_to_the_work_of_gravity(unequal, slope, contact, gait, settings, friction):
+    rough = dataclasses.replace(unequal, hip_friction=friction)
+    start = rolling_state(rough, contact, gait[2], 9.4)
+    run = simulate(rough, slope, contact, start, settings, steps=2)
+    strikes = sample(run.trajectory, slope, rough.foot_radii, 500.0).heel_strike_time
+    assert run.completed
+    balance = energy_balance(run.trajectory, rough, slope, contact, *strikes[:2])
+    assert balance.relative_residual < (1e-6 if friction == 0.0 else 1e-4)
+    plain = dataclasses.replace(unequal, hip_stiffness=0.0, hip_rest_angle=0.0)
+    assert energy_balance(run.trajectory, plain, slope, contact, *strikes[:2]).relative_residual > 1e-4
+
+
+def test_both_assemblies_walk_it(unequal, slope, contact, gait, settings):
+    start = rolling_state(unequal, contact, gait[2], 9.4)
+    tree, joints = (
+        simulate(unequal, slope, contact, start, dataclasses.replace(settings, assembly=assembly), steps=1)
+        for assembly in ("tree", "joints")
+    )
+    assert tree.completed and joints.completed and joints.joint_drift < 1e-7
+    time = np.linspace(0.0, 0.45, 200)
+    apart = np.abs(tree.trajectory.at(time)[0] - joints.trajectory.at(time)[0]).max(axis=0)
+    assert apart.max() < 2e-5
+
+
+def test_joints_refuse_frames_on_rigid_legs_by_name(unequal, slope, contact, settings):
+    joints = dataclasses.replace(settings, assembly="joints")
+    given = Parameters(dataclasses.replace(unequal, legs="rigid"), slope, contact, joints)
+    assert [fault.key for fault in faults_of(given)] == ["multibody.assembly"]
+    assert not faults_of(dataclasses.replace(given, biped=unequal))
+    assert not faults_of(dataclasses.replace(given, settings=settings))
+
+
+def faults_of(parameters):
+    return list(parameters.broken_rules())
+
+
+@pytest.mark.slow
+def test_ten_unequal_designs_agree_as_designs_with_legs_alike_do(repository):
+    """What parts Exudyn from the constraint model is, design by design, that of the same design with legs alike."""
+    parameters = load(repository / "params", [], {"twin_ladder": Ladder}, [Ladder])["twin_ladder"]
+    pairs = list(compared(parameters, 10, 20))
+    assert max(abs(unequal.limps[0]) for _, unequal in pairs) > 0.1
+    for alike, unequal in pairs:
+        assert abs(alike.limps[1]) < 1e-5
+        assert unequal.period == pytest.approx(alike.period, abs=2e-4)
+        assert unequal.step_length == pytest.approx(alike.step_length, abs=1e-4)
+        assert unequal.limps[1] == pytest.approx(unequal.limps[0], rel=0.1)
+        own, other = unequal.multipliers
+        assert np.abs(other - own).max() < np.abs(alike.multipliers[1] - alike.multipliers[0]).max() + 0.01
