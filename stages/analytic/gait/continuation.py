@@ -6,6 +6,7 @@ method at fixed distance along the tangent. Special points between two points of
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
