@@ -41,7 +41,7 @@ for function, choice in (
     extend(function, {Penalty: choice})
 
 #: `integrate` of the engine.
-integrate = again(phase.integrate)
+integrate = again(phase.integrate_smooth)
 #: `states_at` of the constraint walkers' recording.
 states_at = again(recording.states_at)
 
