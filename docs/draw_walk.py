@@ -14,8 +14,9 @@ from PIL import Image
 import bipedstudy as bs
 from stages.drawing import style
 from stages.figures.robot import view
-from stages.figures.robot.bodies import by_group, shown_parts
+from stages.figures.robot.bodies import by_group
 from stages.twin.exports.blocks import laid
+from stages.twin.exports.seen import shown_parts
 
 TARGET = Path(__file__).with_name("walk.gif")
 FRAMES, MILLISECONDS, INCHES, DPI = 24, 40, (6.4, 3.3), 100

@@ -92,13 +92,13 @@ def between(study: Study, other: Path, tolerance: float) -> Changes:
     found = Changes(before, after)
     by_key: dict[tuple[str, str | None, str | None], list[str]] = {}
     every: list[Change] = []
+    missing: dict[Path, list[str]] = {}
     for stage in study.graph.stages.values():
         name = stage.artefact.removeprefix(_RESULTS)
         there = [(folder / name).exists() for folder in (before, after)]
         if not all(there):
             if any(there):
-                where = after if there[0] else before
-                found.unread.append(f"stage {stage.name}: {shown(where / name)} is not there")
+                missing.setdefault(after if there[0] else before, []).append(stage.name)
             continue
         names = shown(before / name), shown(after / name)
         contents = regular.content(before / name, names[0]), regular.content(after / name, names[1])
@@ -111,6 +111,8 @@ def between(study: Study, other: Path, tolerance: float) -> Changes:
             every += numbers.changes(stage.name, *contents, names)
         except ArtefactError as error:
             found.unread.append(f"stage {stage.name}: {'; '.join(error.sentences)}")
+    found.unread.extend(f"not compared, as {shown(folder)} has no result of: {', '.join(names)}"
+                        for folder, names in missing.items())  # fmt: skip
     found.parameters.extend(Parameter(*change, tuple(stages)) for change, stages in by_key.items())
     large = [change for change in every if change.relative is None or abs(change.relative) > tolerance]
     found.numbers.extend(sorted(large, key=lambda change: -abs(change.relative or 0.0)))

@@ -14,7 +14,7 @@ from stages.calibration.parameters import Parameters
 from stages.calibration.result import Result, Told
 
 
-def run(parameters: Parameters, progress: Progress = ignore) -> Result:
+def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore) -> Result:
     """Plan a run of the campaign on the design's own gait, and sense it. Raises NoGait."""
     progress(0.1, "what the sensors can tell")
     plan = plan_of(parameters)

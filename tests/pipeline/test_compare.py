@@ -66,7 +66,7 @@ def test_a_stage_that_is_missing_or_damaged_is_said(before):
     code, out, _ = before.command("compare", "before")
     words = " ".join(out.split())
     assert code == 3 and "before/fall.h5: is truncated or not an HDF5 file" in words
-    assert "stage bounce: before/bounce.h5 is not there" in words
+    assert "not compared, as before has no result of: bounce" in words
 
 
 @pytest.mark.parametrize(

@@ -39,3 +39,10 @@ def test_the_reference_names_every_command_and_option(repository):
             if isinstance(option, click.Option) and option.opts[0] not in ("--params", "--results", "--set"):
                 assert option.help, f"{name} {option.opts[0]} has no help"
                 assert all(f"`{word}`" in sections[name] for word in option.opts), f"{name} {option.opts}"
+
+
+def test_the_site_has_every_page_and_the_page_of_stages_every_stage(repository):
+    index = (repository / "docs/index.md").read_text().splitlines()
+    assert {path.stem for path in (repository / "docs").glob("*.md")} - set(index) == {"index"}
+    stages = (repository / "docs/stages.md").read_text()
+    assert [name for name in locate(start=repository).graph.stages if f"| `{name}` |" not in stages] == []

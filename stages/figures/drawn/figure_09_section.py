@@ -14,8 +14,9 @@ from matplotlib.patches import Rectangle
 from stages.drawing import style
 from stages.figures.inputs import Given
 from stages.figures.robot import view
-from stages.figures.robot.bodies import COLOURS, TINTS, by_group, shown_parts, tinted
+from stages.figures.robot.bodies import COLOURS, TINTS, by_group, tinted
 from stages.figures.robot.section import Cut, cuts
+from stages.twin.exports.seen import shown_parts
 from stages.twin.machine.parts import Part
 
 TITLE = "Figure 9: the design and a section of the hip"

@@ -12,8 +12,9 @@ from matplotlib.figure import Figure
 from stages.drawing import style
 from stages.figures.inputs import Given
 from stages.figures.robot import view
-from stages.figures.robot.bodies import COLOURS, SMALL, by_group, shown_parts
+from stages.figures.robot.bodies import COLOURS, SMALL, by_group
 from stages.twin.exports.blocks import laid
+from stages.twin.exports.seen import shown_parts
 
 TITLE = "Figure 10: the digital twin"
 PLACE = 10

@@ -10,8 +10,9 @@ from stages.biped.walk import Walk
 from stages.drawing import style
 from stages.figures.inputs import Given
 from stages.figures.robot import view
-from stages.figures.robot.bodies import SMALL, by_group, shown_parts
+from stages.figures.robot.bodies import SMALL, by_group
 from stages.twin.exports.blocks import laid
+from stages.twin.exports.seen import shown_parts
 
 TITLE = "Figure 13: six consecutive steps"
 PLACE = 13

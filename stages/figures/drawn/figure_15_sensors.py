@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 from stages.drawing import style
 from stages.figures.inputs import Given
 from stages.figures.robot import view
-from stages.figures.robot.bodies import by_group, shown_parts
+from stages.figures.robot.bodies import by_group
+from stages.twin.exports.seen import shown_parts
 
 TITLE = "Figure 15: axes of the sensors"
 PLACE = 15

@@ -21,7 +21,8 @@ from stages.figures.drawn.gait_animation import ANGLE, FORCE, POSITION, frames
 from stages.figures.inputs import Given
 from stages.figures.oblique_view import drawing
 from stages.figures.robot.bodies import COLOURS as PAIRS
-from stages.figures.robot.bodies import SOLE, TINTS, shown_parts
+from stages.figures.robot.bodies import TINTS
+from stages.twin.exports.seen import SOLE, shown_parts
 from stages.twin.machine.parts import FEET, FRAMES, Part
 
 TITLE = "The digital twin on its ramp"

@@ -7,18 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.biped.design import Biped
 from stages.drawing import style
 from stages.twin.exports.solids import Surface, piece_place, surface
-from stages.twin.machine.parts import FEET, FRAMES, Part
-from stages.twin.parameters import Settings as Twin
+from stages.twin.machine.parts import Part
 
 #: Inner and outer pair, as in the paper.
 COLOURS = {"inner": style.SECOND, "outer": style.MULTIBODY}
 #: Light and dark parts of a pair's colour, by material: metal is pale, rubber nearly black.
 TINTS = {"aluminium": 0.45, "steel": 0.45, "acetal": 0.6, "electronics": -0.55, "rubber": -0.7}
-#: Chord of an outsole as a share of the foot's diameter.
-SOLE = 0.67
 #: Facets of a full circle: from near, and where the whole robot is a thumb's length on the page.
 FACETS, SMALL = 12, 8
 #: Edges longer than this [m] are cut, so that near and far triangles can be told by depth.
@@ -39,34 +35,6 @@ def joined(many: Iterable[Faces]) -> Faces:
     every = list(many)
     return Faces(*(np.concatenate([getattr(one, name) for one in every])
                    for name in ("corners", "normals", "colours")))  # fmt: skip
-
-
-def guides(twin: Twin, biped: Biped) -> tuple[Part, ...]:
-    """Thin rods down the legs and into the feet: the bill leaves open what a leg slides on, and parts would float."""
-    ankle, radius = biped.leg_length - biped.foot_radius, 0.95 * biped.foot_radius
-    return tuple(
-        Part("guide", group, "steel", "cylinder", "y", (thick, length), 1.0, (0.0, -top - length / 2, lane), 2)
-        for groups, thick, top, length in ((FRAMES, 0.0025, 0.0, ankle), (FEET, 0.004, ankle, radius))
-        for group, lane in zip(groups, (twin.inner_lane, twin.outer_lane))
-        if length > 0.0
-    )
-
-
-def outsoles(twin: Twin, biped: Biped) -> tuple[Part, ...]:
-    """The rubber on top of Table 1's feet, if there is any."""
-    radius = biped.foot_radius + twin.outsole
-    size = (radius, twin.outsole, twin.foot_width, SOLE * 2.0 * radius)
-    height = biped.foot_radius - biped.leg_length
-    return tuple(
-        Part("outsole", group, "rubber", "arc", "z", size, 1.0, (0.0, height, lane), 2)
-        for group, lane in zip(FEET, (twin.inner_lane, twin.outer_lane))
-        if twin.outsole > 0.0
-    )
-
-
-def shown_parts(twin: Twin, biped: Biped) -> tuple[Part, ...]:
-    """All that is seen of the robot."""
-    return (*twin.parts, *guides(twin, biped), *outsoles(twin, biped))
 
 
 def tinted(colour: str, tint: float) -> np.ndarray:

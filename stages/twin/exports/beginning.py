@@ -7,6 +7,7 @@ from stages.analytic.walk.recording import crossing_state, walk_on
 from stages.analytic.walk.sampling import sample_walk
 from stages.twin.exports.blocks import laid
 from stages.twin.exports.exported import Exported
+from stages.twin.exports.seen import shown_parts
 from stages.twin.machine.machine import build
 from stages.twin.parameters import Parameters
 from stages.twin.walking.simulate import rolling_start
@@ -25,4 +26,5 @@ def exported(parameters: Parameters) -> Exported:
     machine = build(biped, settings)
     start = rolling_start(machine, parameters.contact, walker.stance_state(upright), walk.standing_force)
     ramp = laid(settings, describe(walker, point).step_length_m)
-    return Exported(machine, settings, slope, parameters.contact, start, ramp)
+    seen = shown_parts(settings, biped) if settings.inertia == "parts" else ()
+    return Exported(machine, settings, slope, parameters.contact, start, ramp, seen)

@@ -48,7 +48,8 @@ class Joint:
 class Link:
     """A rigid body on its parent (-1: the ground), moved against it by its joints, one after the other.
 
-    `feet` are the legs whose feet it carries, `sites` its sensors by name and place [m].
+    `parts` are its pieces that are seen, each with its side of z, 1 or -1; `feet` are the legs whose feet it carries,
+    `sites` its sensors by name and place [m].
     """
 
     name: str
@@ -71,7 +72,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Exported:
-    """Everything that a format may carry. A part's number beside it is the side of z of the piece, 1 or -1."""
+    """Everything that a format may carry; `seen` are the parts to draw."""
 
     machine: Machine
     settings: Settings
@@ -79,6 +80,7 @@ class Exported:
     contact: ContactLaw
     start: Start
     ramp: Ramp
+    seen: tuple[Part, ...] = ()
 
     @property
     def links(self) -> tuple[Link, ...]:
@@ -114,11 +116,9 @@ class Exported:
         return tuple(found)
 
     def _parts(self, pair: int, leg: int | None) -> tuple[tuple[Part, float], ...]:
-        """Pieces of a pair's frame, or of one of its feet. A machine of point masses has none."""
-        if self.settings.inertia == "planar":
-            return ()
+        """What is seen of a pair's frame, or of one of its feet."""
         group = f"{('inner', 'outer')[pair]}_{'frame' if leg is None else 'foot'}"
-        pieces = [(part, side) for part in self.settings.parts if part.group == group
+        pieces = [(part, side) for part in self.seen if part.group == group
                   for side in ((1.0, -1.0) if part.pieces == 2 else (1.0,))]  # fmt: skip
         if leg is None:
             return tuple(pieces)

@@ -35,13 +35,15 @@ CARRIES = {
 #: Base colour, metallic and roughness by what a piece is made of; plastics have the colour of their pair.
 PAIRS = {"inner": (0.0, 0.342, 0.171), "outer": (0.672, 0.112, 0.0)}
 MATERIALS: dict[str, tuple[tuple[float, float, float] | None, float, float]] = {
-    "aluminium": ((0.75, 0.76, 0.78), 1.0, 0.35),
-    "steel": ((0.5, 0.51, 0.53), 1.0, 0.4),
+    "aluminium": ((0.6, 0.61, 0.63), 0.3, 0.4),  # metal all through is black where a viewer has nothing to mirror
+    "steel": ((0.4, 0.41, 0.43), 0.3, 0.45),
     "acetal": ((0.85, 0.85, 0.82), 0.0, 0.5),
     "electronics": ((0.05, 0.08, 0.06), 0.0, 0.6),
     "rubber": ((0.02, 0.02, 0.02), 0.0, 0.9),
 }
-WOOD = ((0.27, 0.156, 0.06), 0.0, 0.8)
+WOOD, DECK = ((0.27, 0.156, 0.06), 0.0, 0.8), ((0.55, 0.47, 0.35), 0.0, 0.9)
+#: Thickness of the board under the blocks [m].
+BOARD = 0.01
 FLOAT, INTEGER = 5126, 5125
 CORNERS, TRIANGLES = 34962, 34963
 
@@ -210,4 +212,7 @@ def _pieces(scene: Scene, link: Link) -> dict[int, list[Surface]]:
 def _ramp(scene: Scene, exported: Exported) -> int:
     size = exported.block_size
     blocks = [box(size).moved((x, top - size[1] / 2, z)) for x, top, z in (each.middle for each in exported.blocks())]
-    return scene.mesh("ramp", {scene.material("wood", *WOOD): blocks})
+    span = (exported.ramp.sets - 1) * exported.ramp.step
+    board = (span + 2.0 * size[0], BOARD, 2.0 * (exported.ramp.tracks[1] + size[2]))
+    deck = box(board).moved((span / 2, -size[1] - BOARD / 2, 0.0))
+    return scene.mesh("ramp", {scene.material("wood", *WOOD): blocks, scene.material("deck", *DECK): [deck]})

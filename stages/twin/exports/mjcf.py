@@ -56,7 +56,10 @@ def write(exported: Exported, ground: Ground = Ground()) -> bytes:
     add(root, "compiler", angle="radian", inertiafromgeom="false")
     add(root, "option", timestep=repr(ground.step), gravity=numbers((0, 0, -exported.slope.gravity)),
         integrator="implicitfast", cone="elliptic")  # fmt: skip
+    add(add(root, "visual"), "headlight", ambient="0.4 0.4 0.4", diffuse="0.5 0.5 0.5")
     asset = add(root, "asset")
+    add(asset, "texture", type="skybox", builtin="gradient", rgb1="0.9 0.94 0.97", rgb2="0.7 0.78 0.85", width="64",
+        height="384")  # fmt: skip
     world = add(root, "worldbody")
     add(world, "light", pos="0 -1 2", dir="0 0.4 -1", directional="true")
     half = 0.5 * exported.slope.angle
