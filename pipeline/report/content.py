@@ -8,6 +8,7 @@ How long a stage took stands in the cache's manifests, never in the results.
 from __future__ import annotations
 
 import base64
+import dataclasses
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -19,6 +20,8 @@ from pipeline.commands.claims import Claim, Claims
 from pipeline.commands.claims import read as read_claims
 from pipeline.errors import StudyError
 from pipeline.parameters import yaml_text
+from pipeline.parameters.loading import sections
+from pipeline.parameters.value import declared
 from pipeline.study import Study, shown
 
 CLAIMS, CAPTIONS, FIGURES = "results/claims.yaml", "results/captions.yaml", "results/figures"
@@ -163,11 +166,28 @@ def _stage(entry: Entry, with_times: bool) -> Row:
     }
 
 
+def _fields(study: Study, file: str) -> dict[str, Any]:
+    """The fields with a default, by key, of what the stages read in a parameter file."""
+    classes = [cls for stage in study.graph.stages.values() if (cls := study.parameters_class(stage)) is not None]
+    fields = (field for section in sections(classes).get(file, ()) for field, _ in declared(section).values())
+    return {field.name: field for field in fields if field.default is not dataclasses.MISSING}
+
+
 def _parameters(study: Study, file: str, used: Mapping[str, Any]) -> Any:
-    """Rows of a parameter file: the value that was used, with the unit and the source that the file states."""
+    """Rows of a parameter file: the value that was used, with the unit and the source that the file states.
+
+    A key that the file does not state has a row if it was given another value than what it is by itself.
+    """
     stated = yaml_text.read(study.params / f"{file}.yaml", f"{shown(study.params)}/{file}.yaml").plain()
+    fields = _fields(study, file)
     for key, value in used.items():
         about = stated.get(key) if isinstance(stated, dict) else None
+        if about is None and key in fields:
+            default = fields[key].default
+            if (list(default) if isinstance(default, tuple) else default) != value:
+                unit, source = fields[key].metadata["unit"], "set for this run; the file does not state it"
+                yield {"key": key, "value": compact(value), "unit": unit, "source": source}
+            continue
         about = about if isinstance(about, dict) else {"value": about}
         changed = "value" in about and about["value"] != value
         yield {

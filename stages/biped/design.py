@@ -114,7 +114,8 @@ class Biped:
     @property
     def detailed(self) -> bool:
         """Whether anything is there beside Table 1's numbers."""
-        return bool(self.details)
+        return any(getattr(self, key) for key in GIVEN_OR_ZERO) or any(
+            getattr(self, key) is not None for key in GIVEN_OR_NONE)
 
     @property
     def alike(self) -> bool:
@@ -164,12 +165,14 @@ class Biped:
     def total_mass(self) -> float:
         """Mass of the whole machine [kg]."""
         legs = 2 * self.foot_mass if self.other_foot_mass is None else self.foot_mass + self.other_foot_mass
-        frames = self.leg(0).frame_mass + self.leg(1).frame_mass if self.detailed else 0.0
-        return self.hip_mass + legs + frames
+        other = self.frame_mass if self.other_frame_mass is None else self.other_frame_mass
+        return self.hip_mass + legs + (self.frame_mass + other)
 
 
 #: The keys that a detailed design may add.
 DETAILS = frozenset(field.name for field in dataclasses.fields(Biped) if field.default is not dataclasses.MISSING)
+GIVEN_OR_NONE = tuple(field.name for field in dataclasses.fields(Biped) if field.default is None)
+GIVEN_OR_ZERO = tuple(sorted(DETAILS - {*GIVEN_OR_NONE}))
 
 
 #: The models of a detailed design, as a refusal names them.

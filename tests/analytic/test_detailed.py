@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stages.analytic.gait.continuation import TURNING_POINT, continue_gait
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import limp_of, report_gait
 from stages.analytic.gait.gait_search import find_gait, step_length, step_lengths
@@ -260,3 +261,15 @@ def test_a_design_stays_detailed_where_a_detail_passes_zero():
     assert not isinstance(design.walker().p, DetailedRolling)
     assert isinstance(design.with_value("biped.frame_mass", 0.0).walker().p, DetailedRolling)
     assert design.value("biped.other_leg_length") == 0.333 and design.value("biped.hip_gravity_mass") == 0.316
+
+
+def test_gaits_by_the_difference_of_the_legs_are_a_closed_family():
+    """Table 1 with one leg longer or shorter: two folds, alike on both sides, where stable and unstable gaits meet."""
+    walker, point = gait_of(TABLE_1, tolerance=1e-10)
+    design = DesignPoint(TABLE_1, SLOPE).with_value("biped.other_leg_length", 0.333)
+    branch = continue_gait(design, "biped.other_leg_length", (0.328, 0.338), point.z, 1e-9)
+    assert branch.ended == "closes on itself" and branch.points[0].period == pytest.approx(
+        2 * point.period * walker.time, abs=1e-9)  # fmt: skip
+    folds = [special.point.value for special in branch.special if special.kind == TURNING_POINT]
+    shorter, longer = 0.333 - min(folds), max(folds) - 0.333
+    assert len(folds) == 2 and shorter == pytest.approx(longer, rel=5e-3) and 6e-4 < longer < 7e-4

@@ -41,7 +41,10 @@ def drawn(number):
     for key in ("leg_length", "foot_radius", "foot_com", "foot_mass", "stiffness", "damping"):
         if rng.random() < 0.3:
             values[f"other_{key}"] = getattr(TABLE_1, key) * (1 + either(size(1e-5, 0.03)))
-    return changed(TABLE_1, **values), FRICTION if rng.random() < 0.3 else None
+    ground = FRICTION if rng.random() < 0.3 else None
+    if values["legs"] == "rigid" and rng.random() < 0.5:
+        values["hip_friction"] = size(1e-5, 0.1)
+    return changed(TABLE_1, **values), ground
 
 
 def answer_of(number):

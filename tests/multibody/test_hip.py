@@ -5,11 +5,19 @@ import dataclasses
 import numpy as np
 import pytest
 
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.walk.driven_stance import driven_stance
 from stages.biped.design import BeyondModel
+from stages.biped.gait import StanceState
+from stages.ground.hardening import family_member
+from stages.ground.slope import Slope
 from stages.multibody.assembly.hip import CREEP
+from stages.multibody.parameters import Settings
 from stages.multibody.walking.walk import build, simulate
 from stages.planar.energy import damper_power, kinetic_energy, mass_moment, spring_energy
-from stages.planar.state import PlanarState
+from stages.planar.state import PlanarState, rolling_state
+from tests.analytic.test_driven_stance import ROBOT
+from tests.analytic.test_driven_stance import START as STANCE
 
 ASSEMBLIES = pytest.mark.parametrize("assembly", ["tree", "joints"])
 #: Legs like scissors: the hip stays between them, as they fall.
@@ -79,6 +87,27 @@ def test_energy_goes_where_the_hip_takes_it(scissors, assembly):
     lost = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(flight.time) * (power[1:] + power[:-1]))])
     assert lost[-1] > 0.005
     assert np.abs(energy - energy[0] + lost).max() < 1e-3 * lost[-1]
+
+
+@pytest.mark.parametrize("friction", [0.03, 0.12])
+def test_standing_legs_slip_and_stick_as_in_the_constraint_model(contact, friction):
+    """Point feet on level ground, a counterweight, friction at the hip. With harder ground the two come together."""
+    design, level = dataclasses.replace(ROBOT, hip_friction=friction), Slope(0.0, 9.81)
+    times = 0.005 * np.arange(61)
+    found = driven_stance(DesignPoint(design, level), STANCE[:4], 0.005, np.zeros(61)).states
+    at_rest = np.abs(found[:, 2] + found[:, 3]) < 1e-9
+    assert at_rest.any() and not at_rest.all()
+    apart = []
+    for share in (0.3, 0.03):
+        ground = family_member(contact, share)
+        state = StanceState(STANCE[0], 0.28, STANCE[1], 0.28, STANCE[2], 0.0, STANCE[3], 0.0)
+        start = rolling_state(design, ground, state, 9.81 * design.weighed_mass)
+        run = simulate(design, level, ground, start, Settings.of_one_step(1e-7, 1e-3), duration=0.3)
+        place = run.trajectory.at(times)[0]
+        apart.append(np.abs(place[:, 2:4] * [-1.0, 1.0] - found[:, :2]).max())
+    assert apart[1] < 0.25 * apart[0] and apart[1] < 3e-4
+    rates = run.trajectory.at(times[at_rest])[1]
+    assert np.abs(rates[:, 2] - rates[:, 3]).max() < CREEP
 
 
 def test_nothing_is_assembled_for_what_is_not_there(biped, slope, contact, settings):

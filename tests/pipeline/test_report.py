@@ -41,6 +41,14 @@ def test_it_states_the_parameters_that_were_used(done):
     assert ">2e5<" in row and "set for this run; the file says 1e5" in row
 
 
+def test_it_does_not_list_what_no_file_states_and_nobody_set(done):
+    assert b">label<" not in bare(done)
+    done.run("fall.label=mine")
+    text = bare(done).decode()
+    row = next(line for line in text.splitlines() if ">label<" in line)
+    assert ">mine<" in row and "set for this run; the file does not state it" in row
+
+
 def test_damaged_or_missing_results_are_refused_with_a_sentence(done):
     claims = done.root / "results/claims.yaml"
     claims.write_text("[]")

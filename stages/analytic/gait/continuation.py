@@ -6,6 +6,7 @@ method at fixed distance along the tangent. Special points between two points of
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,6 +59,12 @@ class Branch:
     points: tuple[BranchPoint, ...]
     special: tuple[SpecialPoint, ...]
     ended: str
+
+
+def closes(points: Sequence[BranchPoint], span: float, step: float) -> bool:
+    """Whether the last point of a branch is back at its first one, or has just passed it, in the same direction."""
+    away = coordinates(points[-1], span) - coordinates(points[0], span)
+    return bool(len(points) > 4 and np.linalg.norm(away) <= step and points[-1].tangent @ points[0].tangent > 0.9)
 
 
 class Curve:
@@ -272,6 +279,8 @@ def continue_gait(
             points += on_limit(curve, last, point, limits[0] if point.value < limits[0] else limits[1])
             return Branch(name, cycle, tuple(points), tuple(special), "the limit of the parameter")
         points.append(point)
+        if closes(points, span, step):
+            return Branch(name, cycle, tuple(points), tuple(special), "closes on itself")
         if until_fold and crossed:
             return Branch(name, cycle, tuple(points), tuple(special), TURNING_POINT)
         move = new

@@ -27,7 +27,7 @@ DARK = {INK: "#E8E8E8", FIRST: "#56B4E9", OTHER: "#FF9A5C", style.GROUND: "#C9A3
 def draw(given: Given) -> str:
     """Two bipeds of the study's lengths: with the paper's symbols, and with those that a detailed design adds."""
     biped, chord = given.parameters.biped, given.parameters.twin.outsole_arc
-    figure, panels = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 2.85), width_ratios=(1.0, 1.4))
+    figure, panels = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 2.5), width_ratios=(1.0, 1.4))
     pages = [Page(axes, SLOPE) for axes in panels]
     size = biped.leg_length, biped.foot_radius, biped.foot_com
     paper(pages[0], *size, chord)
@@ -122,5 +122,5 @@ def caption(given: Given) -> str:
     return (
         f"The biped and its symbols, of the study's lengths: leg {1e3 * biped.leg_length:g} mm, foot radius "
         f"{1e3 * biped.foot_radius:g} mm, mass {1e3 * biped.foot_com:g} mm above the foot's bottom. (a) The design of "
-        "Table 1. (b) What a detailed design adds."
+        "Table 1. (b) What a detailed design adds. The slope is drawn steeper than it is, legs further apart."
     )
