@@ -12,6 +12,9 @@ from stages.biped.quantity import Bound, parameter
 from stages.calibration.observation.unknowns import Beliefs
 from stages.campaign.parameters import SensorSettings
 from stages.ground.slope import Slope
+from stages.imu.parameters import Drawing, Limits
+from stages.imu.parameters import Parameters as IngestParameters
+from stages.imu.parameters import Settings as IngestSettings
 
 POSITIVE, NOT_NEGATIVE = Bound(above=0), Bound(minimum=0)
 #: Noise that a second-order low pass lets through, in cut-offs.
@@ -38,6 +41,7 @@ class Settings:
         "s", "spread of the time from the first heel strike to mid-stance about the gait's", bound=POSITIVE)
     start_length_sd: float = parameter("m", "spread of the legs' lengths there about the gait's", bound=POSITIVE)
     start_length_rate_sd: float = parameter("m/s", "spread of their rates", bound=POSITIVE)
+    slope_reading_sd_deg: float = parameter("deg", "standard error of a ramp's inclination", bound=POSITIVE)
     tilt_sd_deg: float = parameter("deg", "standard deviation of a sensor's tilt after the ingest", bound=POSITIVE)
 
 
@@ -49,6 +53,9 @@ class Parameters:
     slope: Slope
     sensor: SensorSettings
     settings: Settings
+    ingest_settings: IngestSettings
+    limits: Limits
+    drawing: Drawing
     level: Level = Level()
 
     @property
@@ -67,6 +74,11 @@ class Parameters:
             length=settings.start_length_sd,
             length_rate=settings.start_length_rate_sd,
         )
+
+    @property
+    def ingest(self) -> IngestParameters:
+        """What the ingest needs to know to read a lab's database."""
+        return IngestParameters(self.ingest_settings, self.limits, self.drawing, self.level)
 
     @property
     def noise(self) -> tuple[float, float, float]:

@@ -16,7 +16,7 @@ from stages.analytic.gait.poincare import poincare_map
 from stages.analytic.model.walker import Vector
 from stages.calibration.estimation.equations import Model
 from stages.calibration.estimation.known import TOTAL_MASS, Known
-from stages.calibration.information.plan import SLOPE, free_names
+from stages.calibration.information.plan import SLOPE, first_model, free_names
 from stages.calibration.observation.measured_run import MeasuredRun, usable
 from stages.calibration.observation.prediction import Sampling, predict
 from stages.calibration.observation.unknowns import SIDES, layout_of, mid_stance
@@ -44,11 +44,7 @@ class Drawn:
 def model_of(parameters: Parameters) -> tuple[DesignPoint, Model]:
     """What a lab starts from: the drawing's design, and the model that is fitted. Raises NoGait."""
     design = DesignPoint(parameters.biped, parameters.slope)
-    walker, point = find_gait(design.biped, design.slope, 1e-9, None)
-    layout = layout_of(walker, mid_stance(walker, point.z, FINER), parameters.beliefs)
-    shared = tuple(name for name in free_names(design) if name != SLOPE)
-    return design, Model(shared, (SLOPE,), layout, parameters.noise, parameters.settings.tolerance,
-                         parameters.settings.robust_sigmas)
+    return design, first_model(design, free_names(design), parameters)
 
 
 def drawn_robot(design: DesignPoint, names: tuple[str, ...], rng: np.random.Generator) -> DesignPoint:

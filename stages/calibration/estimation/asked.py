@@ -14,18 +14,20 @@ from stages.calibration.estimation.known import SUMS, TOTAL_MASS, Known
 from stages.ground.slope import Slope
 
 ENTRY = ("value", "uncertainty", "unit", "source")
-KEYS = ("known", "free", "fixed", "held_out")
+KEYS = ("known", "free", "fixed", "fitted", "held_out")
 
 
 @dataclass(frozen=True)
 class Asked:
     """Known values; names of parameters that are looked for (all, if there are none) and that keep their value; names
-    of runs that are held out."""
+    of runs that are held out, and of those that are fitted (all others, if there are none).
+    """
 
     known: tuple[Known, ...] = ()
     free: tuple[str, ...] = ()
     fixed: tuple[str, ...] = ()
     held_out: tuple[str, ...] = ()
+    fitted: tuple[str, ...] = ()
 
     def looked_for(self, names: tuple[str, ...]) -> tuple[str, ...]:
         """Those of `names` that are looked for."""
@@ -47,10 +49,11 @@ def asked_of(about: Mapping[str, Any] | None) -> Asked:
     for name, entry in entries.items():
         known.append(_known(name, entry, lambda *keys, name=name: place("known", name, *keys)))
     free, fixed = (_names(about.get(key), key, place) for key in ("free", "fixed"))
-    out = about.get("held_out") or []
-    if not isinstance(out, list) or not all(isinstance(one, (str, int)) for one in out):
-        raise WrongOption(f"{place('held_out')}: expected a list of names of runs")
-    return Asked(tuple(known), free, fixed, tuple(map(str, out)))
+    of_runs = {key: about.get(key) or [] for key in ("held_out", "fitted")}
+    for key, runs in of_runs.items():
+        if not isinstance(runs, list) or not all(isinstance(one, (str, int)) for one in runs):
+            raise WrongOption(f"{place(key)}: expected a list of names of runs")
+    return Asked(tuple(known), free, fixed, *(tuple(map(str, runs)) for runs in of_runs.values()))
 
 
 def full_name(name: str) -> str | None:

@@ -34,7 +34,7 @@ HELD = 1.0
 #: Standard deviation of measured heel strikes [s], which count until the last.
 STRIKE_SD = 0.003
 #: A fit is taken if its mean square residual is below this, in sigmas; else these factors of the noise are tried.
-GOOD, ATTEMPTS = 1.5, (1.0, 6.0, 0.3)
+GOOD, ATTEMPTS = 4.0, (1.0, 6.0, 0.3)
 #: Where the walker falls on the way to the next horizon, the last one is fitted again and then one half way, noise so
 #: many times smaller; at most so often.
 QUIETER, MOST_AGAIN = 3.0, 5

@@ -12,7 +12,7 @@ from stages.analytic.model.walker import Vector
 
 TOTAL_MASS = "total_mass"
 #: How much of each parameter a known sum has.
-SUMS = {TOTAL_MASS: {"biped.hip_mass": 1.0, "biped.foot_mass": 2.0}}
+SUMS = {TOTAL_MASS: {"biped.hip_mass": 1.0, "biped.foot_mass": 2.0, "biped.frame_mass": 2.0}}
 
 
 @dataclass(frozen=True)
@@ -25,17 +25,23 @@ class Known:
     source: str = ""
 
     def parts(self) -> dict[str, float]:
-        """How much of each parameter is in it."""
+        """How much of each parameter is in it, of a design whose legs are alike."""
         return SUMS.get(self.name, {self.name: 1.0})
 
     def row(self, names: Sequence[str]) -> Vector:
         """Its derivative by the parameters `names`, (n,)."""
-        parts = self.parts()
+        parts = dict(self.parts())
+        for name in (name for name in names if self.name in SUMS and name.startswith("biped.other_")):
+            first = name.replace("other_", "")
+            if first in parts:
+                parts[first], parts[name] = 1.0, 1.0
         return np.array([parts.get(name, 0.0) for name in names])
 
     def of(self, design: DesignPoint) -> float:
         """What a design has of it."""
-        return float(sum(share * design.value(name) for name, share in self.parts().items()))
+        if self.name == TOTAL_MASS:
+            return design.biped.total_mass
+        return design.value(self.name)
 
 
 def information_of(known: Iterable[Known], names: Sequence[str]) -> np.ndarray:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from stages.analytic.derivatives.step_map import exchanged_rows
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, require_landing
 from stages.analytic.integration.phase import CHATTER, EVENT, WEDGED, integrate
@@ -68,12 +69,13 @@ def walk_stretches(
     It begins in single stance on leg `first_leg`, upright: `upright` (size - 1,) is the state without theta, which is
     zero. There what springs do fades soon; just after a heel strike it would move the next events too, and a fit could
     not tell it from the time of the strike. Columns: the entries of `upright`, then the changes of the walker's numbers
-    `along` (n, fields of `walker.p`). Raises StepFailed like `poincare_map`.
+    `along` (n, fields of `walker.p`), in whose own step leg 0 stands. Raises StepFailed like `poincare_map`.
     """
     tolerance = attainable_tolerance(walker.p, tolerance)
     size = walker.size
     free = size - 1
-    p: Any = varied(walker.p, along, free + len(along))
+    rows = along, exchanged_rows(walker, along)  # of the walker on either leg
+    p: Any = varied(walker.on(first_leg).p, rows[first_leg], free + len(along))
     variations = np.zeros((free + len(along), size))
     variations[range(free), range(1, size)] = 1.0
     y = np.concatenate([[0.0], upright, variations.ravel()])
@@ -109,6 +111,8 @@ def walk_stretches(
         if ended <= SINGLE_STANCE:
             leg, phases = 1 - leg, 0
             require_landing(walker, y, EVENT, ended)
+            delays, p = p.delays, varied(walker.on(leg).p, rows[leg], free + len(along))
+            p.delays[:] = delays
 
 
 def _columns(rows: np.ndarray, size: int) -> np.ndarray:

@@ -6,11 +6,12 @@ which for h = 1e-30 is nothing.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from stages.analytic.derivatives.step_map import exchanged_rows
 from stages.analytic.model.walker import Vector, Walker
 from stages.calibration.motion.stretches import Stretch
 
@@ -21,12 +22,13 @@ TINY = 1e-30
 
 @dataclass(frozen=True)
 class Numbers:
-    """What the sensors need of the walker: foot radius, place of the foot sensor above the foot's bottom, natural leg
-    length, gravity in the slope frame; numbers or arrays."""
+    """What the sensors need of the walker: the standing foot's radius, place of the foot sensor above its foot's
+    bottom, natural lengths of stance and swing leg, gravity in the slope frame; numbers or arrays."""
 
     radius: Any
     place: Any
     length: Any
+    other_length: Any
     g_x: Any
     g_y: Any
 
@@ -75,14 +77,8 @@ class Sensing:
 
     def __init__(self, walker: Walker, along: np.ndarray, free: int, place: float = 0.0) -> None:
         self.walker = walker
-        changes = {field: np.concatenate([np.zeros(free), column])
-                   for field, column in zip(walker.p._fields, along.T, strict=True)}
-        p, self._place = walker.p, place / walker.length
-        self._plain = Numbers(p.r, p.l + self._place, p.L_nat, p.g_x, p.g_y)
-        self._moved = Numbers(*(
-            np.array(value + 1j * TINY * changes[field])
-            for value, field in ((p.r, "r"), (p.l + self._place, "l"), (p.L_nat, "L_nat"), (p.g_x, "g_x"),
-                                 (p.g_y, "g_y"))))
+        rows = along, exchanged_rows(walker, along)
+        self._on = tuple(_numbers(walker.on(leg).p, rows[leg], free, place / walker.length, leg) for leg in (0, 1))
         force, rate = walker.length / walker.time**2, 1.0 / walker.time
         self.scales = np.array([force, force, force, force, rate])
         speed = walker.length / walker.time
@@ -93,34 +89,42 @@ class Sensing:
         half = self.walker.size // 2
         y = stretch.states[:, :, None] + 1j * TINY * stretch.states_by
         rates = stretch.rates[:, :, None] + 1j * TINY * stretch.rates_by
-        found = self._felt(y[:, :half], y[:, half:], rates[:, half:], stretch.stance_leg == 0, self._moved)
+        found = self._felt(y[:, :half], y[:, half:], rates[:, half:], stretch.stance_leg, self._on[stretch.stance_leg])
         return self._scaled(found, self.scales)
 
-    def velocities(self, y: Vector, y_by: np.ndarray, stands: bool) -> Felt:
+    def velocities(self, y: Vector, y_by: np.ndarray, stance_leg: int) -> Felt:
         """Velocities of hip and foot on the leg's axes in a state (size,), shape (1, 5): what an impact changes.
 
         Without rates and gravity, accelerations are velocities' own formulas. The rate's own column is zero.
         """
         half = self.walker.size // 2
         moved = (y[None, :, None] + 1j * TINY * y_by[None])
-        at_rest, weightless = np.zeros_like(moved[:, :half]), self._moved
-        weightless = Numbers(weightless.radius, weightless.place, weightless.length, 0.0, 0.0)
-        found = self._felt(moved[:, :half], at_rest, moved[:, half:], stands, weightless)
+        at_rest, weightless = np.zeros_like(moved[:, :half]), replace(self._on[stance_leg], g_x=0.0, g_y=0.0)
+        found = self._felt(moved[:, :half], at_rest, moved[:, half:], stance_leg, weightless)
         return self._scaled(found, self.impulse_scales)
 
-    def _felt(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, stands: bool, n: Numbers) -> np.ndarray:
+    def _felt(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, stance_leg: int, n: Numbers) -> np.ndarray:
         """Complex signals (5, n, c)."""
-        coordinates, rates, accelerations = (self._four(part, k == 0) for k, part in enumerate((q, qd, qdd)))
-        return felt(coordinates, rates, accelerations, stands, n)
-
-    def _four(self, part: np.ndarray, are_lengths: bool) -> list[Any]:
-        """theta, L_1, psi, L_2 of an array (n, size / 2, c); rigid legs keep their length."""
-        if part.shape[1] == 4:
-            return [part[:, i] for i in range(4)]
-        length = self._moved.length if are_lengths else 0.0
-        return [part[:, 0], length, part[:, 1], length]
+        coordinates, rates, accelerations = (_four(part, n if k == 0 else None) for k, part in enumerate((q, qd, qdd)))
+        return felt(coordinates, rates, accelerations, stance_leg == 0, n)
 
     @staticmethod
     def _scaled(found: np.ndarray, scales: np.ndarray) -> Felt:
         signals = found.transpose(1, 0, 2)
         return Felt(signals[:, :, 0].real * scales, signals.imag / TINY * scales[:, None])
+
+
+def _numbers(p: Any, along: np.ndarray, free: int, place: float, stance_leg: int) -> Numbers:
+    """What the sensors need while a leg stands, with the changes as imaginary parts. They sit on leg 0."""
+    own = {field: value + 1j * TINY * np.concatenate([np.zeros(free), column])
+           for field, value, column in zip(p._fields, p, along.T, strict=True)}
+    mass = own.get("l_2", own["l"]) if stance_leg == 1 else own["l"]
+    return Numbers(own["r"], mass + place, own["L_nat"], own.get("L_nat_2", own["L_nat"]), own["g_x"], own["g_y"])
+
+
+def _four(part: np.ndarray, lengths: Numbers | None) -> list[Any]:
+    """theta, L_1, psi, L_2 of an array (n, size / 2, c), or their rates; rigid legs keep their lengths."""
+    if part.shape[1] == 4:
+        return [part[:, i] for i in range(4)]
+    stance, swing = (lengths.length, lengths.other_length) if lengths else (0.0, 0.0)
+    return [part[:, 0], stance, part[:, 1], swing]

@@ -7,14 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.analytic.derivatives.numbers import changes_of
+from stages.analytic.derivatives.numbers import Changes, changes_of
+from stages.analytic.derivatives.step_map import exchanged_rows
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.model.walker import Vector
+from stages.analytic.model.kinds import natural_lengths
+from stages.analytic.model.walker import Vector, Walker
 from stages.calibration.motion.stretches import Stretch, walk_stretches
 from stages.calibration.observation.felt import SIGNALS, Sensing
 from stages.calibration.observation.low_pass import Filtered, Piece, filtered
-from stages.calibration.observation.unknowns import LEG_LENGTH, SIDES, STRETCHES, Layout, start_scales
+from stages.calibration.observation.unknowns import SIDES, STRETCHES, Layout, start_scales
 
 #: Columns of a sensor's samples.
 AXES = ("forward", "up", "rate")
@@ -80,7 +82,8 @@ def predict(
     last = max((float(times[-1]) for times in taken.values() if times.size), default=0.0)
     lengths = [layout.place(name) for name in STRETCHES if name in layout.names]
     upright = unknowns[: layout.free].copy()
-    upright[lengths] += walker.length * walker.p.L_nat
+    upright[lengths] += walker.length * np.array(natural_lengths(walker.on(sampling.first_leg).p))[: len(lengths)]
+    longer = _longer(walker, changes, sampling.first_leg)
     stretches = walk_stretches(
         walker, upright / scales, changes.along, last / walker.time, tolerance, sampling.first_leg)
     sensing = Sensing(walker, changes.along, layout.free, sampling.place)
@@ -94,8 +97,7 @@ def predict(
         found = filtered(chosen, sampling.bandwidth_hz, taken[side])
         samples[side], by_design[side], by_run[side] = _read(
             found, value, layout, side, np.asarray(getattr(sampling, side)))
-        if LEG_LENGTH in names:  # a longer leg is longer at mid-stance too
-            by_design[side][:, :, names.index(LEG_LENGTH)] += by_run[side][:, :, lengths].sum(axis=2)
+        by_design[side] += by_run[side][:, :, lengths] @ longer[: len(lengths)]  # longer legs are longer there too
     ends = [s for s in stretches if s.ends_step]
     strikes = np.array([s.start + s.duration for s in ends]) * walker.time + value["mid_stance"]
     strikes_by = np.array([s.start_by + s.duration_by for s in ends]).reshape(len(ends), len(by)) * by * walker.time
@@ -103,9 +105,16 @@ def predict(
     strikes_by_run[:, : layout.free] = strikes_by[:, : layout.free]
     strikes_by_run[:, layout.place("mid_stance")] = 1.0
     strikes_by_design = strikes_by[:, layout.free :]
-    if LEG_LENGTH in names:
-        strikes_by_design[:, names.index(LEG_LENGTH)] += strikes_by_run[:, lengths].sum(axis=1)
+    strikes_by_design += strikes_by_run[:, lengths] @ longer[: len(lengths)]
     return Predicted(samples, by_design, by_run, strikes, strikes_by_design, strikes_by_run)
+
+
+def _longer(walker: Walker, changes: Changes, leg: int) -> np.ndarray:
+    """Derivatives (2, d) of the natural lengths [m] of the leg that stands and of the other one by the parameters."""
+    fields = walker.p._fields
+    rows = (changes.along, exchanged_rows(walker, changes.along))[leg] / changes.scales[:, None] * walker.length
+    other = "L_nat_2" if "L_nat_2" in fields else "L_nat"
+    return np.array([rows[:, fields.index("L_nat")], rows[:, fields.index(other)]])
 
 
 def _pieces(stretches: list[Stretch], sensing: Sensing, by: Vector, unit: float) -> list[Piece]:
@@ -116,8 +125,8 @@ def _pieces(stretches: list[Stretch], sensing: Sensing, by: Vector, unit: float)
         signals = np.concatenate([found.value[:, :, None], found.by * by], axis=2)
         impulse = np.zeros(signals.shape[1:])
         if stretch.ends_step and after is not None:
-            old = sensing.velocities(stretch.end, stretch.end_by, stretch.stance_leg == 0)
-            new = sensing.velocities(after.begin, after.begin_by, after.stance_leg == 0)
+            old = sensing.velocities(stretch.end, stretch.end_by, stretch.stance_leg)
+            new = sensing.velocities(after.begin, after.begin_by, after.stance_leg)
             impulse = np.concatenate([(new.value - old.value)[0, :, None], (new.by - old.by)[0] * by], axis=1)
         pieces.append(Piece(stretch.start * unit, stretch.edges * unit, signals, stretch.start_by * by * unit,
                             stretch.duration_by * by * unit, impulse))

@@ -16,7 +16,6 @@ START = {3: ("start_psi", "start_theta_rate", "start_psi_rate"),
          7: ("start_stretch_1", "start_psi", "start_stretch_2", "start_theta_rate", "start_stretch_1_rate",
              "start_psi_rate", "start_stretch_2_rate")}
 STRETCHES = ("start_stretch_1", "start_stretch_2")
-LEG_LENGTH = "biped.leg_length"
 SIDES = ("hip", "foot")
 #: Of each sensor, in this order.
 ERRORS = ("clock", "tilt", "forward_gain", "up_gain", "rate_gain", "forward_bias", "up_bias", "rate_bias")

@@ -17,7 +17,8 @@ class Options:
     """Options of `calibrate`."""
 
     source: str = option(
-        "-", "The recordings: a CSV file of angles", metavar="FILE", positional=True, default="")
+        "-", "The recordings: a database of the ingest's, or a CSV file of angles", metavar="FILE", positional=True,
+        default="")
     about: Mapping[str, Any] | None = option(
         "-", "What is known beside the recordings, and what is looked for: this YAML file", name="with", default=None)
     identifiability: bool = option(
@@ -29,6 +30,11 @@ class Options:
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Fit the recordings, or say what runs can tell. Raises WrongOption, NoGait, NotIdentified."""
+    if options.source and not options.source.endswith(".csv") and not options.identifiability:
+        from stages.calibration.estimation.asked import asked_of
+        from stages.calibration.reports.sensor_report import calibrated as from_sensors
+
+        return from_sensors(parameters, asked_of(options.about), Path(options.source), asking)
     if options.source.endswith(".csv") and not options.identifiability:
         from stages.calibration.reports.angle_report import answered, calibrated
 
@@ -46,7 +52,10 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
 
 QUESTION = Question(
     "calibrate",
-    """Find the parameters of the robot that was measured.
+    """Find the parameters of the robot that was measured, with 95 % intervals, from the recordings in SOURCE.
+
+    SOURCE is an SQLite file as `ingest` reads and writes it, or a CSV file of a driven robot's angles. Some runs or
+    steps are held out and tell how well the robot explains what it was not fitted to. --into leaves its parameters.
 
     --identifiability computes, before anything is fitted or even measured, how well runs like those of params/ can tell
     each parameter, which combinations no sensor sees, and what further measurement would help most. What is known
@@ -54,7 +63,7 @@ QUESTION = Question(
     """,
     Options,
     ask,
-    examples=("bipedstudy calibrate --identifiability --runs 30",
+    examples=("bipedstudy calibrate --identifiability --runs 30", "bipedstudy calibrate lab.sqlite --with known.yaml",
               "bipedstudy calibrate steps.csv --with robot.yaml --figure residuals.png"),
     draws=True,
     pool=True,

@@ -1,0 +1,56 @@
+"""Runs of the ingest as the calibration takes them: from the mid-stance after an early heel strike to the last one."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from stages.calibration.information.plan import SLOPE
+from stages.calibration.observation.measured_run import MeasuredRun, usable
+from stages.calibration.observation.prediction import Sampling
+from stages.calibration.observation.unknowns import SIDES
+from stages.calibration.parameters import Settings
+from stages.imu.trial.places import FORWARD, LATERAL, UP, BodySensor
+from stages.imu.trial.sensor import filter_delay
+from stages.imu.trial.trial import Trial
+
+#: The walk is followed from this heel strike on: the hand has let go before the first.
+FROM = 1
+#: A sensor that does not say where its low pass cuts off is taken to have none: nothing of a walk is that fast [Hz].
+NO_LOW_PASS_HZ = 500.0
+FEWEST_STRIKES = 4
+
+
+def run_of(trial: Trial, mid_stance: float, settings: Settings) -> MeasuredRun | str:
+    """A run of the ingest, `mid_stance` [s] after its heel strikes; or why it cannot be used."""
+    name = trial.experiment.name
+    if not trial.accepted:
+        return f"{name}: turned down by the ingest"
+    if len(trial.sensors) < 2:
+        return f"{name}: has not both sensors"
+    strikes = trial.strikes.time[FROM:]
+    if len(strikes) < FEWEST_STRIKES:
+        return f"{name}: has {len(trial.strikes.time)} heel strikes, {FEWEST_STRIKES + FROM} are needed"
+    begin, end = float(strikes[0]), float(strikes[-1])
+    first = mid_stance + settings.settling_s
+    times, samples, used = {}, {}, {}
+    for side in SIDES:
+        sensor = trial.sensors[side]
+        since = sensor.time - begin
+        kept = (since >= first) & (sensor.time <= end)
+        order = np.argsort(since[kept], kind="stable")
+        values = np.column_stack([sensor.force[:, FORWARD], sensor.force[:, UP], sensor.rate[:, LATERAL]])[kept][order]
+        times[side] = since[kept][order]
+        mask = usable(times[side], strikes - begin, first, settings.before_strike_s, settings.after_strike_s)
+        samples[side], used[side] = np.nan_to_num(values), mask[:, None] & np.isfinite(values)
+    bandwidth = _bandwidth(trial.sensors["hip"])
+    sampling = Sampling(times["hip"], times["foot"], filter_delay(bandwidth) if bandwidth else 0.0,
+                        bandwidth or NO_LOW_PASS_HZ, int(trial.strikes.leg[FROM]))
+    slope = trial.experiment.slope_deg
+    own = {} if slope is None or math.isnan(slope) else {SLOPE: (slope, settings.slope_reading_sd_deg)}
+    return MeasuredRun(name, sampling, samples, used, strikes - begin, own)
+
+
+def _bandwidth(sensor: BodySensor) -> float | None:
+    return sensor.trace.indexed.recording.device.bandwidth_hz

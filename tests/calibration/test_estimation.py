@@ -1,0 +1,91 @@
+"""Runs drawn blind and fitted: what comes back, how well, and what is refused."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pipeline.parameters import yaml_text
+from pipeline.questions.described import Described
+from stages.biped.question import WrongOption
+from stages.calibration.blind.draw import draw, model_of
+from stages.calibration.blind.score import scored, summary
+from stages.calibration.estimation.asked import asked_of
+from stages.calibration.estimation.campaign import fit_campaign
+from stages.calibration.estimation.each_run import as_plain, from_plain
+from stages.calibration.estimation.fit import horizons
+from tests.calibration.runs import PARAMETERS
+
+#: Short runs, so that a fit takes a second.
+SHORT = dataclasses.replace(PARAMETERS, settings=dataclasses.replace(PARAMETERS.settings, planned_steps=7))
+
+
+@pytest.fixture(scope="module")
+def blind():
+    return [scored(seed, 1, SHORT) for seed in (1, 2, 3)]
+
+
+def test_blind_runs_come_to_rest_at_the_noise(blind):
+    assert [one.converged for one in blind] == [True] * 3
+    for one in blind:
+        assert 0.9 < one.chi2 < 1.1
+        assert np.abs((one.estimate - one.truth) / one.sd).max() < 4.5
+        np.testing.assert_allclose(one.sd, one.bound, rtol=0.1)
+    told = summary(blind)
+    assert told["not_converged"] == {}
+    assert told["coverage_together"] == pytest.approx(np.mean([one.holds for one in blind]))
+
+
+def test_two_runs_tell_more_than_one():
+    campaign = draw(5, 2, SHORT)
+    drawing, model = model_of(SHORT)
+    both = fit_campaign(drawing, campaign.runs, model, campaign.known)
+    one = fit_campaign(drawing, campaign.runs[:1], model, campaign.known)
+    assert both.converged
+    assert one.converged
+    assert (np.diag(both.covariance) < np.diag(one.covariance)).all()
+    truth = np.array([campaign.design.value(name) for name in model.shared])
+    assert np.abs((both.design - truth) / np.sqrt(np.diag(both.covariance))).max() < 4.5
+
+
+def test_an_odd_run_is_left_out_and_said():
+    campaign = draw(6, 3, SHORT)
+    drawing, model = model_of(SHORT)
+    odd = campaign.runs[1]
+    samples = {side: one + 0.2 * (np.arange(len(one))[:, None] % 3 == 0) for side, one in odd.samples.items()}
+    runs = (campaign.runs[0], dataclasses.replace(odd, samples=samples), campaign.runs[2])
+    fit = fit_campaign(drawing, runs, model, campaign.known)
+    assert list(fit.left_out) == [odd.name]
+    assert "times the usual residuals" in fit.left_out[odd.name]
+
+
+def test_horizons_rise_to_the_whole_run():
+    run = draw(7, 1, SHORT).runs[0]
+    ends = [end for end, _ in horizons(run)]
+    assert ends == sorted(ends)
+    assert ends[-1] == run.duration
+    assert horizons(run)[-1][1] == 1.0
+
+
+def test_a_run_is_the_same_in_plain_values():
+    run = draw(7, 1, SHORT).runs[0]
+    again = from_plain(as_plain(run))
+    np.testing.assert_array_equal(again.samples["foot"], run.samples["foot"])
+    np.testing.assert_array_equal(again.used["hip"], run.used["hip"])
+    assert again.own == run.own
+    assert again.sampling.first_leg == run.sampling.first_leg
+
+
+@pytest.mark.parametrize(("text", "message"), [
+    ("weight: 1", "known.yaml:1: weight: there is no such entry"),
+    ("known:\n  mass: {value: 1, uncertainty: 1, unit: kg}", "known.yaml:2: known.mass: no such quantity"),
+    ("known:\n  total_mass: {value: 1, uncertainty: 1, unit: g}", "known.yaml:2: known.total_mass.unit: g, must be kg"),
+    ("known:\n  leg_length: {value: long, uncertainty: 1, unit: m}", "known.yaml:2: known.leg_length.value: long"),
+    ("known:\n  leg_length: {value: 0.3, uncertainty: 0, unit: m}", "known.yaml:2: known.leg_length.uncertainty: 0"),
+    ("fixed: [damping, colour]", "known.yaml:1: fixed.1: colour is no parameter of the design"),
+    ("held_out: all", "known.yaml:1: held_out: expected a list"),
+])
+def test_a_wrong_file_is_refused_with_line_and_key(text, message):
+    with pytest.raises(WrongOption) as refused:
+        asked_of(Described(yaml_text.parse(text, "known.yaml"), "known.yaml"))
+    assert str(refused.value).startswith(message)
