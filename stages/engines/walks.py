@@ -30,8 +30,9 @@ from stages.planar.state import PlanarState
 COMPILED, COMPILED_LOOSER = 1e-12, 1e-11
 EXUDYN, EXUDYN_LOOSER, EXUDYN_TIGHTER = 1e-10, 1e-9, 1e-11
 LARGEST_STEP = 5e-4
-#: Over one step the models are this close [m]; over more, and between cycles, so many times the larger own error.
-ONE_STEP, TIMES = 1e-9, 3.0
+#: Over one step the models are this close [m]; over more, and between cycles, so many times the larger own error, which
+#: a difference of two runs may meet by chance: below this [m], a tenth of what one step may differ, it tells nothing.
+ONE_STEP, TIMES, NOISE = 1e-9, 3.0, 1e-10
 #: Times at which paths are compared.
 COMPARED = 2000
 #: Residual, in the section's scales, from which one more correction leads to either model's cycle.
@@ -77,7 +78,7 @@ def over_a_walk(
         hip_distance(ours, machine.compiled(state, COMPILED_LOOSER, steps, duration)),
         hip_distance(other, machine.exudyn(state, EXUDYN_LOOSER, steps, duration)),
     )
-    return Distance(what, outcome_of(ours, other), distance, own, TIMES * own)
+    return Distance(what, outcome_of(ours, other), distance, own, max(NOISE, TIMES * own))
 
 
 def outcome_of(ours: Run, other: Run) -> str:
@@ -113,7 +114,7 @@ def between_cycles(what: str, machine: Machine, state: PlanarState, numbers: np.
     errors = lengths_of(looser, ours) - true, lengths_of(other_looser, ours) - exudyn
     own = max(np.abs(error).max() for error in errors)
     distance = float(np.abs(exudyn - true).max())
-    return Distance(what, "completed", distance, float(own), float(TIMES * own))
+    return Distance(what, "completed", distance, float(own), max(NOISE, float(TIMES * own)))
 
 
 def corrected(walker: PenaltyStepper | SectionWalker, near: FixedPoint, derivative: np.ndarray) -> FixedPoint:

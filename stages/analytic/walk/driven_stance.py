@@ -26,25 +26,18 @@ from stages.analytic.model import terms as eq
 from stages.analytic.model.kinds import Rigid
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import rigid_acceleration, row4_times
+from stages.analytic.phases.hip_friction import AT_REST, holding_torque
 
 #: How the hip moves: it sticks, or slips with the sign of the rate of theta + psi.
 STICKS = 0
 #: Longest integration step, in pendulum times: its error is below 1e-13 at the rates of a walk.
 LONGEST = 0.05
-#: How often a hip may stick, slip or turn round within one step; rates below are zero.
-TURNS, AT_REST = 50, 1e-13
+#: How often a hip may stick, slip or turn round within one step.
+TURNS = 50
 #: The parameter that is no number of the walker's.
 RUBS = "biped.hip_friction"
 #: Times of the stages, as parts of a step.
 NODES = A.sum(axis=1)
-
-
-@compiled
-def holding_torque(y: Vector, p: Rigid, torque: float) -> tuple[float, float]:
-    """Torque that would keep the rate of theta + psi beside the motor's, and the angle's acceleration per torque."""
-    qdd, inverse = rigid_acceleration(y, p)
-    each1, each2 = inverse[0] + inverse[1], inverse[1] + inverse[2]
-    return -(qdd[0] + qdd[1]) / (each1 + each2) - torque, each1 + each2
 
 
 @compiled
