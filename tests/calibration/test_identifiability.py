@@ -1,6 +1,9 @@
 """What runs can tell: the scale of mass is not seen, the clock limits the length, and what trials outside had found."""
 
 import dataclasses
+import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -10,7 +13,7 @@ from stages.calibration.information.experiments import experiments, gains, weigh
 from stages.calibration.information.identifiability import identifiability
 from stages.calibration.information.plan import plan_of, planned_equations
 from stages.calibration.information.words import described, is_scale_of_mass
-from tests.calibration.runs import PARAMETERS
+from tests.calibration.runs import PARAMETERS, ROOT
 
 PLAN = plan_of(PARAMETERS)
 #: Shares in % that an independent trial found for the same run (hip weighed; the study's own Fisher information).
@@ -66,3 +69,20 @@ def test_a_known_length_and_more_runs_tell_more_and_never_less(planned):
     many = of(planned, known, 200)
     row = many.names.index("biped.foot_radius")
     assert before.sd[row] / many.sd[row] == pytest.approx(10.0, rel=0.02)
+
+
+def test_the_command_says_what_runs_tell_without_any_recording(tmp_path):
+    command = [sys.executable, "-m", "pipeline.cli", "calibrate", "--identifiability", "--runs", "2", "--json",
+               "--results", str(tmp_path), "--set", "biped.leg_inertia=8.576e-4"]
+    done = subprocess.run(command, cwd=ROOT, text=True, capture_output=True)
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert "weigh the robot" in told["not_seen"][0]["in_words"]
+    assert told["parameters"]["biped.hip_mass"]["sd_not_weighed"] is None
+    assert told["parameters"]["biped.leg_length"]["sd"] < told["parameters"]["biped.leg_length"]["sd_one_run"]
+
+
+def test_the_command_asks_for_recordings(tmp_path):
+    command = [sys.executable, "-m", "pipeline.cli", "calibrate", "--results", str(tmp_path)]
+    done = subprocess.run(command, cwd=ROOT, text=True, capture_output=True)
+    assert (done.returncode, "name the recordings" in done.stderr) == (2, True)

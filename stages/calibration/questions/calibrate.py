@@ -16,9 +16,9 @@ from stages.calibration.parameters import Parameters
 class Options:
     """Options of `calibrate`."""
 
-    source: str = option(
+    source: str | None = option(
         "-", "The recordings: a database of the ingest's, or a CSV file of angles", metavar="FILE", positional=True,
-        default="")
+        default=None)
     about: Mapping[str, Any] | None = option(
         "-", "What is known beside the recordings, and what is looked for: this YAML file", name="with", default=None)
     identifiability: bool = option(
@@ -30,16 +30,17 @@ class Options:
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Fit the recordings, or say what runs can tell. Raises WrongOption, NoGait, NotIdentified."""
-    if options.source and not options.source.endswith(".csv") and not options.identifiability:
+    recorded = "" if options.identifiability else options.source or ""
+    if recorded and not recorded.endswith(".csv"):
         from stages.calibration.estimation.asked import asked_of
         from stages.calibration.reports.sensor_report import calibrated as from_sensors
 
-        return from_sensors(parameters, asked_of(options.about), Path(options.source), asking)
-    if options.source.endswith(".csv") and not options.identifiability:
+        return from_sensors(parameters, asked_of(options.about), Path(recorded), asking)
+    if recorded:
         from stages.calibration.reports.angle_report import answered, calibrated
 
         asking.progress(0.1, "the robot and each step's start")
-        return answered(calibrated(parameters.biped, parameters.slope, options.about, Path(options.source)))
+        return answered(calibrated(parameters.biped, parameters.slope, options.about, Path(recorded)))
     from stages.calibration.estimation.asked import asked_of
 
     asked = asked_of(options.about)
