@@ -94,7 +94,9 @@ def command(stage: str, question: Question) -> click.Command:
                 sys.exit(ANSWER)
             asking.close()
             _print(answer, as_json, as_csv)
-            if figure is not None:
+            if figure is not None and answer.draw is None:
+                click.echo("note: this answer has no picture; nothing was drawn", err=True)
+            elif figure is not None:
                 answer.draw(lambda drawn: drawn.savefig(figure, dpi=150))
                 click.echo(f"drawn: {shown(figure)}", err=True)
             if folder is not None:
