@@ -9,7 +9,7 @@ from typing import ClassVar
 from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
-from stages.calibration.observation.unknowns import Beliefs
+from stages.calibration.observation.beliefs import Beliefs
 from stages.campaign.parameters import SensorSettings
 from stages.ground.slope import Slope
 from stages.imu.parameters import Drawing, Limits

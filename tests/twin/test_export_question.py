@@ -32,7 +32,7 @@ def test_it_writes_the_file_and_says_what_it_lacks(export, tmp_path, parameters)
     assert (code, errors) == (0, "") and path.read_bytes().startswith(b"<?xml")
     words = " ".join(out.split())
     assert f"each leg {0.5 * parameters.biped.stiffness:g} N/m" in words
-    assert all(len(line) <= 80 for line in out.splitlines())
+    assert all(len(line) <= 80 for line in out.splitlines() if path.name not in line)  # a path is not folded
     assert export("twin", "--format", "urdf", "--out", path)[0] == 2
 
 

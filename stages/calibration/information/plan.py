@@ -13,9 +13,10 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.model.walker import Vector
 from stages.calibration.estimation.equations import Equations, Model, run_equations
+from stages.calibration.observation.beliefs import Beliefs
 from stages.calibration.observation.measured_run import MeasuredRun, usable
 from stages.calibration.observation.prediction import Sampling
-from stages.calibration.observation.unknowns import SIDES, Beliefs, layout_of, mid_stance
+from stages.calibration.observation.unknowns import SIDES, layout_of, mid_stance
 from stages.calibration.parameters import Parameters
 
 SLOPE = "ground.slope_deg"

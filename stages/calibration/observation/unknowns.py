@@ -9,6 +9,7 @@ import numpy as np
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_state
 from stages.analytic.walk.recording import record, up_to_mid_stance
+from stages.calibration.observation.beliefs import Beliefs
 
 #: The state at mid-stance without theta, by names, for rigid legs and compliant ones. Of a leg's length it has what it
 #: is longer than its natural one: that is what is believed of it, however long the robot's legs turn out to be.
@@ -21,34 +22,6 @@ SIDES = ("hip", "foot")
 ERRORS = ("clock", "tilt", "forward_gain", "up_gain", "rate_gain", "forward_bias", "up_bias", "rate_bias")
 UNITS = {"clock": "1", "tilt": "rad", "forward_gain": "1", "up_gain": "1", "rate_gain": "1", "forward_bias": "m/s^2",
          "up_bias": "m/s^2", "rate_bias": "rad/s"}
-
-
-@dataclass(frozen=True)
-class Beliefs:
-    """Standard deviations of a sensor's errors before the fit, about zero; infinite for one that nothing is known of.
-
-    `clock` relative error of the sampling rate; `tilt` [rad] of the mounting in the plane of walking; gains relative;
-    biases [m/s^2] and [rad/s]; `foot_lag` [s] what the foot's times are off against the hip's; `mid_stance` [s] the
-    time from the first heel strike to mid-stance. There legs are stretched by `length` [m] and at `length_rate` [m/s]
-    otherwise than in the gait.
-    """
-
-    clock: float
-    tilt: float
-    acceleration_gain: float
-    rate_gain: float
-    acceleration_bias: float
-    rate_bias: float
-    foot_lag: float
-    mid_stance: float
-    length: float
-    length_rate: float
-
-    def of(self, error: str) -> float:
-        """That of one of `ERRORS`."""
-        kinds = {"forward_gain": self.acceleration_gain, "up_gain": self.acceleration_gain,
-                 "forward_bias": self.acceleration_bias, "up_bias": self.acceleration_bias}
-        return kinds[error] if error in kinds else float(getattr(self, error))
 
 
 @dataclass(frozen=True)
