@@ -5,9 +5,9 @@
 
 Results lie in results/levels/<level>. Errors are differences from the level `reference`; those of `reference` itself
 are differences of its three walks from walks at settings that are tighter again. Kept are
-stages/tradeoff/accuracy/levels.json, errors of the walks, which --accuracy reads, stages/numerical_errors.json, errors
-of the stages' numbers, which their artefacts carry, and stages/comparison/claims/accuracy/numerical_errors.json,
-errors of the claims' numbers, which verdicts are held against.
+stages/tradeoff/accuracy/levels.json, errors of the walks, which --accuracy reads,
+stages/about/numerical_errors.json, errors of the stages' numbers, which their artefacts carry, and
+stages/comparison/claims/accuracy/numerical_errors.json, errors of the claims' numbers, which verdicts are held against.
 """
 
 from __future__ import annotations

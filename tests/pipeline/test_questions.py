@@ -142,7 +142,7 @@ def test_a_stopped_question_goes_on_where_it_was(toy, how):
 
 def test_a_part_that_is_refused_or_dies_is_said_and_the_others_are_kept(toy):
     for first, code, said in (
-        (97, 3, "nothing grows from seed 99"),
+        (99, 3, "nothing grows from seed 99"),
         (95, 1, "error: a process of this question failed: its process ended by itself with code 7, twice; what is "
                 "done is kept: asked again, it goes on from there"),
     ):  # fmt: skip
