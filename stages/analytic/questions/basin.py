@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from stages.analytic.parameters import Parameters
 from stages.biped.quantity import Bound
 from stages.biped.question import Answer, Asking, Question, interval, option
+
+if TYPE_CHECKING:
+    from stages.analytic.parameters import Parameters
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from stages.analytic.parameters import Parameters
 from stages.biped.quantity import Bound
 from stages.biped.question import Answer, Asking, Question, WrongOption, interval, option
 
 if TYPE_CHECKING:
     from stages.analytic.gait.continuation import Branch, BranchPoint
+    from stages.analytic.parameters import Parameters
 
 
 @dataclass(frozen=True)

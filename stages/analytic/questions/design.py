@@ -6,7 +6,6 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from stages.analytic.parameters import Parameters
 from stages.biped.quantity import Bound
 from stages.biped.question import Answer, Asking, Question, WrongOption, interval, option
 
@@ -14,6 +13,7 @@ if TYPE_CHECKING:
     from stages.analytic.design.goals import Goal
     from stages.analytic.design.search import DesignSearch
     from stages.analytic.gait.design_point import DesignPoint
+    from stages.analytic.parameters import Parameters
     from stages.analytic.walk.validity import Validity
 
 VARIED = ("biped.foot_radius", "biped.foot_com", "biped.stiffness", "biped.damping")

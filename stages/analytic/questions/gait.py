@@ -6,10 +6,13 @@ import dataclasses
 import textwrap
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from stages.analytic.parameters import Parameters
 from stages.biped.question import Answer, Asking, Question, as_plain, option
+
+if TYPE_CHECKING:
+    from stages.analytic.parameters import Parameters
+
 
 #: Columns of the words, and of the number beside them.
 WORDS, NUMBER = 56, 17

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stages.analytic.parameters import Parameters
 from stages.biped.quantity import Bound
 from stages.biped.question import Answer, Asking, Column, Question, WrongOption, option
 
@@ -17,6 +16,7 @@ if TYPE_CHECKING:
     from stages.analytic.maps.answers import Task
     from stages.analytic.maps.box import Box
     from stages.analytic.maps.counts import Counts
+    from stages.analytic.parameters import Parameters
 
 #: Designs that are answered, and anchors that are searched, at once.
 BLOCK, ANCHOR_BLOCK = 500, 5

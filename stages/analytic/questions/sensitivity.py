@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from stages.analytic.parameters import Parameters
 from stages.biped.question import Answer, Asking, Question, WrongOption, option
 from stages.biped.question import as_plain as plain
 
@@ -14,6 +13,7 @@ if TYPE_CHECKING:
     from stages.analytic.derivatives.gait import VariedGait
     from stages.analytic.derivatives.multipliers import MultiplierDerivatives
     from stages.analytic.derivatives.uncertainty import Uncertainty
+    from stages.analytic.parameters import Parameters
 
 #: Measures with a word for the head of their column, and their units.
 HEADS = {"period_s": "period", "step_frequency_hz": "freq.", "step_length_m": "length", "speed_m_s": "speed"}

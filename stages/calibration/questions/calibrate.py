@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stages.biped.quantity import Bound
 from stages.biped.question import Answer, Asking, Question, WrongOption, option
-from stages.calibration.parameters import Parameters
+
+if TYPE_CHECKING:
+    from stages.calibration.parameters import Parameters
 
 
 @dataclass(frozen=True)

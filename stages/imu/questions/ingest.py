@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from stages.biped.question import Answer, Asking, Question, WrongOption, as_plain, option
 from stages.imu.errors import SourceRefused
-from stages.imu.parameters import Parameters
 
 if TYPE_CHECKING:
+    from stages.imu.parameters import Parameters
     from stages.imu.reports.run_report import RunReport
     from stages.imu.reports.sensor_report import SensorReport
     from stages.imu.sources.database import DatabaseWriter

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 from stages.biped.quantity import Bound
 from stages.biped.question import Answer, Asking, Question, option
-from stages.twin.parameters import Parameters
 
 if TYPE_CHECKING:
     from stages.twin.exports.exported import Exported
     from stages.twin.exports.gltf import Motion
+    from stages.twin.parameters import Parameters
 
 FORMATS = ("mjcf", "urdf", "sdf", "gltf")
 #: Poses a second of an animation; viewers go straight between them.
