@@ -66,9 +66,9 @@ def test_a_worker_ends_with_the_run_that_started_it(toy_with_commands):
 def test_a_stopped_worker_ends_with_the_run_that_started_it(toy_with_commands):
     toy = toy_with_commands
     process = toy.start("run", "fall", "--set", "fall.behaviour=sleep")
-    (worker,) = wait_for(lambda: workers(process.pid))
     logs = "results/.cache/making-*/stage.log"
     assert wait_for(lambda: [path for path in toy.root.glob(logs) if path.stat().st_size])  # it sleeps
+    (worker,) = wait_for(lambda: workers(process.pid))  # by now the one that it is going to be
     os.kill(worker, signal.SIGSTOP)
     process.kill()
     process.communicate()
