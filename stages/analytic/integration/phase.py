@@ -161,6 +161,17 @@ def locate(
     return length
 
 
+@inlined
+def shift_to_event(phase: int, y: Vector, p: Kind, event: Vector, event_rates: Vector, rate: float) -> None:
+    """Variations at fixed time become variations at the event, in `y`; `rate` is that of the guard there."""
+    base = state_size(p)
+    for start in range(base, y.size, base):
+        delay = -guard(phase, event, p, event, start)[1] / rate
+        keep_delay(p, start, delay)
+        for i in range(base):
+            y[start + i] += event_rates[i] * delay
+
+
 @compiled
 def integrate_smooth(
     phase: int, y: Vector, p: Kind, tolerance: float, time_limit: float, step_limit: int, h: float, nodes: np.ndarray
@@ -189,7 +200,7 @@ def integrate_smooth(
         evaluations += take_step(phase, y, h, p, stages, new)
         error = error_norm(y, new, h, p, stages, tolerance)
         if not error <= 1.0:  # written so that NaN is refused
-            h *= max(0.2, 0.9 * error ** (-1.0 / 8.0)) if error == error else 0.1
+            h *= step_factor(error) if error == error else 0.1
             rejected = True
             continue
         flow(phase, new, p, rates)
@@ -213,11 +224,7 @@ def integrate_smooth(
             _, rate, over = guard(phase, event, p, event_rates, 0)
             if over:
                 copy(event, y)
-                for start in range(base, size, base):  # variations at fixed time become variations at the event
-                    delay = -guard(phase, event, p, event, start)[1] / rate
-                    keep_delay(p, start, delay)
-                    for i in range(base):
-                        y[start + i] += event_rates[i] * delay
+                shift_to_event(phase, y, p, event, event_rates, rate)
                 return EVENT, time + length, h, count, evaluations
         time += h
         copy(new, y)

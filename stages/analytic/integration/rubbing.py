@@ -14,9 +14,11 @@ from stages.analytic.integration.phase import (
     STEP_FLOOR,
     STEP_LIMIT,
     TIME_LIMIT,
+    copy,
     failure,
     integrate,
     locate,
+    shift_to_event,
 )
 from stages.analytic.model.kinds import RubbingRigid
 from stages.analytic.model.walker import Vector
@@ -81,7 +83,7 @@ def integrate_rubbing(
         evaluations += take_step(phase, y, h, p, stages, new)
         error = error_norm(y, new, h, p, stages, tolerance)
         if not error <= 1.0:  # written so that NaN is refused
-            h *= max(0.2, 0.9 * error ** (-1.0 / 8.0)) if error == error else 0.1
+            h *= step_factor(error) if error == error else 0.1
             rejected = True
             continue
         flow(phase, new, p, rates)
@@ -102,23 +104,18 @@ def integrate_rubbing(
             length = locate(phase, y, h, g0, d0, g1, d1, p, stages, event, event_rates)
             _, rate, over = guard(phase, event, p, event_rates, 0)
             if over and length < turn:
-                for i in range(size):
-                    y[i] = event[i]
-                for start in range(4, size, 4):  # variations at fixed time become variations at the event
-                    delay = -guard(phase, event, p, event, start)[1] / rate
-                    for i in range(4):
-                        y[start + i] += event_rates[i] * delay
+                copy(event, y)
+                shift_to_event(phase, y, p, event, event_rates, rate)
                 return EVENT, time + length, h, count, evaluations
         if turn <= h:
             take_step(phase, y, turn, p, stages, event)
-            for i in range(size):
-                y[i] = event[i]
+            copy(event, y)
             if phase != HIP_STICKS:
                 cross_turn(phase, y, p)
             return EVENT, time + turn, h, count, evaluations
         time += h
-        for i in range(size):
-            y[i], stages[0, i] = new[i], rates[i]
+        copy(new, y)
+        copy(rates, stages[0])
         g0, d0, armed0 = g1, d1, armed
         status = failure(phase, y, p)
         if status != EVENT:

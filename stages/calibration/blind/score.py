@@ -15,10 +15,8 @@ from stages.calibration.blind.draw import draw, model_of
 from stages.calibration.estimation.campaign import fit_campaign
 from stages.calibration.estimation.equations import eliminated, run_equations
 from stages.calibration.estimation.known import information_of
+from stages.calibration.information.identifiability import HALF_WIDTH
 from stages.calibration.parameters import Parameters
-
-#: Of a 95 % interval, in standard deviations.
-HALF_WIDTH = 1.959964
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,7 @@ def march(
             take_step(phase, y, step, p, stages, new)
             error = error_norm(y, new, step, p, stages, tolerance)
             if not error <= 1.0:  # written so that NaN is refused
-                h = step * (max(0.2, 0.9 * error ** (-1.0 / 8.0)) if error == error else 0.1)
+                h = step * (step_factor(error) if error == error else 0.1)
                 if h < SAME:
                     return False
                 continue

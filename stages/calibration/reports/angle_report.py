@@ -16,11 +16,12 @@ from stages.calibration.angles.fit import AngleFit, fit_robot
 from stages.calibration.angles.prediction import HeldOut, correlation_length, held_out
 from stages.calibration.angles.recording import DrivenStep, read_steps
 from stages.calibration.angles.setup import AngleSetup, setup_of
+from stages.calibration.information.identifiability import HALF_WIDTH
 from stages.calibration.information.words import listed, short
 from stages.ground.slope import Slope
 
-#: Weight of angles against known values; the half-width of a 95 % interval; parts of a step residuals are told by.
-NOISE, HALF_WIDTH, PARTS = 4e-3, 1.959964, 5
+#: Weight of angles against known values; parts of a step residuals are told by.
+NOISE, PARTS = 4e-3, 5
 #: A number is not told if its standard deviation is more of these changes than this.
 TOLD = 10.0
 VISCOUS, COULOMB = "biped.hip_damping", "biped.hip_friction"

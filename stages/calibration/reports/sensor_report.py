@@ -20,7 +20,7 @@ from stages.calibration.estimation.asked import Asked, unit_of
 from stages.calibration.estimation.campaign import CampaignFit, fit_campaign
 from stages.calibration.estimation.equations import Model
 from stages.calibration.estimation.fit import fit_run
-from stages.calibration.information.identifiability import scales_of
+from stages.calibration.information.identifiability import HALF_WIDTH, scales_of
 from stages.calibration.information.plan import first_model, free_names
 from stages.calibration.information.words import described, listed, short
 from stages.calibration.observation.measured_run import MeasuredRun
@@ -28,7 +28,6 @@ from stages.calibration.observation.unknowns import SIDES
 from stages.calibration.parameters import Parameters
 from stages.calibration.recordings.from_ingest import run_of
 
-HALF_WIDTH = 1.959964
 #: Residuals this many times the sensors' noise are the model's.
 NOISY = 1.2
 #: Parameters that a model without frames gets wrong, however well it fits.
