@@ -64,6 +64,6 @@ def _cells(mesh: QuadMesh) -> Iterator[tuple[str, np.ndarray]]:
     """The middles (n, 2) of a map's cells, a series for each value that cells have."""
     corners = np.asarray(mesh.get_coordinates())
     middles = 0.25 * (corners[1:, 1:] + corners[1:, :-1] + corners[:-1, 1:] + corners[:-1, :-1])
-    values = np.ma.filled(np.ma.asarray(mesh.get_array(), dtype=float), np.nan)
+    values: np.ndarray = np.ma.filled(np.ma.asarray(mesh.get_array(), dtype=float), np.nan)
     for value in np.unique(values[np.isfinite(values)]):
         yield f"{mesh.get_label()}: {value:g}", middles[values == value]

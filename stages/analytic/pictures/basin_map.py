@@ -38,8 +38,8 @@ def draw(basin: Basin) -> Figure:
         angles, rates, caught, cmap=colours, norm=BoundaryNorm(limits, colours.N), shading="nearest",
         rasterized=True, label=f"{basin.endings[REACHES]}, steps",
     )  # fmt: skip
-    gait = axes.plot(np.degrees(basin.gait_angle), basin.gait_rate, "o", color=style.MULTIBODY,
-                     markeredgecolor="white", label="the gait")  # fmt: skip
+    gait = axes.plot(np.degrees(basin.gait_angle), basin.gait_rate, "o", color="white", markeredgecolor="black",
+                     label="the gait")  # fmt: skip
     axes.set_xlabel("stance angle at heel strike [°]")
     axes.set_ylabel("stance rate after heel strike [rad/s]")
     handles = [*gait,
