@@ -53,7 +53,7 @@ def _words(axes: Axes) -> dict[float, str]:
     if not isinstance(axes.yaxis.get_major_locator(), FixedLocator):
         return {}
     words = [" ".join(label.get_text().split()) for label in axes.get_yticklabels()]
-    return {place: word for place, word in zip(map(float, axes.get_yticks()), words, strict=True)
+    return {place: word for place, word in zip(map(float, axes.get_yticks()), words, strict=False)
             if any(sign.isalpha() for sign in word)}  # fmt: skip
 
 
