@@ -86,3 +86,15 @@ class TwinRobot:
         if not record.completed:
             raise StepFailed(f"the twin does not walk to the end: {record.reason}")
         return record
+
+    def settled(self, design: DesignPoint, steps: int) -> Walk:
+        """A walk of the twin begun at the mid-stance of the design's gait, as its sensors at hip and feet feel it.
+
+        Raises NoGait, StepFailed.
+        """
+        walker, point = find_gait(design.biped, design.slope, FINE, None)
+        begin = mid_stance(walker, point.z, FINE)
+        start = layout_of(walker, begin, NOTHING_KNOWN).middle
+        record = self.walk(design, start, steps)
+        times = uniform_times(float(record.time[-1]), self.twin.sampling_rate_hz)
+        return sample(record, times, dataclasses.replace(self.twin, signals=(IMU,))).walk

@@ -13,18 +13,17 @@ import numpy as np
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.biped.question import Answer, Asking, WrongOption
-from stages.calibration.angles.prediction import correlation_length
 from stages.calibration.errors import NotIdentified
 from stages.calibration.estimation import each_run
 from stages.calibration.estimation.asked import Asked, unit_of
 from stages.calibration.estimation.campaign import CampaignFit, fit_campaign
 from stages.calibration.estimation.equations import Model
 from stages.calibration.estimation.fit import fit_run
+from stages.calibration.estimation.widening import widening
 from stages.calibration.information.identifiability import HALF_WIDTH, scales_of
 from stages.calibration.information.plan import first_model, free_names
 from stages.calibration.information.words import described, listed, short
 from stages.calibration.observation.measured_run import MeasuredRun
-from stages.calibration.observation.unknowns import SIDES
 from stages.calibration.parameters import Parameters
 from stages.calibration.recordings.from_ingest import run_of
 
@@ -101,23 +100,11 @@ def _explained(design: DesignPoint, run: MeasuredRun, model: Model) -> float:
     return math.sqrt(fit.equations.chi2 / fit.equations.count)
 
 
-def _widening(fit: CampaignFit) -> tuple[float, float]:
-    """Root mean square residual in sigmas, and by how much intervals widen for it and for residuals that hang together.
-    """
-    size = fit.chi2 / fit.count
-    traces = {number: equations.residuals[side][:, [column]]
-              for number, (equations, side, column) in enumerate(
-                  (each, side, column) for each in fit.equations for side in SIDES for column in range(3))}
-    seen = {number: one[np.isfinite(one[:, 0])] for number, one in traces.items()}
-    length = correlation_length({number: one for number, one in seen.items() if len(one) > 10})
-    return math.sqrt(size), max(1.0, math.sqrt(size * max(1.0, length)))
-
-
 def _answer(
     design: DesignPoint, fit: CampaignFit, model: Model, refused: Sequence[str], held: Sequence[float],
     out: Sequence[MeasuredRun],
 ) -> Answer:
-    sigmas, wider = _widening(fit)
+    sigmas, wider = widening(fit.equations)
     units = [unit_of(name) for name in fit.names]
     sd = np.sqrt(np.diag(fit.covariance)) * wider
     lines = [f"{len(fit.runs)} runs fitted, residuals {sigmas:.2f} times the sensors' noise"
