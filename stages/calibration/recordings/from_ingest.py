@@ -22,8 +22,13 @@ NO_LOW_PASS_HZ = 500.0
 FEWEST_STRIKES = 4
 
 
-def run_of(trial: Trial, mid_stance: float, settings: Settings) -> MeasuredRun | str:
-    """A run of the ingest, `mid_stance` [s] after its heel strikes; or why it cannot be used."""
+def run_of(
+    trial: Trial, mid_stance: float, settings: Settings, below_hip: float | None = None
+) -> MeasuredRun | str:
+    """A run of the ingest, `mid_stance` [s] after its heel strikes; or why it cannot be used.
+
+    The foot sensor sits `below_hip` [m]; where that is not known, at the foot's mass centre.
+    """
     name = trial.experiment.name
     if not trial.accepted:
         return f"{name}: turned down by the ingest"
@@ -46,7 +51,7 @@ def run_of(trial: Trial, mid_stance: float, settings: Settings) -> MeasuredRun |
         samples[side], used[side] = np.nan_to_num(values), mask[:, None] & np.isfinite(values)
     bandwidth = _bandwidth(trial.sensors["hip"])
     sampling = Sampling(times["hip"], times["foot"], filter_delay(bandwidth) if bandwidth else 0.0,
-                        bandwidth or NO_LOW_PASS_HZ, int(trial.strikes.leg[FROM]))
+                        bandwidth or NO_LOW_PASS_HZ, int(trial.strikes.leg[FROM]), below_hip=below_hip)
     slope = trial.experiment.slope_deg
     own = {} if slope is None or math.isnan(slope) else {SLOPE: (slope, settings.slope_reading_sd_deg)}
     return MeasuredRun(name, sampling, samples, used, strikes - begin, own)

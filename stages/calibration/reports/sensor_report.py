@@ -80,7 +80,7 @@ def _runs(
     try:
         with SqliteSource(source) as opened:
             for trial in trials(opened.runs(), parameters.ingest, asking.progress):
-                run = run_of(trial, middle, parameters.settings)
+                run = run_of(trial, middle, parameters.settings, parameters.limits.lever_arm)
                 if isinstance(run, str):
                     refused.append(run)
                 else:
