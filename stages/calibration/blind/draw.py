@@ -15,7 +15,7 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import poincare_map
 from stages.analytic.model.walker import Vector
 from stages.calibration.estimation.equations import Model
-from stages.calibration.estimation.first_guess import first_guess
+from stages.calibration.estimation.first_guess import guessed_mid_stance
 from stages.calibration.estimation.known import TOTAL_MASS, Known
 from stages.calibration.information.plan import SLOPE, first_model, free_names
 from stages.calibration.observation.measured_run import MeasuredRun, usable
@@ -97,7 +97,7 @@ def _run(
     walked = predict(there, (), unknowns, layout, Sampling(end, end, late, sensor.bandwidth_hz, first_leg), FINER)
     later = walked.strikes[walked.strikes < end]
     seen = np.concatenate([[0.0], later + STRIKE_ERROR * rng.normal(size=len(later))])
-    begun = first_guess(drawing, seen, first_leg, layout)[layout.place("mid_stance")] + settings.settling_s
+    begun = guessed_mid_stance(drawing, layout)(seen, first_leg) + settings.settling_s
     times = np.arange(begun, float(end[0]), 1.0 / sensor.rate_hz)
     sampling = Sampling(times, times + shift, late, sensor.bandwidth_hz, first_leg)
     found = predict(there, (), unknowns, layout, sampling, FINER)

@@ -7,7 +7,7 @@ angles and rates, and the start whose steps last as long as those measured is fo
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,6 +34,15 @@ class Begun:
     z: Vector
     slower: float
     misfit: float
+
+#: When mid-stance is [s] after the first of heel strikes (s,) [s] that a leg begins with.
+MidStanceOf = Callable[[Vector, int], float]
+
+
+def guessed_mid_stance(design: DesignPoint, layout: Layout) -> MidStanceOf:
+    """Mid-stance as `first_guess` has it."""
+    place = layout.place("mid_stance")
+    return lambda strikes, first_leg: float(first_guess(design, strikes, first_leg, layout)[place])
 
 
 def first_guess(design: DesignPoint, strikes: Vector, first_leg: int, layout: Layout) -> Vector:
