@@ -18,6 +18,7 @@ from stages.calibration.estimation import each_run
 from stages.calibration.estimation.asked import Asked, unit_of
 from stages.calibration.estimation.campaign import CampaignFit, fit_campaign
 from stages.calibration.estimation.equations import Model
+from stages.calibration.estimation.first_guess import guessed_mid_stance
 from stages.calibration.estimation.fit import fit_run
 from stages.calibration.estimation.widening import widening
 from stages.calibration.information.identifiability import HALF_WIDTH, scales_of
@@ -74,12 +75,12 @@ def _runs(
     from stages.imu.run import trials
     from stages.imu.sources.source_sqlite import SqliteSource
 
-    middle = float(model.layout.middle[model.layout.place("mid_stance")])
+    mid_stance_of = guessed_mid_stance(each_run.guess(parameters), model.layout)
     runs, refused = [], []
     try:
         with SqliteSource(source) as opened:
             for trial in trials(opened.runs(), parameters.ingest, asking.progress):
-                run = run_of(trial, middle, parameters.settings, parameters.limits.lever_arm)
+                run = run_of(trial, mid_stance_of, parameters.settings, parameters.limits.lever_arm)
                 if isinstance(run, str):
                     refused.append(run)
                 else:
