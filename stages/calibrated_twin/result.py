@@ -40,6 +40,9 @@ class Robot:
     numbers: tuple[Number, ...] = quantity("-", "a row for each parameter")
     correlations: np.ndarray = quantity(
         "1", "of the parameters, by the first run's fit, (n, n)", dimensions=("parameter", "parameter_too"))
+    biases: np.ndarray = quantity(
+        "SI", "what a correction took off each parameter that was looked for, by corrected run, (c, d)",
+        dimensions=("corrected_run", "looked_for"))
     frequency: float = quantity("Hz", "step frequency of the corrected robot's gait on the nominal ramp")
     frequency_sd: float = quantity("Hz", "its standard error")
     true_frequency: float = quantity("Hz", "that of the true robot's gait; NaN where nobody knows it")

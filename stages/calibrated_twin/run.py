@@ -18,7 +18,7 @@ from stages.calibrated_twin.parameters import Parameters
 from stages.calibrated_twin.result import CORRECTED, Check, Result
 from stages.calibrated_twin.robot import TwinRobot
 from stages.calibrated_twin.told import Fitted, Left, design_of, pairs_of, robot_of
-from stages.calibration.estimation.correction import corrected
+from stages.calibration.estimation.correction import Corrected, corrected
 from stages.calibration.estimation.equations import Model, run_equations
 from stages.calibration.estimation.foretold import rms_of
 from stages.calibration.information.plan import SLOPE, first_model
@@ -89,17 +89,20 @@ class _Work:
         for source, kind in sources:
             left = wanted & {one.name for one in (*inputs.calibration.fits, *inputs.calibration.held_out)
                              if one.kind == kind}
-            for one in recorded(source, kind, self.model, calibration, weighed) if left else ():
+            for one in recorded(source, kind, self.drawn, self.model, calibration, weighed) if left else ():
                 self.runs[one.run.name] = one
                 left.discard(one.run.name)
                 if not left:
                     break
 
     def corrected(self, kind: str) -> tuple[Fitted, list[str]]:
-        """Fits of a kind, and the correction of the first that the twin walks."""
+        """Fits of a kind, and corrections of the first that the twin walks."""
         fits = self.inputs.calibration.of_kind(kind)
-        reasons = []
+        reasons: list[str] = []
+        corrections: dict[int, Corrected] = {}
         for place, fit in enumerate(fits):
+            if len(corrections) == self.parameters.settings.corrected_runs:
+                break
             one = self.runs[fit.name]
             at = self.drawn.with_values(dict(zip(self.model.shared, fit.design.tolist(), strict=True)))
             equations = run_equations(at, fit.own, fit.unknowns, one.run, self.model)
@@ -108,8 +111,8 @@ class _Work:
             except StepFailed as reason:
                 reasons.append(f"{fit.name}: not corrected: {reason}")
                 continue
-            return Fitted(kind, fits, {place: found}), reasons
-        return Fitted(kind, fits, {}), reasons
+            corrections[place] = found
+        return Fitted(kind, fits, corrections), reasons
 
     def checked(self, held: HeldOut, fitted: Fitted) -> tuple[list[Check], list[str]]:
         """A held-out run walked by the twin, with the numbers as found and corrected; its start by the model's fit."""
@@ -117,11 +120,12 @@ class _Work:
         own = np.mean([fit.own for fit in fitted.fits], axis=0)
         own[list(self.model.own).index(SLOPE)] = held.own[0]
         steps = [(AS_FOUND, fitted.found, own, held.unknowns)]
-        for correction in fitted.corrections.values():
+        for correction in list(fitted.corrections.values())[:1]:
             steps.append((CORRECTED, fitted.found - correction.bias, own - correction.own_bias,
                           held.unknowns - correction.unknowns_bias))
         for numbers, shared, mine, unknowns in steps:
-            there = self.drawn.with_values(dict(zip((*self.model.shared, *self.model.own), (*shared, *mine), strict=True)))
+            names, values = (*self.model.shared, *self.model.own), (*shared, *mine)
+            there = self.drawn.with_values(dict(zip(names, values, strict=True)))
             try:
                 made = self.robot.run(there, unknowns, one.run)
             except StepFailed as reason:
@@ -137,6 +141,6 @@ class _Work:
         """The twin's walk on the nominal ramp with a robot's corrected numbers, begun in that robot's gait."""
         design = design_of(self.drawn, self.model.shared, fitted.found - fitted.bias)
         try:
-            return self.robot.settled(design, self.parameters.twin.steps), []
+            return self.robot.settled(design, self.parameters.twin.steps, self.parameters.calibration.beliefs), []
         except (NoGait, StepFailed) as reason:
             return None, [f"the calibrated twin: {reason}"]

@@ -95,9 +95,10 @@ def robot_of(fitted: Fitted, drawn: DesignPoint, names: Sequence[str], left: Lef
     value, value_sd = frequency(design_of(drawn, names, corrected), names, covariance)
     true = frequency(design_of(drawn, names, truth), names, covariance)[0] if np.isfinite(truth).all() else math.nan
     first = fitted.fits[0].covariance
+    biases = np.array([one.bias for one in fitted.corrections.values()]).reshape(-1, len(names))
     spread = np.sqrt(np.diag(first))
-    return Robot(fitted.kind, len(fitted.fits), len(fitted.corrections), tuple(numbers), first / np.outer(spread, spread),
-                 value, value_sd, true)
+    return Robot(fitted.kind, len(fitted.fits), len(fitted.corrections), tuple(numbers),
+                 first / np.outer(spread, spread), biases, value, value_sd, true)
 
 
 def pairs_of(
@@ -117,7 +118,8 @@ def pairs_of(
         (with_it, sd), (without_it, _) = (frequency(design_of(drawn, names, each), names, shared) for each in ends)
         true = [one.truth, bare.fits[other].truth]
         known = np.isfinite(true).all()
-        real = [frequency(design_of(drawn, names, each), names, shared)[0] for each in true] if known else [math.nan] * 2
+        designs = [design_of(drawn, names, each) for each in true] if known else []
+        real = [frequency(each, names, shared)[0] for each in designs] or [math.nan, math.nan]
         found.append(Pair(
             name=one.name, longer=float((ends[0] - ends[1])[length]), longer_sd=float(np.sqrt(shared[length, length])),
             true_longer=float((true[0] - true[1])[length]), heavier=float((ends[0] - ends[1])[mass]),

@@ -107,7 +107,8 @@ class Result:
         shares = [100 * row.sd / row.value for row in self.told if row.value]
         unseen = f"; {len(self.not_seen)} combination is not seen" if self.not_seen else ""
         blind = f"; {len(self.fits)} fitted blind" if self.fits else ""
-        return f"{self.runs} runs tell parameters to {min(shares):.2g} to {max(shares):.2g} %, once weighed{unseen}{blind}"
+        best, worst = min(shares), max(shares)
+        return f"{self.runs} runs tell parameters to {best:.2g} to {worst:.2g} %, once weighed{unseen}{blind}"
 
     def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
         """Standard deviations, fits and predictions, as (title, columns, rows of text)."""
@@ -133,6 +134,6 @@ class Result:
             for one in self.held_out
         ]
         if told:
-            tables.append((f"Runs held out, foretold from {self.held_out[0].begun:g} s",
-                           ("run", "fit in noises", "fit m/s^2", "fit rad/s", "foretold m/s^2", "foretold rad/s"), told))
+            heads = ("run", "fit in noises", "fit m/s^2", "fit rad/s", "foretold m/s^2", "foretold rad/s")
+            tables.append((f"Runs held out, foretold from {self.held_out[0].begun:g} s", heads, told))
         return tables

@@ -1,7 +1,8 @@
 """The calibration stage: what the campaign's sensors can tell, and some of its runs fitted blind.
 
-Inputs: the databases of the campaign, or a lab's own; the campaign itself is read for what its scale showed, and for the
-truth once all is fitted. Settings: params/calibration.yaml and the sensors of params/campaign.yaml. Output: `Result`.
+Inputs: the databases of the campaign, or a lab's own; the campaign itself is read for what its scale showed, and
+for the truth once all is fitted. Settings: params/calibration.yaml, the sensors of params/campaign.yaml. Output:
+`Result`.
 """
 
 from __future__ import annotations
@@ -49,13 +50,12 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     fits: list[FittedRun] = []
     out: list[HeldOut] = []
     failed: list[Failed] = []
-    robots = list(_robots(parameters, inputs, model))
+    robots = list(_robots(parameters, inputs, design, model))
     for number, runs in enumerate(robots):
         progress(0.2 + 0.8 * number / len(robots), f"fitting blind, robot {number + 1} of {len(robots)}")
         mine: list[FittedRun] = []
-        begin = design
         for one in islice(runs, parameters.settings.fitted_runs):
-            fit = fitted_run(begin, one, model)
+            fit = fitted_run(design, one, model)
             if isinstance(fit, Failed):
                 failed.append(fit)
             else:
@@ -63,7 +63,10 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         fits += mine
         for one in islice(runs, parameters.settings.held_out_runs if mine else 0):
             tell = held_out(design, mine, one, model, parameters.settings.begun_s)
-            (failed if isinstance(tell, Failed) else out).append(tell)  # type: ignore[arg-type]
+            if isinstance(tell, Failed):
+                failed.append(tell)
+            else:
+                out.append(tell)
     truths = {one.name: one for one in (*inputs.campaign.runs, *inputs.campaign.bare)}
     return Result(
         parameters.settings.planned_runs, told, not_seen, model.shared,
@@ -89,14 +92,17 @@ def _told(parameters: Parameters) -> tuple[tuple[Told, ...], tuple[str, ...]]:
     return told, tuple(described(each, names, units, plain.values) for each in plain.unseen)
 
 
-def _robots(parameters: Parameters, inputs: Inputs, model: Model) -> Iterator[Iterator[Recorded]]:
+def _robots(
+    parameters: Parameters, inputs: Inputs, design: DesignPoint, model: Model
+) -> Iterator[Iterator[Recorded]]:
     """Runs of each kind of robot, robot by robot. Raises SourceRefused."""
     if inputs.database is not None:
-        yield recorded(inputs.database, LAB, model, parameters, {})
+        yield recorded(inputs.database, LAB, design, model, parameters, {})
         return
     for source, kind, made in ((inputs.measurements, WITH_OUTSOLE, inputs.campaign.runs),
                                (inputs.without_outsole, WITHOUT, inputs.campaign.bare)):
-        yield recorded(source, kind, model, parameters, {one.name: one.weighed for one in made})
+        weights = {one.name: one.weighed for one in made}
+        yield recorded(source, kind, design, model, parameters, weights)
 
 
 def _judged(fit: FittedRun, truth: RunTruth | None, names: Sequence[str]) -> FittedRun:

@@ -90,7 +90,8 @@ def test_the_legs_score_sees_what_is_wrong(ingested) -> None:
     )  # fmt: skip
     wrong = dataclasses.replace(first, leg=leg)
     before, after = (
-        score_ingest(Campaign("synthetic", (one, *others), (), (), {}), result, SETTINGS.skipped_steps, SETTINGS.gravity)
+        score_ingest(
+            Campaign("synthetic", (one, *others), (), (), {}), result, SETTINGS.skipped_steps, SETTINGS.gravity)
         for one in (first, wrong)
     )
     assert before is not None and after is not None

@@ -25,8 +25,8 @@ Simulator = Callable[[DesignPoint, Vector, MeasuredRun], MeasuredRun]
 
 @dataclass(frozen=True)
 class Corrected:
-    """The shared parameters (d,), the run's own (o,) and its unknowns (k,), corrected; `bias` (d,) is what was taken off
-    the shared ones, `own_bias` and `unknowns_bias` off the others; `made` the simulator's run, `again` its fit."""
+    """The shared parameters (d,), the run's own (o,) and its unknowns (k,), corrected; `bias` (d,) is what was taken
+    off the shared ones, `own_bias` and `unknowns_bias` off the others; `made` the simulator's run, `again` its fit."""
 
     design: Vector
     own: Vector

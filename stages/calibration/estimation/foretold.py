@@ -49,8 +49,10 @@ def explained(design: DesignPoint, run: MeasuredRun, model: Model, begun: float)
                      float(np.sqrt(whole.equations.chi2 / whole.equations.count)), begun, whole)
 
 
-def rms_of(residuals: dict[str, np.ndarray], run: MeasuredRun, model: Model, since: float = 0.0) -> tuple[float, float]:
-    """Root mean squares of force [m/s^2] and rate [rad/s] from residuals in noises, of samples after `since` [s] that count."""
+def rms_of(
+    residuals: dict[str, np.ndarray], run: MeasuredRun, model: Model, since: float = 0.0
+) -> tuple[float, float]:
+    """Root mean squares of force [m/s^2] and rate [rad/s] from residuals in noises, of samples after `since` [s]."""
     rows = [residuals[side][getattr(run.sampling, side) > since] * np.asarray(model.noise) for side in SIDES]
     every = np.concatenate(rows)
     force, rate = (float(np.sqrt(np.nanmean(every[:, columns] ** 2))) for columns in (FORCE, RATE))

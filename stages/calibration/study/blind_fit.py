@@ -29,7 +29,8 @@ def fitted_run(design: DesignPoint, one: Recorded, model: Model) -> FittedRun | 
     except StepFailed as reason:
         return Failed(one.run.name, one.kind, str(reason))
     sigmas, wider = widening([fit.equations])
-    covariance = wider**2 * covariance_of(information(fit.equations, one.known, model), design_sizes(design, model.shared))
+    seen = information(fit.equations, one.known, model)
+    covariance = wider**2 * covariance_of(seen, design_sizes(design, model.shared))
     return FittedRun(
         name=one.run.name, kind=one.kind, design=fit.design, own=fit.own, unknowns=fit.unknowns, covariance=covariance,
         truth=np.full(len(fit.design), math.nan), sigmas=sigmas, wider=wider, walks=fit.evaluations,

@@ -7,7 +7,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from stages.analytic.gait.design_point import DesignPoint
 from stages.calibration.estimation.equations import Model
+from stages.calibration.estimation.first_guess import guessed_mid_stance
 from stages.calibration.estimation.known import TOTAL_MASS, Known
 from stages.calibration.observation.measured_run import MeasuredRun
 from stages.calibration.parameters import Parameters
@@ -29,17 +31,17 @@ class Recorded:
 
 
 def recorded(
-    source: Path, kind: str, model: Model, parameters: Parameters, weighed: Mapping[str, float]
+    source: Path, kind: str, design: DesignPoint, model: Model, parameters: Parameters, weighed: Mapping[str, float]
 ) -> Iterator[Recorded]:
     """Runs of a database that can be used, one at a time, each cut to the steps that are fitted.
 
     `weighed` [kg] by the runs' names; for other runs the settings say it. Raises SourceRefused.
     """
     settings = parameters.settings
-    middle = float(model.layout.middle[model.layout.place("mid_stance")])
+    mid_stance_of = guessed_mid_stance(design, model.layout)
     with SqliteSource(source) as opened:
         for trial in trials(opened.runs(), parameters.ingest):
-            run = run_of(trial, middle, settings, parameters.limits.lever_arm)
+            run = run_of(trial, mid_stance_of, settings, parameters.limits.lever_arm)
             if isinstance(run, str):
                 continue
             mass = weighed.get(run.name, settings.weighed_mass)
