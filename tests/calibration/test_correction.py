@@ -55,7 +55,7 @@ def test_a_simulator_that_is_stiffer_than_it_is_told_takes_that_off(drawn, fit):
 
 
 def test_a_run_of_the_model_is_explained_to_its_noise_and_foretold(drawn):
-    """Fit within 1.2 times the sensors' noise; foretold, errors are larger and still those of a walk that stays near."""
+    """Fit within 1.2 times the sensors' noise; foretold, errors are larger, those of a walk that stays near."""
     robot = drawn.design
     tell = explained(robot, drawn.runs[0], MODEL, 0.15)
     force, rate = MODEL.noise[0], MODEL.noise[2]
