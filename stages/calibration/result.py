@@ -118,7 +118,8 @@ class Result:
             for row in self.told
         ]
         columns = ("parameter", "value", "sd, one run", f"sd, {self.runs} runs", "goes with", "correlation")
-        tables = [("What the campaign's sensors can tell", columns, rows)]
+        tables: list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]] = [
+            ("What the campaign's sensors can tell", columns, rows)]
         found: list[tuple[str, ...]] = [
             (fit.name, name, f"{drawn:.6g} {unit}", f"{value:.6g}", f"{np.sqrt(variance):.2g}",
              f"{true:.6g}" if np.isfinite(true) else "not known")

@@ -32,6 +32,8 @@ from stages.calibration.study.blind_fit import trace
 #: Residuals this many times the sensors' noise are the model's.
 NOISY = 1.2
 #: Parameters that a model without frames gets wrong, however well it fits.
+#: What a parameter folder of another robot says of the twin: the bill of parts is that of this one.
+PLANAR = {"twin.inertia": "planar"}
 OF_SPRINGS = ("hip_mass", "foot_mass", "stiffness", "damping", "leg_inertia")
 
 
@@ -157,8 +159,14 @@ def _answer(
             "held_out": {run.name: _plain(one) for run, one in zip(out, held, strict=True)},
         },
         draw=lambda save: _draw(fit, model, save),
-        parameters={name: float(value) for name, value in zip(fit.names, fit.design, strict=True)},
+        parameters={**_left(fit, sd), **({} if design.biped.detailed and design.biped.frame_mass else PLANAR)},
     )  # fmt: skip
+
+
+def _left(fit: CampaignFit, sd: np.ndarray) -> dict[str, Any]:
+    """Parameters as a folder keeps them: with their standard errors, where these are finite."""
+    return {name: {"value": float(value), **({"uncertainty": float(own)} if math.isfinite(own) else {})}
+            for name, value, own in zip(fit.names, fit.design, sd, strict=True)}
 
 
 def _tables(
