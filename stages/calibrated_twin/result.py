@@ -11,6 +11,8 @@ from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 
 CORRECTED = "corrected by the twin"
+#: Title, columns and rows of text.
+Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
 
 
 @dataclass(frozen=True)
@@ -97,9 +99,9 @@ class Result:
         return (f"{len(self.robots)} robots from {sum(one.runs for one in self.robots)} runs, {first.corrected_runs} "
                 f"of the first corrected, by up to {max(moved):.1f} standard errors")
 
-    def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
+    def tables(self) -> list[Table]:
         """Parameters, pairs and checks, as (title, columns, rows of text)."""
-        tables = []
+        tables: list[Table] = []
         for robot in self.robots:
             rows: list[tuple[str, ...]] = [
                 (one.name, f"{one.drawn:.6g} {one.unit}", f"{one.found:.6g}", f"{one.corrected:.6g}", f"{one.sd:.2g}",
@@ -110,9 +112,6 @@ class Result:
                            ("parameter", "drawn", "found", "corrected", "sd", "truth"), rows))
         tables += _of_pairs(self.pairs) + _of_checks(self.checks)
         return tables
-
-
-Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
 
 
 def _of_pairs(pairs: Sequence[Pair]) -> list[Table]:

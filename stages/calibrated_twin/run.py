@@ -84,11 +84,11 @@ class _Work:
         weighed = {one.name: one.weighed for one in (*inputs.campaign.runs, *inputs.campaign.bare)}
         sources = (((inputs.database, LAB),) if inputs.database is not None else
                    ((inputs.measurements, WITH_OUTSOLE), (inputs.without_outsole, WITHOUT)))  # fmt: skip
-        wanted = {one.name for one in (*inputs.calibration.fits, *inputs.calibration.held_out)}
+        wanted = [(one.name, one.kind) for one in inputs.calibration.fits]
+        wanted += [(one.name, one.kind) for one in inputs.calibration.held_out]
         self.runs: dict[str, Recorded] = {}
         for source, kind in sources:
-            left = wanted & {one.name for one in (*inputs.calibration.fits, *inputs.calibration.held_out)
-                             if one.kind == kind}
+            left = {name for name, of in wanted if of == kind}
             for one in recorded(source, kind, self.drawn, self.model, calibration, weighed) if left else ():
                 self.runs[one.run.name] = one
                 left.discard(one.run.name)
@@ -116,7 +116,8 @@ class _Work:
 
     def checked(self, held: HeldOut, fitted: Fitted) -> tuple[list[Check], list[str]]:
         """A held-out run walked by the twin, with the numbers as found and corrected; its start by the model's fit."""
-        one, done = self.runs[held.name], []
+        one = self.runs[held.name]
+        done: list[Check] = []
         own = np.mean([fit.own for fit in fitted.fits], axis=0)
         own[list(self.model.own).index(SLOPE)] = held.own[0]
         steps = [(AS_FOUND, fitted.found, own, held.unknowns)]
