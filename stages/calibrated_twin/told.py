@@ -56,10 +56,16 @@ class Fitted:
         """Mean of the runs' parameters, (d,)."""
         return np.asarray(np.mean([one.design for one in self.fits], axis=0))
 
+    def noise(self, place: int) -> np.ndarray:
+        """Covariance (d, d) of a run's parameters by its sensors' noise. What residuals hang together by is the
+        model's, which a correction answers for; a run of a robot without one keeps it in its intervals."""
+        fit = self.fits[place]
+        return fit.covariance / fit.wider**2 if self.corrections else fit.covariance
+
     def covariance(self, left: float) -> np.ndarray:
-        """Of the mean of the corrected parameters, (d, d): noise, and a share of the bias."""
-        noise = np.sum([one.covariance for one in self.fits], axis=0) / len(self.fits) ** 2
-        return np.asarray(noise + np.diag((left * self.bias) ** 2))
+        """Of the mean of the corrected parameters, (d, d): noise, and a share of the bias, which moves as one."""
+        noise = np.sum([self.noise(place) for place in range(len(self.fits))], axis=0) / len(self.fits) ** 2
+        return np.asarray(noise + left**2 * np.outer(self.bias, self.bias))
 
 
 def design_of(drawn: DesignPoint, names: Sequence[str], values: Vector) -> DesignPoint:
@@ -113,8 +119,8 @@ def pairs_of(
             continue
         other = without[one.name]
         ends = usual.corrected(place), bare.corrected(other)
-        half = left.between * 0.5 * np.abs(usual.bias + bare.bias)
-        shared = one.covariance + bare.fits[other].covariance + np.diag(half**2)
+        stays = left.between * 0.5 * (usual.bias + bare.bias)
+        shared = usual.noise(place) + bare.noise(other) + np.outer(stays, stays)
         (with_it, sd), (without_it, _) = (frequency(design_of(drawn, names, each), names, shared) for each in ends)
         true = [one.truth, bare.fits[other].truth]
         known = np.isfinite(true).all()
