@@ -15,6 +15,8 @@ PANELS = (("hip", 1, "hip, up the leg", "m/s²"), ("hip", 2, "hip, angular veloc
           ("foot", 0, "foot, forward", "m/s²"), ("foot", 1, "foot, up the leg", "m/s²"))
 #: Steps that are shown, and parts of a step that residuals are told by.
 STEPS, PARTS = 4, 10
+#: Room above and below the samples that count, as a share of their range; spikes at impacts may go beyond.
+MARGIN = 0.3
 SIDES = (("hip", style.ANALYTIC), ("foot", style.MULTIBODY))
 
 
@@ -30,6 +32,10 @@ def fit_picture(traces: Mapping[str, Trace], strikes: np.ndarray) -> Figure:
             axes.plot(trace.time[shown & mask], trace.measured[shown & mask, column], ".", color=color, markersize=2.5,
                       label=label)
         axes.plot(trace.time[shown], trace.fitted[shown, column], color=style.ANALYTIC, linewidth=0.9, label="fit")
+        inside = trace.measured[shown & counts, column]
+        if len(inside):
+            room = MARGIN * float(np.ptp(inside))
+            axes.set_ylim(float(inside.min()) - room, float(inside.max()) + room)
         axes.set_ylabel(f"{name} [{unit}]")
         style.panel_label(axes, letter)
     for axes in grid[1]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -40,7 +39,8 @@ def draw(given: Given) -> Figure:
     left.axvline(0.0, color="#555555", linewidth=0.8)
     left.set_yticks(range(len(names)), names)
     left.invert_yaxis()
-    left.set_xlabel("difference from the drawing [%]")
+    left.set_xscale("symlog", linthresh=1.0)
+    left.set_xlabel("difference from the drawing [%], below 1 % to scale, beyond in tens")
     left.plot([], [], "o", color="#777777", markerfacecolor="none", markersize=4, label="found by the constraint model")
     left.plot([], [], "o-", color="#777777", markersize=4, label="corrected by the twin, 95 %")
     left.plot([], [], "x", color="#777777", markersize=5, label="true")
@@ -67,7 +67,7 @@ def draw_robot(axes: Axes, robot: Robot, color: str, shift: float) -> None:
 
 def draw_correlations(axes: Axes, robot: Robot, names: list[str]) -> None:
     """The matrix of correlations, with its numbers in hundredths."""
-    shown: Any = axes.imshow(robot.correlations, cmap="RdBu_r", vmin=-1, vmax=1)
+    axes.imshow(robot.correlations, cmap="RdBu_r", vmin=-1, vmax=1)
     axes.grid(visible=False)
     axes.set_xticks(range(len(names)), names, rotation=60, ha="right", rotation_mode="anchor")
     axes.set_yticks(range(len(names)), names)
@@ -77,8 +77,7 @@ def draw_correlations(axes: Axes, robot: Robot, names: list[str]) -> None:
                 value = robot.correlations[row, column]
                 axes.text(column, row, f"{100 * value:.0f}", ha="center", va="center", fontsize=5.5,
                           color="white" if abs(value) > 0.6 else "black")
-    axes.set_title("correlation of the errors, in hundredths")
-    del shown
+    axes.set_xlabel("correlations of the errors, in hundredths")
 
 
 def short(name: str) -> str:

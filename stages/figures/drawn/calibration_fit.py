@@ -40,7 +40,7 @@ def caption(given: Given) -> str:
     fit = calibration.fits[0]
     words = (f"{fit.name}, {fit.kind}, {len(fit.strikes) - 1} steps fitted alone by the constraint model: residuals "
              f"of {fit.sigmas:.2f} times the sensors' noise. Lines below: root mean square by part of the step; what "
-             f"is sampled at impacts does not count. {_largest(fit)}")  # fmt: skip
+             f"is sampled at impacts does not count, and is cut off above. {_largest(fit)}")  # fmt: skip
     return " ".join([words, *_told(calibration)])
 
 
