@@ -91,9 +91,8 @@ def test_frames_belong_to_the_hip_as_table_1_counts_it():
     biped = dataclasses.replace(DESIGN.biped, hip_mass=0.016, frame_mass=0.15, frame_com=0.015, frame_inertia=2e-4)
     design = dataclasses.replace(DESIGN, biped=biped)
     names = ("biped.frame_mass",)
-    found, truth = np.array([0.151]), np.array([0.15])
-    one = FittedRun("run", "lab", found, np.array([2.0]), np.zeros(25), np.array([[1e-8]]), truth, 1.0, 1.0, 9, True, "",
-                    NONE, NONE, np.arange(8.0))
+    one = dataclasses.replace(fit("run", "lab", VALUES, wider=1.0), design=np.array([0.151]), truth=np.array([0.15]),
+                              covariance=np.array([[1e-8]]))  # fmt: skip
     (number,) = robot_of(Fitted("lab", [one], {}), design, names, Left(0.5, 0.1)).numbers
     assert number.name == "biped.hip_mass"
     assert (number.drawn, number.found, number.truth) == pytest.approx((0.316, 0.318, 0.316))
