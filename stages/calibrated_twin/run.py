@@ -142,6 +142,7 @@ class _Work:
         """The twin's walk on the nominal ramp with a robot's corrected numbers, begun in that robot's gait."""
         design = design_of(self.drawn, self.model.shared, fitted.found - fitted.bias)
         try:
-            return self.robot.settled(design, self.parameters.settings.fitted_steps, self.parameters.calibration.beliefs), []
+            steps, beliefs = self.parameters.settings.fitted_steps, self.parameters.calibration.beliefs
+            return self.robot.settled(design, steps, beliefs), []
         except (NoGait, StepFailed) as reason:
             return None, [f"the calibrated twin: {reason}"]
