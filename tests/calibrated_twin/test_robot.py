@@ -52,9 +52,9 @@ def test_in_its_first_swing_the_twin_shows_what_the_model_does(made):
 
 
 def test_its_numbers_are_those_it_is_given(made):
-    """A longer leg walks slower than a shorter one, by what the constraint model says of it."""
+    """A longer leg lands later than a shorter one, by what the constraint model says of it."""
     drawn, model, robot, like = made
-    longer = drawn.with_values({"biped.leg_length": 0.34, "biped.other_leg_length": 0.34, "biped.foot_com": 0.107})
+    longer = drawn.with_values({"biped.leg_length": 0.345, "biped.other_leg_length": 0.345, "biped.foot_com": 0.112})
     ends = [robot.run(each, model.layout.middle, like).strikes[1] for each in (drawn, longer)]
     said = [predict(each, (), model.layout.middle, model.layout, like.sampling, 1e-8).strikes[0]
             for each in (drawn, longer)]

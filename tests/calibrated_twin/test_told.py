@@ -81,8 +81,10 @@ def test_a_pair_tells_what_the_outsole_does():
     assert pair.true_longer == pytest.approx(0.002)
     assert pair.longer_sd == pytest.approx(math.sqrt(2 * SD[1] ** 2 + (0.1 * 0.95 * BIAS[1]) ** 2))
     assert pair.heavier == pytest.approx(0.01 - 0.1 * BIAS[0])
-    assert pair.true_slower < 0
-    assert pair.slower == pytest.approx(pair.true_slower, abs=4 * pair.slower_sd)
+    ends = [frequency(design_of(DESIGN, NAMES, each), NAMES, np.eye(4))[0] for each in (VALUES + longer, VALUES)]
+    assert pair.true_slower == pytest.approx(ends[0] / ends[1] - 1, rel=1e-9)
+    assert pair.slower == pytest.approx(pair.true_slower, abs=2 * pair.slower_sd)
+    assert pair.slower_sd < 1e-3
     alone = Fitted("with outsole", [fit("synthetic run 09", "with outsole", VALUES)], corrections())
     assert pairs_of(alone, bare, DESIGN, NAMES, Left(0.5, 0.1)) == ()
 
