@@ -24,9 +24,10 @@ MOST_WRITTEN = 9
 
 
 def draw(given: Given) -> Figure:
-    """Left: found, corrected with its interval, and true, each against the drawing. Right: correlations."""
+    """Left: found, corrected with its interval, and true, each against the drawing, whose values stand beside; on the
+    right of it the first robot's values. Right: correlations."""
     result: Result = given.calibrated_twin
-    figure, grid = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 3.4), width_ratios=(1.25, 1.0))
+    figure, grid = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 3.9), width_ratios=(1.25, 1.0))
     left, right = grid
     if not result.robots:
         left.text(0.0, 0.5, "no run could be fitted")
@@ -37,7 +38,11 @@ def draw(given: Given) -> Figure:
     for number, (robot, color) in enumerate(zip(result.robots, COLORS, strict=False)):
         draw_robot(left, robot, color, 0.16 * (2 * number - (len(result.robots) - 1)))
     left.axvline(0.0, color="#555555", linewidth=0.8)
-    left.set_yticks(range(len(names)), names)
+    for row, one in enumerate(result.robots[0].numbers):
+        left.text(1.01, row, f"{one.corrected:.4g}\n± {HALF_WIDTH * one.sd:.2g}", transform=left.get_yaxis_transform(),
+                  fontsize=6, va="center", color=COLORS[0])
+    left.set_yticks(range(len(names)), [f"{short(one.name)}\n{one.drawn:.5g} {one.unit}"
+                                        for one in result.robots[0].numbers])  # fmt: skip
     left.invert_yaxis()
     left.set_xscale("symlog", linthresh=1.0)
     left.set_xlabel("difference from the drawing [%], below 1 % to scale, beyond in tens")
