@@ -1,4 +1,4 @@
-"""The numbers behind a figure: every curve and every set of points in it, as CSV."""
+"""The numbers behind a figure: every curve, every set of points and every map in it, as CSV."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PathCollection
+from matplotlib.collections import PathCollection, QuadMesh
 from matplotlib.figure import Figure
 
 COLUMNS = ("panel", "series", "x", "y")
@@ -56,3 +56,14 @@ def _series(axes: Axes) -> Iterator[tuple[str, np.ndarray]]:
     for points in axes.collections:
         if isinstance(points, PathCollection):
             yield str(points.get_label()), np.ma.filled(np.ma.asarray(points.get_offsets(), dtype=float), np.nan)
+        elif isinstance(points, QuadMesh):
+            yield from _cells(points)
+
+
+def _cells(mesh: QuadMesh) -> Iterator[tuple[str, np.ndarray]]:
+    """The middles (n, 2) of a map's cells, a series for each value that cells have."""
+    corners = np.asarray(mesh.get_coordinates())
+    middles = 0.25 * (corners[1:, 1:] + corners[1:, :-1] + corners[:-1, 1:] + corners[:-1, :-1])
+    values: np.ndarray = np.ma.filled(np.ma.asarray(mesh.get_array(), dtype=float), np.nan)
+    for value in np.unique(values[np.isfinite(values)]):
+        yield f"{mesh.get_label()}: {value:g}", middles[values == value]

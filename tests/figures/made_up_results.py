@@ -6,6 +6,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from stages.analytic.gait.basin import Basin
+from stages.analytic.gait.recorded_family import RecordedFamily, Turn
 from stages.biped.accuracy.level import Level
 from stages.calibrated_twin.result import Check, Number, Pair, Robot
 from stages.calibration.result import FittedRun, HeldOut, Trace
@@ -111,6 +113,26 @@ def extreme_points():
     return Extremes("full", ("tree",) * count, axis, value, none, status, number, number, none, none)
 
 
+def stability():
+    """A gait that doubles its period once and turns back once, and a basin with every ending."""
+    slope = np.linspace(1.0, 4.0, 13)
+    angle = 0.2 + 0.03 * slope
+    real = np.stack([-0.3 * slope, 0.2 * slope], axis=1)
+    multipliers = np.stack([real, 0.0 * real], axis=-1)
+    turns = (Turn("period doubling", 10.0 / 3.0, -1.0, np.array([0.5]), np.array([0.3])),
+             Turn("turning point", 1.0, 1.0, np.array([0.46]), np.array([0.23])))  # fmt: skip
+    one = RecordedFamily(1, "here; there", slope, (0.45 + 0.015 * slope)[:, None], angle[:, None], multipliers, turns)
+    late = np.linspace(10.0 / 3.0, 4.0, 6)
+    apart = 0.03 * np.sqrt(late - late[0])
+    forks = np.stack([0.5 + apart, 0.5 - apart], axis=1)
+    two = RecordedFamily(2, "there", late, forks, 0.6 * forks, 0.3 * multipliers[:6], ())
+    ending = np.arange(42).reshape(6, 7) % 7
+    basin = Basin(np.linspace(0.1, 0.5, 6), np.linspace(1.0, 4.0, 7), ending + 1, np.where(ending == 0, 0, -1), ending,
+                  0.26, 2.3, 30, 1e-3)  # fmt: skip
+    basin.steps[0, 0] = 5
+    return SimpleNamespace(slope_deg=2.0, families=(one, two), basin=basin)
+
+
 def imu():
     """One run of seven strides, each a little larger than the last, of sensors that lie differently."""
     signals = last_stride(make_walk(), 101).signals
@@ -193,6 +215,7 @@ def results(**other):
         "analytic": analytic, "multibody": multibody, "contact_study": make_study, "error_budget": make_budget,
         "twin": twin, "twin_ladder": ladder, "twin_pushes": pushes, "tradeoff": ways, "extremes": extreme_points,
         "imu": imu, "comparison": comparison, "calibration": calibration, "calibrated_twin": calibrated_twin,
+        "stability": stability,
     }  # fmt: skip
     return {name: make() for name, make in made_up.items()} | other
 
