@@ -9,16 +9,21 @@ import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.model.walker import Vector
 from stages.biped.gait import StanceState
 from stages.biped.sampling_times import uniform_times
+from stages.biped.walk import Walk
+from stages.calibration.information.plan import FINE
+from stages.calibration.observation.beliefs import Beliefs
 from stages.calibration.observation.measured_run import MeasuredRun, usable
 from stages.calibration.observation.prediction import as_sensed, sample_times
-from stages.calibration.observation.unknowns import SIDES, STRETCHES, Layout
+from stages.calibration.observation.unknowns import SIDES, STRETCHES, Layout, layout_of, mid_stance
 from stages.calibration.parameters import Settings
 from stages.campaign.virtual_sensor import low_pass
 from stages.ground.contact_law import ContactLaw
 from stages.imu.trial.places import FORWARD, LATERAL, UP
+from stages.planar.signals import IMU
 from stages.twin.machine.from_planar import with_numbers_of
 from stages.twin.machine.machine import Machine
 from stages.twin.parameters import IMU_IN_SPACE
@@ -65,7 +70,8 @@ class TwinRobot:
             samples[side] = as_sensed(true, value, side)
             clock = getattr(like.sampling, side)
             settings = self.settings
-            mask = usable(clock, strikes, began + settings.settling_s, settings.before_strike_s, settings.after_strike_s)
+            mask = usable(
+                clock, strikes, began + settings.settling_s, settings.before_strike_s, settings.after_strike_s)
             used[side] = np.repeat(mask[:, None], 3, axis=1)
         return dataclasses.replace(like, samples=samples, used=used, strikes=strikes[: len(like.strikes)])
 
@@ -86,3 +92,14 @@ class TwinRobot:
         if not record.completed:
             raise StepFailed(f"the twin does not walk to the end: {record.reason}")
         return record
+
+    def settled(self, design: DesignPoint, steps: int, beliefs: Beliefs) -> Walk:
+        """A walk of the twin begun at the mid-stance of the design's gait, as its sensors at hip and feet feel it.
+
+        Raises NoGait, StepFailed.
+        """
+        walker, point = find_gait(design.biped, design.slope, FINE, None)
+        start = layout_of(walker, mid_stance(walker, point.z, FINE), beliefs).middle
+        record = self.walk(design, start, steps)
+        times = uniform_times(float(record.time[-1]), self.twin.sampling_rate_hz)
+        return sample(record, times, dataclasses.replace(self.twin, signals=(IMU,))).walk

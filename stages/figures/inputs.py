@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stages.analytic.result import Result as Analytic
+from stages.calibrated_twin.result import Result as CalibratedTwin
+from stages.calibration.result import Result as Calibration
 from stages.comparison.result import Result as Comparison
 from stages.contact_study.result import Result as ContactStudy
 from stages.error_budget.result import Result as ErrorBudget
@@ -32,6 +34,8 @@ class Inputs:
     tradeoff: Tradeoff
     extremes: Extremes
     imu: Ingested
+    calibration: Calibration
+    calibrated_twin: CalibratedTwin
     comparison: Comparison
 
 

@@ -59,17 +59,6 @@ def slower(measured: MeasurementAgreement) -> measurement.MeasurementSlower:
     )
 
 
-def outsole_slows(e: Evidence) -> measurement.OutsoleSlows:
-    layer, usual = e.results.analytic.outsole, e.results.analytic.gait.step_frequency_hz
-    return measurement.OutsoleSlows(
-        layer.thickness,
-        layer.frequency_without_mass / usual - 1,
-        layer.frequency_with_mass / usual - 1,
-        layer.mass,
-        layer.turning_mass,
-    )
-
-
 def push_slows(e: Evidence) -> measurement.PushSlows:
     frequencies = {run.report.name: run.report.step_frequency for run in e.results.imu.runs}
     found = studies.pushes_and_frequency(e.results.campaign.runs, frequencies)

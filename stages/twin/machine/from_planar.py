@@ -14,7 +14,7 @@ from stages.twin.machine.projection import project
 
 
 def with_numbers_of(machine: Machine, biped: Biped) -> Machine:
-    """`machine` with masses, mass centres, moments, springs, lengths and radii changed so that it moves as `biped` does.
+    """`machine` with masses, mass centres, moments, springs, lengths and radii changed so that it moves as `biped`.
 
     Where things sit along the hip axis stays as it is, and left and right change alike. A hip mass hangs on the axis,
     half at each frame.
