@@ -41,6 +41,7 @@ from stages.calibration.information.identifiability import HALF_WIDTH
 from stages.calibration.information.plan import first_model
 from stages.calibration.parameters import Parameters as CalibrationParameters
 from stages.calibration.recordings.from_ingest import run_of
+from stages.calibration.study.drawing import drawn_design, table_value
 from stages.campaign.parameters import Parameters as CampaignParameters
 from stages.campaign.twin_run import NoWalk, TwinRun, first_state, walk_twin
 from stages.campaign.variation import generator
@@ -61,24 +62,16 @@ SCALE, SCALE_STREAM = 1e-3, 1500
 
 def drawn(kind: str, calibration: CalibrationParameters, campaign: CampaignParameters) -> DesignPoint:
     """What a lab starts from: the drawing without its outsole, as either model has it."""
+    if kind == FRAMES:
+        return drawn_design(calibration)
     whole = project(build(campaign.biped, campaign.twin))
-    if kind == PLAIN:
-        biped = dataclasses.replace(campaign.biped, leg_inertia=whole.leg_inertia)
-    else:
-        first, other = (dataclasses.asdict(whole.leg(leg)) for leg in (0, 1))
-        alike = {name: 0.5 * (first[name] + other[name]) for name in first}
-        biped = Biped(legs=whole.legs, hip_mass=whole.hip_mass, hip_damping=whole.hip_damping, **alike)
-    return guess(dataclasses.replace(calibration, biped=biped))
+    return guess(dataclasses.replace(
+        calibration, biped=dataclasses.replace(campaign.biped, leg_inertia=whole.leg_inertia)))
 
 
 def truth_of(name: str, machine: Biped) -> float:
-    """A parameter as the legs have it on average; leg 0's length, as each run looks for the other's."""
-    legs = machine.leg(0), machine.leg(1)
-    if name == "hip_mass":
-        return machine.hip_mass + legs[0].frame_mass + legs[1].frame_mass
-    if name == "leg_length":
-        return legs[0].leg_length
-    return float(0.5 * (getattr(legs[0], name) + getattr(legs[1], name)))
+    """A parameter as Table 1 counts it; leg 0's length, as each run looks for the other's."""
+    return machine.leg_length if name == "leg_length" else table_value(machine, f"biped.{name}")
 
 
 def clock_of(side: str, trial: Trial, log: Log) -> float:
