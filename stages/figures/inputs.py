@@ -14,6 +14,7 @@ from stages.extremes.result import Result as Extremes
 from stages.figures.parameters import Parameters
 from stages.imu.result import Result as Ingested
 from stages.multibody.result import Result as Multibody
+from stages.stability.result import Result as Stability
 from stages.tradeoff.result import Result as Tradeoff
 from stages.twin.result import Result as Twin
 from stages.twin_ladder.result import Result as TwinLadder
@@ -25,6 +26,7 @@ class Inputs:
     """The results of all stages."""
 
     analytic: Analytic
+    stability: Stability
     multibody: Multibody
     contact_study: ContactStudy
     error_budget: ErrorBudget

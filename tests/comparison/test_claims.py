@@ -14,19 +14,10 @@ import yaml
 
 from pipeline.commands import claims as shown
 from pipeline.study import Study
-from stages.comparison.claims import (
-    applies,
-    calibration,
-    contact,
-    figure_8,
-    gait,
-    leg_motion,
-    measurement,
-    numerics,
-    twin,
-)
+from stages.comparison.claims import applies, contact, figure_8, gait, numerics, twin
 from stages.comparison.claims.as_yaml import as_yaml
 from stages.comparison.claims.judge import judged
+from stages.comparison.claims.of_runs import calibration, leg_motion, measurement
 from stages.comparison.claims.paper import BIPED, SAYS, SETTINGS
 from stages.comparison.claims.verdict import DOES_NOT_APPLY, FAILS, HOLDS, HOLDS_IF, OPEN, VERDICTS
 from stages.comparison.evidence import of_gait, of_numerics

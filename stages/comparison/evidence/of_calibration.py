@@ -8,7 +8,7 @@ import numpy as np
 
 from stages.biped.design import Biped
 from stages.calibrated_twin.result import Number
-from stages.comparison.claims import calibration
+from stages.comparison.claims.of_runs import calibration
 from stages.comparison.evidence.evidence import NAN, Evidence
 
 HALF_WIDTH = 1.959964

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from stages.biped.walk import SENSOR_SIGNALS
-from stages.comparison.claims import leg_motion, measurement
+from stages.comparison.claims.of_runs import leg_motion, measurement
 from stages.comparison.claims.paper import STANDARD_GRAVITY
 from stages.comparison.evidence import studies
 from stages.comparison.evidence.evidence import NAN, Evidence

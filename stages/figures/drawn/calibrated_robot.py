@@ -21,12 +21,15 @@ HALF_WIDTH = 1.959964
 COLORS = (style.ANALYTIC, style.MULTIBODY, style.SECOND)
 #: Numbers are written into a matrix up to so many parameters.
 MOST_WRITTEN = 9
+#: Percent: to scale up to one, then in tens.
+TICKS = (-100, -10, -1, 0, 1, 10, 100)
 
 
 def draw(given: Given) -> Figure:
-    """Left: found, corrected with its interval, and true, each against the drawing. Right: correlations."""
+    """Left: found, corrected with its interval, and true, each against the drawing, whose values stand beside; on the
+    right of it the first robot's values. Right: correlations."""
     result: Result = given.calibrated_twin
-    figure, grid = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 3.4), width_ratios=(1.25, 1.0))
+    figure, grid = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 3.9), width_ratios=(1.25, 1.0))
     left, right = grid
     if not result.robots:
         left.text(0.0, 0.5, "no run could be fitted")
@@ -37,10 +40,17 @@ def draw(given: Given) -> Figure:
     for number, (robot, color) in enumerate(zip(result.robots, COLORS, strict=False)):
         draw_robot(left, robot, color, 0.16 * (2 * number - (len(result.robots) - 1)))
     left.axvline(0.0, color="#555555", linewidth=0.8)
-    left.set_yticks(range(len(names)), names)
+    for row, one in enumerate(result.robots[0].numbers):
+        left.text(1.01, row, f"{one.corrected:.4g}\n± {HALF_WIDTH * one.sd:.2g}", transform=left.get_yaxis_transform(),
+                  fontsize=6, va="center", color=COLORS[0])
+    left.set_yticks(range(len(names)), [f"{short(one.name)}\n{one.drawn:.5g} {one.unit}".replace("^2", "²")
+                                        for one in result.robots[0].numbers])  # fmt: skip
     left.invert_yaxis()
     left.set_xscale("symlog", linthresh=1.0)
-    left.set_xlabel("difference from the drawing [%], below 1 % to scale, beyond in tens")
+    left.set_xticks(TICKS, [f"{tick:g}" for tick in TICKS])
+    reach = max(1.0, 1.3 * float(np.abs(left.dataLim.intervalx).max()))
+    left.set_xlim(-reach, reach)
+    left.set_xlabel("difference from the drawing [%]")
     left.plot([], [], "o", color="#777777", markerfacecolor="none", markersize=4, label="found by the constraint model")
     left.plot([], [], "o-", color="#777777", markersize=4, label="corrected by the twin, 95 %")
     left.plot([], [], "x", color="#777777", markersize=5, label="true")
@@ -77,7 +87,7 @@ def draw_correlations(axes: Axes, robot: Robot, names: list[str]) -> None:
                 value = robot.correlations[row, column]
                 axes.text(column, row, f"{100 * value:.0f}", ha="center", va="center", fontsize=5.5,
                           color="white" if abs(value) > 0.6 else "black")
-    axes.set_xlabel("correlations of the errors, in hundredths")
+    axes.set_xlabel("correlations of errors [%]")
 
 
 def short(name: str) -> str:
