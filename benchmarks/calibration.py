@@ -1,35 +1,139 @@
-"""Blind campaigns of the constraint model: which 95 % intervals hold the truth, how wide they are, and what it takes.
+"""Blind campaigns of the constraint model: which 95 % intervals hold the truth, how wide they are, what a fit takes.
 
-python -m benchmarks.calibration --first 1000 --campaigns 200 --runs 1
+    python -m benchmarks.calibration --first 1000 --campaigns 200 --runs 1 [--keep FOLDER]
+    python -m benchmarks.calibration --time 1 3 10 30 [--differences]
+
+With --keep campaigns that are done stay in the folder, and a stopped command goes on. With --time one campaign of so
+many runs is fitted on all cores and timed; with --differences derivatives are differences of walks.
 """
 
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
+import os
+import resource
 import sys
 import time
 from pathlib import Path
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a fit's matrices are small: threads only wait for each other
+
+import numpy as np
+
 from pipeline.study import Study
-from stages.calibration.blind.score import score, summary
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.model.walker import Vector
+from stages.calibration.blind.draw import draw, model_of
+from stages.calibration.blind.score import Scored, as_plain, from_plain, score, summary
+from stages.calibration.estimation import equations
+from stages.calibration.estimation.campaign import alone, fit_campaign, side_by_side
+from stages.calibration.observation.prediction import Predicted, Sampling, predict
+from stages.calibration.observation.unknowns import SIDES, Layout
+from stages.calibration.parameters import Parameters
 
 ROOT = Path(__file__).resolve().parent.parent
+#: Step of a difference, as a share of a parameter, or of what is a small change of an unknown.
+SHARE, SMALL = 1e-5, 1e-2
+
+
+def differenced(
+    design: DesignPoint, names: tuple[str, ...], unknowns: Vector, layout: Layout, sampling: Sampling, tolerance: float
+) -> Predicted:
+    """`predict` with derivatives by design and start as differences: a walk more for each. Sensors' stay exact."""
+    base = predict(design, (), unknowns, layout, sampling, tolerance)
+    by_run = {side: base.by_run[side].copy() for side in SIDES}
+    strikes_by_run = base.strikes_by_run.copy()
+    by_design = {side: np.empty((*base.samples[side].shape, len(names))) for side in SIDES}
+    strikes_by_design = np.empty((len(base.strikes), len(names)))
+    for number in range(layout.free + len(names)):
+        there, moved = design, unknowns.copy()
+        if number < layout.free:
+            step = SMALL * layout.sizes[number]
+            moved[number] += step
+        else:
+            name = names[number - layout.free]
+            step = SHARE * abs(design.value(name))
+            there = design.with_value(name, design.value(name) + step)
+        found = predict(there, (), moved, layout, sampling, tolerance)
+        both = min(len(found.strikes), len(base.strikes))
+        column = number if number < layout.free else number - layout.free
+        samples, strikes = (by_run, strikes_by_run) if number < layout.free else (by_design, strikes_by_design)
+        for side in SIDES:
+            samples[side][:, :, column] = (found.samples[side] - base.samples[side]) / step
+        strikes[:both, column] = (found.strikes[:both] - base.strikes[:both]) / step
+    return dataclasses.replace(base, by_design=by_design, by_run=by_run, strikes_by_design=strikes_by_design,
+                               strikes_by_run=strikes_by_run)
+
+
+def campaigns(first: int, count: int, runs: int, parameters: Parameters, keep: Path | None) -> list[Scored]:
+    """The campaigns, those that are kept and the others."""
+    file = keep / f"{first}-{runs}.jsonl" if keep else None
+    done = {one.seed: one for one in map(from_plain, map(json.loads, file.read_text().splitlines()))} if (
+        file and file.exists()) else {}
+    missing = [seed for seed in range(first, first + count) if seed not in done]
+    for one in score(missing, runs, parameters, lambda share, what: print(what, file=sys.stderr, flush=True)):
+        done[one.seed] = one
+        if file:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            with file.open("a") as lines:
+                lines.write(json.dumps(as_plain(one)) + "\n")
+    return [done[seed] for seed in range(first, first + count)]
+
+
+def table(all_scored: list[Scored]) -> str:
+    """Rows of Markdown for the page."""
+    told = summary(all_scored)
+    rows = [f"| {name.partition('.')[2]} | {100 * told['coverage'][name]:.1f} % | "
+            f"{100 * told['median_sd_share'][name]:.3f} % | {told['median_width_over_bound'][name]:.3f} |"
+            for name in told["coverage"]]  # fmt: skip
+    head = ("| parameter | 95 % intervals that hold the truth | median sd | of the smallest possible |\n"
+            "|---|---|---|---|")
+    failed = "; ".join(f"{seed}: {why}" for seed, why in told["not_converged"].items()) or "none"
+    return "\n".join([head, *rows, "", f"All together {100 * told['coverage_together']:.1f} % in "
+                      f"{told['campaigns']} campaigns. Not converged: {failed}. Residuals {told['chi2'][0]:.2f} to "
+                      f"{told['chi2'][1]:.2f} of the noise's square; {told['median_walks']:.0f} walks (median)."])
+
+
+def timed(counts: list[int], seed: int, parameters: Parameters, differences: bool) -> None:
+    """Print a row for each number of runs; with differences in this process alone."""
+    if differences:
+        equations.predict = differenced
+    drawing, model = model_of(parameters)
+    print("| runs | seconds | processor seconds | walks | converged |\n|---|---|---|---|---|")
+    for count in counts:
+        campaign = draw(seed, count, parameters)
+        each = alone if differences else side_by_side
+        begun, spent = time.monotonic(), _spent()
+        own = each(drawing, campaign.runs, model, campaign.known)
+        fit = fit_campaign(drawing, campaign.runs, model, campaign.known, lambda runs, own=own: own)
+        print(f"| {count} | {time.monotonic() - begun:.1f} | {_spent() - spent:.1f} | {fit.evaluations} | "
+              f"{fit.converged} {fit.why} |", flush=True)  # fmt: skip
+
+
+def _spent() -> float:
+    """Processor time of this process and of those it waited for [s]."""
+    return sum(used.ru_utime + used.ru_stime for used in map(
+        resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)))
 
 
 def main() -> None:
-    """Print the summary as JSON."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--first", type=int, default=1000, help="seed of the first campaign")
     parser.add_argument("--campaigns", type=int, default=20)
     parser.add_argument("--runs", type=int, default=1, help="runs of a campaign")
+    parser.add_argument("--keep", type=Path, default=None)
+    parser.add_argument("--time", type=int, nargs="+", default=None)
+    parser.add_argument("--differences", action="store_true")
     asked = parser.parse_args()
     settings = ("biped.leg_inertia=8.576e-4",)
     parameters = Study(ROOT, ROOT / "params", ROOT / "results", settings).parameters(["calibration"])["calibration"]
-    begun = time.monotonic()
-    found = score(range(asked.first, asked.first + asked.campaigns), asked.runs, parameters,
-                  lambda share, what: print(what, file=sys.stderr))
-    print(json.dumps({**summary(found), "seconds": time.monotonic() - begun}, indent=1))
+    if asked.time:
+        timed(asked.time, asked.first, parameters, asked.differences)
+    else:
+        print(table(campaigns(asked.first, asked.campaigns, asked.runs, parameters, asked.keep)))
 
 
 if __name__ == "__main__":

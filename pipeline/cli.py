@@ -30,6 +30,10 @@ _GROUPS = {
 _COMMANDS = {name: module for group in _GROUPS.values() for name, module in group.items()}
 
 
+#: Most columns of a command's first sentence, which goes over as many lines as it takes.
+_SENTENCE = 400
+
+
 class _Commands(click.Group):
     """Loads a command's module only when it is used; other names are stages' questions."""
 
@@ -67,9 +71,8 @@ class _Commands(click.Group):
         parts |= {title: list(_GROUPS[title]) for title in (_LOOKING, _HOUSE)}
         for title, names in parts.items():
             commands = [(name, self.get_command(ctx, name)) for name in names]
-            room = formatter.width - 6 - max(len(name) for name in names)
             with formatter.section(title):
-                formatter.write_dl([(name, item.get_short_help_str(room)) for name, item in commands if item])
+                formatter.write_dl([(name, item.get_short_help_str(_SENTENCE)) for name, item in commands if item])
         if broken:
             formatter.write_text("\n".join(broken))
 

@@ -44,6 +44,7 @@ class Claim:
     causes: list[str]
     rests_on: list[str]
     numbers: list[str] = field(default_factory=list)
+    figures: list[str] = field(default_factory=list)
 
     @property
     def full_verdict(self) -> str:
@@ -65,6 +66,8 @@ class Claim:
             yield "because", cause
         if self.rests_on:
             yield "rests on", ", ".join(self.rests_on)
+        if self.figures:
+            yield "shown in", ", ".join(self.figures)
 
 
 @dataclass(frozen=True)
@@ -124,7 +127,8 @@ def command(
         width = min(layout.width(), _WIDEST)
         for claim in found.claims:
             click.echo(as_text(claim, width) + "\n")
-        click.echo("\n".join(layout.folded(found.counted(), 0)))
+        if len(found.claims) > 1:
+            click.echo("\n".join(layout.folded(found.counted(), 0)))
         for table in found.tables:
             options.print_table(table["title"], table["columns"], table["rows"])
 
@@ -179,11 +183,20 @@ def place(path: Path, texts: dict[str, str]) -> None:
 
 
 def read(study: Study) -> Claims:
-    """results/claims.yaml. Raises `StudyError` if it is missing, was damaged, or was made by an earlier version."""
+    """results/claims.yaml, each claim with the figures that show something of it, where figures have been drawn.
+
+    Raises `StudyError` if it is missing, was damaged, or was made by an earlier version.
+    """
     path = study.store.place("results/claims.yaml")
     if not path.exists():
         raise StudyError(f"{shown(path)} is not there yet; make it with: bipedstudy run comparison")
-    return read_file(path)
+    found, captions = read_file(path), study.store.place("results/captions.yaml")
+    figures = yaml_text.read(captions, shown(captions)).plain() if captions.exists() else {}
+    for figure in figures.get("figures", ()) if isinstance(figures, dict) else ():
+        for claim in found.claims:
+            if claim.id in figure.get("claims", ()):
+                claim.figures.append(figure["name"])
+    return found
 
 
 def read_file(path: Path) -> Claims:

@@ -109,6 +109,7 @@ def _plain(outcome: Outcome) -> dict[str, object]:
         "how": outcome.how,
         "summary": outcome.summary,
         "seconds": round(outcome.seconds, 3),
+        "processor_seconds": outcome.processor_seconds,
         "reasons": list(outcome.reasons),
         "key": outcome.key,
     }

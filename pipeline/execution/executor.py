@@ -30,7 +30,9 @@ _LOG = "stage.log"
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a stage came to be up to date: current, restored or computed; its summary; seconds spent now."""
+    """How a stage came to be up to date: current, restored or computed; its summary; seconds spent now, by the clock
+    and of all processors.
+    """
 
     stage: str
     how: str
@@ -38,6 +40,7 @@ class Outcome:
     seconds: float
     reasons: tuple[str, ...]
     key: str
+    processor_seconds: float = 0.0
 
 
 def bring_up_to_date(
@@ -168,12 +171,13 @@ class _Run:
         how = running.worker.end(dying=not message)
         seconds = time.monotonic() - running.began
         if "done" in message:
-            self._guarded(name, self._keep, running.folder, running.assessment, message["done"], seconds)
+            self._guarded(name, self._keep, running, message, seconds)
         else:
             self._explain(name, running.folder, message.get("failed", {"kind": "crash", "text": how}), seconds)
         shutil.rmtree(running.folder, ignore_errors=True)
 
-    def _keep(self, name: str, folder: Path, assessment: Assessment, done: Message, seconds: float) -> None:
+    def _keep(self, name: str, running: _Running, message: Message, seconds: float) -> None:
+        folder, assessment, done = running.folder, running.assessment, message["done"]
         assert assessment.ingredients is not None
         outs = {path: Out(**out) for path, out in done["outs"].items()}
         entry = Entry(name, assessment.ingredients, outs, done["summary"], round(seconds, 3))
@@ -187,16 +191,19 @@ class _Run:
             store.drop(entry.key)
             self._fail(name, f"stage {name}: its result was damaged on its way to the disk; run again")
             return
-        self._finish(assessment, entry, "computed", seconds)
+        self._finish(assessment, entry, "computed", seconds, message["processor_seconds"])
 
-    def _finish(self, assessment: Assessment, entry: Entry, how: str, seconds: float) -> None:
+    def _finish(
+        self, assessment: Assessment, entry: Entry, how: str, seconds: float, processor_seconds: float = 0.0
+    ) -> None:
         name = assessment.name
         self.entries[name] = entry
-        outcome = Outcome(name, how, entry.summary, seconds, assessment.reasons, entry.key)
+        outcome = Outcome(name, how, entry.summary, seconds, assessment.reasons, entry.key, processor_seconds)
         self.outcomes[name] = outcome
         self.display.finished(name, how, seconds, entry.summary)
         if how != "current":
-            self.log.add(stage=name, how=how, seconds=round(seconds, 3), key=entry.key, reasons=assessment.reasons)
+            self.log.add(stage=name, how=how, seconds=round(seconds, 3), processor_seconds=processor_seconds,
+                         key=entry.key, reasons=assessment.reasons)  # fmt: skip
 
     def _explain(self, name: str, folder: Path, failure: Message, seconds: float) -> None:
         kind, text = failure["kind"], failure["text"]

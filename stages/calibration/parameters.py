@@ -15,6 +15,7 @@ from stages.ground.slope import Slope
 from stages.imu.parameters import Drawing, Limits
 from stages.imu.parameters import Parameters as IngestParameters
 from stages.imu.parameters import Settings as IngestSettings
+from stages.twin.parameters import Settings as TwinSettings
 
 POSITIVE, NOT_NEGATIVE = Bound(above=0), Bound(minimum=0)
 #: Noise that a second-order low pass lets through, in cut-offs.
@@ -43,6 +44,18 @@ class Settings:
     start_length_rate_sd: float = parameter("m/s", "spread of their rates", bound=POSITIVE)
     slope_reading_sd_deg: float = parameter("deg", "standard error of a ramp's inclination", bound=POSITIVE)
     tilt_sd_deg: float = parameter("deg", "standard deviation of a sensor's tilt after the ingest", bound=POSITIVE)
+    fitted_runs: int = parameter("1", "runs of each robot that the stage fits", bound=Bound(minimum=1))
+    held_out_runs: int = parameter("1", "next runs of each robot that it foretells", bound=Bound(minimum=0))
+    fitted_steps: int = parameter("1", "steps of a run that it uses", bound=Bound(minimum=3))
+    corrected_runs: int = parameter("1", "runs of each robot that the twin corrects", bound=Bound(minimum=0))
+    begun_s: float = parameter("s", "beginning of a run from which it is foretold", bound=POSITIVE)
+    weighed_mass: float | None = parameter(
+        "kg", "mass of a lab's own robot as weighed; null: not weighed", bound=POSITIVE)
+    left_alone: float = parameter(
+        "1", "part of the model's bias that a correction by the twin leaves in a robot's numbers", bound=NOT_NEGATIVE)
+    left_between: float = parameter(
+        "1", "part of it that stays in the difference between two robots that are nearly alike", bound=NOT_NEGATIVE)
+    weighed_sd: float = parameter("1", "standard error of the scale, relative", bound=POSITIVE)
 
 
 @dataclass(frozen=True)
@@ -56,6 +69,7 @@ class Parameters:
     ingest_settings: IngestSettings
     limits: Limits
     drawing: Drawing
+    twin: TwinSettings
     level: Level = Level()
 
     @property

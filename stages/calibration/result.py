@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from stages.biped.quantity import quantity
 
 
@@ -21,25 +23,118 @@ class Told:
 
 
 @dataclass(frozen=True)
+class Trace:
+    """One sensor of a run that was fitted: forward and up [m/s^2], lateral rate [rad/s]."""
+
+    time: np.ndarray = quantity("s", "times of its samples by its clock since the first heel strike used, shape (n,)")
+    measured: np.ndarray = quantity("SI", "samples, shape (n, 3)", dimensions=("time", "channel"))
+    fitted: np.ndarray = quantity("SI", "what the fit says they should be, (n, 3)", dimensions=("time", "channel"))
+    residual: np.ndarray = quantity(
+        "SI", "measured less fitted, NaN for samples that do not count, (n, 3)", dimensions=("time", "channel"))
+
+
+@dataclass(frozen=True)
+class FittedRun:
+    """The fit of one run, blind; what is called truth was put beside it afterwards."""
+
+    name: str = quantity("-", "the run")
+    kind: str = quantity("-", "of which robot: with outsole, without outsole, lab")
+    design: np.ndarray = quantity("SI", "parameters found, shape (d,)", dimensions=("parameter",))
+    own: np.ndarray = quantity("SI", "parameters of this run alone, shape (o,)", dimensions=("own",))
+    unknowns: np.ndarray = quantity("SI", "start, times and sensors' errors, shape (k,)", dimensions=("unknown",))
+    covariance: np.ndarray = quantity(
+        "SI", "of the parameters found, widened, shape (d, d)", dimensions=("parameter", "parameter_too"))
+    truth: np.ndarray = quantity("SI", "the robot's, NaN where nobody knows it, (d,)", dimensions=("parameter",))
+    sigmas: float = quantity("1", "root mean square residual in noises of the sensors")
+    wider: float = quantity("1", "factor on intervals, for the residuals' size and structure")
+    walks: int = quantity("1", "walks that the fit took")
+    converged: bool = quantity("1", "whether it came to rest")
+    why: str = quantity("-", "why it did not")
+    hip: Trace = quantity("-", "hip sensor")
+    foot: Trace = quantity("-", "foot sensor")
+    strikes: np.ndarray = quantity("s", "measured heel strikes since the first one used, shape (s,)")
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """How well the robot that other runs gave explains a run, and foretells it."""
+
+    name: str = quantity("-", "the run")
+    kind: str = quantity("-", "of which robot")
+    begun: float = quantity("s", "length of the beginning from which it is foretold")
+    sigmas: float = quantity("1", "root mean square residual in noises, start and sensors fitted")
+    fit_force: float = quantity("m/s^2", "rms error of the specific force, start and sensors fitted")
+    fit_rate: float = quantity("rad/s", "rms error of the rate, start and sensors fitted")
+    foretold_force: float = quantity("m/s^2", "rms error of the specific force after the beginning; NaN: it falls")
+    foretold_rate: float = quantity("rad/s", "rms error of the rate after the beginning; NaN: it falls")
+    noise_force: float = quantity("m/s^2", "noise of the specific force")
+    noise_rate: float = quantity("rad/s", "noise of the rate")
+    own: np.ndarray = quantity("deg", "the run's ramp, shape (1,)")
+    unknowns: np.ndarray = quantity("SI", "start, times and sensors' errors, shape (k,)", dimensions=("unknown",))
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A run that could not be fitted, or walked."""
+
+    name: str = quantity("-", "the run")
+    kind: str = quantity("-", "of which robot")
+    why: str = quantity("-", "why not")
+
+
+@dataclass(frozen=True)
 class Result:
-    """What the campaign's sensors can tell of the design before anything is fitted."""
+    """What the campaign's sensors can tell of the design, and what a blind fit of some of its runs found."""
 
     runs: int = quantity("1", "runs of the campaign")
     told: tuple[Told, ...] = quantity("-", "a row for each parameter")
     not_seen: tuple[str, ...] = quantity("-", "combinations that no sensor sees, in words")
+    names: tuple[str, ...] = quantity("-", "parameters that the fit looks for, by file and key")
+    units: tuple[str, ...] = quantity("-", "their units")
+    drawn: np.ndarray = quantity("SI", "their values as drawn, from which the fit begins", dimensions=("parameter",))
+    own_names: tuple[str, ...] = quantity("-", "parameters that each run has for itself")
+    unknown_names: tuple[str, ...] = quantity("-", "a run's other unknowns")
+    fits: tuple[FittedRun, ...] = quantity("-", "runs that were fitted, each alone")
+    held_out: tuple[HeldOut, ...] = quantity("-", "runs that were not, explained and foretold")
+    failed: tuple[Failed, ...] = quantity("-", "runs that could not be fitted or walked")
+
+    def of_kind(self, kind: str) -> list[FittedRun]:
+        """Fits of one kind of robot."""
+        return [fit for fit in self.fits if fit.kind == kind]
 
     def summary(self) -> str:
         """What was found, in one line."""
         shares = [100 * row.sd / row.value for row in self.told if row.value]
         unseen = f"; {len(self.not_seen)} combination is not seen" if self.not_seen else ""
-        return f"{self.runs} runs tell parameters to {min(shares):.2g} to {max(shares):.2g} %, once weighed{unseen}"
+        blind = f"; {len(self.fits)} fitted blind" if self.fits else ""
+        best, worst = min(shares), max(shares)
+        return f"{self.runs} runs tell parameters to {best:.2g} to {worst:.2g} %, once weighed{unseen}{blind}"
 
     def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
-        """Standard deviations, as (title, columns, rows of text)."""
+        """Standard deviations, fits and predictions, as (title, columns, rows of text)."""
         rows: list[tuple[str, ...]] = [
             (row.name, f"{row.value:.6g} {row.unit}", f"{row.sd_one_run:.2g}", f"{row.sd:.2g}", row.goes_with,
              f"{row.correlation:+.3f}")
             for row in self.told
         ]
         columns = ("parameter", "value", "sd, one run", f"sd, {self.runs} runs", "goes with", "correlation")
-        return [("What the campaign's sensors can tell", columns, rows)]
+        tables: list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]] = [
+            ("What the campaign's sensors can tell", columns, rows)]
+        found: list[tuple[str, ...]] = [
+            (fit.name, name, f"{drawn:.6g} {unit}", f"{value:.6g}", f"{np.sqrt(variance):.2g}",
+             f"{true:.6g}" if np.isfinite(true) else "not known")
+            for fit in self.fits
+            for name, unit, drawn, value, variance, true in zip(
+                self.names, self.units, self.drawn, fit.design, np.diag(fit.covariance), fit.truth, strict=True)
+        ]
+        tables.append(("Fitted blind by the constraint model, each run alone; what it leaves out is not in the sd",
+                       ("run", "parameter", "drawn", "found", "sd", "truth"), found))
+        told: list[tuple[str, ...]] = [
+            (one.name, f"{one.sigmas:.2f}", f"{one.fit_force:.3f}", f"{one.fit_rate:.4f}", f"{one.foretold_force:.3f}",
+             f"{one.foretold_rate:.4f}")
+            for one in self.held_out
+        ]
+        if told:
+            heads = ("run", "fit in noises", "fit m/s^2", "fit rad/s", "foretold m/s^2", "foretold rad/s")
+            tables.append((f"Runs held out, foretold from {self.held_out[0].begun:g} s", heads, told))
+        return tables

@@ -1,22 +1,82 @@
-"""The calibration stage: what the campaign's sensors can tell of the design.
+"""The calibration stage: what the campaign's sensors can tell, and some of its runs fitted blind.
 
-No inputs. Settings: params/calibration.yaml and the sensors of params/campaign.yaml. Output: `Result`.
+Inputs: the databases of the campaign, or a lab's own; the campaign itself is read for what its scale showed, and
+for the truth once all is fitted. Settings: params/calibration.yaml, the sensors of params/campaign.yaml. Output:
+`Result`.
 """
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+
+from stages.analytic.gait.design_point import DesignPoint
 from stages.biped.progress import Progress, ignore
+from stages.calibration.estimation.equations import Model
 from stages.calibration.information.experiments import weighed
 from stages.calibration.information.identifiability import identifiability
-from stages.calibration.information.plan import plan_of, planned_equations
+from stages.calibration.information.plan import first_model, plan_of, planned_equations
 from stages.calibration.information.words import described
 from stages.calibration.parameters import Parameters
-from stages.calibration.result import Result, Told
+from stages.calibration.result import Failed, FittedRun, HeldOut, Result, Told
+from stages.calibration.study.blind_fit import fitted_run, held_out
+from stages.calibration.study.drawing import drawn_design, looked_for, table_value
+from stages.calibration.study.recorded import LAB, WITH_OUTSOLE, WITHOUT, Recorded, recorded
+from stages.campaign.result import Result as Campaign
+from stages.campaign.result import RunTruth
 
 
-def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore) -> Result:
-    """Plan a run of the campaign on the design's own gait, and sense it. Raises NoGait."""
+@dataclass(frozen=True)
+class Inputs:
+    """What the stage reads: the synthetic runs, those without an outsole, their truth; and a lab's own database."""
+
+    measurements: Path
+    without_outsole: Path
+    campaign: Campaign
+    database: Path | None = None
+
+
+def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
+    """Say what runs can tell, fit some of them blind, and put the truth beside. Raises NoGait, SourceRefused."""
     progress(0.1, "what the sensors can tell")
+    told, not_seen = _told(parameters)
+    design = drawn_design(parameters)
+    model = first_model(design, looked_for(design), parameters)
+    fits: list[FittedRun] = []
+    out: list[HeldOut] = []
+    failed: list[Failed] = []
+    robots = list(_robots(parameters, inputs, design, model))
+    for number, runs in enumerate(robots):
+        progress(0.2 + 0.8 * number / len(robots), f"fitting blind, robot {number + 1} of {len(robots)}")
+        mine: list[FittedRun] = []
+        for one in islice(runs, parameters.settings.fitted_runs):
+            fit = fitted_run(design, one, model)
+            if isinstance(fit, Failed):
+                failed.append(fit)
+            else:
+                mine.append(fit)
+        fits += mine
+        for one in islice(runs, parameters.settings.held_out_runs if mine else 0):
+            tell = held_out(design, mine, one, model, parameters.settings.begun_s)
+            if isinstance(tell, Failed):
+                failed.append(tell)
+            else:
+                out.append(tell)
+    truths = {one.name: one for one in (*inputs.campaign.runs, *inputs.campaign.bare)}
+    return Result(
+        parameters.settings.planned_runs, told, not_seen, model.shared,
+        tuple(design.unit(name) for name in model.shared),
+        np.array([design.value(name) for name in model.shared]), model.own, model.layout.names,
+        tuple(_judged(fit, truths.get(fit.name), model.shared) for fit in fits), tuple(out), tuple(failed))
+
+
+def _told(parameters: Parameters) -> tuple[tuple[Told, ...], tuple[str, ...]]:
+    """What a run on the design's own gait can tell, and which combinations no sensor sees."""
     plan = plan_of(parameters)
     equations, model = planned_equations(plan, parameters)
     names = (*model.shared, *model.own)
@@ -29,4 +89,27 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
              all_runs.partners[row].name, all_runs.partners[row].correlation)
         for row, name in enumerate(names)
     )
-    return Result(runs, told, tuple(described(each, names, units, plain.values) for each in plain.unseen))
+    return told, tuple(described(each, names, units, plain.values) for each in plain.unseen)
+
+
+def _robots(
+    parameters: Parameters, inputs: Inputs, design: DesignPoint, model: Model
+) -> Iterator[Iterator[Recorded]]:
+    """Runs of each kind of robot, robot by robot. Raises SourceRefused."""
+    if inputs.database is not None:
+        yield recorded(inputs.database, LAB, design, model, parameters, {})
+        return
+    for source, kind, made in ((inputs.measurements, WITH_OUTSOLE, inputs.campaign.runs),
+                               (inputs.without_outsole, WITHOUT, inputs.campaign.bare)):
+        weights = {one.name: one.weighed for one in made}
+        yield recorded(source, kind, design, model, parameters, weights)
+
+
+def _judged(fit: FittedRun, truth: RunTruth | None, names: Sequence[str]) -> FittedRun:
+    """The fit with the robot's true numbers beside it: that of both legs on average, the length of the first."""
+    if truth is None:
+        return fit
+    robot = truth.robot
+    values = [robot.leg(0).leg_length if name == "biped.leg_length" else table_value(robot, name)
+              if name != "biped.hip_mass" else robot.hip_mass for name in names]
+    return dataclasses.replace(fit, truth=np.array(values))

@@ -35,8 +35,15 @@ class RunSettings:
     outsole_sd: float = parameter("m", "spread of the outsole's thickness", bound=NOT_NEGATIVE)
     tolerance_sd: float = parameter("1", "spread of masses, stiffness and damping, relative", bound=NOT_NEGATIVE)
     length_sd: float = parameter("m", "spread of each leg's length", bound=NOT_NEGATIVE)
+    bare_runs: int = parameter("1", "first runs that are made again without the outsole", bound=NOT_NEGATIVE)
+    scale_sd: float = parameter("1", "error of the scale that the robot is weighed on, relative", bound=NOT_NEGATIVE)
     solver_tolerance: float = parameter("1", "tolerance of the twin's solver", bound=Bound(minimum=1e-11, maximum=1e-4))
     motion_rate_hz: float = parameter("Hz", "rate of the simulated motion", bound=Bound(minimum=1000, maximum=1e5))
+
+    def broken_rules(self) -> Iterator[Broken]:
+        """Only runs that are made can be made again."""
+        if self.bare_runs > self.runs:
+            yield Broken("bare_runs", f"<= runs = {self.runs}")
 
 
 @dataclass(frozen=True)

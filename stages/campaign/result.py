@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.biped.design import Biped
 from stages.biped.quantity import quantity
 
 
@@ -65,6 +66,8 @@ class RunTruth:
     stance_push: float = quantity("1", "factor on the stance leg's initial rate")
     swing_push: float = quantity("1", "factor on the swing leg's initial rate")
     outsole: float = quantity("m", "thickness of the outsole")
+    robot: Biped = quantity("-", "the machine of this run seen from the side, left and right on average")
+    weighed: float = quantity("kg", "mass of the machine as the scale showed it")
     failed_attempts: int = quantity("1", "pushes after which the twin did not walk to the end")
     heel_strike_time: np.ndarray = quantity(
         "s", "true times of heel strike, shape (s,)", symbol="t_HS", dimensions=("heel_strike",)
@@ -97,8 +100,9 @@ class Result:
 
     origin: str = quantity("-", "synthetic, or not needed where a lab has measurements of its own")
     runs: tuple[RunTruth, ...] = quantity("-", "all runs")
+    bare: tuple[RunTruth, ...] = quantity("-", "runs made again without the outsole: same machine, push and ramp")
     spikes: tuple[SetSpike, ...] = quantity("-", "what the sensors would feel on other members of the contact's family")
-    files: dict[str, bytes] = quantity("-", "measurements.sqlite, the synthetic measurements")
+    files: dict[str, bytes] = quantity("-", "the synthetic measurements, and those without an outsole, by name")
 
     def summary(self) -> str:
         """What was made, in one line."""

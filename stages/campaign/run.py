@@ -28,6 +28,8 @@ from stages.campaign.virtual_sensor import (
 )
 from stages.imu.sources.schema import Device, Experiment
 from stages.imu.trial.sensor import filter_delay
+from stages.twin.machine.machine import build
+from stages.twin.machine.projection import project
 from stages.twin.result import Result as Twin
 
 SYNTHETIC = "synthetic"
@@ -35,6 +37,9 @@ NOT_NEEDED = "not needed"
 FIRST_RUN_AT = 1_600_000_000.0  # s, what the phone's clock shows at the first run: any date does
 BETWEEN_RUNS = 120.0  # s
 SENSOR_STREAM = 1000  # numbers of the random streams of the sensors; those of the attempts lie below
+SCALE_STREAM, BARE_STREAM = 1500, 1000  # that of the scale; what runs without an outsole add to theirs
+#: The databases: of the runs as the prototype is, and of those without its outsole.
+WITH_OUTSOLE, WITHOUT = "measurements.sqlite", "without_outsole.sqlite"
 AROUND_STRIKE = (-0.005, 0.03)  # s, where the spike of a heel strike is looked for
 
 #: Sensor axis nearest to the body's forward and upward axis, for each place.
@@ -56,22 +61,27 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     """
     devices = [device(place, parameters) for place in MOUNTING]
     if parameters.measured.database is not None:
-        return Result(NOT_NEEDED, (), (), {"measurements.sqlite": database_bytes(devices, ())})
+        empty = database_bytes(devices, ())
+        return Result(NOT_NEEDED, (), (), (), {WITH_OUTSOLE: empty, WITHOUT: empty})
     state, normal_force = first_state(inputs.twin.walk)
     truths: dict[int, RunTruth] = {}
     stored: dict[int, tuple[Experiment, tuple[Transmitted, ...]]] = {}
     count = parameters.runs.runs
+    again = range(parameters.runs.bare_runs)
+    wanted = [*((number, False) for number in range(count)), *((number, True) for number in again)]
     one = partial(synthetic_run, state=state, normal_force=normal_force, parameters=parameters)
-    for number, (experiment, truth, sent) in each_in_a_process(one, range(count)):
-        truths[number], stored[number] = truth, (experiment, sent)
-        progress(len(truths) / (count + 1), f"synthetic run {len(truths)} of {count}")
-    database = database_bytes(devices, (stored[number] for number in range(count)))
+    for place, (experiment, truth, sent) in each_in_a_process(one, wanted):
+        truths[place], stored[place] = truth, (experiment, sent)
+        progress(len(truths) / (len(wanted) + 1), f"synthetic run {len(truths)} of {len(wanted)}")
+    with_outsole, without = range(count), range(count, len(wanted))
     return Result(
         origin=SYNTHETIC,
-        runs=tuple(truths[number] for number in range(count)),
+        runs=tuple(truths[place] for place in with_outsole),
+        bare=tuple(truths[place] for place in without),
         spikes=spikes(state, normal_force, parameters),
-        files={"measurements.sqlite": database},
-    )
+        files={WITH_OUTSOLE: database_bytes(devices, (stored[place] for place in with_outsole)),
+               WITHOUT: database_bytes(devices, (stored[place] for place in without))},
+    )  # fmt: skip
 
 
 def device(place: str, parameters: Parameters) -> Device:
@@ -96,26 +106,30 @@ def device(place: str, parameters: Parameters) -> Device:
 
 
 def synthetic_run(
-    number: int, state: StanceState, normal_force: float, parameters: Parameters
+    which: tuple[int, bool], state: StanceState, normal_force: float, parameters: Parameters
 ) -> tuple[Experiment, RunTruth, tuple[Transmitted, ...]]:
-    """One run: its experiment, its truth, and what its two sensors sent."""
-    return sensed_run(number, walk_twin(number, state, normal_force, parameters), parameters)
+    """One run, by its number and whether it is that without the outsole: its experiment, truth, and what was sent."""
+    number, bare = which
+    return sensed_run(number, walk_twin(number, state, normal_force, parameters, bare=bare), parameters, bare=bare)
 
 
 def sensed_run(
-    number: int, walked: TwinRun, parameters: Parameters
+    number: int, walked: TwinRun, parameters: Parameters, *, bare: bool = False
 ) -> tuple[Experiment, RunTruth, tuple[Transmitted, ...]]:
     """A walk of the twin as two sensors and their radio tell it: experiment, truth, and what was sent."""
     variation = walked.variation
-    experiment = Experiment(f"{SYNTHETIC} run {number + 1:02d}", SYNTHETIC, variation.slope_read_deg)
-    clock_start = FIRST_RUN_AT + BETWEEN_RUNS * number
+    name = f"{SYNTHETIC} {'bare ' if bare else ''}run {number + 1:02d}"
+    experiment = Experiment(name, SYNTHETIC, variation.slope_read_deg)
+    clock_start = FIRST_RUN_AT + BETWEEN_RUNS * (number + (parameters.runs.runs if bare else 0))
     truths, sent = {}, []
     for stream, (place, motion) in enumerate((("hip", walked.hip), ("foot", walked.foot))):
-        rng = generator(parameters.runs.seed, number, SENSOR_STREAM + stream)
+        rng = generator(parameters.runs.seed, number, SENSOR_STREAM + stream + (BARE_STREAM if bare else 0))
         errors = draw_errors(parameters.sensor, device(place, parameters), rng)
         readings = read(motion, errors, parameters.sensor, rng)
         sent.append(transmit(readings, clock_start, parameters.sensor.rate_hz, parameters.radio, rng))
         truths[place] = sensor_truth(place, motion, walked, errors, readings, sent[-1], parameters)
+    robot = project(build(parameters.biped, parameters.twin, variation.build))
+    scale = generator(parameters.runs.seed, number, SCALE_STREAM + (BARE_STREAM if bare else 0))
     truth = RunTruth(
         name=experiment.name,
         clock_start=clock_start,
@@ -123,6 +137,8 @@ def sensed_run(
         stance_push=variation.stance_push,
         swing_push=variation.swing_push,
         outsole=variation.build.outsole,
+        robot=robot,
+        weighed=robot.total_mass * (1 + parameters.runs.scale_sd * scale.normal()),
         failed_attempts=walked.attempts - 1,
         heel_strike_time=walked.heel_strike_time,
         heel_strike_leg=walked.heel_strike_leg,

@@ -64,11 +64,18 @@ def first_state(walk: Walk) -> tuple[StanceState, float]:
     return state, walk.standing_force
 
 
-def walk_twin(number: int, state: StanceState, normal_force: float, parameters: Parameters) -> TwinRun:
-    """Run `number` of the campaign: push until the twin walks to the end of the ramp. Raises NoWalk."""
+def walk_twin(
+    number: int, state: StanceState, normal_force: float, parameters: Parameters, *, bare: bool = False
+) -> TwinRun:
+    """Run `number` of the campaign, or that without the outsole: push until the twin walks to the end of the ramp.
+
+    Raises NoWalk.
+    """
     settings = parameters.runs
     for attempt in range(MOST_ATTEMPTS):
         variation = draw_variation(settings, parameters.slope, generator(settings.seed, number, attempt))
+        if bare:
+            variation = dataclasses.replace(variation, build=dataclasses.replace(variation.build, outsole=0.0))
         slope = dataclasses.replace(parameters.slope, slope_deg=variation.slope_deg)
         signals = _signals(variation, slope, state, normal_force, parameters)
         if signals is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stages.analytic.result import Result as Analytic
+from stages.calibrated_twin.result import Result as CalibratedTwin
 from stages.campaign.result import Result as Campaign
 from stages.contact_study.result import Result as ContactStudy
 from stages.error_budget.result import Result as ErrorBudget
@@ -29,4 +30,5 @@ class Inputs:
     twin_pushes: TwinPushes
     tradeoff: Tradeoff
     campaign: Campaign
+    calibrated_twin: CalibratedTwin
     imu: Ingested

@@ -8,6 +8,7 @@ from stages.analytic.parameters import Settings as ConstraintSettings
 from stages.biped.accuracy.level import Level
 from stages.biped.design import OfPlainBiped
 from stages.biped.quantity import Bound, parameter
+from stages.calibration.parameters import Settings as CalibrationSettings
 from stages.campaign.parameters import RadioSettings, RunSettings, SensorSettings
 from stages.comparison.limits import Limits
 from stages.contact_study.parameters import Settings as StudySettings
@@ -78,5 +79,6 @@ class Parameters(OfPlainBiped):
     runs: RunSettings
     sensor: SensorSettings
     radio: RadioSettings
+    calibration: CalibrationSettings
     settings: Settings
     level: Level = Level()

@@ -1,4 +1,4 @@
-"""The numbers behind a figure: every curve and every set of points in it, as CSV."""
+"""The numbers behind a figure: every curve, every set of points and every map in it, as CSV."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from collections.abc import Iterator
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PathCollection
+from matplotlib.collections import PathCollection, QuadMesh
 from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator
 
 COLUMNS = ("panel", "series", "x", "y")
 #: Digits that are kept: more than a picture shows.
@@ -40,10 +41,20 @@ def _panels(figure: Figure) -> Iterator[tuple[str, Axes]]:
 
 def _rows(panel: str, axes: Axes) -> Iterator[tuple[str, str, str, str]]:
     low, high = sorted(axes.get_xlim())
+    places = _words(axes)
     for count, (name, points) in enumerate(_series(axes), 1):
         series = str(count) if name.startswith("_") else name
         for x, y in points[(points[:, 0] >= low) & (points[:, 0] <= high)]:
-            yield panel, series, f"{x:.{DIGITS}g}", f"{y:.{DIGITS}g}"
+            yield panel, series, f"{x:.{DIGITS}g}", places.get(float(y), f"{y:.{DIGITS}g}")
+
+
+def _words(axes: Axes) -> dict[float, str]:
+    """What stands at places of a vertical axis of words."""
+    if not isinstance(axes.yaxis.get_major_locator(), FixedLocator):
+        return {}
+    words = [" ".join(label.get_text().split()) for label in axes.get_yticklabels()]
+    return {place: word for place, word in zip(map(float, axes.get_yticks()), words, strict=False)
+            if any(sign.isalpha() for sign in word)}  # fmt: skip
 
 
 def _series(axes: Axes) -> Iterator[tuple[str, np.ndarray]]:
@@ -56,3 +67,14 @@ def _series(axes: Axes) -> Iterator[tuple[str, np.ndarray]]:
     for points in axes.collections:
         if isinstance(points, PathCollection):
             yield str(points.get_label()), np.ma.filled(np.ma.asarray(points.get_offsets(), dtype=float), np.nan)
+        elif isinstance(points, QuadMesh):
+            yield from _cells(points)
+
+
+def _cells(mesh: QuadMesh) -> Iterator[tuple[str, np.ndarray]]:
+    """The middles (n, 2) of a map's cells, a series for each value that cells have."""
+    corners = np.asarray(mesh.get_coordinates())
+    middles = 0.25 * (corners[1:, 1:] + corners[1:, :-1] + corners[:-1, 1:] + corners[:-1, :-1])
+    values: np.ndarray = np.ma.filled(np.ma.asarray(mesh.get_array(), dtype=float), np.nan)
+    for value in np.unique(values[np.isfinite(values)]):
+        yield f"{mesh.get_label()}: {value:g}", middles[values == value]

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stages.analytic.result import Result as Analytic
+from stages.calibrated_twin.result import Result as CalibratedTwin
+from stages.calibration.result import Result as Calibration
 from stages.comparison.result import Result as Comparison
 from stages.contact_study.result import Result as ContactStudy
 from stages.error_budget.result import Result as ErrorBudget
@@ -12,6 +14,7 @@ from stages.extremes.result import Result as Extremes
 from stages.figures.parameters import Parameters
 from stages.imu.result import Result as Ingested
 from stages.multibody.result import Result as Multibody
+from stages.stability.result import Result as Stability
 from stages.tradeoff.result import Result as Tradeoff
 from stages.twin.result import Result as Twin
 from stages.twin_ladder.result import Result as TwinLadder
@@ -23,6 +26,7 @@ class Inputs:
     """The results of all stages."""
 
     analytic: Analytic
+    stability: Stability
     multibody: Multibody
     contact_study: ContactStudy
     error_budget: ErrorBudget
@@ -32,6 +36,8 @@ class Inputs:
     tradeoff: Tradeoff
     extremes: Extremes
     imu: Ingested
+    calibration: Calibration
+    calibrated_twin: CalibratedTwin
     comparison: Comparison
 
 

@@ -54,7 +54,8 @@ def synthetic(measured: MeasurementAgreement) -> str:
     return (
         f"The {measured.runs} runs of the measurement are {measured.origin}: walks of the twin through a model of the "
         "sensors, with random pushes, slopes, outsoles and build tolerances. They test the ingest and cannot confirm "
-        "the model; the claims they touch stay open. Figure 16 is marked."
+        "the model; the claims they touch stay open, but for those that a calibration decides as a method. Figure 16 "
+        "is marked."
     )
 
 

@@ -14,8 +14,9 @@ from stages.planar.state import PlanarState
 
 SETTLING_STEPS = 8
 NEWTON_STEPS = 16
-#: The derivative is made anew when an iteration leaves more than this of the residual, so often at most.
-SLOW, MOST_RENEWALS = 0.8, 4
+#: The derivative is made anew when so many iterations have left more than this of the residual, so often at most.
+#: Making it costs ten steps, and the first slow one has corrected it.
+SLOW, PATIENCE, MOST_RENEWALS = 0.8, 2, 4
 #: Times a change of the state is halved if the model does not take a step from it.
 HALVINGS = 4
 
@@ -123,14 +124,15 @@ def fixed_point(
     Newton's method; each step taken corrects the derivative (Broyden's rank one), which is made anew where the residual
     falls slowly. `derivative` (10, 10) of a similar model serves at first.
     """
-    after, previous, renewals = walker.step(numbers), np.inf, 0
+    after, previous, renewals, slow = walker.step(numbers), np.inf, 0, 0
     for _ in range(NEWTON_STEPS):
         moved = after.numbers - numbers
         residual = float(np.abs(moved / SCALES).max())
         if residual < wanted:
             break
-        if derivative is None or (residual > SLOW * previous and renewals < MOST_RENEWALS):
-            derivative, renewals = walker.derivative(numbers, after), renewals + 1
+        slow += residual > SLOW * previous
+        if derivative is None or (slow >= PATIENCE and renewals < MOST_RENEWALS):
+            derivative, renewals, slow = walker.derivative(numbers, after), renewals + 1, 0
         previous = residual
         change = np.linalg.solve(np.eye(10) - derivative, moved)
         change, then = _taken(walker, numbers, change)

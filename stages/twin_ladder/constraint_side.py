@@ -41,6 +41,11 @@ class ConstraintGait:
     mid_stance: StanceState
     standing_force: float
 
+    @property
+    def found(self) -> bool:
+        """Whether there is one."""
+        return self.outcome == COMPLETED
+
 
 def constraint_gait(biped: Biped, slope: Slope, tolerance: float, friction: Friction | None = None) -> ConstraintGait:
     """The gait of the constraint model of a biped; with `friction` its trailing foot may slip and rise."""
@@ -51,6 +56,13 @@ def constraint_gait(biped: Biped, slope: Slope, tolerance: float, friction: Fric
         nothing = float("nan")
         hip, state = np.full((len(PHASES), 2), nothing), StanceState(*[nothing] * 8)
         return ConstraintGait(str(error), nothing, nothing, nothing, np.zeros(0), hip, state, nothing)
+
+
+def section_numbers(state: StanceState) -> np.ndarray:
+    """A mid-stance of the constraint model as `stages.planar.section` has it, (10,): it rolls without slip."""
+    length, forward = state.stance_length, state.stance_length * state.stance_rate
+    rates = -state.stance_rate, state.swing_rate, state.stance_length_rate, state.swing_length_rate
+    return np.array([length, state.swing_angle, length, state.swing_length, forward, state.stance_length_rate, *rates])
 
 
 def _described(walker: Walker, point: FixedPoint, tolerance: float) -> ConstraintGait:

@@ -8,12 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.planar.limit_cycle import by_differences, fixed_point
+from stages.twin.machine.contact import X, Y
 from stages.twin_ladder.section import PLANE_SCALES, SIDE_SCALES, SectionState, Step, StepMap
 
 #: Multipliers that are wanted in the plane and out of it; the others are small.
 IN_PLANE, SIDEWAYS = 2, 1
-#: They are known when another stride changes them by no more than this, in errors of a difference.
-SETTLED, MOST_STRIDES = 5.0, 6
+#: They are known when another stride changes them by no more than this, in errors of a difference; or by no more than
+#: so many times that and no less than the stride before, which is noise.
+SETTLED, NOISE, MOST_STRIDES = 5.0, 10.0, 6
+#: Turns of a basis towards the changes that a matrix makes grow most: a power of their ratio to the others is left.
+TURNS = 60
 UPRIGHT = np.zeros(9)
 
 #: Changes (n,) of a section's numbers after a step and after two, for one at the start; all in the section's scales.
@@ -52,6 +56,7 @@ class Gait:
     """A gait: its leading multipliers of a step, largest first, complex; strides walked, solver steps of one stride."""
 
     near: Near
+    stride: Stride
     plane_multipliers: np.ndarray
     side_multipliers: np.ndarray
     period: float
@@ -60,6 +65,15 @@ class Gait:
     residual: float
     strides: int
     solver_steps: int
+
+    def hip(self, phases: np.ndarray) -> np.ndarray:
+        """Where the hip is at these shares of the stride, x and y from where it began, (n, 2) [m]."""
+        first, second = self.stride.first, self.stride.second
+        time = (first.duration + second.duration) * phases
+        then = time - first.duration
+        early, late = (step.record.at(np.clip(at, 0.0, step.duration))[0][:, [X, Y]]
+                       for step, at in ((first, time), (second, then)))  # fmt: skip
+        return np.where(then[:, None] < 0.0, early, late + [first.length, 0.0])
 
 
 class Search:
@@ -89,13 +103,16 @@ class Search:
         """The gait near that of a machine like this one. Raises NoLimitCycle if it falls or the search fails."""
         found = fixed_point(_Strides(self), near.plane, self.wanted, near.derivative)
         first, second = found.step.first, found.step.second
-        plane, in_plane = leading(self._in_plane(found.numbers, found.step), near.in_plane, self.settled)
+        rough = found.derivative * PLANE_SCALES / PLANE_SCALES[:, None]
+        walked = self._in_plane(found.numbers, found.step)
+        plane, in_plane, known = leading(walked, near.in_plane, self.settled, rough)
         side, sideways = np.zeros(0), near.sideways
         if self.sideways:
-            side, sideways = leading(self._sideways(found.numbers), near.sideways, self.settled)
+            side, sideways, _ = leading(self._sideways(found.numbers), near.sideways, self.settled)
         period = 0.5 * (first.duration + second.duration)
         return Gait(
-            near=Near(found.numbers, found.derivative, in_plane, sideways),
+            stride=found.step,
+            near=Near(found.numbers, known * PLANE_SCALES[:, None] / PLANE_SCALES, in_plane, sideways),
             plane_multipliers=plane,
             side_multipliers=side,
             period=period,
@@ -137,23 +154,37 @@ class _Strides:
         return by_differences(self.step, numbers, self.differences, after)
 
 
-def leading(changes: Changes, start: np.ndarray, settled: float) -> tuple[np.ndarray, np.ndarray]:
-    """The k multipliers of a step that are largest, complex (k,), and the changes (n, k) that go with them.
+def leading(
+    changes: Changes, start: np.ndarray, settled: float, stride: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The k multipliers of a step that are largest, complex (k,), the changes (n, k) that go with them, and what is
+    known of the derivative of a stride (n, n).
 
-    Orthogonal iteration from `start` (n, k): every stride turns the changes towards those sought, by the ratio of the
-    next multiplier to theirs, squared, until it changes the multipliers by less than `settled`. What does not settle is
-    taken from all n changes.
+    Strides are walked from the k changes that grow most by what is known of that derivative, at first `stride`, if
+    any, and `start` (n, k); each of them corrects it, until that changes the multipliers by less than `settled`.
+    Knowing nothing at first, this begins as orthogonal iteration, and forgets nothing. What does not settle is noise.
     """
-    basis, known = np.linalg.qr(start)[0], np.full(start.shape[1], np.inf + 0j)
+    size, count = start.shape
+    basis, known, before = np.linalg.qr(start)[0], np.full(count, np.inf + 0j), np.inf
+    stride = np.zeros((size, size)) if stride is None else stride
     for _ in range(MOST_STRIDES):
         first, second = (np.column_stack(rows) for rows in zip(*map(changes, basis.T), strict=True))
-        found = step_multipliers(basis, first, second)
-        if np.abs(found - known).max() < settled:
-            return found, basis
-        basis, known = np.linalg.qr(second)[0], found
-    everything = np.eye(len(start))
-    first, second = (np.column_stack(rows) for rows in zip(*map(changes, everything), strict=True))
-    return step_multipliers(everything, first, second)[: start.shape[1]], basis
+        stride = stride + (second - stride @ basis) @ basis.T
+        turned = growing(stride, basis)
+        found = step_multipliers(turned, first @ (basis.T @ turned), stride @ turned)
+        changed = float(np.abs(found - known).max())
+        basis, known = turned, found
+        if changed < settled or before <= changed < NOISE * settled:
+            break
+        before = changed
+    return found, basis, stride
+
+
+def growing(matrix: np.ndarray, basis: np.ndarray) -> np.ndarray:
+    """Orthonormal columns (n, k) that span what a matrix (n, n) makes grow most, or lets fade last, from a `basis`."""
+    for _ in range(TURNS):
+        basis = np.linalg.qr(matrix @ basis)[0]
+    return basis
 
 
 def step_multipliers(basis: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
@@ -167,5 +198,7 @@ def step_multipliers(basis: np.ndarray, first: np.ndarray, second: np.ndarray) -
     roots = np.sqrt(values.astype(complex))
     along = ((basis @ vectors).conj() * (first @ vectors)).sum(axis=0)
     roots = np.where((along * roots.conj()).real < 0.0, -roots, roots)
+    turning = np.flatnonzero((values.imag == 0.0) & (values.real < 0.0))  # an imaginary pair, whose squares are alike
+    roots[turning[1::2]] *= -1.0
     ordered: np.ndarray = roots[np.lexsort((-roots.imag, -np.abs(roots).round(12)))]
     return ordered

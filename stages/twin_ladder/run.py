@@ -22,17 +22,15 @@ from stages.multibody.walking.walk import simulate
 from stages.planar.limit_cycle import LimitCycle
 from stages.planar.section import SCALES, NoLimitCycle, section_state
 from stages.planar.state import PlanarState
-from stages.twin.machine.contact import X, Y
 from stages.twin.machine.machine import Machine
 from stages.twin.machine.projection import project
 from stages.twin.result import Result as Twin
-from stages.twin.walking.simulate import simulate_twin
-from stages.twin_ladder.constraint_side import PHASES, beside, constraint_gait
-from stages.twin_ladder.cycle import IN_PLANE, SIDEWAYS, UPRIGHT, Gait, Near, Search
+from stages.twin_ladder.constraint_side import PHASES, ConstraintGait, beside, constraint_gait, section_numbers
+from stages.twin_ladder.cycle import IN_PLANE, SIDEWAYS, Gait, Near, Search
 from stages.twin_ladder.parameters import Parameters
-from stages.twin_ladder.result import COMPLETED, Result, RungGait, SameMachine
+from stages.twin_ladder.result import COMPLETED, Result, RungGait
 from stages.twin_ladder.rungs import Rung, alike_in_the_plane, rungs
-from stages.twin_ladder.section import SectionState, start_from, step_map
+from stages.twin_ladder.section import step_map
 
 PLANAR = "planar model"
 #: Which feet the ground acts on at a mid-stance; the rest of it comes from a section's numbers.
@@ -58,6 +56,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     """
     analytic, settled = inputs.analytic, inputs.twin.settling
     machines = rungs(parameters.biped, parameters.twin, parameters.settings.outsole)
+    constrained = constraint_gaits(parameters, machines)
     cycle = inputs.multibody.mid_stance
     if cycle is None:
         rows = [without_gait(PLANAR, PLANAR_ADDED, inputs.multibody.unsettled, False)]
@@ -65,15 +64,17 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         rows += [without_gait(rung.name, rung.added, reason, rung.is_twin) for rung in machines]
         found = [Climbed(row, no_hip()) for row in rows]
     else:
-        found = [planar_rung(parameters, cycle), *climb(parameters, machines, cycle, progress)]
-    progress(0.95, "constraint models of the same machines")
+        found = [planar_rung(parameters, cycle), *climb(parameters, machines, cycle, constrained, progress)]
     return Result(
         simple_period_s=analytic.gait.period_s,
         simple_step_length_m=analytic.gait.step_length_m,
         rungs=tuple(climbed.row for climbed in found),
         walked_period_s=settled.period_s,
         walked_step_length_m=settled.step_length_m,
-        same_machine=same_machines(parameters, machines, found),
+        same_machine=tuple(
+            beside(climbed.row.name, own, constrained[0], climbed.hip)
+            for climbed, own in zip(found, constrained, strict=True)
+        ),
     )
 
 
@@ -90,17 +91,12 @@ def no_hip() -> np.ndarray:
     return np.full((len(PHASES), 2), np.nan)
 
 
-def same_machines(
-    parameters: Parameters, machines: list[Rung], found: Sequence[Climbed]
-) -> tuple[SameMachine, ...]:
-    """The constraint model of each rung's own machine beside it; the planar model's is the simple one."""
+def constraint_gaits(parameters: Parameters, machines: list[Rung]) -> list[ConstraintGait]:
+    """The constraint model of each rung's own machine; the planar model's is the simple one."""
     settings = parameters.analytic
     friction = settings.limited(parameters.friction)
     bipeds = [parameters.biped, *(project(rung.machine) for rung in machines)]
-    gaits = [constraint_gait(biped, parameters.slope, settings.tolerance, friction) for biped in bipeds]
-    return tuple(
-        beside(climbed.row.name, own, gaits[0], climbed.hip) for climbed, own in zip(found, gaits, strict=True)
-    )
+    return [constraint_gait(biped, parameters.slope, settings.tolerance, friction) for biped in bipeds]
 
 
 def planar_settings(parameters: Parameters) -> PlanarSettings:
@@ -119,23 +115,31 @@ def planar_rung(parameters: Parameters, cycle: LimitCycle) -> Climbed:
     return Climbed(planar_row(cycle), run.trajectory.at(2 * cycle.period_s * PHASES)[0][:, :2])
 
 
-def climb(parameters: Parameters, machines: list[Rung], cycle: LimitCycle, progress: Progress) -> list[Climbed]:
-    """Gaits of the spatial machines, each searched from the last one found."""
+def climb(
+    parameters: Parameters, machines: list[Rung], cycle: LimitCycle, constrained: Sequence[ConstraintGait],
+    progress: Progress,
+) -> list[Climbed]:
+    """Gaits of the spatial machines, each searched from the last one found, by as much as their constraint models'
+    mid-stances differ; `constrained` has the planar model's first.
+    """
     settings = parameters.settings
     solver = dataclasses.replace(parameters.twin, tolerance=settings.tolerance)
     near = like_planar(cycle)
-    length = parameters.biped.leg_length
+    length, before = parameters.biped.leg_length, constrained[0]
     rows: list[Climbed] = []
     found: tuple[Machine, Gait, np.ndarray] | None = None
-    for number, rung in enumerate(machines, 1):
+    for number, (rung, own) in enumerate(zip(machines, constrained[1:], strict=True), 1):
         progress(number / (len(machines) + 1), f"gait with {rung.name}")
         if not settings.sideways and found is not None and alike_in_the_plane(found[0], rung.machine):
             rows.append(Climbed(spatial_row(rung, found[1]), found[2]))
             continue
-        longer = float(rung.machine.length.mean()) - length  # a longer machine stands higher on its feet
-        plane = near.plane + longer * np.array([1.0, 0.0, 1.0, 1.0, *[0.0] * 6])
-        near = dataclasses.replace(near, plane=plane)
+        longer = float(rung.machine.length.mean()) - length
         length += longer
+        if own.found and before.found:
+            ahead = section_numbers(own.mid_stance) - section_numbers(before.mid_stance)
+        else:  # a longer machine stands higher on its feet
+            ahead = longer * np.array([1.0, 0.0, 1.0, 1.0, *[0.0] * 6])
+        near, before = dataclasses.replace(near, plane=near.plane + ahead), own
         take = step_map(rung.machine, parameters.slope, parameters.contact, solver)
         search = Search(take, settings.tolerance, settings.difference, settings.residual, settings.sideways)
         try:
@@ -144,11 +148,8 @@ def climb(parameters: Parameters, machines: list[Rung], cycle: LimitCycle, progr
             rows.append(Climbed(without_gait(rung.name, rung.added, str(error), rung.is_twin), no_hip()))
             continue
         near = gait.near
-        start = start_from(SectionState(near.plane, UPRIGHT), 0, rung.machine.length)
-        record = simulate_twin(rung.machine, parameters.slope, parameters.contact, start, solver, steps=2)
-        hip = record.at(2 * gait.period * PHASES)[0][:, [X, Y]]
-        found = rung.machine, gait, hip
-        rows.append(Climbed(spatial_row(rung, gait), hip))
+        found = rung.machine, gait, gait.hip(PHASES)
+        rows.append(Climbed(spatial_row(rung, gait), found[2]))
     return rows
 
 

@@ -45,12 +45,13 @@ class SectionState:
 
 @dataclass(frozen=True)
 class Step:
-    """One step: the mid-stance it ends with, its duration [s], the hip's advance [m], the solver's steps."""
+    """One step: the mid-stance it ends with, its duration [s], the hip's advance [m], the solver's steps and record."""
 
     end: SectionState
     duration: float
     length: float
     solver_steps: int
+    record: Record
 
 
 def section_state(q: np.ndarray, v: np.ndarray, stance: int, length: np.ndarray) -> SectionState:
@@ -122,4 +123,4 @@ def _mid_stance(record: Record, stance: int, length: np.ndarray) -> Step:
         )
     )
     q, v = (rows[0] for rows in record.at(np.array([moment])))
-    return Step(section_state(q, v, stance, length), moment, float(q[X]), before + 1)
+    return Step(section_state(q, v, stance, length), moment, float(q[X]), before + 1, record)

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stages.analytic.gait.basin import NONE, basin_of_attraction
+from stages.analytic.gait.basin import BACK, NONE, REACHES, STILL, basin_of_attraction
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import poincare_map
 from tests.analytic.designs import SLOPE, TABLE_1
@@ -16,23 +16,24 @@ def gait():
 
 def small_map(gait, workers):
     walker, point = gait
-    angles, rates = np.linspace(-0.45, -0.1, 12), np.linspace(0.1, 0.9, 12)
-    return basin_of_attraction(walker, [point.z], (0, 3), angles, rates, workers=workers)
+    angles, rates = np.linspace(0.1, 0.45, 12), np.linspace(0.1, 0.9, 12) / walker.time
+    return basin_of_attraction(walker, [point.z], angles, rates, workers=workers)
 
 
 def test_the_map_does_not_depend_on_the_number_of_workers(gait):
     one, two = small_map(gait, 1), small_map(gait, 2)
-    assert (one.survived == two.survived).all()
+    assert (one.steps == two.steps).all()
+    assert (one.ending == two.ending).all()
     assert (one.reached == two.reached).all()
 
 
 def test_the_gait_lies_in_its_own_basin_and_a_standstill_does_not(gait):
     walker, point = gait
-    mapped = basin_of_attraction(
-        walker, [point.z], (0, 3), np.array([point.z[0]]), np.array([point.z[3], 0.01]), steps=30
-    )
+    rates = np.array([point.z[3], 0.01]) / walker.time
+    mapped = basin_of_attraction(walker, [point.z], np.array([-point.z[0]]), rates, steps=30)
     assert mapped.reached.tolist() == [[0, NONE]]
-    assert mapped.survived[0, 1] < 30
+    assert mapped.ending[0, 0] == REACHES and mapped.ending[0, 1] in (BACK, STILL)
+    assert mapped.steps[0, 1] < 30
 
 
 def test_a_start_in_the_basin_does_walk_to_the_gait(gait):
@@ -42,7 +43,7 @@ def test_a_start_in_the_basin_does_walk_to_the_gait(gait):
     assert len(inside) > 3
     row, column = inside[0]
     z = point.z.copy()
-    z[0], z[3] = mapped.first[row], mapped.second[column]
+    z[0], z[3] = -mapped.stance_angle[row], mapped.stance_rate[column] * walker.time
     for _ in range(80):
         z = poincare_map(walker, z, 1e-8).z
     assert z == pytest.approx(point.z, abs=1e-6)

@@ -57,6 +57,7 @@ def test_derivatives_are_those_of_extrapolated_differences(number, alike, monkey
     monkeypatch.setattr(stretches, "fastest_rate", lambda p: 55.0)
     layout, unknowns, sampling = disturbed(1, 3)
     drawn = DESIGN.with_value("biped.other_leg_length", 0.333) if alike else UNLIKE
+    sampling = sampling if alike else dataclasses.replace(sampling, below_hip=0.231)
     exact = predict(drawn, NAMES, unknowns, layout, sampling, 1e-10)
     names = (*NAMES, *layout.names)
     assert len(names) == len(NAMES) + 25
@@ -79,6 +80,20 @@ def test_derivatives_are_those_of_extrapolated_differences(number, alike, monkey
     largest = np.abs(expected).max()
     assert np.median(np.abs(found - expected)) < 1e-7 * largest
     assert np.abs(found - expected).max() < 2e-5 * largest
+
+
+def test_a_foot_sensor_is_told_of_from_the_hip_or_from_the_foots_mass():
+    """The same place told either way shows the same; on a leg that is longer below it, it is the hip's distance."""
+    layout, unknowns, sampling = disturbed(2, 2)
+    biped = DESIGN.biped
+    hung = dataclasses.replace(sampling, below_hip=biped.leg_length - biped.foot_com - 0.004)
+    put = dataclasses.replace(sampling, place=0.004)
+    shown, other = (predict(DESIGN, (), unknowns, layout, one, 1e-9).samples["foot"] for one in (hung, put))
+    np.testing.assert_allclose(shown, other, atol=1e-12 * np.abs(other).max())
+    heavier_above = DESIGN.with_value("biped.foot_com", 0.104)
+    shown, other = (predict(heavier_above, (), unknowns, layout, one, 1e-9).samples["foot"]
+                    for one in (hung, dataclasses.replace(sampling)))
+    np.testing.assert_allclose(shown, other, atol=1e-12 * np.abs(other).max())
 
 
 def test_an_impact_is_felt_as_its_impulse():

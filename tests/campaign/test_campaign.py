@@ -54,7 +54,7 @@ def ingested(made: Result, every: dict[str, Any], tmp_path_factory: pytest.TempP
 
 @pytest.mark.slow
 def test_a_run_does_not_depend_on_the_others(made: Result, few: Parameters, inputs: Inputs) -> None:
-    _, alone, _ = synthetic_run(1, *first_state(inputs.twin.walk), few)
+    _, alone, _ = synthetic_run((1, False), *first_state(inputs.twin.walk), few)
     assert alone.heel_strike_time.tobytes() == made.runs[1].heel_strike_time.tobytes()
     assert alone.hip.sample_time.tobytes() == made.runs[1].hip.sample_time.tobytes()
 
@@ -70,6 +70,20 @@ def test_runs_differ_in_what_they_should(few: Parameters) -> None:
     ):
         assert np.mean(values) == pytest.approx(mean, abs=4 * spread / np.sqrt(200))
         assert np.std(values) == pytest.approx(spread, rel=0.2)
+
+
+def test_runs_made_again_without_the_outsole_differ_in_that_alone(made: Result, few: Parameters) -> None:
+    assert len(made.bare) == few.runs.bare_runs > 0
+    for bare, usual in zip(made.bare, made.runs, strict=False):
+        assert (bare.outsole, bare.slope_deg, bare.stance_push) == (0.0, usual.slope_deg, usual.stance_push)
+        longer = usual.robot.leg_length - bare.robot.leg_length
+        assert longer == pytest.approx(usual.outsole, rel=1e-9)
+        assert usual.robot.stiffness == bare.robot.stiffness
+        assert usual.robot.total_mass > bare.robot.total_mass
+        assert bare.weighed == pytest.approx(bare.robot.total_mass, rel=5 * few.runs.scale_sd)
+        assert bare.weighed != bare.robot.total_mass
+        assert "bare" in bare.name
+    assert b"bare" in made.files["without_outsole.sqlite"]
 
 
 def test_everything_says_synthetic(made: Result) -> None:

@@ -68,7 +68,7 @@ def scores(
         path.write_bytes(database_bytes([device(place, parameters) for place in MOUNTING], sent))
         result = ingest(every["imu"], Inputs(path))
         assert len(result.runs) == RUNS
-        score = score_ingest(Campaign(SYNTHETIC, tuple(truth for _, truth, _ in made), (), {}), result, 3, 9.81)
+        score = score_ingest(Campaign(SYNTHETIC, tuple(truth for _, truth, _ in made), (), (), {}), result, 3, 9.81)
         assert score is not None
         print(f"seed {seed}, {request.param}:", *(" ".join(row) for row in score.table()[2]), sep="\n  ")
         found.append(score)

@@ -14,9 +14,10 @@ import yaml
 
 from pipeline.commands import claims as shown
 from pipeline.study import Study
-from stages.comparison.claims import applies, contact, figure_8, gait, leg_motion, measurement, numerics, twin
+from stages.comparison.claims import applies, contact, figure_8, gait, numerics, twin
 from stages.comparison.claims.as_yaml import as_yaml
 from stages.comparison.claims.judge import judged
+from stages.comparison.claims.of_runs import calibration, leg_motion, measurement
 from stages.comparison.claims.paper import BIPED, SAYS, SETTINGS
 from stages.comparison.claims.verdict import DOES_NOT_APPLY, FAILS, HOLDS, HOLDS_IF, OPEN, VERDICTS
 from stages.comparison.evidence import of_gait, of_numerics
@@ -56,10 +57,11 @@ CASES = [
     (leg_motion.HipPathDrifts("synthetic", 1.7, 0.2, 0.02, 2e-3, 0.16, 1e-3, 0.161, 0.162), {"twice": 1e-3}),
     (measurement.MeasurementEncloses("measured", 30, (0.97, 1.0, 1.0)), {"shares": (0.5, 1.0, 1.0)}),
     (measurement.MeasurementSlower("measured", 1.9, 2.0, -0.11, -0.09), {"frequency": 2.1, "lower": 0.1, "upper": 0.2}),
-    (measurement.OutsoleSlows(2e-3, -1e-3, -3e-3, 0.01, nan), {"length_alone": 2e-3, "with_mass": 1e-3}),
+    (calibration.OutsoleSlows(2e-3, -1e-3, -3e-3, 0.01, nan, "measured", 2, 2e-3, 4e-4, -3e-3, 1e-3, nan),
+     {"length_alone": 2e-3, "with_mass": 1e-3, "slower": 3e-3}),
     (measurement.PushSlows("measured", 30, -0.6, 0.36, 0.36), {"correlation": 0.1}),
     (
-        measurement.PrototypeIsModel("measured", (("hip_mass", 0.31, 0.32, 0.316),)),
+        calibration.PrototypeIsModel("measured", 2, (("hip_mass", 0.31, 0.32, 0.316),), -1),
         {"intervals": (("hip_mass", 0.33, 0.34, 0.316),)},
     ),
 ]
@@ -101,6 +103,8 @@ UNDECIDED = [
     (CASES[24][0], {"origin": "synthetic"}, "synthetic"),
     (CASES[24][0], {"correlation": nan}, "holds no pushes"),
     (CASES[25][0], {"intervals": ()}, "must be estimated"),
+    (CASES[25][0], {"intervals": (("hip_mass", 0.2, 0.5, 0.316),)}, "too wide to decide: hip_mass"),
+    (CASES[23][0], {"slower_half": 4e-3}, "the calibrated interval of the change holds zero"),
 ]
 
 
@@ -231,3 +235,15 @@ def test_without_a_synthetic_campaign_pushes_along_the_path_do_not_apply() -> No
     judged = twin.PushConverges(0, 0, (("speed to the side", "m/s", 0.2, inf),), 0.77, 0.99).judge(LIMITS)
     assert judged.verdict == "does not apply"
     assert any("a lab's own measurements take its place" in cause.words for cause in judged.causes if cause.true)
+
+
+def test_synthetic_runs_decide_as_a_method_and_say_so():
+    """What a calibration finds of a machine that is made up is a verdict on that machine."""
+    for place, said in ((23, "mm longer"), (25, "estimated blind from 2 synthetic runs")):
+        holding, changes = CASES[place]
+        for made_up, verdict in ((of(holding, origin="synthetic"), HOLDS),
+                                 (of(holding, origin="synthetic", **changes), FAILS)):
+            claim = judged(PARAMETERS, made_up)
+            assert claim.verdict == verdict
+            assert said in claim.measured
+            assert "the runs are synthetic" in claim.causes[0]

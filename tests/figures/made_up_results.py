@@ -6,7 +6,11 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from stages.analytic.gait.basin import Basin
+from stages.analytic.gait.recorded_family import RecordedFamily, Turn
 from stages.biped.accuracy.level import Level
+from stages.calibrated_twin.result import Check, Number, Pair, Robot
+from stages.calibration.result import FittedRun, HeldOut, Trace
 from stages.comparison.hip_motion import HipDifference
 from stages.comparison.stride import last_stride
 from stages.extremes.result import Result as Extremes
@@ -109,6 +113,26 @@ def extreme_points():
     return Extremes("full", ("tree",) * count, axis, value, none, status, number, number, none, none)
 
 
+def stability():
+    """A gait that doubles its period once and turns back once, and a basin with every ending."""
+    slope = np.linspace(1.0, 4.0, 13)
+    angle = 0.2 + 0.03 * slope
+    real = np.stack([-0.3 * slope, 0.2 * slope], axis=1)
+    multipliers = np.stack([real, 0.0 * real], axis=-1)
+    turns = (Turn("period doubling", 10.0 / 3.0, -1.0, np.array([0.5]), np.array([0.3])),
+             Turn("turning point", 1.0, 1.0, np.array([0.46]), np.array([0.23])))  # fmt: skip
+    one = RecordedFamily(1, "here; there", slope, (0.45 + 0.015 * slope)[:, None], angle[:, None], multipliers, turns)
+    late = np.linspace(10.0 / 3.0, 4.0, 6)
+    apart = 0.03 * np.sqrt(late - late[0])
+    forks = np.stack([0.5 + apart, 0.5 - apart], axis=1)
+    two = RecordedFamily(2, "there", late, forks, 0.6 * forks, 0.3 * multipliers[:6], ())
+    ending = np.arange(42).reshape(6, 7) % 7
+    basin = Basin(np.linspace(0.1, 0.5, 6), np.linspace(1.0, 4.0, 7), ending + 1, np.where(ending == 0, 0, -1), ending,
+                  0.26, 2.3, 30, 1e-3)  # fmt: skip
+    basin.steps[0, 0] = 5
+    return SimpleNamespace(slope_deg=2.0, families=(one, two), basin=basin)
+
+
 def imu():
     """One run of seven strides, each a little larger than the last, of sensors that lie differently."""
     signals = last_stride(make_walk(), 101).signals
@@ -118,6 +142,37 @@ def imu():
                           heel_strike_time=np.arange(8.0))  # fmt: skip
     report = SimpleNamespace(rate_hz=99.9, lost_packets=3, batch_size=3, rows=1000, clock_error_s=2e-3)
     return SimpleNamespace(runs=(run,), rejected=(), reports=(report, report), origin="synthetic", step_frequency=2.0)
+
+
+def calibration():
+    """A run of three steps that is fitted nearly, with a spike at each heel strike that does not count."""
+    time = np.linspace(0.1, 1.45, 136)
+    clean = np.column_stack([np.sin(9 * time), 9.8 + np.cos(9 * time), 2 * np.sin(6 * time)])
+    at_impact = np.abs(time % 0.5) < 0.03
+    measured = clean + 0.02 * np.sin(70 * time)[:, None] + 8.0 * at_impact[:, None]
+    residual = np.where(at_impact[:, None], np.nan, measured - clean)
+    nothing = np.zeros(2)
+    fit = FittedRun("run 01", "with outsole", nothing, nothing, nothing, np.eye(2), nothing, 1.4, 2.0, 30, True, "",
+                    Trace(time, measured, clean, residual), Trace(time, 1.1 * measured, 1.1 * clean, 1.1 * residual),
+                    np.array([0.0, 0.5, 1.0, 1.5]))
+    held = HeldOut("run 02", "with outsole", 0.15, 1.6, 0.02, 1.5e-3, 0.2, 0.03, 0.012, 8e-4, nothing, nothing)
+    return SimpleNamespace(fits=(fit,), held_out=(held,), not_seen=("not seen: the scale of mass",))
+
+
+def calibrated_twin():
+    """Two robots of three numbers, a pair, a run that was held out, and a walk."""
+    def robot(kind, more):
+        numbers = tuple(
+            Number(name, unit, value, 1.04 * value + more, 1.01 * value + more, 0.004 * value, value + more)
+            for name, unit, value in (("biped.foot_mass", "kg", 0.335), ("biped.leg_length", "m", 0.333),
+                                      ("biped.leg_inertia", "kg m^2", 8.6e-4)))
+        correlations = np.array([[1.0, 0.5, -0.9], [0.5, 1.0, 0.2], [-0.9, 0.2, 1.0]])
+        return Robot(kind, 2, 1, numbers, correlations, np.zeros((1, 3)), 2.04, 1e-3, 2.041)
+
+    pair = Pair("run 01", 2.1e-3, 2e-4, 2e-3, 9e-3, -8e-3, 1e-3, -8.5e-3)
+    check = Check("run 02", "with outsole", "corrected by the twin", 2e-3, 0.1, 0.02)
+    return SimpleNamespace(robots=(robot("with outsole", 2e-5), robot("without outsole", 0.0)), pairs=(pair,),
+                           checks=(check,), walk=make_walk(period=0.49))
 
 
 def comparison(origin="synthetic"):
@@ -159,7 +214,8 @@ def results(**other):
     made_up = {
         "analytic": analytic, "multibody": multibody, "contact_study": make_study, "error_budget": make_budget,
         "twin": twin, "twin_ladder": ladder, "twin_pushes": pushes, "tradeoff": ways, "extremes": extreme_points,
-        "imu": imu, "comparison": comparison,
+        "imu": imu, "comparison": comparison, "calibration": calibration, "calibrated_twin": calibrated_twin,
+        "stability": stability,
     }  # fmt: skip
     return {name: make() for name, make in made_up.items()} | other
 

@@ -131,6 +131,8 @@ def make_run(
         stance_push=1.0,
         swing_push=1.0,
         outsole=0.0,
+        robot=BIPED,
+        weighed=BIPED.total_mass,
         failed_attempts=0,
         heel_strike_time=strikes,
         heel_strike_leg=(np.arange(steps) + 1) % 2,

@@ -29,7 +29,7 @@ def ingested(request, tmp_path_factory) -> tuple[Result, tuple[RunTruth, ...]]:
 @pytest.fixture(scope="module")
 def scores(ingested) -> IngestScore:
     result, truth = ingested
-    found = score_ingest(Campaign("synthetic", truth, (), {}), result, SETTINGS.skipped_steps, SETTINGS.gravity)
+    found = score_ingest(Campaign("synthetic", truth, (), (), {}), result, SETTINGS.skipped_steps, SETTINGS.gravity)
     assert found is not None
     return found
 
@@ -63,12 +63,12 @@ def test_the_score_sees_what_is_wrong(ingested) -> None:
     """Each measure moves when the truth is moved by as much."""
     result, (first, *others) = ingested
     skipped, gravity = SETTINGS.skipped_steps, SETTINGS.gravity
-    before = score_ingest(Campaign("synthetic", (first, *others), (), {}), result, skipped, gravity)
+    before = score_ingest(Campaign("synthetic", (first, *others), (), (), {}), result, skipped, gravity)
     turned = dataclasses.replace(first.hip, rotation=Rotation.from_rotvec([0, 0, 0.1]).as_matrix() @ first.hip.rotation)
     stretched = dataclasses.replace(first.foot, sample_time=first.foot.sample_time * 1.01)
     late = first.heel_strike_time + 0.03 * (np.arange(len(first.heel_strike_time)) % 4 == 1)
     wrong = dataclasses.replace(first, hip=turned, foot=stretched, heel_strike_time=late * 1.001)
-    after = score_ingest(Campaign("synthetic", (wrong, *others), (), {}), result, skipped, gravity)
+    after = score_ingest(Campaign("synthetic", (wrong, *others), (), (), {}), result, skipped, gravity)
     assert before is not None and after is not None
     assert after.frame_angle[0] == pytest.approx(np.degrees(0.1), abs=0.5)
     assert after.clock_error[0] > 0.02
@@ -77,7 +77,7 @@ def test_the_score_sees_what_is_wrong(ingested) -> None:
     assert after.frame_angle[1:].tolist() == before.frame_angle[1:].tolist()
     assert after.leg.angle[0] == pytest.approx(before.leg.angle[0], abs=1e-3)
     stranger = dataclasses.replace(first, name="another")
-    unknown = Campaign("synthetic", (stranger, *others), (), {})
+    unknown = Campaign("synthetic", (stranger, *others), (), (), {})
     assert score_ingest(unknown, result, skipped, gravity) is None
 
 
@@ -90,7 +90,8 @@ def test_the_legs_score_sees_what_is_wrong(ingested) -> None:
     )  # fmt: skip
     wrong = dataclasses.replace(first, leg=leg)
     before, after = (
-        score_ingest(Campaign("synthetic", (one, *others), (), {}), result, SETTINGS.skipped_steps, SETTINGS.gravity)
+        score_ingest(
+            Campaign("synthetic", (one, *others), (), (), {}), result, SETTINGS.skipped_steps, SETTINGS.gravity)
         for one in (first, wrong)
     )
     assert before is not None and after is not None

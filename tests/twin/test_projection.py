@@ -5,8 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
+from stages.biped.design import Biped
 from stages.twin.machine.bill import pieces
 from stages.twin.machine.contact import HINGE, PITCH, SLIDE, X, Y
+from stages.twin.machine.from_planar import with_numbers_of
 from stages.twin.machine.machine import FRAME_BODY, Build, build
 from stages.twin.machine.projection import project
 from stages.twin.machine.tree import SpatialTree
@@ -128,3 +130,23 @@ def test_legs_of_a_pair_that_differ_are_taken_on_average(parameters, projected):
     assert built.stiffness == pytest.approx(projected.stiffness)
     assert built.leg_length - projected.leg_length == pytest.approx(0.5e-3)
     assert built.leg(1) == projected.leg(1)
+
+
+def test_a_machine_takes_the_numbers_of_a_planar_biped(machine, projected):
+    """Frames, feet and springs of either pair: what it is then projected on is the biped that was asked for."""
+    wanted = dataclasses.replace(
+        projected, foot_mass=0.36, leg_length=0.34, foot_radius=0.09, foot_com=0.104, stiffness=2500.0, damping=50.0,
+        leg_inertia=1.1e-3, frame_mass=0.15, frame_com=0.02, frame_inertia=2e-4, other_leg_length=0.3402,
+        other_foot_mass=0.33)  # fmt: skip
+    found = project(with_numbers_of(machine, wanted))
+    for leg in (0, 1):
+        assert dataclasses.asdict(found.leg(leg)) == pytest.approx(dataclasses.asdict(wanted.leg(leg)), abs=1e-12)
+    assert found.hip_mass == 0.0
+
+
+def test_a_machine_takes_a_hip_without_frames(machine):
+    plain = Biped("compliant", 0.3, 0.36, 0.34, 0.09, 0.104, 2500.0, 50.0, 1.1e-3)
+    found = project(with_numbers_of(machine, plain))
+    assert found.hip_mass == pytest.approx(0.3, rel=1e-14)
+    assert found.frame_mass == found.leg(1).frame_mass == 0.0
+    assert found.leg_inertia == pytest.approx(1.1e-3, rel=1e-12)

@@ -90,7 +90,7 @@ def test_newton_finds_the_fixed_point_of_a_known_step():
     def take(state, stance):
         away = steps[stance] @ ((state.plane - fixed[stance]) / PLANE_SCALES)
         end = SectionState(fixed[1 - stance] + PLANE_SCALES * away, 0.5 * state.side)
-        return Step(end, 0.5 + 0.01 * stance, 0.16, 100)
+        return Step(end, 0.5 + 0.01 * stance, 0.16, 100, None)
 
     near = Near(fixed[0] + 0.1 * PLANE_SCALES, np.zeros((10, 10)), rng.normal(size=(10, 2)), np.ones((9, 1)))
     search = Search(take, 1e-10, 1e-3, 1e-10)

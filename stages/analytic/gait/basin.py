@@ -1,4 +1,4 @@
-"""Basin of attraction: which starts lead to which gait, and how many steps the others survive."""
+"""Basin of attraction: which starts lead to which gait and after how many steps, and how the other walks end."""
 
 from __future__ import annotations
 
@@ -10,33 +10,65 @@ import numpy as np
 
 from stages.analytic.compiled import compiled
 from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE
-from stages.analytic.integration.phase import EVENT
+from stages.analytic.integration.phase import EVENT, FALL, TIME_LIMIT
 from stages.analytic.integration.step import walk_step
 from stages.analytic.model.kinds import Kind
 from stages.analytic.model.terms import exchanged
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_coordinates, section_state
+from stages.biped.quantity import quantity
 
 NONE = -1
+#: How a walk ends, in words; a walk is known by its number here.
+ENDINGS = (
+    "reaches the gait", "walks on, elsewhere", "falls forward", "falls or rocks back", "stands still or rocks",
+    "ends otherwise", "no such start",
+)  # fmt: skip
+REACHES, WALKS_ON, FORWARD, BACK, STILL, OTHERWISE, NO_START = range(len(ENDINGS))
 
 
 @dataclass(frozen=True)
 class Basin:
-    """Map over two section coordinates `first` (n,) and `second` (m,), dimensionless.
+    """Map over angle and rate of the stance leg just after heel strike, the other section coordinates as the gait's."""
 
-    `survived` (n, m): steps made, at most the number asked for. `reached` (n, m): index of the gait reached, or -1.
-    """
+    stance_angle: np.ndarray = quantity(
+        "rad", "stance angle at the start, foot ahead positive, (n,)", dimensions=("stance_angle",))
+    stance_rate: np.ndarray = quantity("rad/s", "stance rate at the start, (m,)", dimensions=("stance_rate",))
+    steps: np.ndarray = quantity(
+        "1", "steps made until the walk reaches a gait or ends, at most `most_steps`, (n, m)",
+        dimensions=("stance_angle", "stance_rate"))
+    reached: np.ndarray = quantity(
+        "1", "number of the gait that is reached, -1: none, (n, m)", dimensions=("stance_angle", "stance_rate"))
+    ending: np.ndarray = quantity(
+        "1", "how the walk ends, the place in `endings`, (n, m)", dimensions=("stance_angle", "stance_rate"))
+    gait_angle: float = quantity("rad", "stance angle of the first gait, foot ahead positive")
+    gait_rate: float = quantity("rad/s", "stance rate of the first gait")
+    most_steps: int = quantity("1", "most steps of a walk")
+    near: float = quantity("1", "a walk is at a gait within this, in all section coordinates")
+    endings: tuple[str, ...] = quantity("-", "how a walk ends, in words", default=ENDINGS)
 
-    first: np.ndarray
-    second: np.ndarray
-    survived: np.ndarray
-    reached: np.ndarray
+    @property
+    def share(self) -> float:
+        """Part of the starts that reach a gait."""
+        return float((self.ending == REACHES).mean())
+
+
+@compiled
+def unlanded(status: int, y: Vector) -> int:
+    """Why a step does not end at a heel strike with the hip between the feet; 0 if it does."""
+    if status == EVENT:
+        return BACK if y[y.size // 4] >= 0.0 else REACHES  # the trailing leg's angle: entry 1 of 4, or 2 of 8
+    if status == TIME_LIMIT:
+        return STILL
+    if status == FALL:
+        return FORWARD if y[0] > 0.0 else BACK
+    return OTHERWISE
 
 
 @compiled
 def walk_starts(
     starts: np.ndarray, p: Kind, gaits: np.ndarray, gait_steps: int, near: float, steps: int, tolerance: float,
-    time_limit: float, step_limit: int, survived: Vector, reached: Vector,
+    time_limit: float, step_limit: int, made: Vector, reached: Vector, ending: Vector,
 ) -> None:  # fmt: skip
     """Walk every start (n, j) up to `steps` steps; a walk ends early within `near` of a gait of `gaits` (g, j).
 
@@ -45,22 +77,24 @@ def walk_starts(
     for i in range(starts.shape[0]):
         standing = p
         y = section_state(starts[i], p)
-        survived[i], reached[i] = 0, -1
+        made[i], reached[i], ending[i] = 0, NONE, WALKS_ON
+        if not np.isfinite(y).all():
+            ending[i] = NO_START
+            continue
         for _ in range(steps):
-            if not np.isfinite(y).all():
-                break
             status, _, _, _, _ = walk_step(y, standing, tolerance, time_limit, step_limit)
-            if status != EVENT:
+            why = unlanded(status, y)
+            if why != REACHES:
+                ending[i] = why
                 break
-            survived[i] += 1
+            made[i] += 1
             standing = exchanged(standing)
-            if survived[i] % gait_steps != 0:
+            if made[i] % gait_steps != 0:
                 continue
             z = section_coordinates(y, standing)
             for g in range(gaits.shape[0]):
                 if np.abs(z - gaits[g]).max() < near:
-                    reached[i] = g
-                    survived[i] = steps
+                    reached[i], ending[i] = g, REACHES
             if reached[i] >= 0:
                 break
 
@@ -68,9 +102,8 @@ def walk_starts(
 def basin_of_attraction(
     walker: Walker,
     gaits: list[Vector],
-    coordinates: tuple[int, int],
-    first: np.ndarray,
-    second: np.ndarray,
+    angles: np.ndarray,
+    rates: np.ndarray,
     *,
     steps: int = 30,
     near: float = 1e-3,
@@ -78,28 +111,30 @@ def basin_of_attraction(
     workers: int = 1,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Basin:
-    """Walk from a grid over two section coordinates (indices into z), the others as in the first gait.
+    """Walk from a grid over stance angle [rad], foot ahead positive, and rate [rad/s]; all else as in the first gait.
 
     A start that comes within `near` of a stable gait in all section coordinates is said to reach it; `gaits` should
     be stable ones, else a walk that passes an unstable gait ends there. The result does not depend on `workers`.
     """
-    grid = np.repeat(np.asarray(gaits[0])[None, :], first.size * second.size, axis=0)
-    grid[:, coordinates[0]] = np.repeat(first, second.size)
-    grid[:, coordinates[1]] = np.tile(second, first.size)
-    survived, reached = np.zeros(len(grid), dtype=np.int64), np.full(len(grid), NONE, dtype=np.int64)
+    grid = np.repeat(np.asarray(gaits[0])[None, :], angles.size * rates.size, axis=0)
+    rate = 1 if walker.rigid else 3
+    grid[:, 0] = -np.repeat(angles, rates.size)
+    grid[:, rate] = np.tile(rates, angles.size) * walker.time
+    kept = np.zeros((3, len(grid)), dtype=np.int64)
     known = np.array(gaits)
     # Interleaved shares: neighbours take about the same time, so every share is equally long.
     shares = [np.arange(start, len(grid), 64) for start in range(min(64, len(grid)))]
 
-    def work(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        made, where = np.zeros(rows.size, dtype=np.int64), np.full(rows.size, NONE, dtype=np.int64)
+    def work(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        found = np.zeros((3, rows.size), dtype=np.int64)
         walk_starts(grid[rows], walker.p, known, walker.gait_steps, near, steps, tolerance,
-                    TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, made, where)
-        return rows, made, where
+                    TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, *found)
+        return rows, found
 
     with ThreadPoolExecutor(workers) as pool:  # the compiled function lets go of the interpreter lock
-        for done, (rows, made, where) in enumerate(pool.map(work, shares), 1):
-            survived[rows], reached[rows] = made, where
+        for done, (rows, found) in enumerate(pool.map(work, shares), 1):
+            kept[:, rows] = found
             progress(done / len(shares))
-    shape = (first.size, second.size)
-    return Basin(first, second, survived.reshape(shape), reached.reshape(shape))
+    made, reached, ending = kept.reshape(3, angles.size, rates.size)
+    gait = gaits[0]
+    return Basin(angles, rates, made, reached, ending, float(-gait[0]), float(gait[rate] / walker.time), steps, near)

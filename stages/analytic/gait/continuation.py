@@ -257,6 +257,7 @@ def continue_gait(
     ended = ""
     move = curve.half_cycle_move(u)
     step = min(largest_step, np.abs(move).max()) / 4
+    since_refused = 2
     while len(points) < most_points:
         if step < SMALLEST_STEP:
             return Branch(name, cycle, tuple(points), tuple(special), ended)
@@ -267,10 +268,10 @@ def continue_gait(
         except StepFailed:
             point, new = None, move
         if point is None:
-            step, ended = step / 2, "the gait ends: no step map beyond"
+            step, ended, since_refused = step / 2, "the gait ends: no step map beyond", 0
             continue
         if np.abs(new).max() < 0.3 * np.abs(move).max():  # about to fall onto, or on, the family of half the cycle
-            step, ended = step / 2, "joins the family of half the cycle"
+            step, ended, since_refused = step / 2, "joins the family of half the cycle", 0
             continue
         kinds = (TURNING_POINT,) if until_fold else KINDS
         crossed = special_between(curve, last, point, kinds, passes=cycle > 1 and float(new @ move) < 0.0)
@@ -285,5 +286,7 @@ def continue_gait(
             return Branch(name, cycle, tuple(points), tuple(special), TURNING_POINT)
         move = new
         progress(abs(point.value - points[0].value) / way, f"cycle of {cycle}, {name} = {point.value:.4g}")
-        step = min(1.5 * step, largest_step)
+        since_refused += 1
+        if since_refused > 1:  # towards an end of the family steps are halved: a longer one would be refused again
+            step = min(1.5 * step, largest_step)
     return Branch(name, cycle, tuple(points), tuple(special), f"{most_points} points")

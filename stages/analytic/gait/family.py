@@ -14,6 +14,8 @@ from stages.biped.progress import Progress, ignore
 
 #: Just beyond its doubling a family has a multiplier this near to 1; other cycles may lie close by.
 NEWBORN = 0.3
+#: Largest distance of two gaits of a family, see `continue_gait`; for a longer cycle it is shorter.
+LARGEST_STEP = 0.02
 
 
 def leaves(point: FixedPoint, cycle: int) -> bool:
@@ -50,11 +52,15 @@ def doubled_start(design: DesignPoint, branch: Branch, special: SpecialPoint, to
 
 def follow_family(
     design: DesignPoint, name: str, limits: tuple[float, float], z: Vector, tolerance: float, doublings: int,
-    progress: Progress = ignore,
+    progress: Progress = ignore, largest_step: float = LARGEST_STEP,
 ) -> list[Branch]:  # fmt: skip
-    """The gait's family on both sides of the design, and the first `doublings` families of twice the cycle from it."""
+    """The gait's family on both sides of the design, and the first `doublings` families of twice the cycle from it.
+
+    Raises ValueError if `z` leads to no gait.
+    """
     down, up = (
-        continue_gait(design, name, limits, z, tolerance, upward=upward, progress=progress) for upward in (False, True)
+        continue_gait(design, name, limits, z, tolerance, upward=upward, largest_step=largest_step, progress=progress)
+        for upward in (False, True)
     )
     points = (*reversed(down.points), *up.points[1:])
     family = Branch(name, 1, points, (*reversed(down.special), *up.special), f"{down.ended}; {up.ended}")
@@ -65,7 +71,8 @@ def follow_family(
             if special.kind == PERIOD_DOUBLING:
                 # a doubling whose new gaits no longer walk has no family to follow
                 with suppress(ValueError):
-                    branches.append(doubled_family(design, branch, special, limits, tolerance, progress))
+                    branches.append(
+                        doubled_family(design, branch, special, limits, tolerance, progress, largest_step))
         if branches[-1].cycle == newest[-1].cycle:
             break
     return branches
@@ -73,7 +80,7 @@ def follow_family(
 
 def doubled_family(
     design: DesignPoint, branch: Branch, special: SpecialPoint, limits: tuple[float, float], tolerance: float,
-    progress: Progress = ignore,
+    progress: Progress = ignore, largest_step: float = LARGEST_STEP,
 ) -> Branch:  # fmt: skip
     """The family of twice the cycle that leaves a period doubling, followed away from it.
 
@@ -81,11 +88,7 @@ def doubled_family(
     """
     value, start = doubled_start(design, branch, special, tolerance)
     there, cycle = design.with_value(branch.name, value), 2 * branch.cycle
-    both = [
-        continue_gait(
-            there, branch.name, limits, start, tolerance,
-            cycle=cycle, upward=up, largest_step=0.02 / cycle, progress=progress,
-        )
-        for up in (False, True)
-    ]
-    return max(both, key=lambda family: abs(family.points[-1].value - special.point.value))
+    return continue_gait(
+        there, branch.name, limits, start, tolerance,
+        cycle=cycle, upward=value > special.point.value, largest_step=largest_step / cycle, progress=progress,
+    )  # fmt: skip

@@ -4,31 +4,52 @@ from __future__ import annotations
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 
-from stages.analytic.gait.basin import Basin
-from stages.analytic.model.walker import Vector
+from stages.analytic.gait.basin import BACK, FORWARD, NO_START, OTHERWISE, REACHES, STILL, WALKS_ON, Basin
 from stages.drawing import style
 
+#: Light to dark in grey as well, so that kinds of ending are told apart in print.
+LOOKS = {FORWARD: "#C9C9C9", BACK: "#8E8E8E", STILL: "#5E5E5E", OTHERWISE: "#2B2B2B", WALKS_ON: style.MULTIBODY,
+         NO_START: "#FFFFFF"}  # fmt: skip
 
-def draw(basin: Basin, time: float, gait: Vector, steps: int) -> Figure:
-    """Steps survived by starts that fall, in grey; starts that reach the gait, in colour. `time` is sqrt(L/g) [s]."""
-    figure, axes = plt.subplots(figsize=(style.TWO_COLUMNS, 4.2))
-    angles, rates = np.degrees(-basin.first), basin.second / time
-    survived = np.where(basin.reached >= 0, np.nan, basin.survived).T
-    most = max(1, int(np.nanmax(survived, initial=0)))
+
+def draw(basin: Basin) -> Figure:
+    """Starts that reach the gait by the number of their steps, in colour; others by how they end, in greys."""
+    figure, axes = plt.subplots(figsize=(style.TWO_COLUMNS, 3.6))
+    angles, rates = np.degrees(basin.stance_angle), basin.stance_rate
+    order = [number for number in LOOKS if (basin.ending == number).any()]
+
+    def steps_of(number: int) -> np.ndarray:
+        return np.where(basin.ending == number, basin.steps, np.nan).T
+
+    for number in order:
+        axes.pcolormesh(
+            angles, rates, steps_of(number), cmap=ListedColormap([LOOKS[number]]), shading="nearest", rasterized=True,
+            label=f"{basin.endings[number]}, steps",
+        )  # fmt: skip
+    caught = steps_of(REACHES)
+    few, most = (int(end) for end in (np.nanmin(caught), np.nanmax(caught))) if basin.share else (0, 1)
+    limits = np.arange(few, most + 2) - 0.5
+    colours = plt.get_cmap("viridis_r", len(limits) - 1)
     shades = axes.pcolormesh(
-        angles, rates, survived, cmap="Greys", vmin=0, vmax=most, shading="nearest", rasterized=True
-    )
-    reached = np.where(basin.reached >= 0, 1.0, np.nan).T
-    axes.pcolormesh(angles, rates, reached, cmap="winter", vmin=0, vmax=1.5, shading="nearest", rasterized=True)
-    axes.plot(
-        np.degrees(-gait[0]), gait[1 if len(gait) == 3 else 3] / time, "o", color=style.MULTIBODY, label="the gait"
-    )
-    axes.plot([], [], "s", color=plt.get_cmap("winter")(1 / 1.5), label=f"reaches the gait within {steps} steps")
+        angles, rates, caught, cmap=colours, norm=BoundaryNorm(limits, colours.N), shading="nearest",
+        rasterized=True, label=f"{basin.endings[REACHES]}, steps",
+    )  # fmt: skip
+    gait = axes.plot(np.degrees(basin.gait_angle), basin.gait_rate, "o", color="white", markeredgecolor="black",
+                     label="the gait")  # fmt: skip
     axes.set_xlabel("stance angle at heel strike [°]")
     axes.set_ylabel("stance rate after heel strike [rad/s]")
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper center", ncols=2)
-    figure.colorbar(shades, label="steps before the walk ends [-]")
-    axes.grid(False)
+    handles = [*gait,
+               *(Patch(facecolor=LOOKS[number], edgecolor="#555555", linewidth=0.4, label=basin.endings[number])
+                 for number in order)]  # fmt: skip
+    figure.legend(handles=handles, loc="outside upper center", ncols=3)
+    bar = figure.colorbar(shades, label="steps until it reaches the gait")
+    whole = MaxNLocator(6, integer=True, min_n_ticks=1).tick_values(few, most)
+    bar.set_ticks([tick for tick in whole.tolist() if few <= tick <= most])
+    bar.minorticks_off()
+    axes.grid(visible=False)
     return figure

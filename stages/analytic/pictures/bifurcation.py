@@ -1,50 +1,80 @@
-"""A family of gaits over a design parameter: stance angle at heel strike, period and largest multiplier."""
+"""Families of gaits over a parameter: duration of every step of the cycle, and multipliers."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
-from stages.analytic.gait.continuation import Branch
+from stages.analytic.gait.recorded_family import RecordedFamily
 from stages.drawing import style
 
 COLOURS = (style.ANALYTIC, style.MULTIBODY, style.SECOND, style.THIRD, style.TWIN)
 MARKS = {"turning point": "s", "period doubling": "D", "torus": "^"}
+UNSTABLE = (0, (2, 2))
+#: Multipliers smaller than this all along a family are not drawn.
+NONE = 1e-3
 
 
-def draw(branches: Sequence[Branch], parameter: str, unit: str) -> Figure:
-    """One colour a cycle; full lines are stable, dashed ones unstable; marks are special points."""
-    figure, axes = plt.subplots(3, 1, figsize=(style.TWO_COLUMNS, 5.6), sharex=True)
-    cycles = sorted({branch.cycle for branch in branches})
-    for branch in branches:
-        colour = COLOURS[cycles.index(branch.cycle) % len(COLOURS)]
-        values = np.array([point.value for point in branch.points])
-        stable = np.array([point.stable for point in branch.points])
-        curves = (
-            np.degrees([-point.z[0] for point in branch.points]),
-            np.array([point.period / branch.cycle for point in branch.points]),
-            np.array([np.abs(point.floquet_multipliers).max() for point in branch.points]),
-        )
-        for panel, curve in zip(axes, curves, strict=True):
-            panel.plot(values, np.where(stable, curve, np.nan), color=colour)
-            panel.plot(values, np.where(stable, np.nan, curve), color=colour, linestyle=(0, (2, 2)))
-        for special in branch.special:
-            axes[0].plot(
-                special.point.value, np.degrees(-special.point.z[0]), MARKS[special.kind], color=colour, markersize=5
-            )
-    for cycle, colour in zip(cycles, COLOURS, strict=False):
-        axes[0].plot([], [], color=colour, label=f"cycle of {cycle} step{'s' if cycle > 1 else ''}")
-    for kind in sorted({special.kind for branch in branches for special in branch.special}):
-        axes[0].plot([], [], MARKS[kind], color="#555555", label=kind)
-    axes[0].plot([], [], color="#555555", linestyle=(0, (2, 2)), label="unstable")
-    axes[2].axhline(1, color="#555555", linewidth=0.6)
-    axes[2].set_ylim(0, 3)
-    axes[0].set_ylabel("stance angle at\nheel strike [°]")
-    axes[1].set_ylabel("mean step\nperiod [s]")
-    axes[2].set_ylabel("largest multiplier\n[-]")
-    axes[2].set_xlabel(f"{parameter} [{unit}]")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+def draw(families: Sequence[RecordedFamily], label: str, here: float | None = None) -> Figure:
+    """One colour a cycle; full lines are stable gaits, dashed ones unstable; marks are where families turn or double.
+
+    `label` is that of the parameter, `here` the design's own value.
+    """
+    figure, (forks, multipliers) = plt.subplots(2, 1, figsize=(style.TWO_COLUMNS, 4.6), sharex=True)
+    cycles = sorted({family.cycle for family in families})
+    for family in families:
+        colour = COLOURS[cycles.index(family.cycle) % len(COLOURS)]
+        for column in family.step_duration.T:
+            _curve(forks, family, column, colour)
+        for turn in family.turns:
+            at = np.full(turn.step_duration.size, turn.value)
+            forks.plot(at, turn.step_duration, MARKS[turn.kind], color=colour, markersize=4.5, label="_turn")
+            multipliers.plot(turn.value, turn.multiplier, MARKS[turn.kind], color=colour, markersize=4.5, label="_turn")
+        # sorted by their real parts they are continuous along the family
+        ordered = np.sort(family.floquet_multipliers[..., 0], axis=1)
+        for column in ordered.T[np.abs(ordered).max(axis=0) > NONE]:
+            _curve(multipliers, family, column, colour)
+    for axes in (forks, multipliers):
+        if here is not None:
+            axes.axvline(here, color="#777777", linewidth=0.8, linestyle=":")
+    for limit in (-1.0, 1.0):
+        multipliers.axhline(limit, color="black", linewidth=0.8)
+    multipliers.set_ylim(-1.9, 1.4)
+    forks.set_ylabel("duration of each step [s]")
+    multipliers.set_ylabel("multipliers, real part [1]")
+    multipliers.set_xlabel(label)
+    for axes, letter in ((forks, "a"), (multipliers, "b")):
+        style.panel_label(axes, letter)
+    _legend(figure, families, cycles, here is not None)
     return figure
+
+
+def _curve(axes: Axes, family: RecordedFamily, column: np.ndarray, colour: str) -> None:
+    """A curve whose stable stretches are full; the piece between a stable and an unstable gait is of both."""
+    stable = family.stable
+    beside = stable.copy()
+    beside[1:] |= stable[:-1]
+    beside[:-1] |= stable[1:]
+    name, unstable = f"cycle of {family.cycle}", np.where(stable, np.nan, column)
+    axes.plot(family.value, unstable, color=colour, linestyle=UNSTABLE, label=f"{name}, unstable")
+    axes.plot(family.value, np.where(beside, column, np.nan), color=colour, label=f"{name}, stable")
+
+
+def _legend(figure: Figure, families: Sequence[RecordedFamily], cycles: Sequence[int], here: bool) -> None:
+    looks: list[tuple[str, dict[str, Any]]] = [
+        (f"cycle of {cycle} step{'s' if cycle > 1 else ''}", {"color": COLOURS[number % len(COLOURS)]})
+        for number, cycle in enumerate(cycles)
+    ]
+    looks.append(("unstable", {"color": "#555555", "linestyle": UNSTABLE}))
+    looks += [(kind, {"color": "#555555", "marker": MARKS[kind], "linestyle": "none", "markersize": 4.5})
+              for kind in sorted({turn.kind for family in families for turn in family.turns})]  # fmt: skip
+    if here:
+        looks.append(("the design", {"color": "#777777", "linestyle": ":", "linewidth": 0.8}))
+    handles = [Line2D([], [], label=name, **look) for name, look in looks]
+    figure.legend(handles=handles, loc="outside upper center", ncols=4)

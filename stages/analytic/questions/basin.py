@@ -28,7 +28,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Walk from every start of the grid. Raises NoGait."""
     import numpy as np
 
-    from stages.analytic.gait.basin import basin_of_attraction
+    from stages.analytic.gait.basin import ENDINGS, basin_of_attraction
     from stages.analytic.gait.gait_search import find_gait
 
     tolerance = parameters.settings.tolerance
@@ -36,42 +36,51 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     mapped = basin_of_attraction(
         walker,
         [point.z],
-        (0, 1 if walker.rigid else 3),
-        -np.linspace(*options.angle, options.points),
-        np.linspace(*options.rate, options.points) * walker.time,
+        np.linspace(*options.angle, options.points),
+        np.linspace(*options.rate, options.points),
         steps=options.steps,
         workers=asking.jobs,
         progress=lambda share: asking.progress(share, "starts"),
     )
-    share = float((mapped.reached >= 0).mean())
 
     def draw(save: Any) -> None:
         from stages.analytic.pictures import basin_map
         from stages.drawing import style
 
         with style.drawing():
-            save(basin_map.draw(mapped, walker.time, point.z, options.steps))
+            save(basin_map.draw(mapped))
 
+    rows = [
+        {"stance_angle_rad": angle, "stance_rate_rad_s": rate, "steps": int(mapped.steps[i, j]),
+         "ending": ENDINGS[mapped.ending[i, j]]}
+        for i, angle in enumerate(mapped.stance_angle.tolist()) for j, rate in enumerate(mapped.stance_rate.tolist())
+    ]  # fmt: skip
     plain = {
-        "stance_angle_rad": mapped.first.tolist(),
-        "stance_rate_rad_s": (mapped.second / walker.time).tolist(),
-        "share_reached": share,
-        "steps_survived": mapped.survived.tolist(),
+        "stance_angle_rad": mapped.stance_angle.tolist(),
+        "stance_rate_rad_s": mapped.stance_rate.tolist(),
+        "share_reached": mapped.share,
+        "steps": mapped.steps.tolist(),
+        "endings": ENDINGS,
+        "ending": mapped.ending.tolist(),
         "gait_reached": mapped.reached.tolist(),
     }
     starts = f"{options.points} x {options.points} starts"
-    return Answer([f"{starts}: {100 * share:.2f} % reach the gait within {options.steps} steps"], plain, draw=draw)
+    lines = [f"{starts}: {100 * mapped.share:.2f} % reach the gait within {options.steps} steps"]
+    lines += [f"{100 * float((mapped.ending == number).mean()):6.2f} %  {words}"
+              for number, words in enumerate(ENDINGS) if number and (mapped.ending == number).any()]  # fmt: skip
+    return Answer(lines, plain, draw=draw, rows=rows)
 
 
 QUESTION = Question(
     "basin",
     """Walk from a grid of starts just after heel strike; the other section coordinates are the gait's.
 
-    Prints the share that reaches the gait; --json prints steps survived and gait reached (-1: none) for every start.
+    Prints the share that reaches the gait and how the others end; --csv and --json print it for every start.
     """,
     Options,
     ask,
     examples=("bipedstudy basin --points 60 --figure basin.png",),
     draws=True,
     pool=True,
+    rows=True,
 )

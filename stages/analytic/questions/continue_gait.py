@@ -47,11 +47,13 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     branches = follow_family(design, name, (low, high), point.z, tolerance, options.doublings, asking.progress)
 
     def draw(save: Any) -> None:
+        from stages.analytic.gait.recorded_family import recorded
         from stages.analytic.pictures import bifurcation
         from stages.drawing import style
 
+        families = [recorded(design, branch, tolerance) for branch in branches]
         with style.drawing():
-            save(bifurcation.draw(branches, name, design.unit(name)))
+            save(bifurcation.draw(families, f"{name} [{design.unit(name)}]", here))
 
     lines = [line for branch in branches for line in branch_lines(branch)]
     rows = [{"cycle": branch.cycle, **point_as_plain(point)} for branch in branches for point in branch.points]

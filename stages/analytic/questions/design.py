@@ -85,7 +85,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     ground = report_gait(found.walker, found.point, tolerance, parameters.friction.static_friction).validity
     lines = [*told(searches, bounds, held, goal, options.starts), asked_of_the_ground(ground)]
     plain = {**as_plain(searches, bounds, held, goal), "ground": {name: getattr(ground, name) for name in GROUND}}
-    return Answer(lines, plain, draw=draw, parameters={name: found.design.value(name) for name in bounds})
+    rows = [{"parameter": name, **told_of} for name, told_of in plain["parameters"].items()]
+    return Answer(lines, plain, rows=rows, draw=draw, parameters={name: found.design.value(name) for name in bounds})
 
 
 def bounds_of(design: DesignPoint, text: str, share: float, known: Collection[str]) -> tuple[str, tuple[float, float]]:
@@ -199,5 +200,6 @@ QUESTION = Question(
         "bipedstudy design --vary biped.foot_radius=0.05:0.12 --goal friction",
     ),
     draws=True,
+    rows=True,
     leaves="parameter files with the best design",
 )

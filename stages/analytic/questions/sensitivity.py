@@ -75,7 +75,9 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         with style.drawing():
             save(elasticities.draw(gait, found.multipliers))
 
-    return Answer(list(lines(found)), as_plain(found), draw=draw)
+    plain = as_plain(found)
+    rows = [{"parameter": name, **told} for name, told in plain["parameters"].items()]
+    return Answer(list(lines(found)), plain, rows=rows, draw=draw)
 
 
 def what_is_left(gait: VariedGait) -> float:
@@ -172,11 +174,12 @@ QUESTION = Question(
     Period, step frequency, step length, speed and the leading multipliers of the most stable gait, by every parameter
     of the design, slope, gravity and, with analytic.transition=coulomb, friction. Derivatives are carried through flow,
     events and impacts; the multipliers' are differences of exact ones, and refused where two multipliers meet.
-    Last comes what rounded or uncertain parameters leave open of these numbers, and which of them decides. --json adds
-    derivatives in SI units.
+    Last comes what rounded or uncertain parameters leave open of these numbers, and which of them decides. --json and
+    --csv add derivatives in SI units.
     """,
     Options,
     ask,
     examples=("bipedstudy sensitivity --parameters biped.foot_radius",),
     draws=True,
+    rows=True,
 )

@@ -1,4 +1,4 @@
-"""Steps of a driven compass walker as its encoders saw them, from a CSV file."""
+"""Steps of a driven compass walker as its encoders saw them, from a CSV file, or markers, from C3D."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from stages.analytic.model.walker import Vector
 from stages.biped.question import WrongOption
+from stages.calibration.angles.motion_capture import captured
 
 #: What a column holds, and the names that are looked for where none are given.
 COLUMNS = {
@@ -45,13 +46,17 @@ class DrivenStep:
         return 1.0 if self.leg == 0 else -1.0
 
 
-def read_steps(path: Path, columns: Mapping[str, str], left_out: int) -> tuple[DrivenStep, ...]:
+def read_steps(
+    path: Path, columns: Mapping[str, str], left_out: int, markers: Mapping[str, str] | None = None
+) -> tuple[DrivenStep, ...]:
     """The steps of a file, cut where the standing leg changes, `left_out` samples shorter at both ends.
 
     In the file the stance angle is positive with the foot ahead, the angle between the legs is that of leg 1 before leg
-    0, and 1 marks that leg 0 stands. Raises WrongOption with file, line and column.
+    0, and 1 marks that leg 0 stands; a C3D file of motion capture has `markers` instead. Raises WrongOption with file,
+    line and column.
     """
-    table = _table(path, {**COLUMNS, **columns})
+    of_markers = path.suffix.lower() == ".c3d"
+    table = captured(path, markers or {}) if of_markers else _table(path, {**COLUMNS, **columns})
     interval = float(np.median(np.diff(table["time"])))
     stands = table["stands"] > 0.5
     edges = [0, *(np.flatnonzero(np.diff(stands)) + 1), len(stands)]

@@ -12,6 +12,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.biped.design import Biped
 from stages.biped.quantity import faults
 from stages.biped.question import WrongOption
+from stages.calibration.angles.motion_capture import MARKERS
 from stages.calibration.angles.recording import COLUMNS, DrivenStep
 from stages.calibration.angles.robot import OF_ROBOT, Robot
 from stages.calibration.errors import NotIdentified
@@ -20,7 +21,7 @@ from stages.calibration.estimation.known import Known
 from stages.ground.slope import Slope
 
 KEYS = ("design", "robot", "known", "free", "recording", "held_out")
-RECORDING = ("columns", "left_out_samples", "begun_s")
+RECORDING = ("columns", "markers", "left_out_samples", "begun_s")
 EVERY_OTHER_PAIR = "every other pair"
 #: Looked for where the file does not say what.
 USUAL = ("biped.hip_mass", "biped.hip_gravity_mass", "biped.foot_com", "biped.other_foot_com", "biped.hip_damping",
@@ -40,6 +41,7 @@ class AngleSetup:
     free: tuple[str, ...]
     known: tuple[Known, ...]
     columns: Mapping[str, str]
+    markers: Mapping[str, str]
     left_out: int
     begun: float
     held_out: str | tuple[int, ...]
@@ -107,12 +109,18 @@ def setup_of(about: Mapping[str, Any] | None, biped: Biped, slope: Slope) -> Ang
     for what in columns:
         if what not in COLUMNS:
             raise WrongOption(f"{place('recording', 'columns', what)}: no such column; known are {', '.join(COLUMNS)}")
+    markers = recording.get("markers") or {}
+    for what in markers:
+        if what not in MARKERS:
+            raise WrongOption(f"{place('recording', 'markers', what)}: no such marker or axis; known are "
+                              f"{', '.join(MARKERS)}")  # fmt: skip
     left_out = int(number(recording.get("left_out_samples", 7), place("recording", "left_out_samples"), 0, 1000))
     begun = number(recording.get("begun_s", 0.15), place("recording", "begun_s"), 0.02, 10.0)
     out = about.get("held_out", EVERY_OTHER_PAIR)
     if out != EVERY_OTHER_PAIR and not (isinstance(out, list) and all(isinstance(one, int) for one in out)):
         raise WrongOption(f'{place("held_out")}: {out}, must be "{EVERY_OTHER_PAIR}" or a list of numbers of steps')
-    return AngleSetup(robot, free, known, columns, left_out, begun, out if isinstance(out, str) else tuple(out), given)
+    held_out = out if isinstance(out, str) else tuple(out)
+    return AngleSetup(robot, free, known, columns, markers, left_out, begun, held_out, given)
 
 
 def _design(entries: Mapping[str, Any], biped: Biped, place: Any) -> dict[str, Any]:

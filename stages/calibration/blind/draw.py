@@ -15,6 +15,7 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import poincare_map
 from stages.analytic.model.walker import Vector
 from stages.calibration.estimation.equations import Model
+from stages.calibration.estimation.first_guess import guessed_mid_stance
 from stages.calibration.estimation.known import TOTAL_MASS, Known
 from stages.calibration.information.plan import SLOPE, first_model, free_names
 from stages.calibration.observation.measured_run import MeasuredRun, usable
@@ -23,8 +24,9 @@ from stages.calibration.observation.unknowns import SIDES, layout_of, mid_stance
 from stages.calibration.parameters import Parameters
 
 #: Spread of each parameter about the drawing's, relative; of the inertia; of a run's start about its gait; of a ramp
-#: that is set again for each run and of its reading [deg]; error of the scale, relative.
+#: that is set again for each run and of its reading [deg]; error of the scale, relative; of detected strikes [s].
 SPREAD, SPREAD_OF_INERTIA, SPREAD_OF_START, RAMP_DEG, READING_DEG, SCALE = 0.03, 0.5, 0.02, 0.05, 0.05, 1e-3
+STRIKE_ERROR = 0.002
 FINER = 1e-9
 MOST_DRAWS = 50
 
@@ -62,7 +64,7 @@ def draw(seed: int, runs: int, parameters: Parameters) -> Drawn:
         robot = drawn_robot(drawing, model.shared, rng)
         try:
             find_gait(robot.biped, robot.slope, 1e-9, None)
-            made = [_run(robot, model, parameters, number, rng) for number in range(runs)]
+            made = [_run(robot, drawing, model, parameters, number, rng) for number in range(runs)]
         except (NoGait, StepFailed):
             continue
         mass = robot.biped.total_mass
@@ -73,7 +75,8 @@ def draw(seed: int, runs: int, parameters: Parameters) -> Drawn:
 
 
 def _run(
-    robot: DesignPoint, model: Model, parameters: Parameters, number: int, rng: np.random.Generator
+    robot: DesignPoint, drawing: DesignPoint, model: Model, parameters: Parameters, number: int,
+    rng: np.random.Generator,
 ) -> tuple[MeasuredRun, float, Vector]:
     """One run, its true slope and its true unknowns. Raises StepFailed, NoGait."""
     settings, sensor, layout = parameters.settings, parameters.sensor, model.layout
@@ -86,22 +89,24 @@ def _run(
     begin = mid_stance(walker, poincare_map(walker, pushed, FINER).z, FINER)
     truth = layout_of(walker, begin, parameters.beliefs).middle
     unknowns[: layout.free] = truth[: layout.free]
-    unknowns[layout.place("mid_stance")] = truth[layout.place("mid_stance")]
-    first = layout.middle[layout.place("mid_stance")] + settings.settling_s
+    unknowns[layout.place("mid_stance")] = truth[layout.place("mid_stance")] - STRIKE_ERROR * rng.normal()
     period = point.steps[0].period * walker.time
-    times = np.arange(first, (settings.planned_steps - 0.2) * period, 1.0 / sensor.rate_hz)
     late = float(np.sqrt(2.0) / (2.0 * np.pi * sensor.bandwidth_hz))
-    sampling = Sampling(times, times + rng.uniform(0, 0.5 / sensor.rate_hz), late, sensor.bandwidth_hz,
-                        int(rng.integers(2)))
+    first_leg, shift = int(rng.integers(2)), rng.uniform(0, 0.5 / sensor.rate_hz)
+    end = np.array([(settings.planned_steps - 0.2) * period])
+    walked = predict(there, (), unknowns, layout, Sampling(end, end, late, sensor.bandwidth_hz, first_leg), FINER)
+    later = walked.strikes[walked.strikes < end]
+    seen = np.concatenate([[0.0], later + STRIKE_ERROR * rng.normal(size=len(later))])
+    begun = guessed_mid_stance(drawing, layout)(seen, first_leg) + settings.settling_s
+    times = np.arange(begun, float(end[0]), 1.0 / sensor.rate_hz)
+    sampling = Sampling(times, times + shift, late, sensor.bandwidth_hz, first_leg)
     found = predict(there, (), unknowns, layout, sampling, FINER)
-    strikes = np.concatenate([[0.0], found.strikes])
     noise = np.asarray(model.noise)
     samples = {side: found.samples[side] + noise * rng.normal(size=found.samples[side].shape) for side in SIDES}
     used = {}
     for side in SIDES:
-        mask = usable(getattr(sampling, side), strikes + rng.normal(scale=0.002, size=len(strikes)),
-                      first, settings.before_strike_s, settings.after_strike_s)
+        mask = usable(getattr(sampling, side), seen, begun, settings.before_strike_s, settings.after_strike_s)
         used[side] = np.repeat(mask[:, None], 3, axis=1)
     reading = slope + READING_DEG * rng.normal()
-    run = MeasuredRun(f"blind {number + 1}", sampling, samples, used, strikes, {SLOPE: (reading, READING_DEG)})
+    run = MeasuredRun(f"blind {number + 1}", sampling, samples, used, seen, {SLOPE: (reading, READING_DEG)})
     return run, slope, unknowns

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -62,16 +64,29 @@ def scored(seed: int, runs: int, parameters: Parameters) -> Scored:
                   fit.chi2 / fit.count, fit.evaluations)
 
 
-def score(seeds: range, runs: int, parameters: Parameters, progress: Progress = ignore) -> list[Scored]:
-    """Many campaigns, on all cores, in the order of their seeds."""
-    found: dict[int, Scored] = {}
-    for number, one in each_in_a_process(partial(scored, runs=runs, parameters=parameters), seeds):
-        found[number] = one
-        progress(len(found) / len(seeds), f"blind campaign {len(found)} of {len(seeds)}")
-    return [found[number] for number in range(len(seeds))]
+def as_plain(one: Scored) -> dict[str, Any]:
+    """A campaign as JSON knows it."""
+    return {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in
+            dataclasses.asdict(one).items()}
 
 
-def summary(all_scored: list[Scored]) -> dict[str, Any]:
+def from_plain(plain: Mapping[str, Any]) -> Scored:
+    """The campaign of `as_plain`."""
+    return Scored(**{key: np.array(value, dtype=float) if isinstance(value, list) and key != "names" else value
+                     for key, value in plain.items()} | {"names": tuple(plain["names"])})
+
+
+def score(
+    seeds: Sequence[int], runs: int, parameters: Parameters, progress: Progress = ignore
+) -> Iterator[Scored]:
+    """Many campaigns, on all cores, as they get ready."""
+    for done, (_, one) in enumerate(
+            each_in_a_process(partial(scored, runs=runs, parameters=parameters), list(seeds)), 1):
+        progress(done / len(seeds), f"blind campaign {done} of {len(seeds)}")
+        yield one
+
+
+def summary(all_scored: Sequence[Scored]) -> dict[str, Any]:
     """Coverage of each parameter and together, median width over the bound, and what did not converge."""
     done = [one for one in all_scored if one.converged]
     holds = np.array([one.holds for one in done])

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from itertools import repeat
 
 import numpy as np
@@ -16,6 +17,7 @@ import numpy as np
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
+from stages.biped.processes import each_in_a_process
 from stages.calibration.estimation.equations import Equations, Model, eliminated, run_equations
 from stages.calibration.estimation.fit import RunFit, design_sizes, fit_run, known_equations, lowest
 from stages.calibration.estimation.known import Known
@@ -87,10 +89,21 @@ def alone(
 ) -> Iterable[tuple[int, RunFit | str]]:
     """Each run's own fit, or why there is none."""
     for number, run in enumerate(runs):
-        try:
-            yield number, fit_run(design, run, model, known)
-        except StepFailed as reason:
-            yield number, str(reason)
+        yield number, _own_fit(run, design, model, known)
+
+
+def side_by_side(
+    design: DesignPoint, runs: Sequence[MeasuredRun], model: Model, known: Sequence[Known]
+) -> Iterable[tuple[int, RunFit | str]]:
+    """The same on all cores, as they get ready."""
+    return each_in_a_process(partial(_own_fit, design=design, model=model, known=known), runs)
+
+
+def _own_fit(run: MeasuredRun, design: DesignPoint, model: Model, known: Sequence[Known]) -> RunFit | str:
+    try:
+        return fit_run(design, run, model, known)
+    except StepFailed as reason:
+        return str(reason)
 
 
 class _Joint:

@@ -37,7 +37,7 @@ def as_plain(run: MeasuredRun) -> dict[str, Any]:
         "name": run.name,
         "sampling": {"hip": run.sampling.hip.tolist(), "foot": run.sampling.foot.tolist(), "late": run.sampling.late,
                      "bandwidth_hz": run.sampling.bandwidth_hz, "first_leg": run.sampling.first_leg,
-                     "place": run.sampling.place},
+                     "place": run.sampling.place, "below_hip": run.sampling.below_hip},
         "samples": {side: run.samples[side].tolist() for side in SIDES},
         "used": {side: run.used[side].tolist() for side in SIDES},
         "strikes": run.strikes.tolist(),

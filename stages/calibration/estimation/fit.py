@@ -17,6 +17,7 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
 from stages.calibration.estimation.equations import Equations, Model, run_equations
+from stages.calibration.estimation.first_guess import first_guess
 from stages.calibration.estimation.known import Known, information_of
 from stages.calibration.estimation.levenberg import Point, least_squares
 from stages.calibration.observation.measured_run import MeasuredRun
@@ -99,16 +100,17 @@ def known_equations(
 
 
 def fit_run(design: DesignPoint, run: MeasuredRun, model: Model, known: Sequence[Known]) -> RunFit:
-    """Fit a run from a first guess of the design, the other unknowns from what is believed of them.
+    """Fit a run from a first guess of the design, its start from its heel strikes, the rest from what is believed.
 
     Where that leads nowhere it is tried again with other noises on the way. Raises StepFailed where the guess does not
     walk through the first horizon.
     """
     found: RunFit | None = None
     spent, failure = 0, StepFailed("no fit was tried")
+    begin = first_guess(design, run.strikes, run.sampling.first_leg, model.layout)
     for louder in ATTEMPTS:
         try:
-            fit = _fit(design, run, model, known, louder)
+            fit = _fit(design, begin, run, model, known, louder)
         except StepFailed as reason:
             failure = reason
             continue
@@ -122,12 +124,14 @@ def fit_run(design: DesignPoint, run: MeasuredRun, model: Model, known: Sequence
     return replace(found, evaluations=spent)
 
 
-def _fit(design: DesignPoint, run: MeasuredRun, model: Model, known: Sequence[Known], louder_still: float) -> RunFit:
-    """One attempt of `fit_run`."""
+def _fit(
+    design: DesignPoint, begin: Vector, run: MeasuredRun, model: Model, known: Sequence[Known], louder_still: float
+) -> RunFit:
+    """One attempt of `fit_run`, the run's unknowns from `begin` (k,)."""
     d, k = len(model.shared), len(model.layout.names)
     names = (*model.shared, *model.own)
     own = [run.own[name][0] if name in run.own else design.value(name) for name in model.own]
-    x = np.concatenate([[design.value(name) for name in model.shared], model.layout.middle, own])
+    x = np.concatenate([[design.value(name) for name in model.shared], begin, own])
     all_sizes = design_sizes(design, names)
     sizes = np.concatenate([all_sizes[:d], model.layout.sizes, all_sizes[d:]])
     all_low = lowest(design, names)

@@ -8,8 +8,10 @@ import numpy as np
 
 from stages.analytic.derivatives import walking
 from stages.analytic.integration.integrator import STAGES, error_norm, step_factor, take_step
+from stages.analytic.integration.phase import shift_to_event
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import flow
+from stages.analytic.phases.guards import guard
 from stages.calibration.compiled import compiled
 
 assert walking  # what a varied walker does is registered there
@@ -50,3 +52,11 @@ def march(
             states[i, j] = y[j]
             rates[i, j] = stages[0, j]
     return True
+
+
+@compiled
+def arrive(phase: int, y: Vector, p: Any) -> None:
+    """Variations at a fixed time of a state `y` at its phase's event become variations at the event, in place."""
+    event, rates = y.copy(), np.empty(y.size)
+    flow(phase, event, p, rates)
+    shift_to_event(phase, y, p, event, rates, guard(phase, event, p, rates, 0)[1])

@@ -22,7 +22,7 @@ from stages.analytic.model.varied import varied
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.flow import RIGID, SINGLE_STANCE
 from stages.analytic.phases.succession import succeed
-from stages.calibration.motion.march import march
+from stages.calibration.motion.march import arrive, march
 from stages.calibration.motion.panels import panel_edges, panel_nodes
 
 NO_NODES = np.empty((0, 10))
@@ -90,22 +90,25 @@ def walk_stretches(
         phases += 1
         if not decided or phases > MOST_PHASES:
             require_landing(walker, y, WEDGED if not decided else CHATTER, phase)
-        end, before = y.copy(), p.delays.copy()
+        event, end, before = y[:size].copy(), y.copy(), p.delays.copy()
         status, duration, _, _, _ = integrate(
-            phase, end, p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, FIRST_LENGTH, NO_NODES)
+            phase, event, walker.on(leg).p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, FIRST_LENGTH,
+            NO_NODES)
         if status != EVENT:
-            require_landing(walker, end, status, phase)
+            require_landing(walker, event, status, phase)
         if duration > 0.0:  # a trailing foot may leave at once
             edges = panel_edges(duration, fastest)
             times = panel_nodes(edges)
-            states, rates = np.empty((times.size, y.size)), np.empty((times.size, y.size))
-            through = y.copy()
-            if not march(phase, through, p, tolerance, times, states, rates):
+            states, rates = np.empty((times.size + 1, y.size)), np.empty((times.size + 1, y.size))
+            if not march(phase, end, p, tolerance, np.append(times, duration), states, rates):
                 raise StepFailed("no integration step is short enough")
+            end[:size] = event
+            arrive(phase, end, p)
+            states, rates = states[:-1], rates[:-1]
             stretches.append(Stretch(
                 phase, leg, start, duration, edges, times, states[:, :size], rates[:, :size],
                 _columns(states, size), _columns(rates, size), before, p.delays - before, y[:size].copy(),
-                _columns(y[None], size)[0], end[:size].copy(), _columns(end[None], size)[0]))
+                _columns(y[None], size)[0], event, _columns(end[None], size)[0]))
         start += duration
         if start > until:
             return stretches

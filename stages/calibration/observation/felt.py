@@ -72,13 +72,16 @@ def felt(q: Any, qd: Any, qdd: Any, stands: bool, n: Numbers) -> np.ndarray:
 class Sensing:
     """The two sensors of leg 0 on a walker whose numbers change by `along` (n, fields) with the last n columns.
 
-    `place` [m] is how far the foot sensor sits above the foot's mass centre.
+    The foot sensor sits `below_hip` [m] on unloaded springs; where that is not known, `place` [m] above the foot's
+    mass centre, wherever that turns out to be.
     """
 
-    def __init__(self, walker: Walker, along: np.ndarray, free: int, place: float = 0.0) -> None:
+    def __init__(
+        self, walker: Walker, along: np.ndarray, free: int, place: float = 0.0, below_hip: float | None = None
+    ) -> None:
         self.walker = walker
         rows = along, exchanged_rows(walker, along)
-        self._on = tuple(_numbers(walker.on(leg).p, rows[leg], free, place / walker.length, leg) for leg in (0, 1))
+        self._on = tuple(_numbers(walker, rows[leg], free, place, below_hip, leg) for leg in (0, 1))
         force, rate = walker.length / walker.time**2, 1.0 / walker.time
         self.scales = np.array([force, force, force, force, rate])
         speed = walker.length / walker.time
@@ -114,12 +117,19 @@ class Sensing:
         return Felt(signals[:, :, 0].real * scales, signals.imag / TINY * scales[:, None])
 
 
-def _numbers(p: Any, along: np.ndarray, free: int, place: float, stance_leg: int) -> Numbers:
+def _numbers(
+    walker: Walker, along: np.ndarray, free: int, place: float, below_hip: float | None, stance_leg: int
+) -> Numbers:
     """What the sensors need while a leg stands, with the changes as imaginary parts. They sit on leg 0."""
+    p: Any = walker.on(stance_leg).p
     own = {field: value + 1j * TINY * np.concatenate([np.zeros(free), column])
            for field, value, column in zip(p._fields, p, along.T, strict=True)}
-    mass = own.get("l_2", own["l"]) if stance_leg == 1 else own["l"]
-    return Numbers(own["r"], mass + place, own["L_nat"], own.get("L_nat_2", own["L_nat"]), own["g_x"], own["g_y"])
+    stance, swing = own["L_nat"], own.get("L_nat_2", own["L_nat"])
+    if below_hip is None:
+        above = (own.get("l_2", own["l"]) if stance_leg == 1 else own["l"]) + place / walker.length
+    else:
+        above = (swing if stance_leg == 1 else stance) - below_hip / walker.length
+    return Numbers(own["r"], above, stance, swing, own["g_x"], own["g_y"])
 
 
 def _four(part: np.ndarray, lengths: Numbers | None) -> list[Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,7 +31,8 @@ class Sampling:
 
     `late` [s] is what the samples were really taken after these times (the delay of the low pass that the ingest took
     out); `bandwidth_hz` cuts the low pass off; leg `first_leg` (0 carries the sensors) lands at the first heel strike,
-    and no sample is earlier than the mid-stance after it. The foot sensor is `place` [m] above the foot's mass.
+    and no sample is earlier than the mid-stance after it. The foot sensor sits `below_hip` [m] on
+    unloaded springs; where that is not known, `place` [m] above the foot's mass.
     """
 
     hip: Vector
@@ -39,6 +41,7 @@ class Sampling:
     bandwidth_hz: float
     first_leg: int
     place: float = 0.0
+    below_hip: float | None = None
 
     def upto(self, horizon: float) -> Sampling:
         """The same without samples later than `horizon` [s]."""
@@ -73,12 +76,9 @@ def predict(
     changes = changes_of(design, names)
     scales = start_scales(walker)
     value = dict(zip(layout.names, unknowns, strict=True))
-    taken = {}
-    for side in SIDES:
-        lag = sampling.late - value["mid_stance"] + (value["foot_lag"] if side == "foot" else 0.0)
-        taken[side] = (1.0 + value[f"{side}_clock"]) * getattr(sampling, side) + lag
-        if taken[side].size and taken[side][0] < 0.0:
-            raise StepFailed("the first sample is before mid-stance")
+    taken = sample_times(value, sampling)
+    if any(times.size and times[0] < 0.0 for times in taken.values()):
+        raise StepFailed("the first sample is before mid-stance")
     last = max((float(times[-1]) for times in taken.values() if times.size), default=0.0)
     lengths = [layout.place(name) for name in STRETCHES if name in layout.names]
     upright = unknowns[: layout.free].copy()
@@ -86,7 +86,7 @@ def predict(
     longer = _longer(walker, changes, sampling.first_leg)
     stretches = walk_stretches(
         walker, upright / scales, changes.along, last / walker.time, tolerance, sampling.first_leg)
-    sensing = Sensing(walker, changes.along, layout.free, sampling.place)
+    sensing = Sensing(walker, changes.along, layout.free, sampling.place, sampling.below_hip)
     by = np.concatenate([1.0 / scales, 1.0 / changes.scales])  # columns in SI units
     pieces = _pieces(stretches, sensing, by, walker.time)
     samples, by_design, by_run = {}, {}, {}
@@ -107,6 +107,26 @@ def predict(
     strikes_by_design = strikes_by[:, layout.free :]
     strikes_by_design += strikes_by_run[:, lengths] @ longer[: len(lengths)]
     return Predicted(samples, by_design, by_run, strikes, strikes_by_design, strikes_by_run)
+
+
+def sample_times(value: Mapping[str, float], sampling: Sampling) -> dict[str, Vector]:
+    """When the samples of each side really were taken, (m,) [s] since mid-stance, by a run's unknowns by name."""
+    return {side: (1.0 + value[f"{side}_clock"]) * getattr(sampling, side) + sampling.late - value["mid_stance"]
+            + (value["foot_lag"] if side == "foot" else 0.0) for side in SIDES}  # fmt: skip
+
+
+def as_sensed(signals: np.ndarray, value: Mapping[str, float], side: str) -> np.ndarray:
+    """What a sensor with a run's unknown errors makes of signals (m, 3)."""
+    turn, gain, bias = _errors(value, side)
+    return np.asarray((signals @ turn.T) * gain + bias)
+
+
+def _errors(value: Mapping[str, float], side: str) -> tuple[np.ndarray, Vector, Vector]:
+    """A sensor's turning (3, 3), gains and biases (3,)."""
+    cos, sin = np.cos(value[f"{side}_tilt"]), np.sin(value[f"{side}_tilt"])
+    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    return (turn, 1.0 + np.array([value[f"{side}_{axis}_gain"] for axis in AXES]),
+            np.array([value[f"{side}_{axis}_bias"] for axis in AXES]))  # fmt: skip
 
 
 def _longer(walker: Walker, changes: Changes, leg: int) -> np.ndarray:
@@ -137,12 +157,8 @@ def _read(
     found: Filtered, value: dict[str, float], layout: Layout, side: str, clock: Vector
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """What a sensor with its errors makes of its signals: samples (m, 3), by the design, by the run's unknowns."""
-    tilt = value[f"{side}_tilt"]
-    cos, sin = np.cos(tilt), np.sin(tilt)
-    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    turned = np.array([[-sin, -cos, 0.0], [cos, -sin, 0.0], [0.0, 0.0, 0.0]])
-    gain = 1.0 + np.array([value[f"{side}_{axis}_gain"] for axis in AXES])
-    bias = np.array([value[f"{side}_{axis}_bias"] for axis in AXES])
+    turn, gain, bias = _errors(value, side)
+    turned = np.array([[turn[0, 1], -turn[0, 0], 0.0], [turn[0, 0], turn[0, 1], 0.0], [0.0, 0.0, 0.0]])
     through = gain[:, None] * turn
     straight = found.value @ turn.T
     samples = straight * gain + bias

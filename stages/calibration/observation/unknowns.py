@@ -26,25 +26,27 @@ UNITS = {"clock": "1", "tilt": "rad", "forward_gain": "1", "up_gain": "1", "rate
 
 @dataclass(frozen=True)
 class MidStance:
-    """Where a walk's samples begin, dimensionless: the state without theta (size - 1,), and the time since the heel
-    strike before it."""
+    """Where a walk's samples begin, dimensionless: the state without theta (size - 1,), the time since the heel strike
+    before it, and the section coordinates after that."""
 
     state: Vector
     time: float
+    strike: Vector
 
 
 def mid_stance(walker: Walker, z: Vector, tolerance: float) -> MidStance:
     """That of the step from section coordinates `z`. Raises StepFailed if the walker does not vault over its leg."""
     single = record(walker, section_state(np.asarray(z, dtype=float), walker.p), 1, tolerance)[-1]
     upright = up_to_mid_stance(walker, single)
-    return MidStance(upright.end[1:], single.start + upright.duration)
+    return MidStance(upright.end[1:], single.start + upright.duration, np.asarray(z, dtype=float))
 
 
 @dataclass(frozen=True)
 class Layout:
     """Names, units and beliefs (standard deviations about `middle`) of a run's unknowns, in order, shape (k,) each.
 
-    `sizes` (k,): changes that are neither large nor small, for numerics. The first `free` are the start's.
+    `sizes` (k,): changes that are neither large nor small, for numerics. The first `free` are the start's. `strike`:
+    section coordinates after the heel strike before, in the gait.
     """
 
     names: tuple[str, ...]
@@ -53,6 +55,7 @@ class Layout:
     believed: Vector
     sizes: Vector
     free: int
+    strike: Vector
 
     def place(self, name: str) -> int:
         """Where an unknown stands. Raises ValueError."""
@@ -86,7 +89,8 @@ def layout_of(walker: Walker, begin: MidStance, beliefs: Beliefs) -> Layout:
     for name in set(names) & set(STRETCHES):
         middle[names.index(name)] -= walker.length * walker.p.L_nat
     middle[free] = begin.time * walker.time
-    return Layout(tuple(names), tuple(units), middle, np.array(believed), np.array(sizes), free)
+    return Layout(tuple(names), tuple(units), middle, np.array(believed), np.array(sizes), free,
+                  begin.strike)
 
 
 def start_scales(walker: Walker) -> Vector:

@@ -19,8 +19,8 @@ class Options:
     """Options of `calibrate`."""
 
     source: str | None = option(
-        "-", "The recordings: a database of the ingest's, or a CSV file of angles", metavar="FILE", positional=True,
-        default=None)
+        "-", "The recordings: a database of the ingest's, or a CSV or C3D file of angles", metavar="FILE",
+        positional=True, default=None)
     about: Mapping[str, Any] | None = option(
         "-", "What is known beside the recordings, and what is looked for: this YAML file", name="with", default=None)
     identifiability: bool = option(
@@ -33,7 +33,7 @@ class Options:
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Fit the recordings, or say what runs can tell. Raises WrongOption, NoGait, NotIdentified."""
     recorded = "" if options.identifiability else options.source or ""
-    if recorded and not recorded.endswith(".csv"):
+    if recorded and not recorded.lower().endswith((".csv", ".c3d")):
         from stages.calibration.estimation.asked import asked_of
         from stages.calibration.reports.sensor_report import calibrated as from_sensors
 
@@ -57,8 +57,9 @@ QUESTION = Question(
     "calibrate",
     """Find the parameters of the robot that was measured, with 95 % intervals, from the recordings in SOURCE.
 
-    SOURCE is an SQLite file as `ingest` reads and writes it, or a CSV file of a driven robot's angles. Some runs or
-    steps are held out and tell how well the robot explains what it was not fitted to. --into leaves its parameters.
+    SOURCE is an SQLite file as `ingest` reads and writes it, a CSV file of a driven robot's angles, or a C3D file of
+    motion capture with markers at its hip and feet. Some runs or steps are held out and tell how well the robot
+    explains what it was not fitted to. --into leaves its parameters.
 
     --identifiability computes, before anything is fitted or even measured, how well runs like those of params/ can tell
     each parameter, which combinations no sensor sees, and what further measurement would help most. What is known

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from stages.calibration.estimation.first_guess import MidStanceOf
 from stages.calibration.information.plan import SLOPE
 from stages.calibration.observation.measured_run import MeasuredRun, usable
 from stages.calibration.observation.prediction import Sampling
@@ -22,8 +23,13 @@ NO_LOW_PASS_HZ = 500.0
 FEWEST_STRIKES = 4
 
 
-def run_of(trial: Trial, mid_stance: float, settings: Settings) -> MeasuredRun | str:
-    """A run of the ingest, `mid_stance` [s] after its heel strikes; or why it cannot be used."""
+def run_of(
+    trial: Trial, mid_stance_of: MidStanceOf, settings: Settings, below_hip: float | None = None
+) -> MeasuredRun | str:
+    """A run of the ingest from its first mid-stance on; or why it cannot be used.
+
+    The foot sensor sits `below_hip` [m]; where that is not known, at the foot's mass centre.
+    """
     name = trial.experiment.name
     if not trial.accepted:
         return f"{name}: turned down by the ingest"
@@ -33,7 +39,8 @@ def run_of(trial: Trial, mid_stance: float, settings: Settings) -> MeasuredRun |
     if len(strikes) < FEWEST_STRIKES:
         return f"{name}: has {len(trial.strikes.time)} heel strikes, {FEWEST_STRIKES + FROM} are needed"
     begin, end = float(strikes[0]), float(strikes[-1])
-    first = mid_stance + settings.settling_s
+    first_leg = int(trial.strikes.leg[FROM])
+    first = mid_stance_of(strikes - begin, first_leg) + settings.settling_s
     times, samples, used = {}, {}, {}
     for side in SIDES:
         sensor = trial.sensors[side]
@@ -46,7 +53,7 @@ def run_of(trial: Trial, mid_stance: float, settings: Settings) -> MeasuredRun |
         samples[side], used[side] = np.nan_to_num(values), mask[:, None] & np.isfinite(values)
     bandwidth = _bandwidth(trial.sensors["hip"])
     sampling = Sampling(times["hip"], times["foot"], filter_delay(bandwidth) if bandwidth else 0.0,
-                        bandwidth or NO_LOW_PASS_HZ, int(trial.strikes.leg[FROM]))
+                        bandwidth or NO_LOW_PASS_HZ, first_leg, below_hip=below_hip)
     slope = trial.experiment.slope_deg
     own = {} if slope is None or math.isnan(slope) else {SLOPE: (slope, settings.slope_reading_sd_deg)}
     return MeasuredRun(name, sampling, samples, used, strikes - begin, own)

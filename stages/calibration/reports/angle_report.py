@@ -42,7 +42,7 @@ class Calibrated:
 def calibrated(biped: Biped, slope: Slope, about: Mapping[str, Any] | None, source: Path) -> Calibrated:
     """Fit the steps of a recording and foretell the others. Raises WrongOption, NotIdentified."""
     setup = setup_of(about, biped, slope)
-    fitted, out = setup.split(read_steps(source, setup.columns, setup.left_out))
+    fitted, out = setup.split(read_steps(source, setup.columns, setup.left_out, setup.markers))
     sizes, low = setup.sizes(), setup.low()
     fit = fit_robot(setup.robot, fitted, setup.free, sizes, low, setup.known, NOISE)
     judged = out or fitted

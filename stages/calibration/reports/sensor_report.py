@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,24 +12,28 @@ import numpy as np
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.biped.question import Answer, Asking, WrongOption
-from stages.calibration.angles.prediction import correlation_length
 from stages.calibration.errors import NotIdentified
 from stages.calibration.estimation import each_run
 from stages.calibration.estimation.asked import Asked, unit_of
 from stages.calibration.estimation.campaign import CampaignFit, fit_campaign
 from stages.calibration.estimation.equations import Model
-from stages.calibration.estimation.fit import fit_run
+from stages.calibration.estimation.first_guess import guessed_mid_stance
+from stages.calibration.estimation.foretold import Explained, explained
+from stages.calibration.estimation.widening import widening
 from stages.calibration.information.identifiability import HALF_WIDTH, scales_of
-from stages.calibration.information.plan import first_model, free_names
+from stages.calibration.information.plan import SLOPE, first_model, free_names
 from stages.calibration.information.words import described, listed, short
 from stages.calibration.observation.measured_run import MeasuredRun
 from stages.calibration.observation.unknowns import SIDES
 from stages.calibration.parameters import Parameters
 from stages.calibration.recordings.from_ingest import run_of
+from stages.calibration.study.blind_fit import trace
 
 #: Residuals this many times the sensors' noise are the model's.
 NOISY = 1.2
 #: Parameters that a model without frames gets wrong, however well it fits.
+#: What a parameter folder of another robot says of the twin: the bill of parts is that of this one.
+PLANAR = {"twin.inertia": "planar"}
 OF_SPRINGS = ("hip_mass", "foot_mass", "stiffness", "damping", "leg_inertia")
 
 
@@ -62,8 +65,9 @@ def calibrated(parameters: Parameters, asked: Asked, source: Path, asking: Askin
             (number, each_run.fit_of(answers[number], run, design, model)) for number, run in enumerate(all_runs)))
     except StepFailed as reason:
         raise NotIdentified(f"no run can be fitted: {reason}") from None
-    found = design.with_values(dict(zip(model.shared, fit.design, strict=True)))
-    held = [_explained(found, run, model) for run in out]
+    others = {name: float(np.mean(fit.own[:, place])) for place, name in enumerate(model.own) if name != SLOPE}
+    found = design.with_values(dict(zip(model.shared, fit.design, strict=True)) | others)
+    held = [_explained(found, run, model, parameters.settings.begun_s) for run in out]
     return _answer(design, fit, model, refused, held, out)
 
 
@@ -75,12 +79,12 @@ def _runs(
     from stages.imu.run import trials
     from stages.imu.sources.source_sqlite import SqliteSource
 
-    middle = float(model.layout.middle[model.layout.place("mid_stance")])
+    mid_stance_of = guessed_mid_stance(each_run.guess(parameters), model.layout)
     runs, refused = [], []
     try:
         with SqliteSource(source) as opened:
             for trial in trials(opened.runs(), parameters.ingest, asking.progress):
-                run = run_of(trial, middle, parameters.settings)
+                run = run_of(trial, mid_stance_of, parameters.settings, parameters.limits.lever_arm)
                 if isinstance(run, str):
                     refused.append(run)
                 else:
@@ -92,32 +96,19 @@ def _runs(
     return runs, refused
 
 
-def _explained(design: DesignPoint, run: MeasuredRun, model: Model) -> float:
-    """Root mean square of a held-out run's residuals in sigmas, its start and sensors fitted; NaN where it falls."""
+def _explained(design: DesignPoint, run: MeasuredRun, model: Model, begun: float) -> Explained | None:
+    """How well the robot explains and foretells a run held out; None where it does not walk it."""
     try:
-        fit = fit_run(design, run, replace(model, shared=()), ())
+        return explained(design, run, model, begun)
     except StepFailed:
-        return math.nan
-    return math.sqrt(fit.equations.chi2 / fit.equations.count)
-
-
-def _widening(fit: CampaignFit) -> tuple[float, float]:
-    """Root mean square residual in sigmas, and by how much intervals widen for it and for residuals that hang together.
-    """
-    size = fit.chi2 / fit.count
-    traces = {number: equations.residuals[side][:, [column]]
-              for number, (equations, side, column) in enumerate(
-                  (each, side, column) for each in fit.equations for side in SIDES for column in range(3))}
-    seen = {number: one[np.isfinite(one[:, 0])] for number, one in traces.items()}
-    length = correlation_length({number: one for number, one in seen.items() if len(one) > 10})
-    return math.sqrt(size), max(1.0, math.sqrt(size * max(1.0, length)))
+        return None
 
 
 def _answer(
-    design: DesignPoint, fit: CampaignFit, model: Model, refused: Sequence[str], held: Sequence[float],
+    design: DesignPoint, fit: CampaignFit, model: Model, refused: Sequence[str], held: Sequence[Explained | None],
     out: Sequence[MeasuredRun],
 ) -> Answer:
-    sigmas, wider = _widening(fit)
+    sigmas, wider = widening(fit.equations)
     units = [unit_of(name) for name in fit.names]
     sd = np.sqrt(np.diag(fit.covariance)) * wider
     lines = [f"{len(fit.runs)} runs fitted, residuals {sigmas:.2f} times the sensors' noise"
@@ -138,7 +129,7 @@ def _answer(
                          "wrong by several percent though the fit is good, and their intervals do not hold that. Give "
                          "frame_mass, frame_com and frame_inertia in biped.yaml")
     if held:
-        known = [one for one in held if math.isfinite(one)]
+        known = [one.sigmas for one in held if one is not None]
         fell = f"; {len(held) - len(known)} could not be walked" if len(known) < len(held) else ""
         lines.append(f"{len(out)} runs held out: residuals {np.median(known):.2f} times the noise (median), their own "
                      f"start and sensors fitted{fell}" if known else "no run held out could be walked")
@@ -156,7 +147,8 @@ def _answer(
                      f"{fit.own[:, place].std():.2g} {design.unit(name)} apart")
     return Answer(
         lines=lines,
-        tables=[("The robot, 95 % intervals", ["parameter", "drawn", "found", "interval", "change", "unit"], rows)],
+        tables=[("The robot, 95 % intervals", ["parameter", "drawn", "found", "interval", "change", "unit"], rows),
+                *_tables(held, out, model)],
         plain={
             "parameters": {name: {"drawn": design.value(name), "found": float(fit.design[row]),
                                   "sd": float(sd[row]) if math.isfinite(sd[row]) else None, "unit": units[row]}
@@ -164,7 +156,53 @@ def _answer(
             "runs": [run.name for run in fit.runs], "left_out": fit.left_out, "refused": list(refused),
             "residuals_in_sigmas": sigmas, "intervals_widened": wider, "converged": fit.converged, "why": fit.why,
             "slopes_deg": slopes.tolist(), "walks": fit.evaluations,
-            "held_out": {run.name: (one if math.isfinite(one) else None) for run, one in zip(out, held, strict=True)},
+            "held_out": {run.name: _plain(one) for run, one in zip(out, held, strict=True)},
         },
-        parameters={name: float(value) for name, value in zip(fit.names, fit.design, strict=True)},
+        draw=lambda save: _draw(fit, model, save),
+        parameters={**_left(fit, sd), **({} if design.biped.detailed and design.biped.frame_mass else PLANAR)},
     )  # fmt: skip
+
+
+def _left(fit: CampaignFit, sd: np.ndarray) -> dict[str, Any]:
+    """Parameters as a folder keeps them: with their standard errors, where these are finite."""
+    return {name: {"value": float(value), **({"uncertainty": float(own)} if math.isfinite(own) else {})}
+            for name, value, own in zip(fit.names, fit.design, sd, strict=True)}
+
+
+def _tables(
+    held: Sequence[Explained | None], out: Sequence[MeasuredRun], model: Model
+) -> list[tuple[str, list[str], list[list[Any]]]]:
+    """Errors on runs that were held out."""
+    rows: list[list[Any]] = [
+        [run.name, f"{one.fit[0]:.3f}", f"{1e3 * one.fit[1]:.2f}", f"{one.foretold[0]:.3f}",
+         f"{1e3 * one.foretold[1]:.2f}"]
+        for run, one in zip(out, held, strict=True) if one is not None
+    ]
+    if not rows:
+        return []
+    begun = next(one.begun for one in held if one is not None)
+    title = (f"Errors on runs held out, rms: start and sensors fitted, and foretold from the first {begun:g} s; noise "
+             f"is {model.noise[0]:.3f} m/s^2 and {1e3 * model.noise[2]:.2f} mrad/s")
+    return [(title, ["run", "fit, m/s^2", "fit, mrad/s", "foretold, m/s^2", "foretold, mrad/s"], rows)]
+
+
+def _plain(one: Explained | None) -> dict[str, Any] | None:
+    """Errors as JSON knows them; none where the robot does not walk the run."""
+    if one is None:
+        return None
+
+    def pair(values: tuple[float, float]) -> dict[str, float | None]:
+        force, rate = (value if math.isfinite(value) else None for value in values)
+        return {"force_m_s2": force, "rate_rad_s": rate}
+
+    return {"sigmas": one.sigmas, "fit": pair(one.fit), "foretold": pair(one.foretold), "begun_s": one.begun}
+
+
+def _draw(fit: CampaignFit, model: Model, save: Any) -> None:
+    """The first run's samples, fit and residuals."""
+    from stages.calibration.reports.sensor_picture import fit_picture
+    from stages.drawing import style
+
+    run, equations = fit.runs[0], fit.equations[0]
+    with style.drawing():
+        save(fit_picture({side: trace(run, equations, model, side) for side in SIDES}, run.strikes))

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from stages.comparison.claims.measured import Measured
-from stages.comparison.claims.measurement import PrototypeIsModel
-from stages.comparison.evidence import of_contact, of_gait, of_measurement, of_numerics, of_twin
+from stages.comparison.evidence import of_calibration, of_contact, of_gait, of_measurement, of_numerics, of_twin
 from stages.comparison.evidence.evidence import Evidence
 
 
@@ -34,7 +33,7 @@ def measure(e: Evidence) -> tuple[Measured, ...]:
         of_measurement.hip_path_drifts(e),
         of_measurement.encloses(e.measured),
         of_measurement.slower(e.measured),
-        of_measurement.outsole_slows(e),
+        of_calibration.outsole_slows(e),
         of_measurement.push_slows(e),
-        PrototypeIsModel(e.measured.origin, ()),
+        of_calibration.prototype_is_model(e),
     )

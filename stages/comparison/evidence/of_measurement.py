@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from stages.biped.walk import SENSOR_SIGNALS
-from stages.comparison.claims import leg_motion, measurement
+from stages.comparison.claims.of_runs import leg_motion, measurement
 from stages.comparison.claims.paper import STANDARD_GRAVITY
 from stages.comparison.evidence import studies
 from stages.comparison.evidence.evidence import NAN, Evidence
@@ -56,17 +56,6 @@ def slower(measured: MeasurementAgreement) -> measurement.MeasurementSlower:
     interval = measured.twin_frequency
     return measurement.MeasurementSlower(
         measured.origin, measured.step_frequency, measured.twin_step_frequency, interval.lower, interval.upper
-    )
-
-
-def outsole_slows(e: Evidence) -> measurement.OutsoleSlows:
-    layer, usual = e.results.analytic.outsole, e.results.analytic.gait.step_frequency_hz
-    return measurement.OutsoleSlows(
-        layer.thickness,
-        layer.frequency_without_mass / usual - 1,
-        layer.frequency_with_mass / usual - 1,
-        layer.mass,
-        layer.turning_mass,
     )
 
 

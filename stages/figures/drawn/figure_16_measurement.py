@@ -24,7 +24,7 @@ from stages.imu.trial.agreement import Agreement, FrequencyDifference
 TITLE = "Figure 16: measurements and models"
 PLACE = 16
 CLAIMS = ("measurement_encloses", "measurement_slower", "twin_like_simple")
-INPUTS = ("imu", "twin", "multibody", "comparison")
+INPUTS = ("imu", "twin", "calibrated_twin", "multibody", "comparison")
 PANELS = (
     (0, "hip, forward", "m/s²"),
     (1, "hip, up the leg", "m/s²"),
@@ -40,6 +40,7 @@ def draw(given: Given) -> Figure:
     measured, points = given.comparison.measurement, given.parameters.settings.phase_points
     strides = np.concatenate([run.strides for run in given.imu.runs])  # (s, p, 6)
     twin, simple = last_stride(given.twin.walk, points), last_stride(given.multibody.walk, points)
+    calibrated = last_stride(given.calibrated_twin.walk, points) if given.calibrated_twin.walk is not None else None
     figure = plt.figure(figsize=(style.TWO_COLUMNS, 8.4))
     parts: Any = figure.subfigures(2, 1, height_ratios=(6.0, 2.4))
     above, below = parts
@@ -50,6 +51,9 @@ def draw(given: Given) -> Figure:
         panel.plot([], [], color=style.MEASURED, label=f"{len(strides)} strides, {measured.origin}")
         panel.plot(100 * twin.phase, twin.signals[:, column], color=style.TWIN, label="digital twin")
         panel.plot(100 * simple.phase, simple.signals[:, column], "--", color=style.MULTIBODY, label="simple model")
+        if calibrated is not None:
+            panel.plot(100 * calibrated.phase, calibrated.signals[:, column], ":", color=style.SECOND,
+                       label="twin as calibrated")
         low, high = np.nanmin(strides[:, :, column]), np.nanmax(strides[:, :, column])
         margin = 0.15 * (high - low)
         panel.set_ylim(low - margin, high + margin)
@@ -67,7 +71,7 @@ def draw(given: Given) -> Figure:
         signal = SENSOR_SIGNALS[column]
         write(beside, agreement_rows(measured.twin[signal], measured.simple[signal], unit))
     grid[-1, 0].set_xlabel("stride of the inner leg, heel strike to heel strike [%]")
-    above.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    above.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
     if measured.leg is not None:
         portrait, path = below.subplots(1, 2)
         draw_leg(portrait, path, measured.leg)
@@ -154,9 +158,20 @@ def caption(given: Given) -> str:
         f"{measured.runs} {measured.origin} runs at {measured.step_frequency:.4f} Hz "
         f"(± {measured.step_frequency_spread:.4f} between runs), twin {measured.twin_step_frequency:.4f} Hz over the "
         f"same steps. The envelope holds the twin over {shares} of the stride."
+        + calibrated_words(given)
         + ("" if leg is None else leg_words(leg))
         + (" Synthetic runs test the method; they cannot confirm a model." if measured.origin != "measured" else "")
     )
+
+
+def calibrated_words(given: Given) -> str:
+    """What the twin does with the numbers that a calibration gave it."""
+    walk = given.calibrated_twin.walk
+    if walk is None:
+        return ""
+    found, settled = given.calibrated_twin.robots[0], last_stride(walk, 3).period
+    return (f" The twin as calibrated has the numbers that {found.runs} of the runs gave; it walks at "
+            f"{2 / settled:.4f} Hz.")
 
 
 def leg_words(leg: LegAgreement) -> str:

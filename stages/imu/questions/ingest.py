@@ -69,8 +69,10 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
             for name, content in exported(taken).items():
                 (folder / name).write_bytes(content)
     accepted = sum(one.accepted for one in runs)
+    rows = [as_plain(one) for one in runs]
     return Answer(
-        plain={"runs": [as_plain(one) for one in runs], "sensors": [as_plain(one) for one in sensors]},
+        plain={"runs": rows, "sensors": [as_plain(one) for one in sensors]},
+        rows=rows,
         tables=tables(sensors, runs, origin_of(runs)),
         draw=lambda save: save(picture(taken[0])),
         remark=remark(runs),
@@ -141,4 +143,5 @@ QUESTION = Question(
     ask,
     examples=("bipedstudy ingest lab.sqlite", "bipedstudy ingest recordings --map columns.yaml --store lab.sqlite",),
     draws=True,
+    rows=True,
 )

@@ -1,4 +1,4 @@
-"""Claims on sensors and measurements. Runs that are not measured test the method; they decide nothing."""
+"""Claims on sensors and measurements. Runs that are not measured test the method; they decide nothing here."""
 
 from __future__ import annotations
 
@@ -142,47 +142,6 @@ class MeasurementSlower(Measured):
 
 
 @dataclass(frozen=True)
-class OutsoleSlows(Measured):
-    """Relative change of the step frequency (1) by an outsole: by its length and width alone, and with its mass [kg] a
-    leg; `turning` [kg] is the mass at which the frequency stays the same. NaN if not computed."""
-
-    ID = "outsole_slows"
-    RESTS_ON = ("analytic.tolerance", "analytic.outsole", "twin.outsole_arc", "twin.outsole_density")
-
-    thickness: float
-    length_alone: float
-    with_mass: float
-    mass: float
-    turning: float
-
-    def judge(self, limits: Settings) -> Judgement:
-        known = math.isfinite(self.length_alone)
-        by_length, by_mass = self.length_alone < 0, self.with_mass < 0
-        undecided = known and not by_length and not math.isfinite(self.with_mass)
-        verdict = OPEN if undecided or not known else HOLDS if by_length else HOLDS_IF if by_mass else FAILS
-        grams, weighed = f"{1e3 * self.mass:.1f} g", math.isfinite(self.with_mass)
-        more = f", by {percent(self.with_mass)} with the {grams} of rubber a leg" if weighed else ""
-        above = f"more than {1e3 * self.turning:.1f} g a leg" if math.isfinite(self.turning) else f"{grams} a leg"
-        return Judgement(
-            f"{1e3 * self.thickness:.1f} mm of outsole without mass change the step frequency by "
-            f"{percent(self.length_alone)}{more}" if known else "no gait with an outsole",
-            verdict,
-            (
-                Cause(verdict == HOLDS, "the longer leg is the slower pendulum, without any mass"),
-                Cause(
-                    verdict in (HOLDS_IF, FAILS) or undecided,
-                    "length alone quickens the gait: it also raises the leg's mass and widens the foot",
-                ),
-                Cause(verdict == HOLDS_IF, f"the rubber's mass alone: {percent(self.with_mass - self.length_alone)}"),
-                Cause(verdict == FAILS, "its mass does not outweigh that"),
-                Cause(undecided, "what the rubber's mass does was not computed"),
-                Cause(not known, "no gait was found with an outsole"),
-            ),
-            f"the rubber's mass is meant with its length, and is {above}" if verdict == HOLDS_IF else "",
-        )  # fmt: skip
-
-
-@dataclass(frozen=True)
 class PushSlows(Measured):
     """Correlation of step frequency with the push over the runs, the smallest magnitude that would be significant at
     5 %, and the part of the frequencies' variance that the pushes explain; NaN if the pushes are not known."""
@@ -214,31 +173,5 @@ class PushSlows(Measured):
                 Cause(known and real and tied, f"pushes explain {100 * self.explained:.0f} % of the variance"),
                 Cause(known and not real and tied, "among these runs the frequency does go with the push"),
                 Cause(real and not known, "the database holds no pushes"),
-            ),
-        )
-
-
-@dataclass(frozen=True)
-class PrototypeIsModel(Measured):
-    """Intervals of parameters estimated from the runs, with Table 1's values: (name, lower, upper, printed)."""
-
-    ID = "prototype_is_model"
-    RESTS_ON = RUNS
-
-    origin: str
-    intervals: tuple[tuple[str, float, float, float], ...]
-
-    def judge(self, limits: Settings) -> Judgement:
-        real, known = self.origin == MEASURED, bool(self.intervals)
-        off = [name for name, lower, upper, printed in self.intervals if not lower <= printed <= upper]
-        said = ", ".join(f"{name} {lower:.4g} to {upper:.4g}" for name, lower, upper, _ in self.intervals)
-        return Judgement(
-            f"estimated from {self.origin} runs: {said}" if known else "no parameter was estimated from the runs",
-            yes_or_no(not off) if real and known else OPEN,
-            (
-                made_up(self.origin),
-                Cause(not known, "a step frequency that agrees fits many sets of parameters: they must be estimated"),
-                Cause(real and known and not off, "every interval holds the value of Table 1"),
-                Cause(real and bool(off), f"Table 1 lies outside for {', '.join(off)}"),
             ),
         )

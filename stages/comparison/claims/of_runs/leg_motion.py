@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from stages.comparison.claims.measured import Measured
-from stages.comparison.claims.measurement import RUNS
+from stages.comparison.claims.of_runs.measurement import RUNS
 from stages.comparison.claims.verdict import FAILS, HOLDS, HOLDS_IF, OPEN, Cause, Judgement, mm
 from stages.comparison.parameters import Settings
 

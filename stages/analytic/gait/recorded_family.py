@@ -1,0 +1,102 @@
+"""Families of gaits over a parameter as they are kept and drawn: every step of every gait, and where they turn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.analytic.gait.continuation import Branch, BranchPoint
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.poincare import poincare_map
+from stages.biped.quantity import quantity
+
+#: Multipliers as near to the unit circle as this are on it.
+ON_CIRCLE = 1e-7
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A gait where its family turns back, doubles its period, or is left by a torus."""
+
+    kind: str = quantity("-", "turning point, period doubling or torus")
+    value: float = quantity("1", "value of the parameter, in its unit")
+    multiplier: float = quantity("1", "real part of the multiplier that is nearest to the one of its kind: 1, -1")
+    step_duration: np.ndarray = quantity("s", "duration of each step of the cycle, (cycle,)")
+    stance_angle: np.ndarray = quantity("rad", "stance angle at heel strike, foot ahead positive, (cycle,)")
+
+
+@dataclass(frozen=True)
+class RecordedFamily:
+    """Gaits of `cycle` steps over a parameter, n in order along the curve.
+
+    Where the legs differ, steps are counted in pairs: a gait has `cycle` strides.
+    """
+
+    cycle: int = quantity("1", "steps after which the gait repeats")
+    ended: str = quantity("-", "why the family ends, down and up the parameter, or away from the doubling")
+    value: np.ndarray = quantity("1", "value of the parameter, in its unit, (n,)", dimensions=("gait",))
+    step_duration: np.ndarray = quantity(
+        "s", "duration of each step of the cycle, (n, cycle)", dimensions=("gait", "step"))
+    stance_angle: np.ndarray = quantity(
+        "rad", "stance angle at each heel strike, foot ahead positive, (n, cycle)", dimensions=("gait", "step"))
+    floquet_multipliers: np.ndarray = quantity(
+        "1", "multipliers of the whole cycle, largest first, rows of real and imaginary part, (n, j, 2)",
+        dimensions=("gait", "multiplier", "part"))
+    turns: tuple[Turn, ...] = quantity("-", "turning points, period doublings and tori")
+
+    @property
+    def stable(self) -> np.ndarray:
+        """Whether every multiplier lies inside the unit circle, (n,); at a turn one is on it."""
+        magnitude = np.hypot(self.floquet_multipliers[..., 0], self.floquet_multipliers[..., 1])
+        inside: np.ndarray = magnitude.max(axis=1) < 1.0 - ON_CIRCLE
+        return inside
+
+
+def recorded(design: DesignPoint, branch: Branch, tolerance: float) -> RecordedFamily:
+    """A family with every step of its gaits, which are walked once more; its turns are among the gaits."""
+    points = _with_turns(branch)
+    durations, angles = _steps(design, branch, points, tolerance)
+    multipliers = np.array([point.floquet_multipliers for point in points])
+    turns = tuple(
+        Turn(special.kind, special.point.value, _nearest(special.kind, special.point),
+             *(steps[0] for steps in _steps(design, branch, [special.point], tolerance)))
+        for special in branch.special
+    )  # fmt: skip
+    return RecordedFamily(
+        branch.cycle, branch.ended, np.array([point.value for point in points]), durations, angles,
+        np.stack([multipliers.real, multipliers.imag], axis=-1), turns,
+    )  # fmt: skip
+
+
+def _with_turns(branch: Branch) -> list[BranchPoint]:
+    """The gaits of a branch with its special points, each between the neighbours that it is nearest to."""
+    points = list(branch.points)
+    for special in branch.special:
+        away = [float(np.abs(special.point.z - point.z).max()) for point in points]
+        if len(points) > 1:
+            before = min(range(len(points) - 1), key=lambda i: away[i] + away[i + 1])
+            points.insert(before + 1, special.point)
+    return points
+
+
+def _nearest(kind: str, point: BranchPoint) -> float:
+    wanted = -1.0 if kind == "period doubling" else 1.0
+    return float(point.floquet_multipliers[np.abs(point.floquet_multipliers - wanted).argmin()].real)
+
+
+def _steps(
+    design: DesignPoint, branch: Branch, points: Iterable[BranchPoint], tolerance: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Duration of every step [s] and stance angle at its begin [rad] of gaits, both (n, steps)."""
+    rows = []
+    for point in points:
+        walker, z, row = design.with_value(branch.name, point.value).walker(), point.z, []
+        for _ in range(branch.cycle * walker.gait_steps):
+            step = poincare_map(walker, z, tolerance)
+            row.append((step.period * walker.time, -z[0]))
+            z, walker = step.z, walker.exchanged
+        rows.append(row)
+    found = np.array(rows).reshape(len(rows), -1, 2)
+    return found[..., 0], found[..., 1]

@@ -1,0 +1,133 @@
+"""What the calibrated twin hands on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.biped.quantity import quantity
+from stages.biped.walk import Walk
+
+CORRECTED = "corrected by the twin"
+#: Title, columns and rows of text.
+Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
+
+
+@dataclass(frozen=True)
+class Number:
+    """One parameter of a robot, as Table 1 counts it."""
+
+    name: str = quantity("-", "parameter, by its file and key")
+    unit: str = quantity("-", "its unit")
+    drawn: float = quantity("SI", "value as drawn")
+    found: float = quantity("SI", "by the constraint model, mean of the runs")
+    corrected: float = quantity("SI", "after one correction step with the twin; as found where there was none")
+    sd: float = quantity("SI", "standard error of the corrected value: noise, spread of runs, what a correction leaves")
+    truth: float = quantity("SI", "the robot's, mean of the runs; NaN where nobody knows it")
+
+    def interval(self, half_width: float) -> tuple[float, float]:
+        """Where the value lies."""
+        return self.corrected - half_width * self.sd, self.corrected + half_width * self.sd
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A kind of robot as its runs tell it."""
+
+    kind: str = quantity("-", "with outsole, without outsole, lab")
+    runs: int = quantity("1", "runs that were fitted")
+    corrected_runs: int = quantity("1", "runs that the twin corrected")
+    numbers: tuple[Number, ...] = quantity("-", "a row for each parameter")
+    correlations: np.ndarray = quantity(
+        "1", "of the parameters, by the first run's fit, (n, n)", dimensions=("parameter", "parameter_too"))
+    biases: np.ndarray = quantity(
+        "SI", "what a correction took off each parameter that was looked for, by corrected run, (c, d)",
+        dimensions=("corrected_run", "looked_for"))
+    frequency: float = quantity("Hz", "step frequency of the corrected robot's gait on the nominal ramp")
+    frequency_sd: float = quantity("Hz", "its standard error")
+    true_frequency: float = quantity("Hz", "that of the true robot's gait; NaN where nobody knows it")
+
+    def number(self, name: str) -> Number:
+        """One row. Raises StopIteration."""
+        return next(one for one in self.numbers if one.name == name)
+
+
+@dataclass(frozen=True)
+class Pair:
+    """What the outsole does, by one pair of runs, with and without: same machine, push and ramp."""
+
+    name: str = quantity("-", "the run with the outsole")
+    longer: float = quantity("m", "by how much the leg is longer")
+    longer_sd: float = quantity("m", "standard error of that")
+    true_longer: float = quantity("m", "by how much it is")
+    heavier: float = quantity("kg", "by how much a leg is heavier below its spring")
+    slower: float = quantity("1", "relative change of the step frequency on the nominal ramp")
+    slower_sd: float = quantity("1", "standard error of that")
+    true_slower: float = quantity("1", "that of the true robots")
+
+
+@dataclass(frozen=True)
+class Check:
+    """A run that was not fitted, walked by the twin with the robot's numbers."""
+
+    name: str = quantity("-", "the run")
+    kind: str = quantity("-", "of which robot")
+    numbers: str = quantity("-", "as found, or corrected by the twin")
+    late: float = quantity("s", "largest time by which a heel strike of the twin is off")
+    force: float = quantity("m/s^2", "rms error of the specific force")
+    rate: float = quantity("rad/s", "rms error of the rate")
+
+
+@dataclass(frozen=True)
+class Result:
+    """Robots as the runs tell them, corrected by the Exudyn twin, and the twin's walk with the first one's numbers."""
+
+    robots: tuple[Robot, ...] = quantity("-", "robot by robot")
+    pairs: tuple[Pair, ...] = quantity("-", "what the outsole does")
+    checks: tuple[Check, ...] = quantity("-", "runs that were not fitted, walked by the twin")
+    reasons: tuple[str, ...] = quantity("-", "what could not be done, and why")
+    walk: Walk | None = quantity("-", "the twin's walk with the first robot's corrected numbers; none if it falls")
+
+    def summary(self) -> str:
+        """What was found, in one line."""
+        if not self.robots:
+            return "no run could be fitted"
+        first = self.robots[0]
+        moved = [abs(one.corrected - one.found) / one.sd for one in first.numbers if one.sd > 0]
+        return (f"{len(self.robots)} robots from {sum(one.runs for one in self.robots)} runs, {first.corrected_runs} "
+                f"of the first corrected, by up to {max(moved):.1f} standard errors")
+
+    def tables(self) -> list[Table]:
+        """Parameters, pairs and checks, as (title, columns, rows of text)."""
+        tables: list[Table] = []
+        for robot in self.robots:
+            rows: list[tuple[str, ...]] = [
+                (one.name, f"{one.drawn:.6g} {one.unit}", f"{one.found:.6g}", f"{one.corrected:.6g}", f"{one.sd:.2g}",
+                 f"{one.truth:.6g}" if np.isfinite(one.truth) else "not known")
+                for one in robot.numbers
+            ]
+            tables.append((f"Robot {robot.kind}, {robot.runs} runs",
+                           ("parameter", "drawn", "found", "corrected", "sd", "truth"), rows))
+        tables += _of_pairs(self.pairs) + _of_checks(self.checks)
+        return tables
+
+
+def _of_pairs(pairs: Sequence[Pair]) -> list[Table]:
+    rows: list[tuple[str, ...]] = [
+        (one.name, f"{1e3 * one.longer:.2f} +- {1e3 * one.longer_sd:.2f}", f"{1e3 * one.true_longer:.2f}",
+         f"{1e3 * one.heavier:.1f}", f"{100 * one.slower:+.2f} +- {100 * one.slower_sd:.2f}",
+         f"{100 * one.true_slower:+.2f}")
+        for one in pairs
+    ]
+    columns = ("run", "longer mm", "truth", "heavier g a leg", "frequency %", "truth")
+    return [("What the outsole does", columns, rows)] if rows else []
+
+
+def _of_checks(checks: Sequence[Check]) -> list[Table]:
+    rows: list[tuple[str, ...]] = [
+        (one.name, one.numbers, f"{1e3 * one.late:.1f}", f"{one.force:.3f}", f"{one.rate:.4f}") for one in checks
+    ]
+    columns = ("run", "numbers", "strikes off by ms", "force m/s^2", "rate rad/s")
+    return [("Runs held out, walked by the twin", columns, rows)] if rows else []

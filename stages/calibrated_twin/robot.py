@@ -1,0 +1,105 @@
+"""The Exudyn twin as a robot whose numbers and start are given: what its sensors would show of a run."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.analytic.errors import StepFailed
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.model.walker import Vector
+from stages.biped.gait import StanceState
+from stages.biped.sampling_times import uniform_times
+from stages.biped.walk import Walk
+from stages.calibration.information.plan import FINE
+from stages.calibration.observation.beliefs import Beliefs
+from stages.calibration.observation.measured_run import MeasuredRun, usable
+from stages.calibration.observation.prediction import as_sensed, sample_times
+from stages.calibration.observation.unknowns import SIDES, STRETCHES, Layout, layout_of, mid_stance
+from stages.calibration.parameters import Settings
+from stages.campaign.virtual_sensor import low_pass
+from stages.ground.contact_law import ContactLaw
+from stages.imu.trial.places import FORWARD, LATERAL, UP
+from stages.planar.signals import IMU
+from stages.twin.machine.from_planar import with_numbers_of
+from stages.twin.machine.machine import Machine
+from stages.twin.parameters import IMU_IN_SPACE
+from stages.twin.parameters import Settings as TwinSettings
+from stages.twin.walking.record import Record
+from stages.twin.walking.signals import sample
+from stages.twin.walking.simulate import rolling_start, simulate_twin
+
+
+@dataclass(frozen=True)
+class TwinRobot:
+    """A machine whose numbers are replaced by those of a design; `rate_hz` of the motion behind the sensors."""
+
+    machine: Machine
+    contact: ContactLaw
+    twin: TwinSettings
+    settings: Settings
+    layout: Layout
+    rate_hz: float
+
+    def run(self, design: DesignPoint, unknowns: Vector, like: MeasuredRun) -> MeasuredRun:
+        """The run that the twin makes of a design and a run's unknowns, sampled when the run `like` was.
+
+        Raises StepFailed where the twin falls, or where it stands on the leg without sensors at first.
+        """
+        if like.sampling.first_leg != 0:
+            raise StepFailed("the twin begins on the leg with the sensors")
+        value = dict(zip(self.layout.names, unknowns, strict=True))
+        record = self.walk(design, unknowns, len(like.strikes))
+        twin = dataclasses.replace(self.twin, signals=(IMU_IN_SPACE,))
+        felt = sample(record, uniform_times(float(record.time[-1]), self.rate_hz), twin)
+        began = value["mid_stance"]
+        strikes = np.concatenate([[0.0], began + felt.walk.heel_strike_time])
+        motion = {"hip": (felt.hip_imu_specific_force, felt.hip_imu_angular_velocity),
+                  "foot": (felt.foot_imu_specific_force, felt.foot_imu_angular_velocity)}
+        taken, samples, used = sample_times(value, like.sampling), {}, {}
+        for side in SIDES:
+            force, rate = motion[side]
+            smooth = low_pass(np.column_stack([force[:, FORWARD], force[:, UP], rate[:, LATERAL]]), self.rate_hz,
+                              like.sampling.bandwidth_hz)
+            if taken[side][-1] > felt.walk.time[-1]:
+                raise StepFailed("the twin does not get to the run's end")
+            true = np.column_stack([np.interp(taken[side], felt.walk.time, column) for column in smooth.T])
+            samples[side] = as_sensed(true, value, side)
+            clock = getattr(like.sampling, side)
+            settings = self.settings
+            mask = usable(
+                clock, strikes, began + settings.settling_s, settings.before_strike_s, settings.after_strike_s)
+            used[side] = np.repeat(mask[:, None], 3, axis=1)
+        return dataclasses.replace(like, samples=samples, used=used, strikes=strikes[: len(like.strikes)])
+
+    def walk(self, design: DesignPoint, unknowns: Vector, steps: int) -> Record:
+        """The twin's walk from the mid-stance that `unknowns` begin with. Raises StepFailed."""
+        value = dict(zip(self.layout.names, unknowns, strict=True))
+        biped = design.biped
+        first = biped.leg(0)
+        begin = StanceState(
+            stance_angle=0.0, stance_length=first.leg_length + value[STRETCHES[0]],
+            swing_angle=value["start_psi"], swing_length=first.leg_length + value[STRETCHES[1]],
+            stance_rate=value["start_theta_rate"], stance_length_rate=value[f"{STRETCHES[0]}_rate"],
+            swing_rate=value["start_psi_rate"], swing_length_rate=value[f"{STRETCHES[1]}_rate"])  # fmt: skip
+        machine = dataclasses.replace(with_numbers_of(self.machine, biped), drawn_length=first.leg_length)
+        pressed = -first.stiffness * value[STRETCHES[0]] - first.damping * value[f"{STRETCHES[0]}_rate"]
+        start = rolling_start(machine, self.contact, begin, pressed)
+        record = simulate_twin(machine, design.slope, self.contact, start, self.twin, steps=steps)
+        if not record.completed:
+            raise StepFailed(f"the twin does not walk to the end: {record.reason}")
+        return record
+
+    def settled(self, design: DesignPoint, steps: int, beliefs: Beliefs) -> Walk:
+        """A walk of the twin begun at the mid-stance of the design's gait, as its sensors at hip and feet feel it.
+
+        Raises NoGait, StepFailed.
+        """
+        walker, point = find_gait(design.biped, design.slope, FINE, None)
+        start = layout_of(walker, mid_stance(walker, point.z, FINE), beliefs).middle
+        record = self.walk(design, start, steps)
+        times = uniform_times(float(record.time[-1]), self.twin.sampling_rate_hz)
+        return sample(record, times, dataclasses.replace(self.twin, signals=(IMU,))).walk

@@ -1,0 +1,148 @@
+"""The calibrated twin: the blind fits corrected by one step of the Exudyn twin, and the twin with the numbers found.
+
+Inputs: the calibration's fits, the databases they are of, and the campaign for the truth, which is put beside at the
+end. Settings: params/calibration.yaml and what the twin needs. Output: `Result`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from stages.analytic.errors import NoGait, StepFailed
+from stages.biped.progress import Progress, ignore
+from stages.biped.walk import Walk
+from stages.calibrated_twin.parameters import Parameters
+from stages.calibrated_twin.result import CORRECTED, Check, Result
+from stages.calibrated_twin.robot import TwinRobot
+from stages.calibrated_twin.told import Fitted, Left, design_of, pairs_of, robot_of
+from stages.calibration.estimation.correction import Corrected, corrected
+from stages.calibration.estimation.equations import Model, run_equations
+from stages.calibration.estimation.foretold import rms_of
+from stages.calibration.information.plan import SLOPE, first_model
+from stages.calibration.observation.unknowns import SIDES
+from stages.calibration.result import HeldOut
+from stages.calibration.result import Result as Calibration
+from stages.calibration.study.blind_fit import as_fit
+from stages.calibration.study.drawing import drawn_design, looked_for
+from stages.calibration.study.recorded import LAB, WITH_OUTSOLE, WITHOUT, Recorded, recorded
+from stages.campaign.result import Result as Campaign
+from stages.twin.machine.machine import build
+
+AS_FOUND = "as found"
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """What the stage reads."""
+
+    calibration: Calibration
+    measurements: Path
+    without_outsole: Path
+    campaign: Campaign
+    database: Path | None = None
+
+
+def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
+    """Correct, check, walk. Raises NoGait where the drawn design does not walk, SourceRefused."""
+    work = _Work(parameters, inputs)
+    robots, reasons = [], []
+    for number, kind in enumerate(dict.fromkeys(fit.kind for fit in inputs.calibration.fits)):
+        progress(0.1 + 0.3 * number, f"the twin with the numbers found, {kind}")
+        fitted, why = work.corrected(kind)
+        robots.append(fitted)
+        reasons += why
+    left = Left(parameters.settings.left_alone, parameters.settings.left_between)
+    names = work.model.shared
+    by_kind = {one.kind: one for one in robots}
+    pairs = (pairs_of(by_kind[WITH_OUTSOLE], by_kind[WITHOUT], work.drawn, names, left)
+             if WITH_OUTSOLE in by_kind and WITHOUT in by_kind else ())
+    checks: list[Check] = []
+    for one in inputs.calibration.held_out:
+        progress(0.8, f"{one.name}, held out")
+        done, why = work.checked(one, by_kind[one.kind])
+        checks += done
+        reasons += why
+    walk, why = work.walk(robots[0]) if robots else (None, [])
+    return Result(tuple(robot_of(one, work.drawn, names, left) for one in robots), pairs, tuple(checks),
+                  tuple(reasons + why), walk)
+
+
+class _Work:
+    """The model that was fitted, the twin, and the runs by name."""
+
+    def __init__(self, parameters: Parameters, inputs: Inputs) -> None:
+        calibration = parameters.calibration
+        self.parameters, self.inputs = parameters, inputs
+        self.drawn = drawn_design(calibration)
+        self.model: Model = first_model(self.drawn, looked_for(self.drawn), calibration)
+        twin = replace(parameters.twin, tolerance=parameters.runs.solver_tolerance)
+        self.robot = TwinRobot(build(parameters.biped, twin), parameters.contact, twin, parameters.settings,
+                               self.model.layout, parameters.runs.motion_rate_hz)
+        weighed = {one.name: one.weighed for one in (*inputs.campaign.runs, *inputs.campaign.bare)}
+        sources = (((inputs.database, LAB),) if inputs.database is not None else
+                   ((inputs.measurements, WITH_OUTSOLE), (inputs.without_outsole, WITHOUT)))  # fmt: skip
+        wanted = [(one.name, one.kind) for one in inputs.calibration.fits]
+        wanted += [(one.name, one.kind) for one in inputs.calibration.held_out]
+        self.runs: dict[str, Recorded] = {}
+        for source, kind in sources:
+            left = {name for name, of in wanted if of == kind}
+            for one in recorded(source, kind, self.drawn, self.model, calibration, weighed) if left else ():
+                self.runs[one.run.name] = one
+                left.discard(one.run.name)
+                if not left:
+                    break
+
+    def corrected(self, kind: str) -> tuple[Fitted, list[str]]:
+        """Fits of a kind, and corrections of the first that the twin walks."""
+        fits = self.inputs.calibration.of_kind(kind)
+        reasons: list[str] = []
+        corrections: dict[int, Corrected] = {}
+        for place, fit in enumerate(fits):
+            if len(corrections) == self.parameters.settings.corrected_runs:
+                break
+            one = self.runs[fit.name]
+            at = self.drawn.with_values(dict(zip(self.model.shared, fit.design.tolist(), strict=True)))
+            equations = run_equations(at, fit.own, fit.unknowns, one.run, self.model)
+            try:
+                found = corrected(self.drawn, as_fit(fit, equations), one.run, self.model, one.known, self.robot.run)
+            except StepFailed as reason:
+                reasons.append(f"{fit.name}: not corrected: {reason}")
+                continue
+            corrections[place] = found
+        return Fitted(kind, fits, corrections), reasons
+
+    def checked(self, held: HeldOut, fitted: Fitted) -> tuple[list[Check], list[str]]:
+        """A held-out run walked by the twin, with the numbers as found and corrected; its start by the model's fit."""
+        one = self.runs[held.name]
+        done: list[Check] = []
+        own = np.mean([fit.own for fit in fitted.fits], axis=0)
+        own[list(self.model.own).index(SLOPE)] = held.own[0]
+        steps = [(AS_FOUND, fitted.found, own, held.unknowns)]
+        for correction in list(fitted.corrections.values())[:1]:
+            steps.append((CORRECTED, fitted.found - correction.bias, own - correction.own_bias,
+                          held.unknowns - correction.unknowns_bias))
+        for numbers, shared, mine, unknowns in steps:
+            names, values = (*self.model.shared, *self.model.own), (*shared, *mine)
+            there = self.drawn.with_values(dict(zip(names, values, strict=True)))
+            try:
+                made = self.robot.run(there, unknowns, one.run)
+            except StepFailed as reason:
+                return done, [f"{held.name}, {numbers}: {reason}"]
+            residuals = {side: np.where(one.run.used[side], one.run.samples[side] - made.samples[side], np.nan)
+                         / np.asarray(self.model.noise) for side in SIDES}  # fmt: skip
+            count = min(len(made.strikes), len(one.run.strikes))
+            late = float(np.abs(made.strikes[:count] - one.run.strikes[:count]).max())
+            done.append(Check(held.name, held.kind, numbers, late, *rms_of(residuals, one.run, self.model)))
+        return done, []
+
+    def walk(self, fitted: Fitted) -> tuple[Walk | None, list[str]]:
+        """The twin's walk on the nominal ramp with a robot's corrected numbers, begun in that robot's gait."""
+        design = design_of(self.drawn, self.model.shared, fitted.found - fitted.bias)
+        try:
+            steps, beliefs = self.parameters.settings.fitted_steps, self.parameters.calibration.beliefs
+            return self.robot.settled(design, steps, beliefs), []
+        except (NoGait, StepFailed) as reason:
+            return None, [f"the calibrated twin: {reason}"]

@@ -1,0 +1,133 @@
+"""What fits and their corrections tell of a robot: its numbers with errors, its gait, and what an outsole does."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.analytic.derivatives.gait import gait_derivatives
+from stages.analytic.errors import NoGait
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.model.walker import Vector
+from stages.calibrated_twin.result import Number, Pair, Robot
+from stages.calibration.estimation.correction import Corrected
+from stages.calibration.information.plan import FINE
+from stages.calibration.result import FittedRun
+
+HIP, FRAME = "biped.hip_mass", "biped.frame_mass"
+BARE = "bare "
+
+
+@dataclass(frozen=True)
+class Left:
+    """What a correction step leaves of the bias that it takes off, as a share of it: of a robot's own numbers, and of
+    the difference between two robots that are alike but for one thing."""
+
+    alone: float
+    between: float
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Fits of one kind of robot, and the corrections of some of them, by their places."""
+
+    kind: str
+    fits: Sequence[FittedRun]
+    corrections: dict[int, Corrected]
+
+    @property
+    def bias(self) -> Vector:
+        """What the model puts wrong, (d,), mean of the corrected runs; zero where there is none."""
+        if not self.corrections:
+            return np.zeros(len(self.fits[0].design))
+        return np.asarray(np.mean([one.bias for one in self.corrections.values()], axis=0))
+
+    def corrected(self, place: int) -> Vector:
+        """A run's parameters less the bias, (d,)."""
+        return np.asarray(self.fits[place].design - self.bias)
+
+    @property
+    def found(self) -> Vector:
+        """Mean of the runs' parameters, (d,)."""
+        return np.asarray(np.mean([one.design for one in self.fits], axis=0))
+
+    def noise(self, place: int) -> np.ndarray:
+        """Covariance (d, d) of a run's parameters by its sensors' noise. What residuals hang together by is the
+        model's, which a correction answers for; a run of a robot without one keeps it in its intervals."""
+        fit = self.fits[place]
+        return fit.covariance / fit.wider**2 if self.corrections else fit.covariance
+
+    def covariance(self, left: float) -> np.ndarray:
+        """Of the mean of the corrected parameters, (d, d): noise, and a share of the bias, which moves as one."""
+        noise = np.sum([self.noise(place) for place in range(len(self.fits))], axis=0) / len(self.fits) ** 2
+        return np.asarray(noise + left**2 * np.outer(self.bias, self.bias))
+
+
+def design_of(drawn: DesignPoint, names: Sequence[str], values: Vector) -> DesignPoint:
+    """The robot with legs alike on the nominal ramp."""
+    biped = dataclasses.replace(drawn.biped, other_leg_length=None)
+    return DesignPoint(biped, drawn.slope).with_values(dict(zip(names, values.tolist(), strict=True)))
+
+
+def frequency(design: DesignPoint, names: Sequence[str], covariance: np.ndarray) -> tuple[float, float]:
+    """Step frequency [Hz] of a design's gait, and its standard error; NaN where it has none."""
+    try:
+        walker, point = find_gait(design.biped, design.slope, FINE, None)
+    except NoGait:
+        return math.nan, math.nan
+    value = len(point.steps) / (sum(step.period for step in point.steps) * walker.time)
+    found = gait_derivatives(design, point, tuple(names), FINE)
+    slope = value * found.elasticities()["step_frequency_hz"] / found.changes.scales
+    return value, float(np.sqrt(slope @ covariance @ slope))
+
+
+def robot_of(fitted: Fitted, drawn: DesignPoint, names: Sequence[str], left: Left) -> Robot:
+    """A robot's numbers, as Table 1 counts them: frames belong to the hip."""
+    corrected, covariance = fitted.found - fitted.bias, fitted.covariance(left.alone)
+    truth = np.mean([one.truth for one in fitted.fits], axis=0)
+    sd = np.sqrt(np.diag(covariance))
+    values = np.array([drawn.value(name) for name in names])
+    numbers = []
+    for row, name in enumerate(names):
+        times, more = (2.0, drawn.biped.hip_mass) if name == FRAME else (1.0, 0.0)
+        of = [times * float(each[row]) + more for each in (values, fitted.found, corrected, truth)]
+        numbers.append(Number(HIP if name == FRAME else name, drawn.unit(name), of[0], of[1], of[2],
+                              times * float(sd[row]), of[3]))
+    value, value_sd = frequency(design_of(drawn, names, corrected), names, covariance)
+    true = frequency(design_of(drawn, names, truth), names, covariance)[0] if np.isfinite(truth).all() else math.nan
+    first = fitted.fits[0].covariance
+    biases = np.array([one.bias for one in fitted.corrections.values()]).reshape(-1, len(names))
+    spread = np.sqrt(np.diag(first))
+    return Robot(fitted.kind, len(fitted.fits), len(fitted.corrections), tuple(numbers),
+                 first / np.outer(spread, spread), biases, value, value_sd, true)
+
+
+def pairs_of(
+    usual: Fitted, bare: Fitted, drawn: DesignPoint, names: Sequence[str], left: Left
+) -> tuple[Pair, ...]:
+    """What the outsole does, by each run that was made with it and without."""
+    without = {one.name.replace(BARE, ""): place for place, one in enumerate(bare.fits)}
+    length, mass = names.index("biped.leg_length"), names.index("biped.foot_mass")
+    found = []
+    for place, one in enumerate(usual.fits):
+        if one.name not in without:
+            continue
+        other = without[one.name]
+        ends = usual.corrected(place), bare.corrected(other)
+        stays = left.between * 0.5 * (usual.bias + bare.bias)
+        shared = usual.noise(place) + bare.noise(other) + np.outer(stays, stays)
+        (with_it, sd), (without_it, _) = (frequency(design_of(drawn, names, each), names, shared) for each in ends)
+        true = [one.truth, bare.fits[other].truth]
+        known = np.isfinite(true).all()
+        designs = [design_of(drawn, names, each) for each in true] if known else []
+        real = [frequency(each, names, shared)[0] for each in designs] or [math.nan, math.nan]
+        found.append(Pair(
+            name=one.name, longer=float((ends[0] - ends[1])[length]), longer_sd=float(np.sqrt(shared[length, length])),
+            true_longer=float((true[0] - true[1])[length]), heavier=float((ends[0] - ends[1])[mass]),
+            slower=with_it / without_it - 1, slower_sd=sd / without_it, true_slower=real[0] / real[1] - 1))  # fmt: skip
+    return tuple(found)

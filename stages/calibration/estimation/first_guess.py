@@ -1,0 +1,108 @@
+"""Where a run begins, from the times of its heel strikes alone: what the fit's first horizon starts from.
+
+A push by hand moves the first mid-stance by a tenth of a second, which is more than a fit on a growing horizon gets
+over. The step durations after it tell the push: the drawing's walker is started after the first strike with other
+angles and rates, and the start whose steps last as long as those measured is followed to its mid-stance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.analytic.errors import StepFailed
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.poincare import poincare_map
+from stages.analytic.model.kinds import natural_lengths
+from stages.analytic.model.walker import Vector, Walker
+from stages.calibration.observation.unknowns import STRETCHES, Layout, mid_stance, start_scales
+
+#: Steps that are looked at, and tolerance of a walk whose strikes are compared with times known to milliseconds.
+STEPS, COARSE = 5, 1e-6
+#: Shares by which angle and rate after the first strike may be off, and how finely they are looked at, again and again
+#: about the best.
+WIDEST, POINTS, FINER, ROUNDS = 0.24, 9, 3.0, 4
+
+
+@dataclass(frozen=True)
+class Begun:
+    """A start: section coordinates after the first strike, dimensionless, by how much longer its steps last than the
+    walker's own, and the mean square of what durations are off [s^2]."""
+
+    z: Vector
+    slower: float
+    misfit: float
+
+#: When mid-stance is [s] after the first of heel strikes (s,) [s] that a leg begins with.
+MidStanceOf = Callable[[Vector, int], float]
+
+
+def guessed_mid_stance(design: DesignPoint, layout: Layout) -> MidStanceOf:
+    """Mid-stance as `first_guess` has it."""
+    place = layout.place("mid_stance")
+    return lambda strikes, first_leg: float(first_guess(design, strikes, first_leg, layout)[place])
+
+
+def first_guess(design: DesignPoint, strikes: Vector, first_leg: int, layout: Layout) -> Vector:
+    """The unknowns (k,) of a run: its start from the heel strikes (s,) [s], all else as `layout` has it.
+
+    Leg `first_leg` lands at the first strike. Where no start walks so far as there are strikes, the gait's own.
+    """
+    walker = design.walker().on(first_leg)
+    durations = np.diff(strikes)[:STEPS]
+    unknowns = layout.middle.copy()
+    if len(durations) < 2:
+        return unknowns
+    best: Begun | None = None
+    middle, width = np.zeros(2), WIDEST
+    for _ in range(ROUNDS):
+        found = min(_started(walker, layout.strike, durations, middle, width), default=None,
+                    key=lambda each: each[1].misfit)
+        if found is None:
+            break
+        if best is None or found[1].misfit < best.misfit:
+            middle, best = found
+        width /= FINER
+    if best is None:
+        return unknowns
+    try:
+        begin = mid_stance(walker, best.z, COARSE)
+    except StepFailed:
+        return unknowns
+    state = begin.state * start_scales(walker)
+    for place, name in enumerate(layout.names[: layout.free]):
+        if name in STRETCHES:
+            state[place] -= walker.length * natural_lengths(walker.p)[STRETCHES.index(name)]
+    unknowns[: layout.free] = state
+    unknowns[layout.place("mid_stance")] = begin.time * walker.time * best.slower
+    return unknowns
+
+
+def _started(
+    walker: Walker, z: Vector, durations: Vector, middle: Vector, width: float
+) -> Iterator[tuple[Vector, Begun]]:
+    """Starts about a `middle` (2,), shares of angle and rate, that walk as far as the durations go."""
+    rate = 1 if walker.rigid else 3
+    for angle in middle[0] + np.linspace(-width, width, POINTS):
+        for speed in middle[1] + np.linspace(-width, width, POINTS):
+            start = z.copy()
+            start[0] *= 1.0 + angle
+            start[rate] *= 1.0 + speed
+            try:
+                lasted = walker.time * _durations(walker, start, len(durations))
+            except StepFailed:
+                continue
+            slower = float(durations @ lasted / (lasted @ lasted))
+            misfit = float(((durations - slower * lasted) ** 2).mean())
+            yield np.array([angle, speed]), Begun(start, slower, misfit)
+
+
+def _durations(walker: Walker, z: Vector, steps: int) -> Vector:
+    """How long the steps from `z` last, dimensionless. Raises StepFailed."""
+    found = np.empty(steps)
+    for number in range(steps):
+        step = poincare_map(walker, z, COARSE)
+        found[number], z, walker = step.period, step.z, walker.exchanged
+    return found

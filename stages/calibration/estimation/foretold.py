@@ -1,0 +1,59 @@
+"""A run that was not fitted: how well a robot explains it, and how well it foretells it from its beginning."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stages.analytic.errors import StepFailed
+from stages.analytic.gait.design_point import DesignPoint
+from stages.calibration.estimation.equations import Model, run_equations
+from stages.calibration.estimation.fit import RunFit, fit_run
+from stages.calibration.information.plan import SLOPE
+from stages.calibration.observation.measured_run import MeasuredRun
+from stages.calibration.observation.unknowns import SIDES
+
+#: Columns of a sensor's samples that are forces, and that which is the rate.
+FORCE, RATE = slice(0, 2), slice(2, 3)
+
+
+@dataclass(frozen=True)
+class Explained:
+    """Root mean square errors of the specific force [m/s^2] and of the rate [rad/s] of both sensors: `fit` with the
+    run's own start and sensors fitted on all of it, `foretold` with them from its first `begun` seconds and errors over
+    the rest; NaN where the robot does not walk so far. `sigmas`: of the fit, in sensors' noises."""
+
+    fit: tuple[float, float]
+    foretold: tuple[float, float]
+    sigmas: float
+    begun: float
+    own: RunFit
+
+
+def explained(design: DesignPoint, run: MeasuredRun, model: Model, begun: float) -> Explained:
+    """Errors on a run; `design` is kept, also what other runs had for themselves, but for the ramp.
+
+    Raises StepFailed where it does not walk the run at all.
+    """
+    alone = replace(model, shared=(), own=(SLOPE,))
+    whole = fit_run(design, run, alone, ())
+    first = min(float(getattr(run.sampling, side)[0]) for side in SIDES)
+    try:
+        start = fit_run(design, run.upto(first + begun), alone, ())
+        ahead = run_equations(design, start.own, start.unknowns, run, alone)
+        foretold = rms_of(ahead.residuals, run, model, first + begun)
+    except StepFailed:
+        foretold = (np.nan, np.nan)
+    return Explained(rms_of(whole.equations.residuals, run, model), foretold,
+                     float(np.sqrt(whole.equations.chi2 / whole.equations.count)), begun, whole)
+
+
+def rms_of(
+    residuals: dict[str, np.ndarray], run: MeasuredRun, model: Model, since: float = 0.0
+) -> tuple[float, float]:
+    """Root mean squares of force [m/s^2] and rate [rad/s] from residuals in noises, of samples after `since` [s]."""
+    rows = [residuals[side][getattr(run.sampling, side) > since] * np.asarray(model.noise) for side in SIDES]
+    every = np.concatenate(rows)
+    force, rate = (float(np.sqrt(np.nanmean(every[:, columns] ** 2))) for columns in (FORCE, RATE))
+    return force, rate

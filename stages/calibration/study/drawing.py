@@ -1,0 +1,45 @@
+"""The robot as drawn, from which the study's blind fit begins: what a lab knows before it measures."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from stages.analytic.gait.design_point import DesignPoint
+from stages.biped.design import Biped
+from stages.calibration.estimation.each_run import guess
+from stages.calibration.information.plan import EACH_RUNS, SLOPE, free_names
+from stages.calibration.parameters import Parameters
+from stages.twin.machine.machine import build
+from stages.twin.machine.projection import project
+
+#: Of frames the drawing's places and moments are kept: no sensor above the springs tells them from what hangs below.
+OF_FRAMES = ("biped.frame_com", "biped.frame_offset", "biped.frame_inertia")
+
+
+def drawn_design(parameters: Parameters) -> DesignPoint:
+    """The design that the bill of parts makes, legs alike but for their length; a detailed biped as it is.
+
+    Raises ValueError where the bill does not add up.
+    """
+    biped = parameters.biped
+    if not biped.detailed:
+        whole = project(build(biped, parameters.twin))
+        first, other = (dataclasses.asdict(whole.leg(leg)) for leg in (0, 1))
+        alike = {name: 0.5 * (first[name] + other[name]) for name in first}
+        biped = Biped(legs=whole.legs, hip_mass=whole.hip_mass, hip_damping=whole.hip_damping, **alike)
+    return guess(dataclasses.replace(parameters, biped=biped))
+
+
+def looked_for(design: DesignPoint) -> tuple[str, ...]:
+    """What the fit looks for: masses, lengths, springs and moments that are there, and of each run its `EACH_RUNS`."""
+    there = [name for name in free_names(design) if name not in OF_FRAMES and design.value(name) != 0.0]
+    own = [name for name in EACH_RUNS if name != SLOPE and design.biped.legs == "compliant"]
+    return tuple(dict.fromkeys([*there, *own]))
+
+
+def table_value(design: Biped, name: str) -> float:
+    """A parameter of a design as Table 1 counts it: what frames weigh is part of the hip."""
+    if name == "biped.hip_mass":
+        return design.hip_mass + design.leg(0).frame_mass + design.leg(1).frame_mass
+    key = name.partition(".")[2]
+    return 0.5 * (float(getattr(design.leg(0), key)) + float(getattr(design.leg(1), key)))

@@ -1,0 +1,58 @@
+"""The gait over the slope: where its period doubles, and what its multipliers do there."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from stages.analytic.gait.recorded_family import RecordedFamily, Turn
+from stages.analytic.pictures import bifurcation
+from stages.figures.inputs import Given
+
+TITLE = "The gait over the slope"
+PLACE = 22
+CLAIMS = ("stable_gait", "multipliers_minimised")
+INPUTS = ("stability",)
+
+
+def draw(given: Given) -> Figure:
+    """The picture that `bipedstudy continue` draws."""
+    return bifurcation.draw(given.stability.families, "slope [°]", given.stability.slope_deg)
+
+
+def caption(given: Given) -> str:
+    families = given.stability.families
+    text = (
+        "Gaits of the constraint model over the slope: (a) duration of each step of a gait, which repeats after one "
+        "step, or after two or four where the period has doubled; (b) their multipliers."
+    )
+    if not families:
+        return f"{text} No gait could be followed."
+    text = f"{text} {stretches(families[0])}"
+    for family in families:
+        for turn in family.turns:
+            text = f"{text} {said(family, turn)}"
+    return text
+
+
+def stretches(family: RecordedFamily) -> str:
+    """Over which slopes gaits of one step are known, and stable, in words."""
+    order = np.argsort(family.value, kind="stable")
+    stable = family.value[order][family.stable[order]]
+    known = f"The gait of one step is known from {family.value.min():.3g}° to {family.value.max():.3g}°"
+    if not stable.size:
+        return f"{known} and nowhere stable."
+    turns = [turn.value for turn in family.turns]
+    low = max((value for value in turns if value <= stable.min()), default=stable.min())
+    high = min((value for value in turns if value >= stable.max()), default=stable.max())
+    return f"{known}; stable ones lie between {low:.4g}° and {high:.4g}°."
+
+
+def said(family: RecordedFamily, turn: Turn) -> str:
+    """A turn in words."""
+    what = {
+        "period doubling": f"the cycle of {family.cycle} doubles",
+        "turning point": f"the cycle of {family.cycle} turns back",
+        "torus": f"a pair of multipliers of the cycle of {family.cycle} leaves the unit circle",
+    }[turn.kind]
+    return f"At {turn.value:.4f}° {what} (multiplier {turn.multiplier:.6f})."

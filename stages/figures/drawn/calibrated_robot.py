@@ -1,0 +1,123 @@
+"""Parameters of the calibrated robots beside the drawing's and the truth, and how their errors go together."""
+
+from __future__ import annotations
+
+import math
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from stages.calibrated_twin.result import Check, Result, Robot
+from stages.drawing import style
+from stages.figures.inputs import Given
+
+TITLE = "Calibration: the robots that were found"
+PLACE = 42
+CLAIMS = ("prototype_is_model", "outsole_slows")
+INPUTS = ("calibrated_twin",)
+HALF_WIDTH = 1.959964
+COLORS = (style.ANALYTIC, style.MULTIBODY, style.SECOND)
+#: Numbers are written into a matrix up to so many parameters.
+MOST_WRITTEN = 9
+#: Percent: to scale up to one, then in tens.
+TICKS = (-100, -10, -1, 0, 1, 10, 100)
+
+
+def draw(given: Given) -> Figure:
+    """Left: found, corrected with its interval, and true, each against the drawing, whose values stand beside; on the
+    right of it the first robot's values. Right: correlations."""
+    result: Result = given.calibrated_twin
+    figure, grid = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 3.9), width_ratios=(1.25, 1.0))
+    left, right = grid
+    if not result.robots:
+        left.text(0.0, 0.5, "no run could be fitted")
+        for axes in grid:
+            axes.axis("off")
+        return figure
+    names = [short(one.name) for one in result.robots[0].numbers]
+    for number, (robot, color) in enumerate(zip(result.robots, COLORS, strict=False)):
+        draw_robot(left, robot, color, 0.16 * (2 * number - (len(result.robots) - 1)))
+    left.axvline(0.0, color="#555555", linewidth=0.8)
+    for row, one in enumerate(result.robots[0].numbers):
+        left.text(1.01, row, f"{one.corrected:.4g}\n± {HALF_WIDTH * one.sd:.2g}", transform=left.get_yaxis_transform(),
+                  fontsize=6, va="center", color=COLORS[0])
+    left.set_yticks(range(len(names)), [f"{short(one.name)}\n{one.drawn:.5g} {one.unit}".replace("^2", "²")
+                                        for one in result.robots[0].numbers])  # fmt: skip
+    left.invert_yaxis()
+    left.set_xscale("symlog", linthresh=1.0)
+    left.set_xticks(TICKS, [f"{tick:g}" for tick in TICKS])
+    reach = max(1.0, 1.3 * float(np.abs(left.dataLim.intervalx).max()))
+    left.set_xlim(-reach, reach)
+    left.set_xlabel("difference from the drawing [%]")
+    left.plot([], [], "o", color="#777777", markerfacecolor="none", markersize=4, label="found by the constraint model")
+    left.plot([], [], "o-", color="#777777", markersize=4, label="corrected by the twin, 95 %")
+    left.plot([], [], "x", color="#777777", markersize=5, label="true")
+    style.panel_label(left, "a")
+    draw_correlations(right, result.robots[0], names)
+    style.panel_label(right, "b")
+    figure.legend(*left.get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    return figure
+
+
+def draw_robot(axes: Axes, robot: Robot, color: str, shift: float) -> None:
+    """One robot's numbers in percent of the drawing."""
+    rows = np.arange(len(robot.numbers)) + shift
+
+    def share(field: str) -> np.ndarray:
+        return np.array([100 * (getattr(one, field) / one.drawn - 1) for one in robot.numbers])
+
+    half = np.array([100 * HALF_WIDTH * one.sd / one.drawn for one in robot.numbers])
+    axes.plot(share("found"), rows, "o", color=color, markerfacecolor="none", markersize=4)
+    axes.errorbar(share("corrected"), rows, xerr=half, fmt="o", color=color, markersize=3, linewidth=1.0,
+                  label=f"robot {robot.kind}")
+    axes.plot(share("truth"), rows, "x", color=color, markersize=5)
+
+
+def draw_correlations(axes: Axes, robot: Robot, names: list[str]) -> None:
+    """The matrix of correlations, with its numbers in hundredths."""
+    axes.imshow(robot.correlations, cmap="RdBu_r", vmin=-1, vmax=1)
+    axes.grid(visible=False)
+    axes.set_xticks(range(len(names)), names, rotation=60, ha="right", rotation_mode="anchor")
+    axes.set_yticks(range(len(names)), names)
+    if len(names) <= MOST_WRITTEN:
+        for row in range(len(names)):
+            for column in range(row):
+                value = robot.correlations[row, column]
+                axes.text(column, row, f"{100 * value:.0f}", ha="center", va="center", fontsize=5.5,
+                          color="white" if abs(value) > 0.6 else "black")
+    axes.set_xlabel("correlations of errors [%]")
+
+
+def short(name: str) -> str:
+    """A parameter's name without its file, in words."""
+    return name.partition(".")[2].replace("_", " ")
+
+
+def caption(given: Given) -> str:
+    result: Result = given.calibrated_twin
+    words = [robot_words(robot) for robot in result.robots]
+    for one in result.pairs:
+        words.append(
+            f"{one.name} with and without its outsole: {1e3 * one.longer:.2f} ± {1e3 * HALF_WIDTH * one.longer_sd:.2f} "
+            f"mm longer (truly {1e3 * one.true_longer:.2f}), step frequency {100 * one.slower:+.2f} ± "
+            f"{100 * HALF_WIDTH * one.slower_sd:.2f} % (truly {100 * one.true_slower:+.2f}).")
+    words += [check_words(one) for one in result.checks]
+    return " ".join(words) or "No run could be fitted."
+
+
+def robot_words(robot: Robot) -> str:
+    """How a robot was found, and whether its intervals hold the truth."""
+    known = [one for one in robot.numbers if math.isfinite(one.truth)]
+    held = sum(lower <= one.truth <= upper for one in known for lower, upper in [one.interval(HALF_WIDTH)])
+    runs = "1 run" if robot.runs == 1 else f"{robot.runs} runs"
+    truth = f"; {held} of {len(known)} intervals hold the truth" if known else ""
+    return (f"The robot {robot.kind}, from {runs}, {robot.corrected_runs} of them corrected by the Exudyn twin{truth}. "
+            f"It walks at {robot.frequency:.4f} ± {HALF_WIDTH * robot.frequency_sd:.4f} Hz on the nominal ramp.")
+
+
+def check_words(one: Check) -> str:
+    """How the twin walks a run that was not fitted."""
+    return (f"{one.name}, held out, walked by the twin with the numbers {one.numbers}: heel strikes are off by up to "
+            f"{1e3 * one.late:.1f} ms.")

@@ -1,0 +1,25 @@
+"""What the stability stage hands on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stages.analytic.gait.basin import Basin
+from stages.analytic.gait.recorded_family import RecordedFamily
+from stages.biped.quantity import quantity
+
+
+@dataclass(frozen=True)
+class Result:
+    """The gait on other slopes, and from other starts."""
+
+    slope_deg: float = quantity("deg", "the design's slope")
+    families: tuple[RecordedFamily, ...] = quantity(
+        "-", "gaits over the slope [deg]: of one step, then of doubled periods; none where the gait cannot be followed")
+    basin: Basin | None = quantity("-", "which starts lead to the gait; none where the gait is unstable")
+
+    def summary(self) -> str:
+        """What was found, in one line."""
+        cycles = ", ".join(f"{len(family.value)} gaits of cycle {family.cycle}" for family in self.families)
+        share = f"{100 * self.basin.share:.1f} % of the starts reach the gait" if self.basin else "the gait is unstable"
+        return f"{cycles or 'no family'}; {share}"

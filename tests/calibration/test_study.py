@@ -1,0 +1,64 @@
+"""The study's blind fit: the drawing it begins from, what it looks for, and how it is cut."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stages.calibration.estimation.equations import run_equations
+from stages.calibration.estimation.widening import widening
+from stages.calibration.study.drawing import drawn_design, looked_for, table_value
+from stages.calibration.study.recorded import first_steps
+from tests.calibration.runs import DESIGN, PARAMETERS
+
+
+def test_the_drawing_is_what_the_bill_of_parts_makes_seen_from_the_side():
+    plain = dataclasses.replace(PARAMETERS, biped=dataclasses.replace(PARAMETERS.biped, leg_inertia=0.0))
+    design = drawn_design(plain)
+    biped = design.biped
+    assert biped.hip_mass == 0.0
+    assert table_value(biped, "biped.hip_mass") == pytest.approx(0.316, abs=5e-5)
+    assert table_value(biped, "biped.foot_com") == pytest.approx(0.1, abs=5e-5)
+    assert biped.frame_inertia > 0
+    assert biped.leg_inertia > 0
+    assert biped.other_leg_length == biped.leg_length
+    names = looked_for(design)
+    assert "biped.frame_mass" in names
+    assert "biped.hip_mass" not in names
+    assert not {"biped.frame_com", "biped.frame_inertia", "ground.gravity"} & set(names)
+    assert {"biped.leg_length", "biped.other_leg_length", "ground.slope_deg"} <= set(names)
+
+
+def test_a_biped_that_says_its_details_is_taken_as_it_is():
+    detailed = dataclasses.replace(PARAMETERS.biped, frame_mass=0.05, frame_com=0.03)
+    biped = drawn_design(dataclasses.replace(PARAMETERS, biped=detailed)).biped
+    assert dataclasses.replace(biped, other_leg_length=None) == detailed
+
+
+def test_a_run_is_cut_at_a_heel_strike():
+    from stages.calibration.blind.draw import draw
+
+    run = draw(1002, 1, PARAMETERS).runs[0]
+    cut = first_steps(run, 5)
+    assert len(cut.strikes) == 6
+    assert cut.duration <= cut.strikes[-1] < run.duration
+    assert len(cut.samples["hip"]) == len(cut.sampling.hip) == len(cut.used["hip"])
+    assert first_steps(run, 99) is run
+    assert len(first_steps(run, 1).strikes) == 4  # fewer cannot be used
+
+
+def test_intervals_widen_by_size_and_by_neighbours_that_hang_together():
+    from stages.calibration.blind.draw import draw, model_of
+
+    run = first_steps(draw(1002, 1, PARAMETERS).runs[0], 5)
+    _, model = model_of(PARAMETERS)
+    at = run_equations(DESIGN, np.array([2.0]), model.layout.middle, run, model)
+    rng = np.random.default_rng(1)
+    noise = {side: np.where(np.isfinite(one), rng.normal(size=one.shape), np.nan) for side, one in at.residuals.items()}
+    white = dataclasses.replace(at, residuals=noise, chi2=sum(float(np.nansum(one**2)) for one in noise.values()))
+    smooth = {side: np.repeat(one[::5], 5, axis=0)[: len(one)] for side, one in noise.items()}
+    rough = dataclasses.replace(at, residuals=smooth, chi2=4.0 * white.count)
+    assert widening([white])[0] == pytest.approx(1.0, abs=0.05)
+    assert widening([white])[1] < 1.5
+    assert widening([rough])[0] == pytest.approx(2.0)
+    assert 3.0 < widening([rough])[1] < 8.0
