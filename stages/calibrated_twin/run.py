@@ -12,6 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from stages.analytic.errors import NoGait, StepFailed
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.model.walker import Vector
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import Walk
 from stages.calibrated_twin.parameters import Parameters
@@ -20,6 +22,7 @@ from stages.calibrated_twin.robot import TwinRobot
 from stages.calibrated_twin.told import Fitted, Left, design_of, pairs_of, robot_of
 from stages.calibration.estimation.correction import Corrected, corrected
 from stages.calibration.estimation.equations import Model, run_equations
+from stages.calibration.estimation.fit import fit_run
 from stages.calibration.estimation.foretold import rms_of
 from stages.calibration.information.plan import SLOPE, first_model
 from stages.calibration.observation.unknowns import SIDES
@@ -32,6 +35,8 @@ from stages.campaign.result import Result as Campaign
 from stages.twin.machine.machine import build
 
 AS_FOUND = "as found"
+#: The twin's ramp is known [deg].
+SURE_DEG = 1e-4
 
 
 @dataclass(frozen=True)
@@ -115,28 +120,44 @@ class _Work:
         return Fitted(kind, fits, corrections), reasons
 
     def checked(self, held: HeldOut, fitted: Fitted) -> tuple[list[Check], list[str]]:
-        """A held-out run walked by the twin, with the numbers as found and corrected; its start by the model's fit."""
+        """A held-out run walked by the twin: with numbers and start as the model has them, then with both corrected.
+
+        The start's correction is that of the run itself: what the model's fit misses of the twin's own.
+        """
         one = self.runs[held.name]
-        done: list[Check] = []
         own = np.mean([fit.own for fit in fitted.fits], axis=0)
         own[list(self.model.own).index(SLOPE)] = held.own[0]
-        steps = [(AS_FOUND, fitted.found, own, held.unknowns)]
-        for correction in list(fitted.corrections.values())[:1]:
-            steps.append((CORRECTED, fitted.found - correction.bias, own - correction.own_bias,
-                          held.unknowns - correction.unknowns_bias))
-        for numbers, shared, mine, unknowns in steps:
-            names, values = (*self.model.shared, *self.model.own), (*shared, *mine)
-            there = self.drawn.with_values(dict(zip(names, values, strict=True)))
-            try:
-                made = self.robot.run(there, unknowns, one.run)
-            except StepFailed as reason:
-                return done, [f"{held.name}, {numbers}: {reason}"]
-            residuals = {side: np.where(one.run.used[side], one.run.samples[side] - made.samples[side], np.nan)
-                         / np.asarray(self.model.noise) for side in SIDES}  # fmt: skip
-            count = min(len(made.strikes), len(one.run.strikes))
-            late = float(np.abs(made.strikes[:count] - one.run.strikes[:count]).max())
-            done.append(Check(held.name, held.kind, numbers, late, *rms_of(residuals, one.run, self.model)))
+        found = self._design(fitted.found, own)
+        done: list[Check] = []
+        try:
+            done.append(self._check(AS_FOUND, found, held.unknowns, held, one))
+            if fitted.corrections:
+                own_bias = np.mean([each.own_bias for each in fitted.corrections.values()], axis=0)
+                better = self._design(fitted.found - fitted.bias, own - own_bias)
+                made = self.robot.run(better, held.unknowns, one.run)
+                alone = replace(self.model, shared=(), own=(SLOPE,))
+                again = fit_run(found, replace(made, own={SLOPE: (better.value(SLOPE), SURE_DEG)}), alone, ())
+                start = 2.0 * held.unknowns - again.unknowns
+                done.append(self._check(CORRECTED, better, start, held, one))
+        except StepFailed as reason:
+            return done, [f"{held.name}: {reason}"]
         return done, []
+
+    def _design(self, shared: Vector, own: Vector) -> DesignPoint:
+        """The robot of a run."""
+        names = (*self.model.shared, *self.model.own)
+        return self.drawn.with_values(dict(zip(names, (*shared.tolist(), *own.tolist()), strict=True)))
+
+    def _check(
+        self, numbers: str, design: DesignPoint, unknowns: Vector, held: HeldOut, one: Recorded
+    ) -> Check:
+        """How far the twin is from a run. Raises StepFailed."""
+        made = self.robot.run(design, unknowns, one.run)
+        residuals = {side: np.where(one.run.used[side], one.run.samples[side] - made.samples[side], np.nan)
+                     / np.asarray(self.model.noise) for side in SIDES}  # fmt: skip
+        count = min(len(made.strikes), len(one.run.strikes))
+        late = float(np.abs(made.strikes[:count] - one.run.strikes[:count]).max())
+        return Check(held.name, held.kind, numbers, late, *rms_of(residuals, one.run, self.model))
 
     def walk(self, fitted: Fitted) -> tuple[Walk | None, list[str]]:
         """The twin's walk on the nominal ramp with a robot's corrected numbers, begun in that robot's gait."""
