@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection, QuadMesh
 from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator
 
 COLUMNS = ("panel", "series", "x", "y")
 #: Digits that are kept: more than a picture shows.
@@ -40,10 +41,20 @@ def _panels(figure: Figure) -> Iterator[tuple[str, Axes]]:
 
 def _rows(panel: str, axes: Axes) -> Iterator[tuple[str, str, str, str]]:
     low, high = sorted(axes.get_xlim())
+    places = _words(axes)
     for count, (name, points) in enumerate(_series(axes), 1):
         series = str(count) if name.startswith("_") else name
         for x, y in points[(points[:, 0] >= low) & (points[:, 0] <= high)]:
-            yield panel, series, f"{x:.{DIGITS}g}", f"{y:.{DIGITS}g}"
+            yield panel, series, f"{x:.{DIGITS}g}", places.get(float(y), f"{y:.{DIGITS}g}")
+
+
+def _words(axes: Axes) -> dict[float, str]:
+    """What stands at places of a vertical axis of words."""
+    if not isinstance(axes.yaxis.get_major_locator(), FixedLocator):
+        return {}
+    words = [" ".join(label.get_text().split()) for label in axes.get_yticklabels()]
+    return {place: word for place, word in zip(map(float, axes.get_yticks()), words, strict=False)
+            if any(sign.isalpha() for sign in word)}  # fmt: skip
 
 
 def _series(axes: Axes) -> Iterator[tuple[str, np.ndarray]]:

@@ -16,7 +16,7 @@ IN_PLANE, SIDEWAYS = 2, 1
 #: They are known when another stride changes them by no more than this, in errors of a difference; or by no more than
 #: so many times that and no less than the stride before, which is noise.
 SETTLED, NOISE, MOST_STRIDES = 5.0, 10.0, 6
-#: Turns of a basis towards the changes that a matrix makes grow most: their ratio to the others, to this power, is left.
+#: Turns of a basis towards the changes that a matrix makes grow most: a power of their ratio to the others is left.
 TURNS = 60
 UPRIGHT = np.zeros(9)
 

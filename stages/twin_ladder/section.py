@@ -45,7 +45,7 @@ class SectionState:
 
 @dataclass(frozen=True)
 class Step:
-    """One step: the mid-stance it ends with, its duration [s], the hip's advance [m], the solver's steps, its record."""
+    """One step: the mid-stance it ends with, its duration [s], the hip's advance [m], the solver's steps and record."""
 
     end: SectionState
     duration: float

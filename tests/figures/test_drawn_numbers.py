@@ -48,6 +48,19 @@ def test_a_figures_numbers_are_those_of_the_walk():
     assert shown == pytest.approx(walk.hip_position[: len(shown), 0], rel=1e-5) and len(shown) > 10
 
 
+def test_a_map_has_every_cell_and_an_axis_of_words_its_words():
+    figure, (axes, other) = plt.subplots(1, 2)
+    x, y = np.array([0.0, 1.0, 2.0]), np.array([5.0, 7.0])
+    axes.pcolormesh(x, y, np.array([[1.0, np.nan, 2.0], [1.0, 2.0, 2.0]]), shading="nearest", label="steps")
+    other.plot([0.5, 0.7], [0, 1], "o", label="right")
+    other.set_yticks([0, 1], ["hip\nmass", "slope"])
+    _, found = rows(figure)
+    cells = {(row["series"], float(row["x"]), float(row["y"])) for row in found if row["panel"] == "1"}
+    assert cells == {("steps: 1", 0.0, 5.0), ("steps: 1", 0.0, 7.0), ("steps: 2", 2.0, 5.0), ("steps: 2", 1.0, 7.0),
+                     ("steps: 2", 2.0, 7.0)}  # fmt: skip
+    assert [row["y"] for row in found if row["panel"] == "2"] == ["hip mass", "slope"]
+
+
 def test_a_drawing_has_no_numbers():
     with style.drawing():
         assert rows(drawn("figure_12_ramp")) == ([], [])

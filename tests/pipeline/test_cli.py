@@ -83,13 +83,13 @@ def test_claims(ran):
     assert found["claims"] == [
         {"id": "force", "section": "1", "words": "one newton", "implies": "1 N", "measured": "4.905e+05 N",
          "verdict": "does not hold", "condition": "", "causes": ["it is another toy"],
-         "rests_on": ["ground.gravity 9.81"], "numbers": []}
+         "rests_on": ["ground.gravity 9.81"], "numbers": [], "figures": []}
     ]  # fmt: skip
     assert found["headlines"] == ["it is a toy"] and found["tables"][0]["rows"] == [["weight", "2"]]
     lines = ran.command("claims")[1].splitlines()
     assert lines[0] == "force: does not hold" and max(map(len, lines)) <= 100
     assert [line.split(maxsplit=1)[0] for line in lines[1:6]] == ["says", "implies", "measured", "verdict", "because"]
-    assert "1 claims: 1 do not hold." in lines and "Toys" in lines
+    assert "Toys" in lines and not [line for line in lines if line.startswith("1 claims")], "one needs no count"
     assert "| [force](#force) | 1 | does not hold |" in ran.command("claims", "--markdown")[1].splitlines()
     assert 'there is no claim "weight" (claims: force)' in ran.command("claims", "weight")[2]
 
@@ -103,6 +103,16 @@ def test_claims_are_written_between_the_marks_that_a_file_has(ran):
     assert "one is missing" in ran.command("claims", "--into", str(page))[2]
     page.write_text("nothing")
     assert "there are no lines" in ran.command("claims", "--into", str(page))[2]
+
+
+def test_a_claim_names_the_figures_that_show_something_of_it(ran):
+    captions = ran.root / "results/captions.yaml"
+    captions.write_text("figures:\n- {name: one, claims: [force]}\n- {name: two, claims: []}\n")
+    try:
+        assert json.loads(ran.command("claims", "--json")[1])["claims"][0]["figures"] == ["one"]
+        assert "  shown in  one" in ran.command("claims", "force")[1].splitlines()
+    finally:
+        captions.unlink()
 
 
 def test_claims_of_another_version_are_refused_with_a_sentence(ran):

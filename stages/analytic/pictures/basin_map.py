@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 
 from stages.analytic.gait.basin import BACK, FORWARD, NO_START, OTHERWISE, REACHES, STILL, WALKS_ON, Basin
 from stages.drawing import style
@@ -47,7 +48,8 @@ def draw(basin: Basin) -> Figure:
                  for number in order)]  # fmt: skip
     figure.legend(handles=handles, loc="outside upper center", ncols=3)
     bar = figure.colorbar(shades, label="steps until it reaches the gait")
-    bar.set_ticks(np.unique(np.linspace(few, most, 6).round()).tolist())
+    whole = MaxNLocator(6, integer=True, min_n_ticks=1).tick_values(few, most)
+    bar.set_ticks([tick for tick in whole.tolist() if few <= tick <= most])
     bar.minorticks_off()
     axes.grid(visible=False)
     return figure

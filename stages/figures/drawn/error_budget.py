@@ -47,7 +47,7 @@ def draw(given: Given) -> Figure:
             panel.plot(abscissa, curve(split, split.total, column), color=style.TWIN, linewidth=1.8, label="total")
             for effect, colour, line in DRAWN:
                 part = curve(split, split.part(effect), column)
-                panel.plot(abscissa, part, line, color=colour, linewidth=1.0, label=effect)
+                panel.plot(abscissa, part, line, color=colour, linewidth=1.0, label=effect.replace("v_s", "$v_s$"))
                 least, most = (curve(split, end, column) for end in split.interval(effect))
                 panel.fill_between(abscissa, least, most, color=colour, alpha=0.3, linewidth=0.0)
             panel.set_ylabel(f"{name} {unit}")

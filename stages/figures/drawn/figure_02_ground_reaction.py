@@ -14,6 +14,7 @@ from stages.figures.inputs import Given
 
 TITLE = "Figure 2: ground reaction"
 PLACE = 2
+CLAIMS = ("rolling_without_slip",)
 INPUTS = ("analytic", "multibody")
 LEG = 1
 

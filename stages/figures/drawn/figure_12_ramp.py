@@ -15,6 +15,7 @@ from stages.twin.exports.seen import shown_parts
 
 TITLE = "Figure 12: the robot on the ramp"
 PLACE = 12
+CLAIMS = ("ramp_length",)
 INPUTS = ("twin", "analytic")
 AZIMUTH, ELEVATION = np.radians(46.0), np.radians(20.0)
 #: Where the robot stands, as a part of the ramp's steps.

@@ -20,6 +20,8 @@ AZIMUTH, ELEVATION = np.radians(35.0), np.radians(20.0)
 PHASE = 0.25
 #: Half the width of a close view, and length of an arrow in it and in the whole [m].
 WINDOW, CLOSE, WHOLE = 0.062, 0.036, 0.085
+#: Length of the sensors' own axes in a close view [m]: shorter, as one may lie on one of the others.
+OWN_LENGTH = 0.024
 NAMES = ("forward", "up", "lateral")
 OWN = "#5A5A5A"
 
@@ -43,8 +45,9 @@ def draw(given: Given) -> Figure:
     style.panel_label(whole, "a")
     for axes, letter, (name, place, rotation) in zip(near, "bc", sensors, strict=True):
         view.paint(axes, camera, [robot], strength=0.5)
-        own = 0.8 * CLOSE * pose.axes(0) @ rotation
-        view.arrows(axes, camera, place, own, ("x", "y", "z"), color=OWN, linewidth=0.8, linestyle="--")
+        own = OWN_LENGTH * pose.axes(0) @ rotation
+        view.arrows(axes, camera, place, own, ("x", "y", "z"), beside=True, color=OWN, linewidth=0.8,
+                    linestyle="--")  # fmt: skip
         view.arrows(axes, camera, place, CLOSE * pose.axes(0), NAMES, color="black", linewidth=1.1)
         view.frame(axes)
         x, y = camera.spot(place)

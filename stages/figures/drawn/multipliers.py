@@ -12,7 +12,7 @@ from stages.figures.inputs import Given
 
 TITLE = "Multipliers and elasticities"
 PLACE = 21
-CLAIMS = ("stable_gait", "multipliers_minimised")
+CLAIMS = ("stable_gait", "multipliers_minimised", "chaos_amplifies")
 INPUTS = ("analytic", "multibody", "twin_ladder")
 #: Multipliers smaller than this are not told from zero.
 NONE = 1e-6

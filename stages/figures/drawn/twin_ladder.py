@@ -19,7 +19,7 @@ from stages.twin_ladder.result import Result, RungGait
 
 TITLE = "From the simple model to the twin"
 PLACE = 20
-CLAIMS = ("twin_like_simple",)
+CLAIMS = ("twin_like_simple", "outsole_slows")
 INPUTS = ("twin_ladder",)
 SIMPLE = "constraint model"
 SLOWER, QUICKER = style.MULTIBODY, style.ANALYTIC

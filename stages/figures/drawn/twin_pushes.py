@@ -11,6 +11,7 @@ from stages.figures.inputs import Given
 
 TITLE = "Pushes to the side"
 PLACE = 40
+CLAIMS = ("push_converges",)
 INPUTS = ("twin_pushes",)
 
 

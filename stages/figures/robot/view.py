@@ -139,9 +139,12 @@ def paint(axes: Axes, camera: Camera, layers: Iterable[Faces], *, strength: floa
         ), autolim=True)  # fmt: skip
 
 
-def arrows(axes: Axes, camera: Camera, origin: np.ndarray, frame: np.ndarray, names: tuple[str, ...], **look: Any
-           ) -> None:  # fmt: skip
-    """The columns of `frame` (3, n) [m] as arrows from a point of the slope frame, each with its name at its end."""
+def arrows(axes: Axes, camera: Camera, origin: np.ndarray, frame: np.ndarray, names: tuple[str, ...],
+           *, beside: bool = False, **look: Any) -> None:  # fmt: skip
+    """The columns of `frame` (3, n) [m] as arrows from a point of the slope frame, each with its name at its end.
+
+    Names stand `beside` the ends where another arrow may go on in the same direction.
+    """
     start = camera.spot(origin)
     for column, name in zip(frame.T, names, strict=True):
         end = camera.spot(origin + column)
@@ -149,6 +152,8 @@ def arrows(axes: Axes, camera: Camera, origin: np.ndarray, frame: np.ndarray, na
         if name:
             away = np.subtract(end, start)
             x, y = away / np.linalg.norm(away)
+            if beside:
+                x, y = -y, x
             axes.annotate(name, end, (8.0 * x, 6.0 * y), textcoords="offset points", fontsize=7,
                           color=look.get("color", "black"), ha="left" if x > 0.3 else "right" if x < -0.3 else "center",
                           va="bottom" if y > 0.3 else "top" if y < -0.3 else "center")  # fmt: skip
