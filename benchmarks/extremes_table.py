@@ -1,16 +1,19 @@
 """Keeps the map of extremes: docs/extremes.csv, .md, .png and the table of `stages.extremes.envelope`.
 
-Run first: bipedstudy run extremes --set extremes.resolution=full --set extremes.processes=2
-Then: python -m benchmarks.extremes_table [results/extremes.h5]
+    bipedstudy run extremes --set extremes.resolution=full --set extremes.processes=2
+    python -m benchmarks.extremes_table                     keeps what that run left in results/extremes.h5
+    python -m benchmarks.extremes_table "gait, detailed"    computes one engine's points anew and keeps the others
+
 """
 
 from __future__ import annotations
 
+import argparse
 import csv
 import datetime
 import json
+import math
 import platform
-import sys
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
@@ -21,13 +24,14 @@ from pipeline.cache.artefact import load
 from pipeline.parameters import loading
 from stages.drawing import style
 from stages.extremes import warnings as warned
-from stages.extremes.engines import COMPILED, COULOMB, GAIT, JOINTS, MARCH, TOGETHER, TREE, TWIN, USUAL
+from stages.extremes.engines import COMPILED, COULOMB, ENGINES, GAIT, JOINTS, MARCH, TOGETHER, TREE, TWIN, USUAL
 from stages.extremes.envelope.place import REACH, place_of
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import points
 from stages.extremes.result import Result, Table
-from stages.extremes.run import in_words
-from stages.extremes.verdict import CRASHED, HUNG, REFUSED, WRONG
+from stages.extremes.run import as_result, compile_once, evaluate, in_words
+from stages.extremes.verdict import CRASHED, HUNG, REFUSED, WRONG, Finding
+from stages.extremes.watchdog import compute
 from stages.figures.drawn import extremes
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -53,8 +57,11 @@ Made by `benchmarks/extremes_table.py`; all points are in `extremes.csv`.
   rerun is ten times looser, and the difference bounds the error from above. Assembly "joints" and the compiled penalty
   walker: the tree at 1e-9. Tree and twin, and the compiled walker where the tree gets nowhere: a rerun at a hundredth
   of the tolerance beside the energy balance, which has its own column. Rigid limit: the constraint model with Coulomb
-  feet. Derivatives: of the period by slope, foot mass and leg length, against extrapolated differences. Error
-  estimate: that of the hip over three steps, within a factor of 2 of the true one.
+  feet. Detailed designs (frames, legs that differ, springs, friction and counterweight at the hip): as gaits, a
+  stride's steps in a row, and as far from the gait of the same machine whose legs are called the other way round; with
+  friction at the hip the reference is the rerun. Derivatives: of the period by slope, foot mass and leg length,
+  against extrapolated differences. Error estimate: that of the hip over three steps, within a factor of 2 of the true
+  one.
 - *inaccurate*: further off, but the tolerance asked for or the model's own energy audit tells.
 - *refused*: the parameter check or the search for gaits says no, with a reason. That no gait exists is not proven.
 - *failed*: the run ended early with a reason: a fall, a standstill, the limit on solver steps.
@@ -76,10 +83,38 @@ def markdown(table: Table) -> str:
     return "\n".join(lines + ["| " + " | ".join(cell.replace("|", "/") for cell in row) + " |" for row in rows]) + "\n"
 
 
-def envelope(result: Result) -> dict[str, Any]:
-    """The table that warnings read: every engine's points, but for those that the check of parameters refuses."""
+def full_map() -> Parameters:
+    """The study's parameters, with the full map asked for."""
     usual = loading.load(ROOT / "params", ["extremes.resolution=full"], {"extremes": Parameters}, [Parameters])
-    own: Parameters = usual["extremes"]
+    found: Parameters = usual["extremes"]
+    return found
+
+
+def renewed(engine: str) -> Result:
+    """The kept map with one engine's points computed anew. Raises SystemExit if a kept point is no longer asked for."""
+    parameters, kept = full_map(), {}
+    with open(DOCS / "extremes.csv", newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            error, audit = (float(row[name] or math.nan) for name in ("error", "audit"))
+            found = Finding(row["status"], error, audit, row["reference"], row["reason"])
+            kept[row["engine"], row["axis"], row["value"], row["changes"]] = found
+    asked = points(parameters)
+    anew = [point for point in asked if point.engine == engine]
+    compile_once(parameters)
+    computed = iter(compute(evaluate, parameters, anew, processes=parameters.settings.processes,
+                            longest_s=parameters.settings.longest_s))
+    findings = []
+    for point in asked:
+        name = point.engine, point.axis, f"{point.value:g}", in_words(point)
+        if point.engine != engine and name not in kept:
+            raise SystemExit(f"the kept map has no point {name}: run the whole map anew")
+        findings.append(next(computed) if point.engine == engine else kept[name])
+    return as_result("full", asked, findings)
+
+
+def envelope(result: Result, when: str) -> dict[str, Any]:
+    """The table that warnings read: every engine's points, but for those that the check of parameters refuses."""
+    own = full_map()
     penalty = [(f"{file}.tolerance", own.settings.penalty_tolerance) for file in ("multibody", "twin")]
     engines: dict[str, list[dict[str, Any]]] = {}
     for point, words, row in zip(points(own), result.changes, result.rows(), strict=True):
@@ -100,7 +135,7 @@ def envelope(result: Result) -> dict[str, Any]:
         what = {TOGETHER: f"draw {value:g} of all parameters", USUAL: "the study's own parameters"}
         said = [what.get(axis, f"{axis} {value:g}"), status, known, reason.partition(" (")[0][:140]]
         (same or [group])[0]["points"].append([*said, numbers])
-    return {"measured": measured(), "engines": engines}
+    return {"measured": when, "engines": engines}
 
 
 def measured() -> str:
@@ -109,11 +144,16 @@ def measured() -> str:
     return f"{datetime.date.today()} with Python {platform.python_version()}, {versions}"
 
 
-def main(path: Path) -> None:
+def main(engine: str | None) -> None:
     """Write the four files. A map that is not full is not kept."""
-    result = load(path, Result)
-    if result.resolution != "full":
-        raise SystemExit(f"{path} holds the {result.resolution} map; the full one is kept")
+    if engine is None:
+        path, when = ROOT / "results/extremes.h5", measured()
+        result = load(path, Result)
+        if result.resolution != "full":
+            raise SystemExit(f"{path} holds the {result.resolution} map; the full one is kept")
+    else:
+        before = warned.table()["measured"].partition(f"; {engine}: ")[0]
+        result, when = renewed(engine), f"{before}; {engine}: {measured()}"
     with open(DOCS / "extremes.csv", "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
@@ -122,10 +162,10 @@ def main(path: Path) -> None:
             numbers = [f"{number:.3g}" if number == number else "" for number in (error, audit)]
             writer.writerow([engine, axis, f"{value:g}", changes, status, *numbers, reference, reason[:160]])
     words = EXPLANATION.format(
-        points=len(result.status), summary=result.summary().partition(": ")[2], measured=measured(),
+        points=len(result.status), summary=result.summary().partition(": ")[2], measured=when,
         reach=10**REACH,
     )  # fmt: skip
-    lines = json.dumps(envelope(result), allow_nan=False).replace('["', '\n["')
+    lines = json.dumps(envelope(result, when), allow_nan=False).replace('["', '\n["')
     warned.TABLE.write_text(lines + "\n", encoding="utf-8")
     defects = [row for row in result.rows() if row[3] in (WRONG, CRASHED, HUNG)]
     listed = ("Defects", ["engine", "axis", "value", "status", "error", "reason"],
@@ -140,4 +180,6 @@ def main(path: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1] if len(sys.argv) > 1 else "results/extremes.h5"))
+    parser = argparse.ArgumentParser()
+    parser.add_argument("engine", nargs="?", choices=ENGINES, help="the engine whose points alone are computed anew")
+    main(parser.parse_args().engine)

@@ -97,8 +97,8 @@ def main() -> None:
         spent.append(time.process_time() - first)
         errors.append(result.x - truth)
         held.append(np.abs(errors[-1]) <= half)
-        print(f"<!-- {trial}: {spent[-1]:.1f} s, errors % {np.round(100 * errors[-1], 2).tolist()}, "
-              f"halves % {np.round(100 * half, 3).tolist()} -->", flush=True)
+        print(f"trial {trial}: {spent[-1]:.1f} s, errors % {np.round(100 * errors[-1], 2).tolist()}, "
+              f"half widths % {np.round(100 * half, 3).tolist()}", flush=True)
     print("| parameter | 95 % intervals that hold | error, median, % |\n|---|---|---|")
     for row, name in enumerate(looked):
         print(f"| {name} | {sum(one[row] for one in held)} of {len(held)} | "

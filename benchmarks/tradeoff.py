@@ -1,7 +1,7 @@
 """Speed against accuracy of all ways this study can walk, in clock time; keeps the tables that accuracy requests read.
 
     python -m benchmarks.tradeoff            measures (some minutes), writes stages/tradeoff/accuracy/table.json, page
-    python -m benchmarks.tradeoff twin       measures one kind of model anew: constraint, penalty or twin
+    python -m benchmarks.tradeoff twin       measures one kind of model anew: constraint, detailed, penalty or twin
     python -m benchmarks.tradeoff --page     writes docs/tradeoff.md and docs/tradeoff.png from the kept table alone
 
 Reads results/analytic.h5. Times are processor times of the integration alone, the best of a few, in yardsticks: one
@@ -31,7 +31,7 @@ from stages.figures.drawn import tradeoff
 from stages.tradeoff import constraint_ways
 from stages.tradeoff.accuracy.choice import MARGIN
 from stages.tradeoff.parameters import Parameters
-from stages.tradeoff.plan import constraint_plans, penalty_plans, twin_plan
+from stages.tradeoff.plan import constraint_plans, detailed_plan, penalty_plans, twin_plan
 from stages.tradeoff.result import ERRORS, Errors, Reference, Result, Row, cells, front, gain
 from stages.tradeoff.run import measure
 
@@ -53,7 +53,8 @@ def spent(call: Callable[[], Any], rounds: int = 5) -> float:
 
 
 #: The kinds of models, by the first word of their names.
-KINDS = {"constraint": constraint_plans, "penalty": penalty_plans, "twin": lambda *given: [twin_plan(*given)]}
+KINDS = {"constraint": constraint_plans, "detailed": lambda parameters, _: [detailed_plan(parameters)],
+         "penalty": penalty_plans, "twin": lambda *given: [twin_plan(*given)]}  # fmt: skip
 
 
 def measured(kind: str) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 """Designs with legs that differ: the constraint model against Exudyn, as near as for legs that are alike?
 
-    python benchmarks/unequal_designs.py [DESIGNS [SEED]]
+    python benchmarks/unequal_designs.py [DESIGNS [SEED]]     beside Exudyn
+    python benchmarks/unequal_designs.py --limits             how far legs may differ, as a table of Markdown
 
 Ten designs drawn by a seed, each with frames, masses off the legs' lines and a hip with spring and damper, and each
 twice: with legs that are alike, and with legs of which one differs in every number, by up to 1 % (its length by up to
@@ -8,19 +9,29 @@ twice: with legs that are alike, and with legs of which one differs in every num
 length, limp and the two largest multipliers of a stride of the constraint model's gait, and by how much those of
 Exudyn's planar model, with the study's ground, differ; and the largest difference of the hips at equal phase over a
 stride. Designs without a stable gait are passed over.
+
+The limits: from legs that are alike the gait is followed as they come to differ, in one number of Table 1's other leg
+at a time, and for the ten designs in all numbers together, in the proportions in which they are drawn. Told are the
+difference at which a multiplier of the stride passes one in magnitude, and that at which the gait is lost.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
 from pipeline.parameters.loading import load
 from pipeline.study import locate
+from stages.analytic.gait.gait_report import limp_of
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.gait.poincare import fixed_point as fixed_gait
+from stages.analytic.model.walker import build_walker
 from stages.biped.design import Biped
 from stages.biped.leg import Leg
 from stages.ground.contact_law import ContactLaw
@@ -46,6 +57,9 @@ RANGES = {
 DIFFERENCE, LENGTH_DIFFERENCE = 0.01, 2e-5
 #: A gait whose largest multiplier of a stride is larger is not compared: what parts the models could make it unstable.
 STABLE = 0.8
+#: A gait is lost where a step of its family, as part of the way from zero, is shorter than this; a longer change of its
+#: coordinates is to another family.
+SHORTEST, JUMP = 1e-4, 0.05
 TOLERANCE, RESIDUAL, ALONG, LARGEST_STEP = 1e-8, 1e-5, 5e-4, 1e-3
 
 
@@ -98,13 +112,18 @@ def beside_exudyn(biped: Biped, slope: Slope, contact: ContactLaw, constraint: C
     )
 
 
+def accepted(parameters: Parameters, seed: int) -> Iterator[tuple[tuple[Biped, Biped], list[ConstraintGait]]]:
+    """The drawn pairs, without end, whose gaits are stable enough to be compared, with these."""
+    for pair in drawn(seed, parameters.biped):
+        gaits = [constraint_gait(each, parameters.slope, TOLERANCE) for each in pair]
+        if all(gait.outcome == COMPLETED and abs(gait.multipliers[0]) ** 2 <= STABLE for gait in gaits):
+            yield pair, gaits
+
+
 def compared(parameters: Parameters, designs: int, seed: int) -> Iterator[tuple[Beside, Beside]]:
     """So many drawn designs that walk in both models, with legs alike and with legs that differ."""
     ground, found = (parameters.slope, parameters.contact), 0
-    for pair in drawn(seed, parameters.biped):
-        gaits = [constraint_gait(each, parameters.slope, TOLERANCE) for each in pair]
-        if any(gait.outcome != COMPLETED or abs(gait.multipliers[0]) ** 2 > STABLE for gait in gaits):
-            continue
+    for pair, gaits in accepted(parameters, seed):
         try:
             alike, unequal = (beside_exudyn(each, *ground, gait) for each, gait in zip(pair, gaits, strict=True))
         except NoLimitCycle as reason:
@@ -114,6 +133,75 @@ def compared(parameters: Parameters, designs: int, seed: int) -> Iterator[tuple[
         found += 1
         if found == designs:
             return
+
+
+@dataclass(frozen=True)
+class Limit:
+    """How far a gait is followed: the measure at which it is no longer stable, and at which it is lost; NaN where it is
+    not by the end.
+
+    `multipliers` (2,): the largest of a stride just after the first, and just before the second. `limp`: just before
+    the second.
+    """
+
+    unstable: float
+    lost: float
+    multipliers: tuple[complex, complex]
+    limp: float
+
+
+def followed(design: Callable[[float], Biped], slope: Slope, first: float, end: float) -> Limit:
+    """Follow the gait of design(0) as its argument grows from `first` to `end`, by steps that shrink where it is lost.
+    """
+    walker, point = find_gait(design(first), slope, TOLERANCE)
+    at, step, unstable, seen, limp = first, first, math.nan, complex(math.nan), math.nan
+    while at < end and step > SHORTEST * at:
+        there = build_walker(design(at + step), slope)
+        found = fixed_gait(there, point.z, TOLERANCE)
+        if found is None or np.abs(found.z - point.z).max() > JUMP:
+            step /= 2.0
+            continue
+        at, point, walker, step = at + step, found, there, min(1.5 * step, 0.2 * (at + step))
+        if math.isnan(unstable) and abs(point.floquet_multipliers[0]) > 1.0:
+            unstable, seen = at, complex(point.floquet_multipliers[0])
+    told = limp_of(walker, point)
+    limp = told.limp if told else 0.0
+    nearest = point.floquet_multipliers[np.argmin(np.abs(point.floquet_multipliers - 1.0))]
+    return Limit(unstable, math.nan if at >= end else at, (seen, complex(nearest)), limp)
+
+
+def limits(parameters: Parameters, designs: int, seed: int) -> Iterator[tuple[str, str, Limit]]:
+    """What differs, in which unit, and how far it may."""
+    own, slope = parameters.biped, parameters.slope
+    for key in ("leg_length", "foot_mass", "foot_radius", "foot_com", "stiffness", "damping"):
+        for sign, word in ((1.0, "more"), (-1.0, "less")):
+
+            def one(share: float, key: str = key, sign: float = sign) -> Biped:
+                return dataclasses.replace(own, **{f"other_{key}": getattr(own, key) * (1.0 + sign * share)})
+
+            yield f"Table 1, {key}, {word}", "%", followed(one, slope, 1e-6, 0.9)
+    for number, ((alike, unequal), _) in enumerate(islice(accepted(parameters, seed), designs), 1):
+
+        def all_of(times: float, alike: Biped = alike, unequal: Biped = unequal) -> Biped:
+            names = [field.name for field in dataclasses.fields(Leg)]
+            return dataclasses.replace(alike, **{
+                f"other_{name}": getattr(alike, name) + times * (
+                    unequal.number(f"other_{name}") - getattr(alike, name)) for name in names})
+
+        yield f"design {number}, all as drawn", "times", followed(all_of, slope, 1e-3, 1e3)
+
+
+def print_limits(parameters: Parameters, designs: int, seed: int) -> None:
+    """The limits as a table."""
+    print("| what differs | unstable from | multiplier there | lost at | multiplier nearest one | limp there |")
+    print("|---|---|---|---|---|---|")
+    for what, unit, limit in limits(parameters, designs, seed):
+        cells = [f"{100 * value:.3g} %" if unit == "%" else f"{value:.3g} times" for value in
+                 (limit.unstable, limit.lost)]  # fmt: skip
+        cells = ["-" if "nan" in cell else cell for cell in cells]
+        shown = ["-" if math.isnan(value.real) else f"{value.real:.3f}" + (
+            f" {value.imag:+.3f}i" if value.imag else "") for value in limit.multipliers]
+        print(f"| {what} | {cells[0]} | {shown[0]} | {cells[1]} | {shown[1]} | {100 * limit.limp:.3g} % |", flush=True)
 
 
 def text(beside: Beside) -> str:
@@ -130,8 +218,12 @@ def text(beside: Beside) -> str:
 
 def main() -> None:
     """Print the table, and the largest differences of either kind."""
-    designs, seed = (int(value) for value in [*sys.argv[1:3], *("10", "20")[len(sys.argv) - 1 :]])
+    asked = [word for word in sys.argv[1:] if word != "--limits"]
+    designs, seed = (int(value) for value in [*asked[:2], *("10", "20")[len(asked) :]])
     parameters = load(locate(None).params, [], {"twin_ladder": Parameters}, [Parameters])["twin_ladder"]
+    if "--limits" in sys.argv:
+        print_limits(parameters, designs, seed)
+        return
     print("           T [ms] Exudyn  s [mm] Exudyn  limp, Exudyn's  multipliers, Exudyn off by  hip x, y [mm]")
     rows = []
     for number, pair in enumerate(compared(parameters, designs, seed), 1):

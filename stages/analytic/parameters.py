@@ -81,9 +81,10 @@ class Parameters:
     level: Level = Level()
 
     def broken_rules(self) -> Iterator[Broken]:
-        """The readable path knows Table 1's biped only; Coulomb friction at the hip is known with rigid legs."""
-        if self.biped.hip_friction > 0 and self.biped.legs == "compliant":
-            yield Broken("biped.hip_friction", "0 N m with compliant legs (Coulomb friction: rigid ones)")
+        """The readable path knows Table 1's biped only; a hip with Coulomb friction goes with feet that roll."""
+        if self.biped.hip_friction > 0 and self.biped.legs == "compliant" and self.limited_friction:
+            yield Broken("biped.hip_friction", "0 N m with analytic.transition = coulomb (Coulomb friction at the hip "
+                         "is known with a trailing foot that rolls)")  # fmt: skip
         if self.settings.integrator == "scipy" and self.biped.detailed:
             yield Broken("analytic.integrator", f"compiled with biped.{self.biped.details[0]} (the SciPy path knows "
                          "Table 1's biped only)")  # fmt: skip

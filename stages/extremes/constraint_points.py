@@ -11,14 +11,22 @@ import numpy as np
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import find_gait
-from stages.analytic.gait.poincare import FixedPoint, Step, fixed_point, poincare_derivative, poincare_map
+from stages.analytic.gait.poincare import (
+    FixedPoint,
+    Step,
+    fixed_point,
+    iterate,
+    poincare_derivative,
+    poincare_map,
+)
 from stages.analytic.gait.search_starts import lengths_after_heel_strike
 from stages.analytic.integration import readable
-from stages.analytic.model.kinds import Rigid
+from stages.analytic.model.kinds import Rigid, Rubbing
 from stages.analytic.model.stiffness import attainable_tolerance, axial_rates
 from stages.analytic.model.walker import Vector, Walker, build_walker
+from stages.analytic.phases.section import section_coordinates
 from stages.biped.design import Biped
-from stages.extremes.engines import COULOMB, MARCH, STEP
+from stages.extremes.engines import COULOMB, DETAILED, MARCH, STEP
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import Point
 from stages.extremes.verdict import UNCONFIRMED, WRONG, Finding, failed, judged, refused
@@ -50,6 +58,8 @@ def evaluate(parameters: Parameters, point: Point) -> Finding:
             return one_step(parameters, here, limit)
         if point.engine == MARCH:
             return march(here, int(point.value), limit)
+        if point.engine == DETAILED:
+            return gait(here, here.analytic.limited(here.friction), limit)
         return gait(here, here.friction if point.engine == COULOMB else None, limit)
     except NoReference as reason:
         return Finding(UNCONFIRMED, reason=str(reason))
@@ -67,10 +77,13 @@ def gait(here: Parameters, friction: Friction | None, limit: float) -> Finding:
     except StepFailed as reason:
         return failed(f"the gait is found but not recorded: {reason}")
     try:
-        reference, step = reference_step(walker, point.z, attainable_tolerance(walker.p, tolerance))
+        reference, after, duration = reference_gait(walker, point, attainable_tolerance(walker.p, tolerance))
+        error = distance(point, after, duration)
+        if walker.alternates:
+            error = max(error, from_the_other_leg(here, friction, walker, point))
     except StepFailed as reason:
         return judged(np.inf, audit, tolerance, limit, f"the reference finds no step: {reason}")
-    return by_reference(judged(distance(point, step), audit, tolerance, limit, reference))
+    return by_reference(judged(error, audit, tolerance, limit, reference))
 
 
 def by_reference(finding: Finding) -> Finding:
@@ -81,26 +94,55 @@ def by_reference(finding: Finding) -> Finding:
     return finding
 
 
-def distance(point: FixedPoint, step: Step) -> float:
-    """How far a gait is from the fixed point of another map, and its period from that map's, to first order.
+def distance(point: FixedPoint, after: Vector, duration: float) -> float:
+    """How far a gait is from the fixed point of another map, and its mean period from that map's, to first order.
 
-    Of a section with columns of zeros (a trailing foot at rest) only the moving coordinates count.
+    That map leads from the gait's coordinates to `after` in `duration`, over all steps of the gait. Of a section with
+    columns of zeros (a trailing foot at rest) only the moving coordinates count.
     """
-    gap = step.z - point.z
-    matrix = np.eye(gap.size) - point.monodromy_matrix
-    correction = np.linalg.lstsq(matrix, gap, rcond=None)[0]
-    return float(max(np.abs(correction).max(), abs(step.period - point.steps[0].period)))
+    matrix = np.eye(after.size) - point.monodromy_matrix
+    correction = np.linalg.lstsq(matrix, after - point.z, rcond=None)[0]
+    return float(max(np.abs(correction).max(), abs(duration / len(point.steps) - point.period)))
+
+
+def reference_gait(walker: Walker, point: FixedPoint, used: float) -> tuple[str, Vector, float]:
+    """Name of the reference, where its steps lead from the gait's coordinates, and their duration.
+
+    Raises as `reference_step` does.
+    """
+    z, duration, names = point.z, 0.0, []
+    for _ in point.steps:
+        name, step = reference_step(walker, z, used)
+        z, duration, walker = step.z, duration + step.period, walker.exchanged
+        names.append(name)
+    return (LOOSER if LOOSER in names else names[0]), z, duration
+
+
+def from_the_other_leg(here: Parameters, friction: Friction | None, walker: Walker, point: FixedPoint) -> float:
+    """Distance of a gait from that of the same machine whose legs are called the other way round.
+
+    That machine is measured by its own first leg, and takes the gait's second step first. Raises StepFailed.
+    """
+    other = build_walker(here.biped.exchanged, here.slope, friction)
+    start = section_coordinates(point.steps[0].state * walker.scales() / other.scales(), other.p)
+    steps, derivative = iterate(other, start, len(point.steps), here.analytic.tolerance)
+    clock = walker.time / other.time
+    taken = dataclasses.replace(point, z=start, monodromy_matrix=derivative,
+                                steps=tuple(dataclasses.replace(step, period=step.period * clock)
+                                            for step in point.steps))
+    return distance(taken, steps[-1].z, sum(step.period for step in steps))
 
 
 def reference_step(walker: Walker, z: Vector, used: float) -> tuple[str, Step]:
     """Name of the reference and its step from `z`: SciPy on the readable equations where it can follow the legs.
 
     Raises StepFailed if the reference finds no step, NoReference if the rerun does not. Legs that ring fast and long,
-    and limited friction, which the readable path does not know, are checked by a rerun at another tolerance than that
-    `used` for the answer; the energy audit then is what is independent.
+    limited friction and friction at the hip, which the readable path does not know, are checked by a rerun at another
+    tolerance than that `used` for the answer; the energy audit then is what is independent.
     """
     rate, decay = (0.0, 0.0) if isinstance(walker.p, Rigid) else axial_rates(walker.p)
-    if walker.rolls and (rate <= EXPLICIT_RATE or decay * RINGING >= rate):
+    readable_path = walker.rolls and not isinstance(walker.p, Rubbing)
+    if readable_path and (rate <= EXPLICIT_RATE or decay * RINGING >= rate):
         method = "DOP853" if rate <= EXPLICIT_RATE else "Radau"
         with suppress(readable.TooSlow):
             return f"readable, {method}", readable.take_step(walker, z, REFERENCE_TOLERANCE, method)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-#: Models: the constraint model's gait with rolling and with Coulomb feet, one step of it, many steps of it in a row,
-#: a gait's derivatives and the estimate of its error, the compiled penalty walker, Exudyn's planar model in both
-#: assemblies, as its contact stiffens, and the twin.
-GAIT, COULOMB, STEP, MARCH, DERIVATIVES, ESTIMATE, COMPILED, TREE, JOINTS, LIMIT, TWIN = ENGINES = (
-    "gait", "gait, coulomb", "step", "steps in a row", "derivatives", "error estimate", "penalty, compiled", "tree",
-    "joints", "rigid limit", "twin")  # fmt: skip
+#: Models: the constraint model's gait with rolling and with Coulomb feet, that of designs with frames, unequal legs and
+#: more than a hinge at the hip, one step of it, many steps of it in a row, a gait's derivatives and the estimate of its
+#: error, the compiled penalty walker, Exudyn's planar model in both assemblies, as its contact stiffens, and the twin.
+GAIT, COULOMB, DETAILED, STEP, MARCH, DERIVATIVES, ESTIMATE, COMPILED, TREE, JOINTS, LIMIT, TWIN = ENGINES = (
+    "gait", "gait, coulomb", "gait, detailed", "step", "steps in a row", "derivatives", "error estimate",
+    "penalty, compiled", "tree", "joints", "rigid limit", "twin")  # fmt: skip
 #: What is asked of a gait besides itself, wherever the full map asks for one.
 OF_A_GAIT = (DERIVATIVES, ESTIMATE)
 #: What lies on no axis: draws of all parameters, and the study's own parameters.

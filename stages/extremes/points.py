@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 
 from stages.biped.design import Biped
+from stages.extremes.detailed_points import DETAILED_AXES, detailed_changes, detailed_draw
 from stages.extremes.engines import (
     COMPILED,
     COULOMB,
     DERIVATIVES,
+    DETAILED,
     ENGINES,
     ESTIMATE,
     GAIT,
@@ -81,12 +83,14 @@ AXES: tuple[tuple[str, float, float, tuple[float, ...], tuple[str, ...]], ...] =
 #: Points an axis has for each engine in the full map, and engines of which the other maps have the middle one of each
 #: axis; then, by resolution, draws of all parameters together, steps in a row, and the rigid limit. All points of a map
 #: are points of the next one.
-FULL = {GAIT: 14, COULOMB: 10, STEP: 13, DERIVATIVES: 7, ESTIMATE: 7, COMPILED: 9, TREE: 7, JOINTS: 5, TWIN: 5}
+FULL = {GAIT: 14, COULOMB: 10, DETAILED: 7, STEP: 13, DERIVATIVES: 7, ESTIMATE: 7, COMPILED: 9, TREE: 7, JOINTS: 5,
+        TWIN: 5}  # fmt: skip
 COARSE = (GAIT, COULOMB, STEP)
 DRAWS: dict[str, dict[str, int]] = {
     "few": {},
-    "coarse": {STEP: 12, COMPILED: 4, TREE: 4, TWIN: 1},
-    "full": {GAIT: 30, COULOMB: 20, STEP: 1250, DERIVATIVES: 30, ESTIMATE: 30, COMPILED: 40, TREE: 30, TWIN: 8},
+    "coarse": {DETAILED: 4, STEP: 12, COMPILED: 4, TREE: 4, TWIN: 1},
+    "full": {GAIT: 30, COULOMB: 20, DETAILED: 250, STEP: 1250, DERIVATIVES: 30, ESTIMATE: 30, COMPILED: 40, TREE: 30,
+             TWIN: 8},
 }
 MARCHES = {
     "few": (),
@@ -100,7 +104,10 @@ def points(parameters: Parameters) -> tuple[Point, ...]:
     """All points of the resolution that the settings ask for, engine by engine."""
     resolution = parameters.settings.resolution
     full = resolution == "full"
-    found = [Point(engine, USUAL, 1.0, ()) for engine in (FULL if full else COARSE)]
+    found = [Point(engine, USUAL, 1.0, ()) for engine in (FULL if full else COARSE) if engine != DETAILED]
+    for name, low, high in DETAILED_AXES if full else ():
+        found += [Point(DETAILED, name, value, detailed_changes(parameters.biped, name, value))
+                  for value in decades(low, high, FULL[DETAILED])]
     for axis, low, high, more, engines in AXES:
         for engine in (*engines, *(OF_A_GAIT if full and GAIT in engines else ())):
             even = decades(low, high, FULL[engine])
@@ -140,6 +147,8 @@ def changes(biped: Biped, axis: str, value: float) -> tuple[tuple[str, Any], ...
 
 def drawn(biped: Biped, engine: str, number: int) -> list[Point]:
     """Draws of every parameter the engine has, by turns within a factor 2 of the study's and over the whole axes."""
+    if engine == DETAILED:
+        return [Point(engine, TOGETHER, float(draw), detailed_draw(biped, draw)) for draw in range(number)]
     generator = np.random.default_rng([SEED, len(engine)])
     own = [row for row in AXES if (GAIT if engine in (STEP, *OF_A_GAIT) else engine) in row[4]]
     axes = [row for row in own if row[0] not in ALONE and row[0].split(".")[-1] not in ("tolerance", "largest_step")]

@@ -9,7 +9,8 @@ import numpy as np
 
 from stages.biped.progress import Progress, ignore
 from stages.extremes import constraint_points, gait_accounts, penalty_points
-from stages.extremes.engines import COMPILED, COULOMB, GAIT, MARCH, OF_A_GAIT, STEP, TWIN
+from stages.extremes.detailed_points import BLOCK, KINDS, detailed_draw
+from stages.extremes.engines import COMPILED, COULOMB, DETAILED, GAIT, MARCH, OF_A_GAIT, STEP, TWIN
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import Point, points
 from stages.extremes.result import Result
@@ -17,7 +18,7 @@ from stages.extremes.verdict import CRASHED, Finding
 from stages.extremes.watchdog import compute
 
 #: What gives the verdicts on an engine's points.
-EVALUATED = dict.fromkeys((GAIT, COULOMB, STEP, MARCH), constraint_points.evaluate) | dict.fromkeys(
+EVALUATED = dict.fromkeys((GAIT, COULOMB, DETAILED, STEP, MARCH), constraint_points.evaluate) | dict.fromkeys(
     OF_A_GAIT, gait_accounts.evaluate)
 
 
@@ -37,10 +38,12 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
 
 def compile_once(parameters: Parameters) -> None:
     """Leave compiled code on the disk before the clock of a point runs: compiling takes longer than any point."""
-    accounts = OF_A_GAIT if parameters.settings.resolution == "full" else ()
-    for engine in (GAIT, COULOMB, STEP, *accounts, COMPILED, TWIN):
+    full = parameters.settings.resolution == "full"
+    for engine in (GAIT, COULOMB, STEP, *(OF_A_GAIT if full else ()), COMPILED, TWIN):
         evaluate(parameters, Point(engine, "none", 0.0, ()))
-    if accounts:
+    for kind in range(len(KINDS)) if full else ():
+        evaluate(parameters, Point(DETAILED, "none", 0.0, detailed_draw(parameters.biped, kind * BLOCK)))
+    if full:
         evaluate(parameters, Point(COMPILED, "none", 0.0, (("ground.normal_force", "restitution"),)))
 
 

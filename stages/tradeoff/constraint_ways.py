@@ -8,13 +8,14 @@ from functools import partial
 
 import numpy as np
 
-from stages.analytic.errors import StepFailed
-from stages.analytic.gait.poincare import fixed_point, multipliers_of, poincare_derivative, poincare_map
+from stages.analytic.errors import NoGait, StepFailed
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.gait.poincare import fixed_point, iterate, multipliers_of, poincare_map
 from stages.analytic.model.walker import Vector, Walker, build_walker
 from stages.analytic.phases.flow import DOUBLE_STANCE, SINGLE_STANCE
 from stages.analytic.phases.section import section_coordinates, section_state
 from stages.analytic.phases.succession import succeed
-from stages.analytic.walk.recording import Segment, is_last, record, states_at
+from stages.analytic.walk.recording import Segment, crossing_state, is_last, record, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces, sample_walk
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
@@ -24,6 +25,7 @@ from stages.tradeoff.scipy_walk import Rates, compiled_rates, walk_by_scipy
 from stages.tradeoff.way import GRID_HZ, Walked, Way, WayFailed
 
 ROLLING, COULOMB = "constraint model, rolling", "constraint model, coulomb"
+DETAILED = "detailed constraint model"
 #: Points a phase at which its force is looked at for the peak.
 PEAK_POINTS = 400
 #: Steps of the differences that give SciPy's multipliers: lengths change by less than the springs' deflection.
@@ -60,6 +62,15 @@ def scene(biped: Biped, slope: Slope, friction: Friction | None, upright: Stance
     return Scene(ROLLING if friction is None else COULOMB, walker, y, point.z, steps)
 
 
+def detailed_scene(biped: Biped, slope: Slope, steps: int) -> Scene:
+    """The scene of a detailed design with rolling feet, from mid-stance of its own gait. Raises WayFailed."""
+    try:
+        walker, point = find_gait(biped, slope, 1e-13)
+        return Scene(DETAILED, walker, crossing_state(walker, point.z, 1e-13), point.z, steps)
+    except (NoGait, StepFailed) as reason:
+        raise WayFailed(str(reason)) from None
+
+
 def compiled_way(at: Scene, tolerance: float, mark: str = "") -> Way:
     """The compiled integrator of order 8 at a tolerance, with exact multipliers."""
 
@@ -75,7 +86,7 @@ def compiled_way(at: Scene, tolerance: float, mark: str = "") -> Way:
         return measured(at.walker, segments, step.evaluations)
 
     def multiplier() -> float:
-        _, derivative = poincare_derivative(at.walker, at.gait, tolerance)
+        _, derivative = iterate(at.walker, at.gait, at.walker.gait_steps, tolerance)
         return float(np.abs(multipliers_of(derivative))[0])
 
     return Way(at.model, "compiled", {"tolerance": tolerance}, integrate, walk, multiplier, mark)
@@ -128,6 +139,7 @@ def peak_force(walker: Walker, segments: list[Segment]) -> float:
         if is_last(segment) and segment is segments[0]:
             continue
         times = np.linspace(0.0, segment.duration, PEAK_POINTS)
-        states = states_at(segment.phase, segment.times, segment.states, times, walker.p)
-        peaks.append(accelerations_and_forces(segment.phase, states, walker.p)[:, [5, 7]].max())
+        p = walker.on(segment.stance_leg).p
+        states = states_at(segment.phase, segment.times, segment.states, times, p)
+        peaks.append(accelerations_and_forces(segment.phase, states, p)[:, [5, 7]].max())
     return float(max(peaks) * walker.force)

@@ -23,7 +23,7 @@ class Settings:
 
     resolution: str = parameter(
         "-", "few: what claims rest on; coarse: some settings of each way; full: all of them, with the penalty model's "
-        "multipliers", choices=("few", "coarse", "full"))
+        "multipliers and a detailed design", choices=("few", "coarse", "full"))
     walked_steps: int = parameter("1", "steps over which errors are taken", bound=Bound(minimum=2, maximum=20))
 
 

@@ -18,6 +18,8 @@ from stages.tradeoff.parameters import Parameters
 from stages.tradeoff.scipy_walk import readable_rates
 from stages.tradeoff.way import Way
 from stages.twin.machine.connectors import ConnectorTree
+from stages.twin.machine.machine import build
+from stages.twin.machine.projection import project
 
 PAPER, DEFAULT = "paper", "default"
 TRAPEZOIDAL, ALPHA = "trapezoidal", "generalized_alpha"
@@ -39,6 +41,8 @@ class Plan:
 def plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
     """All plans; `analytic` gives the mid-stance and the force of its first sample. Raises WayFailed."""
     yield from constraint_plans(parameters, analytic)
+    if parameters.settings.resolution == "full":
+        yield detailed_plan(parameters)
     yield from penalty_plans(parameters, analytic)
     yield twin_plan(parameters, analytic)
 
@@ -61,6 +65,20 @@ def constraint_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Pla
             compiled += scipy_ways(at, resolution)
         tight = [constraint_ways.compiled_way(at, value) for value in (1e-14, 1e-13)]
         yield Plan(tight[0], tight[1], independent, tuple(compiled))
+
+
+def detailed_plan(parameters: Parameters) -> Plan:
+    """A design with frames and legs that differ, whose steps alternate: the twin as it projects into the plane."""
+    biped = project(build(parameters.biped, parameters.twin))
+    usual, dop = parameters.constraint.tolerance, constraint_ways.everywhere("DOP853")
+    at = constraint_ways.detailed_scene(biped, parameters.slope, parameters.settings.walked_steps)
+    tolerances = sorted({usual, *(10.0**-n for n in range(3, 14))}, reverse=True)
+    ways = [constraint_ways.compiled_way(at, value, DEFAULT if value == usual else "") for value in tolerances]
+    ways += [constraint_ways.scipy_way(at, "SciPy DOP853", dop, value, multiplier=False)
+             for value in (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)]
+    tight = [constraint_ways.compiled_way(at, value) for value in (1e-14, 1e-13)]
+    independent = constraint_ways.scipy_way(at, "readable, SciPy DOP853", dop, 1e-12, readable_rates, multiplier=False)
+    return Plan(tight[0], tight[1], independent, tuple(ways))
 
 
 def scipy_ways(at: constraint_ways.Scene, resolution: str) -> list[Way]:

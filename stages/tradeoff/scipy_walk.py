@@ -66,7 +66,8 @@ def walk_by_scipy(
         if not decided:
             raise WayFailed("friction wedges the trailing foot")
         method = methods[SINGLE_STANCE if phase <= SINGLE_STANCE else DOUBLE_STANCE]
-        times, states, end, spent = one_phase(walker, phase, y, method, tolerance, rates)
+        standing = walker.on(leg)
+        times, states, end, spent = one_phase(standing, phase, y, method, tolerance, rates)
         evaluations += spent
         segment = Segment(
             phase, start, float(times[-1]), leg, origin, times[:-1], states[:-1], end, phase <= SINGLE_STANCE)
@@ -76,7 +77,7 @@ def walk_by_scipy(
         if is_last(segment):
             strikes += 1
             origin, leg = next_origin(walker, segment), 1 - leg
-        phase, decided = succeed(phase, y, walker.p)
+        phase, decided = succeed(phase, y, standing.p)
         if strikes == heel_strikes:
             return segments, y, evaluations
     raise WayFailed("the trailing foot changes its contact without end")

@@ -237,3 +237,46 @@ def test_a_jump_to_an_unstable_gait_of_another_family_is_not_taken():
     _, found = followed(walker, Anchors(anchors), 1e-10)
     _, searched = find_gait(design.biped, design.slope, 1e-10)
     assert by_stability(found) < 0.7 and np.allclose(found.z, searched.z, atol=1e-8)
+
+
+# --- legs that differ ------------------------------------------------------------------------------------------------
+
+LAME_CLOUD = {"count": 24, "seed": 5, "vary": {
+    "biped.other_foot_mass": {"low": 0.3335, "high": 0.3365},
+    "biped.other_leg_length": {"low": 0.33298, "high": 0.33302},
+    "biped.frame_mass": {"low": 0.0, "high": 0.02}, "ground.slope_deg": {"low": 1.8, "high": 2.2}}}  # fmt: skip
+
+
+@pytest.mark.parametrize("biped", [TABLE_1, TABLE_1_RIGID])
+def test_a_map_of_legs_that_differ_has_the_gaits_that_the_search_finds(biped):
+    """Gaits of a stride: means of its two steps, multipliers of both together."""
+    base = DesignPoint(biped, SLOPE)
+    box = boxes.read(LAME_CLOUD, base)
+    task = Task(box, base, TOLERANCE, "complete")
+    known = [each for each in anchors_of(task, 0, 4) if each]
+    rows = np.array(block(Task(box, base, TOLERANCE, "complete", known), 0, box.size))
+    columns = dict(zip([column.name for column in COLUMNS], rows.T, strict=True))
+    assert (columns["answered_by"] <= Way.HOMOTOPY).sum() >= 12  # followed, not searched
+    for row, values in enumerate(box.values(0, box.size)):
+        design = box.design(base, values)
+        try:
+            walker, point = find_gait(design.biped, design.slope, TOLERANCE)
+        except NoGait:
+            assert columns["outcome"][row] == Outcome.NONE
+            continue
+        assert len(point.steps) == 2
+        assert columns["period_s"][row] == pytest.approx(point.period * walker.time, rel=1e-6)
+        assert columns["largest_multiplier"][row] == pytest.approx(by_stability(point), abs=2e-5)
+
+
+def test_a_map_over_the_friction_of_a_hip_begins_without_it():
+    """Of a hip that does not rub a walker has a number less."""
+    base = DesignPoint(TABLE_1_RIGID, SLOPE)
+    box = boxes.read({"kind": "grid", "vary": {"biped.hip_friction": {"low": 0.0, "high": 2e-3, "steps": 5}}}, base)
+    task = Task(box, base, TOLERANCE, "complete")
+    known = [each for each in anchors_of(task, 0, 2) if each]
+    rows = np.array(block(Task(box, base, TOLERANCE, "complete", known), 0, box.size))
+    for row, values in zip(rows, box.values(0, box.size), strict=True):
+        design = box.design(base, values)
+        walker, point = find_gait(design.biped, design.slope, TOLERANCE)
+        assert row[2] == pytest.approx(point.period * walker.time, rel=1e-6)

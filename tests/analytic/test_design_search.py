@@ -12,8 +12,12 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import find_gait, find_gaits
 from stages.analytic.gait.poincare import fixed_point
+from stages.analytic.parameters import Parameters, Settings
+from stages.analytic.questions import design as design_question
+from stages.biped.question import WrongOption
 from stages.ground.slope import Slope
-from tests.analytic.designs import FRICTION, SLOPE, TABLE_1
+from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1
+from tests.analytic.test_detailed import LAME
 
 DESIGN = DesignPoint(TABLE_1, SLOPE)
 TOLERANCE = 1e-10
@@ -169,3 +173,43 @@ def test_more_starts_are_never_worse(start):
     assert len(values) == 3 and values == sorted(values)
     assert values[-1] == pytest.approx(values[0], rel=1e-6)
     assert all(found.path.shape == (len(found.history), 4) for found in searches)
+
+
+@pytest.mark.parametrize("goal", ["multiplier", "speed"])
+def test_gradients_of_gaits_that_limp_agree_with_extrapolated_differences(goal):
+    design = DesignPoint(LAME, SLOPE)
+    _, point = find_gait(LAME, SLOPE, 1e-12)
+    names = ("biped.other_foot_mass", "biped.frame_com", "biped.hip_stiffness")
+    gait = gait_derivatives(design, point, names, 1e-12)
+    parts = GOALS[goal].parts(gait.walker, point, 1e-12)
+    large = parts > 0.05 * parts.max()
+    slopes = GOALS[goal].slopes(gait, 1e-12)[large]
+    for row, name in enumerate(names):
+
+        def at(share, name=name):
+            there = design.with_value(name, design.value(name) * (1 + share)).walker()
+            return GOALS[goal].parts(there, fixed_point(there, point.z, 1e-12), 1e-12)[large]
+
+        coarse, fine = ((at(h) - at(-h)) / (2 * h) for h in (4e-4, 2e-4))
+        assert slopes[:, row] == pytest.approx((4 * fine - coarse) / 3, rel=0, abs=2e-5 * parts.max())
+
+
+def test_a_search_makes_a_gait_that_limps_more_stable():
+    """By a number of the other leg alone; the targets hold for the mean of both steps."""
+    design = DesignPoint(LAME, SLOPE)
+    _, point = find_gait(LAME, SLOPE, TOLERANCE)
+    bounds = {name: (0.97 * design.value(name), 1.03 * design.value(name))
+              for name in ("biped.other_foot_com", "biped.frame_com", "biped.hip_damping")}
+    found = search_design(design, point.z, bounds, targets={"speed_m_s": 0.334}, tolerance=TOLERANCE, iterations=12)[0]
+    assert len(found.best.point.steps) == 2 and found.met
+    assert found.best.gait.speed_m_s == pytest.approx(0.334, rel=1e-6)
+
+
+@pytest.mark.parametrize(("values", "words"), [
+    ({}, "repeat after one step"), ({"legs": "rigid", "hip_friction": 1e-3}, "Coulomb friction at the hip")])
+def test_goals_over_a_stance_say_what_they_do_not_know(values, words):
+    """Legs that differ are named first; a hip that rubs where they are alike."""
+    biped = LAME if not values else dataclasses.replace(TABLE_1, frame_mass=0.01, frame_com=0.02, **values)
+    parameters = Parameters(biped, SLOPE, FRICTION, RUBBER, Settings(1e-8, 1, 100.0))
+    with pytest.raises(WrongOption, match=words):
+        design_question.ask(parameters, design_question.Options(vary=("biped.frame_com",), goal="scuff"), None)

@@ -17,22 +17,27 @@ from stages.analytic.walk.sampling import sample_walk
 from stages.biped.accuracy.estimate import walk_differences
 from stages.ground.friction_coefficients import Friction
 from tests.analytic.designs import SLOPE, TABLE_1
+from tests.analytic.test_detailed import LAME
 
 STEPS = 6
+SLIPPERY = Friction(static_friction=1.1, dynamic_friction=0.9)
 
 
 def computed(walker, z, tolerance):
     point = fixed_point(walker, z, tolerance)
     walk = sample_walk(walker, walk_on(walker, crossing_state(walker, point.z, tolerance), STEPS, tolerance), 2000.0)
-    return point, point.steps[0].period * walker.time, step_length(walker, point) * walker.length, walk
+    return point, point.period * walker.time, step_length(walker, point) * walker.length, walk
 
 
-@pytest.mark.parametrize(("legs", "friction"), [
-    ("compliant", None), ("rigid", None), ("compliant", Friction(static_friction=1.1, dynamic_friction=0.9)),
+@pytest.mark.parametrize(("design", "legs", "friction"), [
+    (TABLE_1, "compliant", None), (TABLE_1, "rigid", None), (TABLE_1, "compliant", SLIPPERY),
+    (LAME, "compliant", None), (LAME, "rigid", None), (LAME, "compliant", SLIPPERY),
 ])  # fmt: skip
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-8])
-def test_the_estimate_is_the_error(legs, friction, tolerance):
-    walker, found = find_gait(dataclasses.replace(TABLE_1, legs=legs), SLOPE, 1e-13, friction)
+def test_the_estimate_is_the_error(design, legs, friction, tolerance):
+    """Of gaits of one step, and of the strides of legs that differ."""
+    walker, found = find_gait(dataclasses.replace(design, legs=legs), SLOPE, 1e-13, friction)
+    assert len(found.steps) == (1 if design is TABLE_1 else 2)
     _, period, length, exact = computed(walker, found.z, 1e-13)
     point, coarse_period, coarse_length, walk = computed(walker, found.z, tolerance)
     estimate = estimate_errors(walker, point, STEPS, tolerance)
@@ -44,9 +49,10 @@ def test_the_estimate_is_the_error(legs, friction, tolerance):
     assert estimate.step_duration == pytest.approx(true["period_s"], rel=0.25)
 
 
-def test_an_error_at_the_start_is_carried_through_impacts_and_phases():
+@pytest.mark.parametrize("design", [TABLE_1, LAME])
+def test_an_error_at_the_start_is_carried_through_impacts_and_phases(design):
     """A small change of the start, carried as an error, is what the changed walk differs by."""
-    walker, found = find_gait(TABLE_1, SLOPE, 1e-13)
+    walker, found = find_gait(design, SLOPE, 1e-13)
     start = crossing_state(walker, found.z, 1e-13)
     change = 1e-7 * np.array([0.0, 0.3, -1.0, 0.2, 1.0, -0.4, 0.5, 0.7])
     walks = [walk_on(walker, start + sign * change, 3, 1e-13) for sign in (1, -1)]

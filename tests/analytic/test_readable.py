@@ -1,9 +1,12 @@
 """The readable SciPy path against the compiled one."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from stages.analytic.errors import StepFailed
+from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import poincare_map
 from stages.analytic.integration import readable
 from stages.analytic.integration.readable import derivative, heel_strike, refine, take_step
@@ -12,6 +15,7 @@ from stages.analytic.phases.section import section_state
 from stages.analytic.phases.transitions import heel_strike_reset
 from stages.analytic.run import run
 from tests.analytic.designs import FRICTION, HEAVY_LEGS, RUBBER, SLOPE, TABLE_1, random_states, walker_of
+from tests.analytic.test_detailed import LAME
 
 
 @pytest.mark.parametrize("kind", ["table_1_gait", "rigid_gait"])
@@ -23,6 +27,18 @@ def test_both_paths_take_the_same_step(kind, request):
         assert np.abs(other.z - compiled.z).max() <= 1e-9
         assert other.period == pytest.approx(compiled.period, rel=1e-9)
         assert other.double_stance == pytest.approx(compiled.double_stance, abs=1e-10)
+
+
+@pytest.mark.parametrize("legs", ["rigid", "compliant"])
+def test_both_paths_take_the_same_stride_of_legs_that_differ(legs):
+    """Frames, a hip with spring and damper, a counterweight: each leg stands once."""
+    walker, point = find_gait(dataclasses.replace(LAME, legs=legs), SLOPE, 1e-11)
+    z = point.z * 1.001
+    for standing in (walker, walker.exchanged):
+        compiled, other = poincare_map(standing, z, 1e-12), take_step(standing, z, 1e-12)
+        assert np.abs(other.z - compiled.z).max() <= 1e-9
+        assert other.period == pytest.approx(compiled.period, rel=1e-9)
+        z = compiled.z
 
 
 def test_both_paths_have_the_same_impact():

@@ -6,8 +6,24 @@ import numpy as np
 import pytest
 
 from pipeline.parameters.loading import load
+from stages.biped.design import Biped
+from stages.biped.quantity import faults
 from stages.extremes import constraint_points, penalty_points
-from stages.extremes.engines import COMPILED, COULOMB, ENGINES, GAIT, JOINTS, MARCH, OF_A_GAIT, STEP, TREE, TWIN
+from stages.extremes.detailed_points import BLOCK, DETAILED_AXES, KINDS, detailed_draw
+from stages.extremes.engines import (
+    COMPILED,
+    COULOMB,
+    DETAILED,
+    ENGINES,
+    GAIT,
+    JOINTS,
+    MARCH,
+    OF_A_GAIT,
+    STEP,
+    TOGETHER,
+    TREE,
+    TWIN,
+)
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import Point, points
 from stages.extremes.run import as_result, evaluate
@@ -94,6 +110,52 @@ def test_a_wrong_gait_is_found_out(parameters, monkeypatch):
 
     monkeypatch.setattr(constraint_points, "find_gait", off)
     finding = evaluate(parameters, Point(GAIT, "none", 0.0, ()))
+    assert finding.status in (WRONG, INACCURATE) and finding.error > 1e-4
+
+
+def test_detailed_points_have_every_detail_and_kind(full, parameters):
+    detailed = [point for point in full if point.engine == DETAILED]
+    assert len(detailed) >= 200 and len({point.axis for point in detailed}) == len(DETAILED_AXES) + 1
+    changed = {name.removeprefix("biped.") for point in detailed for name, _ in point.changes}
+    assert changed >= {"frame_mass", "frame_com", "frame_offset", "frame_inertia", "foot_offset", "hip_stiffness",
+                       "hip_rest_angle", "hip_damping", "hip_friction", "hip_gravity_mass", "other_leg_length",
+                       "other_foot_mass", "other_foot_radius", "other_stiffness", "other_frame_mass"}  # fmt: skip
+    for point in detailed:
+        biped = parameters.changed(point.changes).biped
+        assert not list(faults(biped)) and (biped.detailed or point.axis == TOGETHER)
+
+
+@pytest.mark.parametrize("kind", range(len(KINDS)))
+def test_detailed_draws_are_right_or_have_no_gait(parameters, kind):
+    """Of each kind of walker, so many that some have a gait; those with one are as near to the reference as others."""
+    found = [evaluate(parameters, Point(DETAILED, TOGETHER, draw, detailed_draw(parameters.biped, kind * BLOCK + draw)))
+             for draw in range(4)]  # fmt: skip
+    assert {finding.status for finding in found} <= {RIGHT, REFUSED} and any(each.status == RIGHT for each in found)
+    assert all(each.error < 1e-6 and each.audit < 1e-6 for each in found if each.status == RIGHT)
+
+
+@pytest.mark.slow
+def test_all_detailed_points_are_right_or_have_no_gait(full, parameters):
+    found = [evaluate(parameters, point) for point in full if point.engine == DETAILED]
+    statuses = [finding.status for finding in found]
+    assert set(statuses) <= {RIGHT, REFUSED, UNCONFIRMED} and statuses.count(RIGHT) >= 150
+
+
+@pytest.mark.parametrize("what", ["gait", "exchange"])
+def test_a_wrong_gait_of_a_stride_is_found_out(parameters, monkeypatch, what):
+    """By the reference, or by the same machine whose legs are called the other way round."""
+    honest, exchanged = constraint_points.find_gait, Biped.exchanged
+
+    def off(*arguments):
+        walker, point = honest(*arguments)
+        return walker, dataclasses.replace(point, z=point.z + np.array([2e-4, 0.0, 0.0, 0.0, 0.0]))
+
+    if what == "gait":
+        monkeypatch.setattr(constraint_points, "find_gait", off)
+    else:
+        other = property(lambda biped: dataclasses.replace(exchanged.fget(biped), stiffness=2900.0))
+        monkeypatch.setattr(Biped, "exchanged", other)
+    finding = evaluate(parameters, Point(DETAILED, "none", 0.0, (("biped.other_foot_mass", 0.336),)))
     assert finding.status in (WRONG, INACCURATE) and finding.error > 1e-4
 
 

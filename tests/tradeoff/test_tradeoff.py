@@ -7,7 +7,7 @@ import math
 import pytest
 
 from stages.tradeoff import penalty_ways, twin_ways
-from stages.tradeoff.plan import constraint_plans
+from stages.tradeoff.plan import constraint_plans, detailed_plan
 from stages.tradeoff.result import Errors, Row, cost_at, front, gain
 from stages.tradeoff.run import measure, row_of
 from stages.tradeoff.way import WayFailed
@@ -36,6 +36,18 @@ def test_references_are_confirmed_by_an_integrator_that_shares_no_step_and_no_ev
     assert constraint[0][0].independent_differs.multiplier < 1e-5, "central differences"
     assert constraint[0][0].period == pytest.approx(constraint[1][0].period, rel=0.01)
     assert constraint[0][0].period != constraint[1][0].period
+
+
+def test_a_stride_of_a_detailed_design_is_confirmed_and_converges(parameters):
+    """The twin as it projects into the plane: its steps alternate, and the readable path knows it."""
+    plan = detailed_plan(parameters)
+    reference, rows = measure(dataclasses.replace(plan, ways=plan.ways[:10]))
+    assert reference.independent_differs.hip_position < 1e-10 and reference.second_differs.hip_position < 1e-12
+    assert reference.independent_differs.period < 1e-10 and math.isnan(reference.independent_differs.multiplier)
+    loose, tight = rows[1], rows[-1]
+    assert (loose.tolerance, tight.tolerance) == (1e-4, 1e-12)
+    for name in ("hip_position", "period", "multiplier"):
+        assert math.log10(getattr(loose.errors, name) / getattr(tight.errors, name)) > 5.0, name
 
 
 def test_errors_of_the_compiled_way_fall_with_its_order(constraint):

@@ -17,7 +17,7 @@ from stages.analytic.derivatives.response import (
 )
 from stages.analytic.model.elimination import dot
 from stages.analytic.model.kinds import Compliant, Limited
-from stages.analytic.model.varied import Varied, VariedCompliant, VariedLimited, VariedRigid
+from stages.analytic.model.varied import Varied, VariedCompliant, VariedLimited, VariedRigidLegs
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import (
     DOUBLE_STANCE,
@@ -38,7 +38,7 @@ def row_of(p: Varied, dy: Vector, start: int, base: int) -> int:
 
 
 @compiled
-def rigid_varied_guard(phase: int, y: Vector, p: VariedRigid, dy: Vector, start: int) -> Guard:
+def rigid_varied_guard(phase: int, y: Vector, p: VariedRigidLegs, dy: Vector, start: int) -> Guard:
     """`guard` of rigid legs."""
     value, change, over = guard(phase, y, p.plain, dy, start)
     row = row_of(p, dy, start, 4)

@@ -15,7 +15,7 @@ from stages.analytic.derivatives.response import change_of, contact_rate_change,
 from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot, factor_constrained, solve, solve_constrained
 from stages.analytic.model.kinds import Compliant, Limited
-from stages.analytic.model.varied import VariedLimited, VariedRigid, VariedRolling
+from stages.analytic.model.varied import VariedLimited, VariedRigidLegs, VariedRolling
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.coulomb_impact import LIFTS, STICKS, UNDECIDED, land, strike, trailing_impulse
 from stages.analytic.phases.flow import HOVERING, SINGLE_STANCE, push_of
@@ -24,7 +24,7 @@ from stages.analytic.phases.transitions import foot_clearance, heel_strike_reset
 
 
 @compiled
-def rigid_varied_reset(y: Vector, p: VariedRigid) -> bool:
+def rigid_varied_reset(y: Vector, p: VariedRigidLegs) -> bool:
     """`heel_strike_reset` of rigid legs."""
     before = (y[0], y[1], y[2], y[3])
     decided = heel_strike_reset(y, p.plain)

@@ -14,10 +14,11 @@ from stages.analytic.derivatives.response import (
 )
 from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import solve, solve_constrained
-from stages.analytic.model.varied import VariedCompliant, VariedLimited, VariedRigid
+from stages.analytic.model.varied import VariedCompliant, VariedLimited, VariedRigid, VariedRubbing
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import (
     DOUBLE_STANCE,
+    HIP_STICKS,
     SLIDING_BACK,
     SLIDING_FORWARD,
     contact_directions,
@@ -31,6 +32,7 @@ from stages.analytic.phases.flow import (
     sliding_rates,
     store,
 )
+from stages.analytic.phases.hip_friction import rubbing_rates, sign_of
 
 
 @inlined
@@ -51,6 +53,24 @@ def rigid_varied_rates(phase: int, y: Vector, p: VariedRigid, rates: Vector) -> 
         start = y.size - 4 * (rows - row)
         rates[start + 2] += change[0]
         rates[start + 3] += change[1]
+
+
+@compiled
+def rubbing_varied_rates(phase: int, y: Vector, p: VariedRubbing, rates: Vector) -> None:
+    """`flow` of rigid legs with friction at the hip, whose torque may change as well."""
+    rubbing_rates(phase, y, p.plain, rates)
+    _, inverse = rigid_acceleration(y, p.plain)
+    each1, each2 = inverse[0] + inverse[1], inverse[1] + inverse[2]
+    by, rows = rigid_by(y, (rates[2], rates[3]), p.plain), p.along.shape[0]
+    for row in range(rows):
+        d = change_of(p, row)
+        change = rigid_response(by, inverse, d)
+        torque = -sign_of(phase) * d.tau_h
+        if phase == HIP_STICKS:
+            torque = -(change[0] + change[1]) / (each1 + each2)
+        start = y.size - 4 * (rows - row)
+        rates[start + 2] += change[0] + each1 * torque
+        rates[start + 3] += change[1] + each2 * torque
 
 
 @inlined

@@ -13,7 +13,7 @@ from stages.analytic.derivatives.response import change_of, clearance_change, co
 from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot
 from stages.analytic.model.kinds import DetailedRigid, PlainRigid, RubbingRigid
-from stages.analytic.model.varied import Varied, VariedCompliant, VariedLimited, VariedRigid
+from stages.analytic.model.varied import Varied, VariedCompliant, VariedLimited, VariedRigidLegs
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import contact_directions, row4_times
 from stages.analytic.phases.section import ENTRIES, RIGID_ENTRIES, limited_coordinates
@@ -38,7 +38,7 @@ trailing_angle_change: Callable[..., float] = ByKind({
 
 
 @compiled
-def rigid_section_change(y: Vector, p: VariedRigid) -> Vector:
+def rigid_section_change(y: Vector, p: VariedRigidLegs) -> Vector:
     """`section_change` of rigid legs."""
     changes = np.zeros(4 * p.along.shape[0])
     for row in range(p.along.shape[0]):
@@ -69,7 +69,7 @@ def compliant_section_change(y: Vector, p: VariedCompliant) -> Vector:
 #: Change of the state y on the section at given section coordinates, rows of `along` one after another:
 #: section_change(y, p).
 section_change: Callable[..., Vector] = ByKind({
-    VariedRigid: rigid_section_change, VariedCompliant: compliant_section_change})
+    VariedRigidLegs: rigid_section_change, VariedCompliant: compliant_section_change})
 
 
 @compiled
@@ -93,7 +93,7 @@ def limited_speed_changes(y: Vector, p: VariedLimited, changes: np.ndarray) -> N
 
 def coordinate_changes(y: Vector, p: Varied) -> np.ndarray:
     """Changes (j, n) of the section coordinates from the last n variations of the state in y, at the end of a step."""
-    size, entries = (4, RIGID_ENTRIES) if isinstance(p, VariedRigid) else (8, ENTRIES)
+    size, entries = (4, RIGID_ENTRIES) if isinstance(p, VariedRigidLegs) else (8, ENTRIES)
     rows = p.along.shape[0]
     moved = y[y.size - size * rows :].reshape(rows, size)
     changes = np.zeros((7 if isinstance(p, VariedLimited) else len(entries), rows))

@@ -13,9 +13,8 @@ import numpy as np
 
 from stages.analytic.derivatives import walking
 from stages.analytic.derivatives.section import coordinate_changes, section_change
-from stages.analytic.errors import StepFailed
 from stages.analytic.gait.poincare import Step, advance, start_state
-from stages.analytic.model.kinds import Plain, RubbingRigid, with_legs_exchanged
+from stages.analytic.model.kinds import Plain, with_legs_exchanged
 from stages.analytic.model.varied import varied
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_coordinates, section_derivative, section_tangent
@@ -41,8 +40,6 @@ def varied_step(walker: Walker, z: Vector, along: np.ndarray, tolerance: float) 
 
     `along` (n, fields of `walker.p`) are changes of the walker's numbers. Raises StepFailed like `poincare_map`.
     """
-    if isinstance(walker.p, RubbingRigid):
-        raise StepFailed("a gait with friction at the hip has no derivatives by parameters here")
     z = np.asarray(z, dtype=float)
     start, size, free = start_state(walker, z), walker.size, z.size
     p = varied(walker.p, along, free + len(along))

@@ -10,17 +10,37 @@ from stages.analytic.derivatives.impacts import (
     rigid_varied_reset,
     rolling_varied_reset,
 )
-from stages.analytic.derivatives.rates import limited_varied_rates, rigid_varied_rates, rolling_varied_rates
+from stages.analytic.derivatives.rates import (
+    limited_varied_rates,
+    rigid_varied_rates,
+    rolling_varied_rates,
+    rubbing_varied_rates,
+)
 from stages.analytic.integration import dop853_step, radau
 from stages.analytic.integration.integrator import error_norm, take_step
 from stages.analytic.integration.phase import failure
 from stages.analytic.model.kinds import Kind
 from stages.analytic.model.terms import exchanged
-from stages.analytic.model.varied import StiffVaried, Varied, VariedLimited, VariedRigid, VariedRolling
+from stages.analytic.model.varied import (
+    StiffVaried,
+    Varied,
+    VariedLimited,
+    VariedRigid,
+    VariedRigidLegs,
+    VariedRolling,
+    VariedRubbing,
+)
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import flow
 from stages.analytic.phases.guards import guard
-from stages.analytic.phases.succession import Next, first_phase, rigid_succession, rolling_succession, succeed
+from stages.analytic.phases.succession import (
+    Next,
+    first_phase,
+    rigid_succession,
+    rolling_succession,
+    rubbing_succession,
+    succeed,
+)
 from stages.analytic.phases.transitions import heel_strike_reset
 
 
@@ -45,13 +65,15 @@ def plain_exchanged(p: Varied) -> Kind:
 
 extend(exchanged, {Varied: plain_exchanged})
 extend(flow, {
-    VariedRigid: rigid_varied_rates, VariedRolling: rolling_varied_rates, VariedLimited: limited_varied_rates})
+    VariedRigid: rigid_varied_rates, VariedRubbing: rubbing_varied_rates, VariedRolling: rolling_varied_rates,
+    VariedLimited: limited_varied_rates})
 extend(guard, {
-    VariedRigid: rigid_varied_guard, VariedRolling: rolling_varied_guard, VariedLimited: limited_varied_guard})
+    VariedRigidLegs: rigid_varied_guard, VariedRolling: rolling_varied_guard, VariedLimited: limited_varied_guard})
 extend(heel_strike_reset, {
-    VariedRigid: rigid_varied_reset, VariedRolling: rolling_varied_reset, VariedLimited: limited_varied_reset})
+    VariedRigidLegs: rigid_varied_reset, VariedRolling: rolling_varied_reset, VariedLimited: limited_varied_reset})
 extend(succeed, {
-    VariedRigid: rigid_succession, VariedRolling: rolling_succession, VariedLimited: limited_varied_succession})
+    VariedRigid: rigid_succession, VariedRubbing: rubbing_succession, VariedRolling: rolling_succession,
+    VariedLimited: limited_varied_succession})
 extend(first_phase, {Varied: plain_first_phase})
 extend(failure, {Varied: plain_failure})
 extend(take_step, {StiffVaried: radau.take_step, Varied: dop853_step.take_step})

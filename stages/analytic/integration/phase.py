@@ -23,7 +23,7 @@ from stages.analytic.model.kinds import (
     Rolling,
     Smooth,
 )
-from stages.analytic.model.varied import Varied, VariedCompliant, VariedRigid, keep_delay
+from stages.analytic.model.varied import Varied, VariedCompliant, VariedRigidLegs, VariedSmooth, keep_delay
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.coulomb_guard import wedges
 from stages.analytic.phases.flow import DOUBLE_STANCE, HOVERING, SLIDING_FORWARD, flow
@@ -96,7 +96,7 @@ def eight(p: Kind) -> int:
 
 
 #: Length of a state and of each of its variations: state_size(p).
-state_size: Callable[..., int] = ByKind({Rigid | VariedRigid: four, Compliant | VariedCompliant: eight})
+state_size: Callable[..., int] = ByKind({Rigid | VariedRigidLegs: four, Compliant | VariedCompliant: eight})
 #: The status that ends a phase before its event, or EVENT if nothing does: failure(phase, y, p).
 failure: Callable[..., int] = ByKind({Rigid: rigid_failure, Rolling: rolling_failure, Limited: limited_failure})
 
@@ -130,7 +130,7 @@ def falling_root(g0: float, d0: float, g1: float, d1: float) -> float:
 
 @inlined
 def locate(
-    phase: int, y: Vector, h: float, g0: float, d0: float, g1: float, d1: float, p: Kind,
+    phase: int, y: Vector, h: float, g0: float, d0: float, g1: float, d1: float, p: Kind | Varied,
     stages: np.ndarray, event: Vector, rates: Vector,
 ) -> float:  # fmt: skip
     """Shorten the step from `y` until the guard is zero at its end; returns the length of that step.
@@ -162,7 +162,9 @@ def locate(
 
 
 @inlined
-def shift_to_event(phase: int, y: Vector, p: Kind, event: Vector, event_rates: Vector, rate: float) -> None:
+def shift_to_event(
+    phase: int, y: Vector, p: Kind | Varied, event: Vector, event_rates: Vector, rate: float
+) -> None:  # fmt: skip
     """Variations at fixed time become variations at the event, in `y`; `rate` is that of the guard there."""
     base = state_size(p)
     for start in range(base, y.size, base):
@@ -242,4 +244,4 @@ def integrate_smooth(
 
 #: Integrate `y` in place to the event of the phase: integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes)
 #: as `integrate_smooth` says. Friction at the hip has its own, `rubbing`.
-integrate: Callable[..., tuple[int, float, float, int, int]] = ByKind({Smooth | Varied: integrate_smooth})
+integrate: Callable[..., tuple[int, float, float, int, int]] = ByKind({Smooth | VariedSmooth: integrate_smooth})

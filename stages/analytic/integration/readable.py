@@ -19,7 +19,16 @@ from scipy.integrate import solve_ivp
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.poincare import TIME_LIMIT_OF_A_PHASE, FixedPoint, Step
 from stages.analytic.model import derivation as d
-from stages.analytic.model.kinds import PlainRigid, PlainRolling, Rigid
+from stages.analytic.model.kinds import (
+    Detailed,
+    DetailedRigid,
+    DetailedRolling,
+    PlainRigid,
+    PlainRolling,
+    Rigid,
+    natural_lengths,
+    radii,
+)
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_coordinates, section_state
 
@@ -47,15 +56,17 @@ class Terms:
     handover: Callable[..., np.ndarray]
 
 
-@lru_cache(maxsize=2)
-def terms(legs: str) -> Terms:
-    """Terms for `legs` "compliant" or "rigid", straight from the derivation."""
-    equations = d.derive(legs)
+@lru_cache(maxsize=4)
+def terms(legs: str, detailed: bool = False) -> Terms:
+    """Terms for `legs` "compliant" or "rigid", of Table 1 or of a detailed design, straight from the derivation."""
+    design = d.DETAILED if detailed else d.TABLE_1
+    equations = d.derive(legs, design)
     q, qd, jacobian = equations.coordinates, equations.rates, equations.constraint_jacobian
     bias = d.time_derivative(jacobian, q, qd).T * qd
     force = equations.applied_force - equations.coriolis * qd
-    names = (PlainRigid if legs == "rigid" else PlainRolling)._fields  # no term holds friction
-    arguments = [[*q, *qd], [d.PARAMETERS[name] for name in names]]
+    kinds: tuple[Any, Any] = (DetailedRigid, DetailedRolling) if detailed else (PlainRigid, PlainRolling)
+    names = kinds[0 if legs == "rigid" else 1]._fields  # no term holds friction
+    arguments = [[*q, *qd], [design.parameters[name] for name in names]]
 
     def function(matrix: sp.Matrix) -> Callable[..., np.ndarray]:
         compute: Callable[..., np.ndarray] = sp.lambdify(arguments, matrix, "numpy", cse=True)
@@ -65,9 +76,14 @@ def terms(legs: str) -> Terms:
                  function(bias), function(d.handover_matrix(equations)))
 
 
+def terms_of(walker: Walker) -> Terms:
+    """The terms of a walker's kind."""
+    return terms("rigid" if walker.rigid else "compliant", isinstance(walker.p, Detailed))
+
+
 def accelerations(walker: Walker, y: Vector, both_feet: bool) -> tuple[Vector, Vector]:
     """qdd and, with both feet on the ground, the forces lambda on the second one: eq. (6) solved as it stands."""
-    t = terms("rigid" if walker.rigid else "compliant")
+    t = terms_of(walker)
     mass, force = t.mass(y, walker.p), t.force(y, walker.p).ravel()
     if not both_feet:
         return np.linalg.solve(mass, force), np.zeros(2)
@@ -79,15 +95,16 @@ def accelerations(walker: Walker, y: Vector, both_feet: bool) -> tuple[Vector, V
 
 def clearance(walker: Walker, y: Vector) -> float:
     """Height of the swing foot above the ground, eq. (3)."""
-    t = terms("rigid" if walker.rigid else "compliant")
+    t = terms_of(walker)
     return float(t.constraint(y, walker.p)[0, 0])
 
 
 def advance(walker: Walker, y: Vector) -> float:
     """Distance of the second foot's centre ahead of the stance foot's."""
-    theta, stance, psi, swing = (y[0], 1.0, y[1], 1.0) if walker.rigid else y[:4]
-    radius = walker.p.r
-    return float((stance - radius) * np.sin(theta) + (swing - radius) * np.sin(psi))
+    own, other = natural_lengths(walker.p)
+    theta, stance, psi, swing = (y[0], own, y[1], other) if walker.rigid else y[:4]
+    radius, second = radii(walker.p)
+    return float((stance - radius) * np.sin(theta) + (swing - second) * np.sin(psi))
 
 
 def integrate(
@@ -140,11 +157,11 @@ def single_stance(walker: Walker, y: Vector, tolerance: float, method: str = "DO
 
 def heel_strike(walker: Walker, y: Vector) -> Vector:
     """State after the plastic impact, legs renamed: theta+ = -psi, psi+ = -theta, L_1 and L_2 swap."""
-    t = terms("rigid" if walker.rigid else "compliant")
+    t = terms_of(walker)
     if walker.rigid:
         q = -y[1::-1]
         after = np.concatenate([q, np.zeros(2)])
-        return np.concatenate([q, np.linalg.solve(t.mass(after, walker.p), t.handover(y, walker.p) @ y[2:])])
+        return np.concatenate([q, np.linalg.solve(t.mass(after, walker.exchanged.p), t.handover(y, walker.p) @ y[2:])])
     mass, pi = t.mass(y, walker.p), t.constraint_jacobian(y, walker.p)
     system = np.block([[mass, -pi], [pi.T, np.zeros((2, 2))]])
     qd = np.linalg.solve(system, np.concatenate([mass @ y[4:], np.zeros(2)]))[:4]
@@ -162,7 +179,7 @@ def take_step(walker: Walker, z: Vector, tolerance: float, method: str = "DOP853
         double, y = double_stance(walker, y, tolerance, method)
     single, y = single_stance(walker, y, tolerance, method)
     y = heel_strike(walker, y)
-    return Step(section_coordinates(y, walker.p), y, double + single, double, 0)
+    return Step(section_coordinates(y, walker.exchanged.p), y, double + single, double, 0)
 
 
 def derivative(walker: Walker, z: Vector, tolerance: float) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Integrates rigid legs whose hip rubs or sticks: to heel strike, or to where the hip does otherwise if that is first.
+"""Integrates legs whose hip rubs or sticks: to the end of stance, or to where the hip does otherwise if that is first.
 """
 
 from __future__ import annotations
@@ -19,29 +19,33 @@ from stages.analytic.integration.phase import (
     integrate,
     locate,
     shift_to_event,
+    state_size,
 )
-from stages.analytic.model.kinds import RubbingRigid
+from stages.analytic.model.kinds import RubbingRigid, RubbingRolling
+from stages.analytic.model.varied import VariedRubbing, keep_delay, plain
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import HIP_STICKS, flow
 from stages.analytic.phases.guards import guard
-from stages.analytic.phases.hip_friction import AT_REST, hip_guard, sign_of
+from stages.analytic.phases.hip_friction import AT_REST, hip_guard, hip_rate, sign_of
 from stages.analytic.phases.transitions import hidden_crossing
+
+Rubbing = RubbingRigid | RubbingRolling | VariedRubbing
 
 
 @compiled
-def located_turn(phase: int, y: Vector, h: float, p: RubbingRigid, stages: np.ndarray, event: Vector) -> float:
+def located_turn(phase: int, y: Vector, h: float, p: Rubbing, stages: np.ndarray, event: Vector) -> float:
     """Length of the step from `y` after which the hip's guard is zero, by false position with bisections."""
-    low, high = 0.0, h
-    g_low, g_high = max(hip_guard(phase, y, p), 0.0), -1.0
+    low, high, numbers = 0.0, h, plain(p)
+    g_low, g_high = max(hip_guard(phase, y, numbers), 0.0), -1.0
     take_step(phase, y, h, p, stages, event)
-    g_high = hip_guard(phase, event, p)
+    g_high = hip_guard(phase, event, numbers)
     length = h
     for turn in range(100):
         length = 0.5 * (low + high)
         if turn % 3 < 2 and g_low > 0.0:
             length = low + (high - low) * g_low / (g_low - g_high)
         take_step(phase, y, length, p, stages, event)
-        g = hip_guard(phase, event, p)
+        g = hip_guard(phase, event, numbers)
         if g >= 0.0:
             low, g_low = length, g
         else:
@@ -52,31 +56,36 @@ def located_turn(phase: int, y: Vector, h: float, p: RubbingRigid, stages: np.nd
 
 
 @compiled
-def cross_turn(phase: int, y: Vector, p: RubbingRigid) -> None:
+def cross_turn(phase: int, y: Vector, p: Rubbing) -> None:
     """Variations of a state at which a slipping hip stops, at the time of that event, in place."""
-    before = np.empty(4)
-    flow(phase, y[:4].copy(), p, before)
-    closing = before[2] + before[3]
-    for start in range(4, y.size, 4):
-        delay = -(y[start + 2] + y[start + 3]) / closing
-        for i in range(4):
+    base, numbers = state_size(p), plain(p)
+    before = np.empty(base)
+    flow(phase, y[:base].copy(), numbers, before)
+    closing = hip_rate(before, 0, numbers)
+    for start in range(base, y.size, base):
+        delay = -hip_rate(y, start, numbers) / closing
+        keep_delay(p, start, delay)
+        for i in range(base):
             y[start + i] += before[i] * delay
 
 
 @compiled
 def integrate_rubbing(
-    phase: int, y: Vector, p: RubbingRigid, tolerance: float, time_limit: float, step_limit: int, h: float,
+    phase: int, y: Vector, p: Rubbing, tolerance: float, time_limit: float, step_limit: int, h: float,
     nodes: np.ndarray,
 ) -> tuple[int, float, float, int, int]:  # fmt: skip
     """`integrate` with friction at the hip.
 
     Where a hip that sticks lets go the rates do not jump, and variations need no shift to that event.
     """
-    size, count, time, evaluations, rejected = y.size, 0, 0.0, 1, False
+    size, count, time, evaluations, rejected, numbers = y.size, 0, 0.0, 1, False, plain(p)
+    base = state_size(p)
     stages, new, rates = np.empty((STAGES, size)), np.empty(size), np.empty(size)
     event, event_rates = np.empty(size), np.empty(size)
     flow(phase, y, p, stages[0])
     g0, d0, armed0 = guard(phase, y, p, stages[0], 0)
+    if phase > HIP_STICKS and (g0 < 0.0 or (g0 == 0.0 and d0 < 0.0)):  # the trailing foot leaves at once
+        return EVENT, 0.0, h, count, evaluations
     for _ in range(step_limit):
         if h < SMALLEST_STEP:
             return STEP_FLOOR, time, h, count, evaluations
@@ -88,15 +97,15 @@ def integrate_rubbing(
             continue
         flow(phase, new, p, rates)
         g1, d1, armed = guard(phase, new, p, rates, 0)
-        hip0, hip1, sign = hip_guard(phase, y, p), hip_guard(phase, new, p), sign_of(phase)
-        slope0, slope1 = sign * (stages[0, 2] + stages[0, 3]), sign * (rates[2] + rates[3])
-        unseen = phase != HIP_STICKS and hidden_crossing(max(hip0, 0.0), slope0, hip1, slope1, h)
+        hip0, hip1, sign = hip_guard(phase, y, numbers), hip_guard(phase, new, numbers), sign_of(phase)
+        slope0, slope1 = sign * hip_rate(stages[0], 0, numbers), sign * hip_rate(rates, 0, numbers)
+        unseen = sign != 0 and hidden_crossing(max(hip0, 0.0), slope0, hip1, slope1, h)
         if h > GUARD_STEP and (unseen or (armed and hidden_crossing(g0, d0, g1, d1, h))):
             h *= 0.5
             continue
         if count < nodes.shape[0]:
             nodes[count, 0], nodes[count, 1] = time, phase
-            for i in range(4):
+            for i in range(base):
                 nodes[count, 2 + i] = y[i]
             count += 1
         turn = located_turn(phase, y, h, p, stages, event) if hip1 < -AT_REST else 2.0 * h
@@ -110,7 +119,7 @@ def integrate_rubbing(
         if turn <= h:
             take_step(phase, y, turn, p, stages, event)
             copy(event, y)
-            if phase != HIP_STICKS:
+            if sign != 0:
                 cross_turn(phase, y, p)
             return EVENT, time + turn, h, count, evaluations
         time += h
@@ -127,4 +136,4 @@ def integrate_rubbing(
     return STEP_LIMIT, time, h, count, evaluations
 
 
-extend(integrate, {RubbingRigid: integrate_rubbing})
+extend(integrate, {Rubbing: integrate_rubbing})

@@ -6,7 +6,7 @@ import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.newton import is_walking
-from stages.analytic.gait.poincare import FixedPoint, poincare_derivative, poincare_map
+from stages.analytic.gait.poincare import FixedPoint, iterate, poincare_map
 from stages.analytic.maps.anchors import Anchor, anchor, with_numbers
 from stages.analytic.model.kinds import Rigid
 from stages.analytic.model.stiffness import attainable_tolerance
@@ -39,11 +39,11 @@ def corrected(walker: Walker, z: Vector, tolerance: float) -> FixedPoint | None:
         for _ in range(CORRECTIONS):
             if inverse is None:
                 renewals += 1
-                step, by_state = poincare_derivative(walker, z, max(ROUGH, fine))
-                inverse = np.linalg.inv(unit - by_state)
+                steps, by_state = iterate(walker, z, walker.gait_steps, max(ROUGH, fine))
+                image, inverse = steps[-1].z, np.linalg.inv(unit - by_state)
             else:
-                step = poincare_map(walker, z, fine)
-            change = inverse @ (step.z - z)
+                image = repeated(walker, z, fine)
+            change = inverse @ (image - z)
             before, size = size, float(np.abs(change).max())
             if size > LONGEST or not size <= max(2 * before, 1e-12):
                 return None
@@ -53,7 +53,7 @@ def corrected(walker: Walker, z: Vector, tolerance: float) -> FixedPoint | None:
                 if found.residual <= good_enough:
                     return found if is_walking(found) else None
                 inverse, size = np.linalg.inv(unit - found.monodromy_matrix), np.inf
-                z = z + inverse @ (found.steps[0].z - z)
+                z = z + inverse @ (found.steps[-1].z - z)
             elif size > KEEPS * before and size > good_enough:
                 if renewals == RENEWALS:
                     return None
@@ -64,9 +64,16 @@ def corrected(walker: Walker, z: Vector, tolerance: float) -> FixedPoint | None:
 
 
 def exact(walker: Walker, z: Vector, tolerance: float) -> FixedPoint:
-    """The point `z` with its step and derivative. Raises StepFailed like `poincare_map`."""
-    step, by_state = poincare_derivative(walker, z, tolerance)
-    return FixedPoint(z, (step,), by_state, float(np.abs(step.z - z).max()))
+    """The point `z` with its steps and derivative. Raises StepFailed like `poincare_map`."""
+    steps, by_state = iterate(walker, z, walker.gait_steps, tolerance)
+    return FixedPoint(z, tuple(steps), by_state, float(np.abs(steps[-1].z - z).max()))
+
+
+def repeated(walker: Walker, z: Vector, tolerance: float) -> Vector:
+    """Image of section coordinates `z` after the steps of a gait. Raises StepFailed like `poincare_map`."""
+    for _ in range(walker.gait_steps):
+        z, walker = poincare_map(walker, z, tolerance).z, walker.exchanged
+    return z
 
 
 def along_tangent(walker: Walker, known: Anchor, tolerance: float) -> FixedPoint | None:

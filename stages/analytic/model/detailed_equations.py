@@ -14,6 +14,7 @@ from stages.analytic.model.kinds import (
     DetailedRigid,
     DetailedRolling,
     RubbingRigid,
+    RubbingRolling,
     StiffDetailedLimited,
     StiffDetailedRolling,
 )
@@ -1109,6 +1110,12 @@ def exchanged_rolling(p: DetailedRolling) -> DetailedRolling:
 def exchanged_limited(p: DetailedLimited) -> DetailedLimited:
     """The walker with its legs exchanged."""
     return DetailedLimited(p.M, p.M_g, p.m_2, p.L_nat_2, p.r_2, p.l_2, p.k_2, p.b_2, p.I_2, p.e_2, p.m_f_2, p.l_f_2, p.e_f_2, p.I_f_2, p.m, p.L_nat, p.r, p.l, p.k, p.b, p.I, p.e, p.m_f, p.l_f, p.e_f, p.I_f, p.k_h, p.b_h, -p.phi_h, p.g_x, p.g_y, p.mu_s, p.mu_d)
+
+
+@compiled
+def exchanged_rubbing_rolling(p: RubbingRolling) -> RubbingRolling:
+    """The walker with its legs exchanged."""
+    return RubbingRolling(p.M, p.M_g, p.m_2, p.L_nat_2, p.r_2, p.l_2, p.k_2, p.b_2, p.I_2, p.e_2, p.m_f_2, p.l_f_2, p.e_f_2, p.I_f_2, p.m, p.L_nat, p.r, p.l, p.k, p.b, p.I, p.e, p.m_f, p.l_f, p.e_f, p.I_f, p.k_h, p.b_h, -p.phi_h, p.g_x, p.g_y, p.tau_h)
 
 
 @compiled

@@ -23,6 +23,7 @@ from stages.analytic.model.kinds import (
     DetailedRigid,
     DetailedRolling,
     RubbingRigid,
+    RubbingRolling,
     StiffDetailedLimited,
     StiffDetailedRolling,
 )
@@ -43,6 +44,7 @@ from stages.analytic.model.kinds import Compliant, Rigid
 #: What the detailed kinds are called in names of functions.
 CALLED: dict[Any, str] = {
     DetailedRigid: "rigid", RubbingRigid: "rubbing", DetailedRolling: "rolling", DetailedLimited: "limited",
+    RubbingRolling: "rubbing_rolling",
     StiffDetailedRolling: "stiff_rolling", StiffDetailedLimited: "stiff_limited"}
 DETAILED_HEADER = HEADER.replace("Compliant, Rigid", "(\n    DetailedCompliant,\n" + "".join(
     f"    {name},\n" for name in sorted(kind.__name__ for kind in CALLED)) + ")")

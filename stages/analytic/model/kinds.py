@@ -172,6 +172,43 @@ class DetailedRolling(NamedTuple):
     g_y: float
 
 
+class RubbingRolling(NamedTuple):
+    """`DetailedRolling` with Coulomb friction of torque tau_h at the hip."""
+
+    M: float
+    M_g: float
+    m: float
+    L_nat: float
+    r: float
+    l: float  # noqa: E741
+    k: float
+    b: float
+    I: float  # noqa: E741
+    e: float
+    m_f: float
+    l_f: float
+    e_f: float
+    I_f: float
+    m_2: float
+    L_nat_2: float
+    r_2: float
+    l_2: float
+    k_2: float
+    b_2: float
+    I_2: float
+    e_2: float
+    m_f_2: float
+    l_f_2: float
+    e_f_2: float
+    I_f_2: float
+    k_h: float
+    b_h: float
+    phi_h: float
+    g_x: float
+    g_y: float
+    tau_h: float
+
+
 class DetailedLimited(NamedTuple):
     """`PlainLimited` with frames, hip and legs of their own."""
 
@@ -222,19 +259,22 @@ class StiffDetailedLimited(DetailedLimited):
     __slots__ = ()
 
 
-DetailedCompliant = DetailedRolling | DetailedLimited
+DetailedCompliant = DetailedRolling | RubbingRolling | DetailedLimited
 Detailed = DetailedRigid | RubbingRigid | DetailedCompliant
 PlainCompliant = PlainRolling | PlainLimited
 Plain = PlainRigid | PlainCompliant
 #: Kinds by what their feet and legs do, whether plain or detailed.
 Rigid = PlainRigid | DetailedRigid | RubbingRigid
-Rolling = PlainRolling | DetailedRolling
+Rolling = PlainRolling | DetailedRolling | RubbingRolling
 Limited = PlainLimited | DetailedLimited
-Compliant = PlainRolling | PlainLimited | DetailedRolling | DetailedLimited
+Compliant = Rolling | Limited
 Stiff = StiffRolling | StiffLimited | StiffDetailedRolling | StiffDetailedLimited
-#: Kinds without friction at the hip.
-Smooth = PlainRigid | DetailedRigid | Compliant
-Kind = Smooth | RubbingRigid
+#: Kinds with Coulomb friction at the hip, and without it.
+Rubbing = RubbingRigid | RubbingRolling
+SmoothRigid = PlainRigid | DetailedRigid
+SmoothRolling = PlainRolling | DetailedRolling
+Smooth = SmoothRigid | SmoothRolling | Limited
+Kind = Smooth | Rubbing
 
 
 def with_legs_exchanged(p: Kind) -> Kind:

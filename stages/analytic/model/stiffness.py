@@ -16,6 +16,7 @@ from stages.analytic.model.kinds import (
     PlainLimited,
     PlainRolling,
     Rigid,
+    RubbingRolling,
     StiffDetailedLimited,
     StiffDetailedRolling,
     StiffLimited,
@@ -28,7 +29,8 @@ STIFF_RATE, STIFF_DECAY = 1500.0, 400.0
 #: Compliant kinds, each with that for stiff legs.
 PAIRS: tuple[tuple[Any, Any], ...] = (
     (PlainRolling, StiffRolling), (PlainLimited, StiffLimited),
-    (DetailedRolling, StiffDetailedRolling), (DetailedLimited, StiffDetailedLimited))
+    (DetailedRolling, StiffDetailedRolling), (DetailedLimited, StiffDetailedLimited),
+    (RubbingRolling, RubbingRolling))  # a hip that rubs has its events located by explicit steps
 
 
 def axes(p: Compliant) -> tuple[tuple[float, float, float, float], ...]:

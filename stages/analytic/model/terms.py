@@ -18,6 +18,7 @@ from stages.analytic.model.kinds import (
     PlainRigid,
     PlainRolling,
     RubbingRigid,
+    RubbingRolling,
     StiffDetailedLimited,
     StiffDetailedRolling,
 )
@@ -91,7 +92,7 @@ def the_same(p: Plain) -> Plain:
 #: The walker after heel strike: the legs change roles, and their numbers with them. exchanged(p).
 exchanged: Callable[..., Any] = ByKind({
     Plain: the_same, DetailedRigid: detailed_equations.exchanged_rigid,
-    RubbingRigid: detailed_equations.exchanged_rubbing,
+    RubbingRigid: detailed_equations.exchanged_rubbing, RubbingRolling: detailed_equations.exchanged_rubbing_rolling,
     StiffDetailedRolling: detailed_equations.exchanged_stiff_rolling,
     StiffDetailedLimited: detailed_equations.exchanged_stiff_limited,
     DetailedRolling: detailed_equations.exchanged_rolling, DetailedLimited: detailed_equations.exchanged_limited})

@@ -12,11 +12,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stages.analytic.compiled import ByKind, compiled
+from stages.analytic.errors import StepFailed
 from stages.analytic.model.kinds import (
     Kind,
     Limited,
     Rigid,
     Rolling,
+    RubbingRigid,
+    RubbingRolling,
     StiffDetailedLimited,
     StiffDetailedRolling,
     StiffLimited,
@@ -32,6 +35,14 @@ class VariedRigid(NamedTuple):
     """
 
     plain: Rigid
+    along: np.ndarray
+    delays: Vector
+
+
+class VariedRubbing(NamedTuple):
+    """The same with friction at the hip."""
+
+    plain: RubbingRigid
     along: np.ndarray
     delays: Vector
 
@@ -66,15 +77,23 @@ class StiffVariedLimited(VariedLimited):
 
 StiffVaried = StiffVariedRolling | StiffVariedLimited
 VariedCompliant = VariedRolling | VariedLimited
-Varied = VariedRigid | VariedCompliant
+#: Rigid legs, whatever their hip does; kinds without friction at the hip; all of them.
+VariedRigidLegs = VariedRigid | VariedRubbing
+VariedSmooth = VariedRigid | VariedCompliant
+Varied = VariedRigidLegs | VariedCompliant
 #: The varied kind of each kind.
 VARIED: dict[Any, type[Varied]] = {
     StiffRolling | StiffDetailedRolling: StiffVariedRolling, StiffLimited | StiffDetailedLimited: StiffVariedLimited,
-    Rigid: VariedRigid, Rolling: VariedRolling, Limited: VariedLimited}
+    RubbingRigid: VariedRubbing, Rigid: VariedRigid, Rolling: VariedRolling, Limited: VariedLimited}
 
 
 def varied(p: Kind, along: np.ndarray, columns: int) -> Varied:
-    """The walker with `along` (n, fields) for the last n of the `columns` variations that are carried."""
+    """The walker with `along` (n, fields) for the last n of the `columns` variations that are carried.
+
+    Raises StepFailed for a kind that has no derivatives by its numbers.
+    """
+    if isinstance(p, RubbingRolling):
+        raise StepFailed("a gait of compliant legs with Coulomb friction at the hip has no derivatives by parameters")
     numbers = np.ascontiguousarray(along, dtype=float)
     kind = next(found for kinds, found in VARIED.items() if isinstance(p, kinds))
     return kind(p, numbers, np.zeros(columns))  # type: ignore[arg-type]
@@ -104,7 +123,7 @@ def add_delay(p: Varied, start: int, delay: float) -> None:
 
 
 @compiled
-def add_rigid_delay(p: VariedRigid, start: int, delay: float) -> None:
+def add_rigid_delay(p: VariedRigidLegs, start: int, delay: float) -> None:
     """`keep_delay` of rigid legs."""
     p.delays[start // 4 - 1] += delay
 
@@ -112,4 +131,5 @@ def add_rigid_delay(p: VariedRigid, start: int, delay: float) -> None:
 #: The walker's numbers as they are: plain(p).
 plain: Callable[..., Any] = ByKind({Kind: itself, Varied: without_changes})
 #: By how much the variation stored from `start` delays an event: keep_delay(p, start, delay).
-keep_delay: Callable[..., None] = ByKind({Kind: forget_delay, VariedRigid: add_rigid_delay, VariedCompliant: add_delay})
+keep_delay: Callable[..., None] = ByKind({
+    Kind: forget_delay, VariedRigidLegs: add_rigid_delay, VariedCompliant: add_delay})

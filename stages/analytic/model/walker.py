@@ -122,13 +122,16 @@ def build_walker(
     time = math.sqrt(length / slope.gravity)
     gravity, rigid = (math.sin(slope.angle), -math.cos(slope.angle)), biped.legs == "rigid"
     coefficients = (friction.static_friction, friction.dynamic_friction) if friction and not rigid else ()
-    if biped.hip_friction > 0 and not rigid:
-        raise BeyondModel("the constraint model knows Coulomb friction at the hip (hip_friction) with rigid legs only")
+    if biped.hip_friction > 0 and coefficients:
+        raise BeyondModel("the constraint model does not know Coulomb friction at the hip (hip_friction) together with "
+                          "a trailing foot that may slip (transition: coulomb)")
     p: Kind
     if detailed or biped.detailed:
         values = (*detailed_numbers(biped, mass, length, time), *gravity, *coefficients)
-        rubs = biped.hip_friction * (time / length) ** 2 / mass
-        p = RubbingRigid(*(*values, rubs)) if rubs else DetailedRigid(*values) if rigid else compliant(values)
+        if biped.hip_friction > 0:
+            values = (*values, biped.hip_friction * (time / length) ** 2 / mass)
+        p = compliant(values) if not rigid else RubbingRigid(*values) if biped.hip_friction > 0 else DetailedRigid(
+            *values)
         return Walker(p, mass, length, time)
     geometry = (biped.hip_mass / mass, biped.foot_mass / mass, 1.0, biped.foot_radius / length, biped.foot_com / length)
     inertia = biped.leg_inertia / (mass * length**2)

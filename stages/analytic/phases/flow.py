@@ -4,8 +4,8 @@ The state is y = (q, qd), followed by any number of variations dy, each as long 
 rigid single stance, q = (theta, psi); compliant single and double stance, q = (theta, L_1, psi, L_2).
 In double stance the trailing foot's constraints hold at acceleration level; given a consistent start they only drift.
 Where friction is limited (see `coulomb`) the trailing foot may also slide, forward or back, which leaves the constraint
-of its height alone, or hover: in the air behind the other foot, and to come down again. Where a hip of rigid legs has
-Coulomb friction (`hip_friction`) it rubs, forward or back, or sticks.
+of its height alone, or hover: in the air behind the other foot, and to come down again. A hip with Coulomb friction
+rubs, forward or back, or sticks (`hip_friction`, `compliant_hip`).
 """
 
 from __future__ import annotations
@@ -15,12 +15,14 @@ from collections.abc import Callable
 from stages.analytic.compiled import ByKind, Constrained, Four, Jacobians, Numbers, compiled, inlined
 from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot, factor_constrained, solve, solve_constrained
-from stages.analytic.model.kinds import Compliant, DetailedRigid, Limited, PlainRigid, Rigid, Rolling
+from stages.analytic.model.kinds import Compliant, Limited, Rigid, SmoothRigid, SmoothRolling
 from stages.analytic.model.walker import Vector
 
 RIGID, SINGLE_STANCE, DOUBLE_STANCE = 0, 1, 2
 SLIDING_FORWARD, SLIDING_BACK, HOVERING = 3, 4, 5
 RUBS_FORWARD, RUBS_BACK, HIP_STICKS = 6, 7, 8
+#: What is added to the phase of a hip that rubs or sticks while both feet of compliant legs are on the ground.
+ON_BOTH = 3
 
 
 @compiled
@@ -235,4 +237,4 @@ def limited_rates(phase: int, y: Vector, p: Limited, rates: Vector) -> None:
 
 #: Write dy/dt of the phase into `rates`: flow(phase, y, p, rates). Friction at the hip adds its own (`hip_friction`).
 flow: Callable[..., None] = ByKind({
-    PlainRigid | DetailedRigid: rigid_rates, Rolling: rolling_rates, Limited: limited_rates})
+    SmoothRigid: rigid_rates, SmoothRolling: rolling_rates, Limited: limited_rates})

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from stages.analytic.compiled import ByKind, compiled
-from stages.analytic.model.kinds import Compliant, Kind, Limited, Rigid, Rolling
+from stages.analytic.model.kinds import Compliant, Kind, Limited, Rigid, SmoothRolling
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.coulomb_guard import hovering_guard, sliding_guard, sticking_guard
 from stages.analytic.phases.flow import DOUBLE_STANCE, HOVERING, SINGLE_STANCE
@@ -61,4 +61,5 @@ def limited_guard(phase: int, y: Vector, p: Limited, dy: Vector, start: int) -> 
 
 #: Guard of the phase, its change for the variation of the state stored in `dy` from `start`, and whether its fall
 #: through zero is the event: guard(phase, y, p, dy, start). Along the flow, `dy` is dy/dt and `start` zero.
-guard: Callable[..., Guard] = ByKind({Rigid: rigid_guard, Rolling: rolling_guard, Limited: limited_guard})
+guard: Callable[..., Guard] = ByKind({
+    Rigid: rigid_guard, SmoothRolling: rolling_guard, Limited: limited_guard})

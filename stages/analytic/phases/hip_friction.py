@@ -7,11 +7,22 @@ torque that holds it reaches friction's. An impact has no part in this: a finite
 
 from __future__ import annotations
 
-from stages.analytic.compiled import compiled, extend
+from collections.abc import Callable
+
+from stages.analytic.compiled import ByKind, compiled, extend
 from stages.analytic.model import terms as eq
 from stages.analytic.model.kinds import Rigid, RubbingRigid
+from stages.analytic.model.varied import VariedRubbing, plain
 from stages.analytic.model.walker import Vector
-from stages.analytic.phases.flow import HIP_STICKS, RUBS_BACK, RUBS_FORWARD, flow, rigid_acceleration, row4_times
+from stages.analytic.phases.flow import (
+    HIP_STICKS,
+    ON_BOTH,
+    RUBS_BACK,
+    RUBS_FORWARD,
+    flow,
+    rigid_acceleration,
+    row4_times,
+)
 from stages.analytic.phases.guards import PASSING
 from stages.analytic.phases.transitions import foot_clearance
 
@@ -22,9 +33,19 @@ AT_REST, LANDED = 1e-13, 1e-11
 @compiled
 def sign_of(phase: int) -> int:
     """Sign of the rate of theta + psi while the hip slips; zero while it sticks."""
-    if phase == HIP_STICKS:
+    if phase in (HIP_STICKS, HIP_STICKS + ON_BOTH):
         return 0
-    return 1 if phase == RUBS_FORWARD else -1
+    return 1 if phase in (RUBS_FORWARD, RUBS_FORWARD + ON_BOTH) else -1
+
+
+@compiled
+def rigid_hip_rate(v: Vector, start: int, p: Rigid) -> float:
+    """`hip_rate` of rigid legs."""
+    return float(v[start + 2] + v[start + 3])
+
+
+#: Rate of theta + psi in the state stored from `start`, or its acceleration in such rates: hip_rate(v, start, p).
+hip_rate: Callable[..., float] = ByKind({Rigid: rigid_hip_rate})
 
 
 @compiled
@@ -61,11 +82,16 @@ extend(flow, {RubbingRigid: rubbing_rates})
 
 
 @compiled
-def hip_guard(phase: int, y: Vector, p: RubbingRigid) -> float:
-    """Positive while the hip goes on as it does: its rate in the direction of slip, or what friction has left."""
+def rigid_hip_guard(phase: int, y: Vector, p: RubbingRigid) -> float:
+    """`hip_guard` of rigid legs."""
     if phase == HIP_STICKS:
         return float(p.tau_h - abs(holding_torque(y, p, 0.0)[0]))
     return float(sign_of(phase) * (y[2] + y[3]))
+
+
+#: Positive while the hip goes on as it does: its rate in the direction of slip, or what friction has left:
+#: hip_guard(phase, y, p).
+hip_guard: Callable[..., float] = ByKind({RubbingRigid: rigid_hip_guard})
 
 
 @compiled
@@ -86,15 +112,16 @@ def hip_phase(y: Vector, p: RubbingRigid) -> tuple[int, bool]:
 
 
 @compiled
-def has_landed(phase: int, y: Vector, p: RubbingRigid) -> bool:
+def has_landed(phase: int, y: Vector, p: RubbingRigid | VariedRubbing) -> bool:
     """`ends_step` with friction at the hip: the swing foot is on the ground, ahead."""
-    height, _, advance = foot_clearance(y, p, y, 2)
+    height, _, advance = foot_clearance(y, plain(p), y, 2)
     return advance > PASSING and abs(height) < LANDED
 
 
 @compiled
-def after_hip_event(phase: int, y: Vector, p: RubbingRigid) -> int:
+def after_hip_event(phase: int, y: Vector, p: RubbingRigid | VariedRubbing) -> int:
     """The phase after a hip that slipped has stopped, or one that stuck has let go."""
-    if phase == HIP_STICKS or abs(holding_torque(y, p, 0.0)[0]) >= p.tau_h:
-        return slipping(y, p)
+    numbers = plain(p)
+    if phase == HIP_STICKS or abs(holding_torque(y, numbers, 0.0)[0]) >= numbers.tau_h:
+        return slipping(y, numbers)
     return HIP_STICKS

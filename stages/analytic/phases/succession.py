@@ -13,12 +13,15 @@ from collections.abc import Callable
 from stages.analytic.compiled import ByKind, compiled, inlined
 from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot
-from stages.analytic.model.kinds import Kind, Limited, Rigid, Rolling, RubbingRigid
+from stages.analytic.model.kinds import Kind, Limited, Rigid, Rolling, RubbingRigid, RubbingRolling
+from stages.analytic.model.varied import VariedRubbing
 from stages.analytic.model.walker import Vector
+from stages.analytic.phases.compliant_hip import compliant_first_phase, compliant_has_landed, within_a_step
 from stages.analytic.phases.coulomb_guard import slip_speed, wedges
 from stages.analytic.phases.coulomb_impact import strike
 from stages.analytic.phases.flow import (
     DOUBLE_STANCE,
+    HIP_STICKS,
     HOVERING,
     RIGID,
     SINGLE_STANCE,
@@ -40,7 +43,7 @@ Next = tuple[int, bool]
 @compiled
 def in_contact(phase: int) -> bool:
     """Whether both feet are on the ground."""
-    return phase in (DOUBLE_STANCE, SLIDING_FORWARD, SLIDING_BACK)
+    return phase in (DOUBLE_STANCE, SLIDING_FORWARD, SLIDING_BACK) or phase > HIP_STICKS
 
 
 @compiled
@@ -104,7 +107,8 @@ def rolling_phase(y: Vector, p: Rolling) -> Next:
 
 #: The phase just after heel strike, and whether it is decided: first_phase(y, p).
 first_phase: Callable[..., Next] = ByKind({
-    RubbingRigid: hip_phase, Rigid: rigid_phase, Rolling: rolling_phase, Limited: contact_phase})
+    RubbingRigid: hip_phase, RubbingRolling: compliant_first_phase, Rigid: rigid_phase, Rolling: rolling_phase,
+    Limited: contact_phase})
 
 
 @inlined
@@ -130,13 +134,22 @@ def rubbing_succession(phase: int, y: Vector, p: RubbingRigid) -> Next:
 
 
 @compiled
+def rubbing_rolling_succession(phase: int, y: Vector, p: RubbingRolling) -> Next:
+    """`succeed` of compliant legs with friction at the hip."""
+    if compliant_has_landed(phase, y, p):
+        return next_step(y, p)
+    return within_a_step(phase, y, p), True
+
+
+@compiled
 def by_phase(phase: int, y: Vector, p: Kind) -> bool:
     """`ends_step` where the phase says it."""
     return phase <= SINGLE_STANCE
 
 
 #: Whether the event that ended `phase`, at state `y`, is the heel strike that ends a step: ends_step(phase, y, p).
-ends_step: Callable[..., bool] = ByKind({RubbingRigid: has_landed, tuple: by_phase})
+ends_step: Callable[..., bool] = ByKind({
+    RubbingRigid | VariedRubbing: has_landed, RubbingRolling: compliant_has_landed, tuple: by_phase})
 
 
 @compiled
@@ -172,5 +185,5 @@ def limited_succession(phase: int, y: Vector, p: Limited) -> Next:
 #: Cross the event that ended `phase`, with the state and its variations in place; the phase that follows, and whether
 #: the laws of contact decide it: succeed(phase, y, p).
 succeed: Callable[..., Next] = ByKind({
-    RubbingRigid: rubbing_succession, Rigid: rigid_succession, Rolling: rolling_succession,
-    Limited: limited_succession})
+    RubbingRigid: rubbing_succession, RubbingRolling: rubbing_rolling_succession, Rigid: rigid_succession,
+    Rolling: rolling_succession, Limited: limited_succession})

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stages.biped.quantity import Bound
-from stages.biped.question import Answer, Asking, Column, Question, WrongOption, option
+from stages.biped.question import Answer, Asking, Column, Question, option
 
 if TYPE_CHECKING:
     import numpy as np
@@ -45,8 +45,6 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
 
     asked_of = task(parameters, options.file, options.search)
     box, tolerance = asked_of.box, asked_of.tolerance
-    if asked_of.base.alternates(axis.name for axis in box.axes):
-        raise WrongOption("a map knows gaits that repeat after one step, and these designs have legs that differ")
     count = min(options.anchors, -(-box.size // DESIGNS_AN_ANCHOR))
     parts = dict(asking.each(anchors, spans(count, ANCHOR_BLOCK), options.file, options.search))
     known = [one for number in sorted(parts) for one in parts[number] if one]

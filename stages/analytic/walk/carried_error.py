@@ -91,18 +91,19 @@ def after_event(walker: Walker, segment: Segment, error: Vector) -> Vector:
 def carried_error(walker: Walker, segments: Sequence[Segment], error: Vector) -> list[CarriedError]:
     """The error along a walk that starts with `error` (size,), segment by segment, and after its last event.
 
-    The last entry has the state after the last event alone, one row.
+    The last entry has the state after the last event alone, one row. `walker` is the one in whose step leg 0 stands.
     """
     carried: list[CarriedError] = []
     delay = origin = 0.0
     for segment in segments:
-        errors = along(walker, segment, error)
+        standing = walker.on(segment.stance_leg)
+        errors = along(standing, segment, error)
         carried.append(CarriedError(errors, delay, origin))
-        shifted, later = at_event(walker, segment, errors[-1])
+        shifted, later = at_event(standing, segment, errors[-1])
         delay += later
         if is_last(segment):
-            origin += origin_error(walker, segment.end, shifted)
-        error = after_event(walker, segment, shifted)
+            origin += origin_error(standing, segment.end, shifted)
+        error = after_event(standing, segment, shifted)
     return [*carried, CarriedError(error[None, :], delay, origin)]
 
 

@@ -10,10 +10,11 @@ import numpy as np
 
 from stages.analytic.compiled import Numbers
 from stages.analytic.model import terms as eq
-from stages.analytic.model.kinds import Detailed, Kind, Limited, Rigid, RubbingRigid
+from stages.analytic.model.kinds import Detailed, Kind, Limited, Rigid, RubbingRigid, RubbingRolling
 from stages.analytic.model.walker import Walker
 from stages.analytic.phases.coulomb_guard import slip_speed
 from stages.analytic.phases.flow import DOUBLE_STANCE, HIP_STICKS
+from stages.analytic.phases.hip_friction import sign_of
 from stages.analytic.phases.succession import in_contact, succeed
 from stages.analytic.walk.recording import Segment, is_last, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
@@ -66,8 +67,9 @@ def detailed_power(p: Detailed, phase: int, states: np.ndarray) -> np.ndarray:
         rate = states[:, 2] + states[:, 3]
         rubbed = p.tau_h * np.abs(rate) if isinstance(p, RubbingRigid) and phase != HIP_STICKS else 0.0
         return np.asarray(p.b_h * rate**2 + rubbed)
-    hip = p.b_h * (states[:, 4] + states[:, 6]) ** 2
-    return np.asarray(p.b * states[:, 5] ** 2 + p.b_2 * states[:, 7] ** 2 + hip)
+    rate = states[:, 4] + states[:, 6]
+    rubbed = p.tau_h * np.abs(rate) if isinstance(p, RubbingRolling) and sign_of(phase) != 0 else 0.0
+    return np.asarray(p.b * states[:, 5] ** 2 + p.b_2 * states[:, 7] ** 2 + p.b_h * rate**2 + rubbed)
 
 
 def weight_of(p: Kind) -> float:

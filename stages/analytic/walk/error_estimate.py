@@ -7,7 +7,7 @@ is computed with a tenth of the tolerance: both differ by what both estimates sa
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,11 +23,11 @@ from stages.analytic.gait.poincare import (
 )
 from stages.analytic.integration.phase import EVENT, integrate
 from stages.analytic.integration.step import FIRST_LENGTH, LEAST_LENGTH, MOST_PHASES
-from stages.analytic.model.kinds import RubbingRigid
+from stages.analytic.model.kinds import Rubbing
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.flow import flow
-from stages.analytic.phases.section import section_derivative, section_state, section_tangent
+from stages.analytic.phases.section import section_coordinates, section_derivative, section_state, section_tangent
 from stages.analytic.phases.succession import ends_step, first_phase, succeed
 from stages.analytic.phases.transitions import heel_strike_reset
 from stages.analytic.walk.carried_error import CarriedError, along, carried_error
@@ -89,9 +89,7 @@ def estimate_errors(walker: Walker, point: FixedPoint, steps: int, tolerance: fl
     They are checked against a tenth of the tolerance; where round-off hides what that changes, against ten times the
     tolerance, at which they lead less.
     """
-    if walker.alternates:
-        return not_given("the legs differ, and the estimate is of gaits that repeat after one step")
-    if isinstance(walker.p, RubbingRigid):
+    if isinstance(walker.p, Rubbing):
         return not_given("the estimate knows no friction at the hip")
     tolerance = attainable_tolerance(walker.p, tolerance)
     try:
@@ -176,13 +174,14 @@ def not_given(reason: str) -> NumericalError:
 
 def estimated(walker: Walker, point: FixedPoint, steps: int, tolerance: float) -> Estimated:
     """The gait, a walk on it and the errors of both. Raises StepFailed."""
-    start = section_state(point.z, walker.p)
-    tangent = section_tangent(point.z, start, walker.p)
-    step = record_map(walker, np.concatenate([start, tangent]), tolerance)
-    own = coordinate_error(walker, step, carried_error(walker, step, np.zeros(walker.size))[-1].states[0])
+    start, count = section_state(point.z, walker.p), len(point.steps)
+    cycle = record_map(walker, point.z, count, tolerance)
+    own = coordinate_error(walker, cycle, carried_error(walker, cycle, np.zeros(walker.size))[-1].states[0])
     moved = np.linalg.solve(np.eye(own.size) - point.monodromy_matrix, own)
-    begun = moved @ tangent.reshape(-1, walker.size)
-    longer = step_length_change(walker, start, begun[:, None], np.zeros((1, len(walker.p))))[0]
+    begun = moved @ section_tangent(point.z, start, walker.p).reshape(-1, walker.size)
+    carried = carried_error(walker, cycle, begun)
+    first = [0, *(index + 1 for index, segment in enumerate(cycle[:-1]) if is_last(segment))]
+    longer = sum(longer_step(walker, cycle[index], carried[index].states[0]) for index in first) / count
 
     single = record(walker, start, 1, tolerance)
     begin = up_to_mid_stance(walker, single[-1])
@@ -191,19 +190,36 @@ def estimated(walker: Walker, point: FixedPoint, steps: int, tolerance: float) -
     ends = [index for index, segment in enumerate(walk) if is_last(segment)]
     return Estimated(
         np.array([*point.z, point.period, step_length(walker, point)]),
-        np.array([*moved, carried_error(walker, step, begun)[-1].delay, longer]),
+        np.array([*moved, carried[-1].delay / count, longer]),
         np.array([[walk[end].start + walk[end].duration, walk[end].origin] for end in ends]),
         np.array([[path[end + 1].delay, path[end].origin] for end in ends]),
         np.concatenate([hip_error(walker, segment, found) for segment, found in zip(walk, path, strict=False)]),
     )
 
 
-def record_map(walker: Walker, y: Vector, tolerance: float) -> list[Segment]:
-    """Segments of the step that the step map takes from `y`, a state with its variations.
+def longer_step(walker: Walker, segment: Segment, error: Vector) -> float:
+    """Error of the length of the step that leads to the start of a segment, from that of the state there (size,)."""
+    standing = walker.on(segment.stance_leg)
+    return float(step_length_change(standing, segment.states[0], error[:, None], np.zeros((1, len(walker.p))))[0])
+
+
+def record_map(walker: Walker, z: Vector, steps: int, tolerance: float) -> list[Segment]:
+    """Segments of the steps that the step map takes from section coordinates `z` with its derivatives, one by one.
 
     Its integration steps are other ones than those of a walk without variations, and so are its errors.
     """
-    y, h, start, nodes = y.copy(), FIRST_LENGTH, 0.0, np.empty((STEP_LIMIT_OF_A_PHASE // 10, 10))
+    segments: list[Segment] = []
+    for count in range(steps):
+        taken, z = record_step(walker.on(count % 2), z, tolerance)
+        segments += [replace(segment, stance_leg=count % 2) for segment in taken]
+    return segments
+
+
+def record_step(walker: Walker, z: Vector, tolerance: float) -> tuple[list[Segment], Vector]:
+    """Segments of one step of the map with its derivatives, and the section coordinates after it."""
+    state = section_state(z, walker.p)
+    y = np.concatenate([state, section_tangent(z, state, walker.p)])
+    h, start, nodes = FIRST_LENGTH, 0.0, np.empty((STEP_LIMIT_OF_A_PHASE // 10, 10))
     segments: list[Segment] = []
     phase, decided = first_phase(y, walker.p)
     while decided and not (segments and is_last(segments[-1])):
@@ -219,14 +235,14 @@ def record_map(walker: Walker, y: Vector, tolerance: float) -> list[Segment]:
                                 ends_step(phase, end, walker.p)))
         start, h = start + duration, max(min(h, FIRST_LENGTH), LEAST_LENGTH)
         phase, decided = succeed(phase, y, walker.p)
-    return segments
+    return segments, section_coordinates(y[: walker.size], walker.exchanged.p)
 
 
-def coordinate_error(walker: Walker, step: Sequence[Segment], error: Vector) -> Vector:
-    """Error (j,) of the section coordinates after a step from that of the state there."""
-    y = step[-1].end.copy()
-    heel_strike_reset(y, walker.p)
-    found: Vector = section_derivative(np.concatenate([y, error]), walker.p)[:, 0]
+def coordinate_error(walker: Walker, steps: Sequence[Segment], error: Vector) -> Vector:
+    """Error (j,) of the section coordinates after some steps from that of the state there."""
+    y, standing = steps[-1].end.copy(), walker.on(steps[-1].stance_leg)
+    heel_strike_reset(y, standing.p)
+    found: Vector = section_derivative(np.concatenate([y, error]), standing.exchanged.p)[:, 0]
     return found
 
 
@@ -239,7 +255,7 @@ def upright_error(walker: Walker, begin: Segment, error: Vector) -> Vector:
 
 def hip_error(walker: Walker, segment: Segment, carried: CarriedError) -> Vector:
     """Distance (n + 1,) of the hip from where it is to be at the times of the segment's nodes and of its end."""
-    p, half = walker.p, walker.size // 2
+    p, half = walker.on(segment.stance_leg).p, walker.size // 2
     y = np.vstack([segment.states, segment.end])
     error = carried.states[:, :half] - carried.delay * y[:, half:]  # rates are those of the coordinates
     theta, dtheta = y[:, 0], error[:, 0]

@@ -17,10 +17,18 @@ from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A
 from stages.analytic.integration.integrator import STAGES, take_step
 from stages.analytic.integration.phase import CHATTER, EVENT, WEDGED, integrate
 from stages.analytic.integration.step import FIRST_LENGTH, MOST_PHASES
-from stages.analytic.model.kinds import Kind, Rigid, natural_lengths, radii
+from stages.analytic.model.kinds import Kind, Rigid, RubbingRolling, natural_lengths, radii
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
-from stages.analytic.phases.flow import DOUBLE_STANCE, RUBS_FORWARD, SINGLE_STANCE, contact_directions, flow
+from stages.analytic.phases.compliant_hip import compliant_hip_phase
+from stages.analytic.phases.flow import (
+    DOUBLE_STANCE,
+    HIP_STICKS,
+    RUBS_FORWARD,
+    SINGLE_STANCE,
+    contact_directions,
+    flow,
+)
 from stages.analytic.phases.section import section_state
 from stages.analytic.phases.succession import ends_step, first_phase, in_contact, succeed
 from stages.analytic.phases.transitions import foot_clearance
@@ -120,6 +128,8 @@ def walk_on(walker: Walker, upright: Vector, steps: int, tolerance: float) -> li
     Raises StepFailed if the walker does not get there.
     """
     phase = first_phase(upright, walker.p)[0] if walker.rigid else SINGLE_STANCE
+    if isinstance(walker.p, RubbingRolling):
+        phase = compliant_hip_phase(False, upright, walker.p)
     return record(walker, upright, steps + 1, tolerance, phase)
 
 
@@ -130,7 +140,7 @@ def is_last(segment: Segment) -> bool:
 
 def in_single_stance(segment: Segment) -> bool:
     """Whether the swing foot is in play: it lands if it comes down."""
-    return segment.phase <= SINGLE_STANCE or segment.phase >= RUBS_FORWARD
+    return segment.phase <= SINGLE_STANCE or RUBS_FORWARD <= segment.phase <= HIP_STICKS
 
 
 @compiled
@@ -190,4 +200,5 @@ def constraint_drift(walker: Walker, segments: list[Segment]) -> np.ndarray:
     p: Any = walker.on(both[-1].stance_leg).p
     _, roll, _, _ = contact_directions(y, p)
     clearance, rate, _ = foot_clearance(y, p, y, 4)
-    return np.array([clearance, rate, float(np.dot(roll, y[4:8])) if phase == DOUBLE_STANCE else 0.0])
+    rolls = phase == DOUBLE_STANCE or phase > HIP_STICKS
+    return np.array([clearance, rate, float(np.dot(roll, y[4:8])) if rolls else 0.0])

@@ -15,13 +15,14 @@ from stages.analytic.model.kinds import (
     Rigid,
     Rolling,
     RubbingRigid,
+    RubbingRolling,
     heights_of_mass,
     natural_lengths,
 )
 from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.phases.compliant_hip import rubbed_acceleration
 from stages.analytic.phases.flow import (
     DOUBLE_STANCE,
-    SINGLE_STANCE,
     double_acceleration,
     flow,
     rigid_acceleration,
@@ -29,7 +30,7 @@ from stages.analytic.phases.flow import (
     sliding_acceleration,
 )
 from stages.analytic.phases.succession import in_contact
-from stages.analytic.walk.recording import Segment, is_last, states_at
+from stages.analytic.walk.recording import Segment, in_single_stance, is_last, states_at
 from stages.biped.frames import specific_force
 from stages.biped.kinematics import (
     Coordinate,
@@ -88,6 +89,13 @@ def rolling_row(phase: int, y: Vector, p: Compliant, row: Vector) -> None:
 
 
 @compiled
+def rubbing_rolling_row(phase: int, y: Vector, p: RubbingRolling, row: Vector) -> None:
+    """A row of `accelerations_and_forces`, compliant legs with friction at the hip."""
+    qdd, force, _ = rubbed_acceleration(phase, y, p)
+    compliant_row(y, p, row, qdd, force)
+
+
+@compiled
 def limited_row(phase: int, y: Vector, p: Limited, row: Vector) -> None:
     """A row of `accelerations_and_forces`, limited friction."""
     if in_contact(phase) and phase != DOUBLE_STANCE:
@@ -98,7 +106,8 @@ def limited_row(phase: int, y: Vector, p: Limited, row: Vector) -> None:
 
 
 row_of: Callable[..., None] = ByKind({
-    RubbingRigid: rubbing_row, Rigid: rigid_row, Rolling: rolling_row, Limited: limited_row})
+    RubbingRigid: rubbing_row, RubbingRolling: rubbing_rolling_row, Rigid: rigid_row, Rolling: rolling_row,
+    Limited: limited_row})
 
 
 @compiled
@@ -199,7 +208,7 @@ def lift_offs(segments: list[Segment]) -> list[tuple[float, int]]:
     That is the end of the last phase with both feet on the ground, or heel strike where there is none.
     """
     lifts: list[tuple[float, int]] = []
-    latest = segments[0].start if segments[0].phase != SINGLE_STANCE else None
+    latest = None if in_single_stance(segments[0]) else segments[0].start
     for segment in segments:
         if in_contact(segment.phase):
             latest = segment.start + segment.duration

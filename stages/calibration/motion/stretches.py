@@ -16,6 +16,7 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, require_landing
 from stages.analytic.integration.phase import CHATTER, EVENT, WEDGED, integrate
 from stages.analytic.integration.step import FIRST_LENGTH, MOST_PHASES
+from stages.analytic.model.kinds import Rubbing
 from stages.analytic.model.stiffness import attainable_tolerance, fastest_rate
 from stages.analytic.model.varied import varied
 from stages.analytic.model.walker import Vector, Walker
@@ -71,6 +72,8 @@ def walk_stretches(
     not tell it from the time of the strike. Columns: the entries of `upright`, then the changes of the walker's numbers
     `along` (n, fields of `walker.p`), in whose own step leg 0 stands. Raises StepFailed like `poincare_map`.
     """
+    if isinstance(walker.p, Rubbing):
+        raise StepFailed("the walk of a calibration knows no Coulomb friction at the hip")
     tolerance = attainable_tolerance(walker.p, tolerance)
     size = walker.size
     free = size - 1

@@ -14,6 +14,7 @@ from stages.analytic.model.kinds import (
     DetailedLimited,
     DetailedRigid,
     DetailedRolling,
+    RubbingRigid,
 )
 
 
@@ -941,6 +942,12 @@ def rigid_clearance_change(by: Numbers, d: DetailedRigid) -> Numbers:
 def rigid_row(p: DetailedRigid, a: np.ndarray, row: int) -> DetailedRigid:
     """A row of `a` (n, fields) by the names of the fields."""
     return DetailedRigid(a[row, 0], a[row, 1], a[row, 2], a[row, 3], a[row, 4], a[row, 5], a[row, 6], a[row, 7], a[row, 8], a[row, 9], a[row, 10], a[row, 11], a[row, 12], a[row, 13], a[row, 14], a[row, 15], a[row, 16], a[row, 17], a[row, 18], a[row, 19], a[row, 20], a[row, 21], a[row, 22], a[row, 23], a[row, 24], a[row, 25], a[row, 26])
+
+
+@compiled
+def rubbing_row(p: RubbingRigid, a: np.ndarray, row: int) -> RubbingRigid:
+    """A row of `a` (n, fields) by the names of the fields."""
+    return RubbingRigid(a[row, 0], a[row, 1], a[row, 2], a[row, 3], a[row, 4], a[row, 5], a[row, 6], a[row, 7], a[row, 8], a[row, 9], a[row, 10], a[row, 11], a[row, 12], a[row, 13], a[row, 14], a[row, 15], a[row, 16], a[row, 17], a[row, 18], a[row, 19], a[row, 20], a[row, 21], a[row, 22], a[row, 23], a[row, 24], a[row, 25], a[row, 26], a[row, 27])
 
 
 @compiled

@@ -21,6 +21,7 @@ from stages.analytic.model.kinds import (
     PlainLimited,
     PlainRigid,
     PlainRolling,
+    RubbingRigid,
 )
 
 
@@ -72,4 +73,5 @@ def limited_row(p: PlainLimited, a: np.ndarray, row: int) -> PlainLimited:
 #: A row of changes `a` (n, fields) as a walker of the kind of `p`, in which they have names: row_as(p, a, row).
 row_as: Callable[..., Any] = ByKind({
     PlainRigid: rigid_row, PlainRolling: rolling_row, PlainLimited: limited_row,
-    DetailedRigid: detailed.rigid_row, DetailedRolling: detailed.rolling_row, DetailedLimited: detailed.limited_row})
+    DetailedRigid: detailed.rigid_row, RubbingRigid: detailed.rubbing_row, DetailedRolling: detailed.rolling_row,
+    DetailedLimited: detailed.limited_row})
