@@ -1,10 +1,11 @@
 """Blind campaigns of the constraint model: which 95 % intervals hold the truth, how wide they are, what a fit takes.
 
-    python -m benchmarks.calibration --first 1000 --campaigns 200 --runs 1 [--keep FOLDER]
+    python -m benchmarks.calibration --first 1000 --campaigns 200 --runs 1 [--keep FOLDER] [--page]
     python -m benchmarks.calibration --time 1 3 10 30 [--differences]
 
 With --keep campaigns that are done stay in the folder, and a stopped command goes on. With --time one campaign of so
-many runs is fitted on all cores and timed; with --differences derivatives are differences of walks.
+many runs is fitted on all cores and timed; with --differences derivatives are differences of walks. --page puts the
+table into docs/calibration.md.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a fit's matrices are small
 
 import numpy as np
 
+from benchmarks.marked import put
 from pipeline.study import Study
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
@@ -96,20 +98,22 @@ def table(all_scored: list[Scored]) -> str:
                       f"{told['chi2'][1]:.2f} of the noise's square; {told['median_walks']:.0f} walks (median)."])
 
 
-def timed(counts: list[int], seed: int, parameters: Parameters, differences: bool) -> None:
-    """Print a row for each number of runs; with differences in this process alone."""
+def timed(counts: list[int], seed: int, parameters: Parameters, differences: bool) -> str:
+    """A row for each number of runs; with differences in this process alone."""
     if differences:
         equations.predict = differenced
     drawing, model = model_of(parameters)
-    print("| runs | seconds | processor seconds | walks | converged |\n|---|---|---|---|---|")
+    rows = ["| runs | seconds | processor seconds | walks | converged |", "|---|---|---|---|---|"]
     for count in counts:
         campaign = draw(seed, count, parameters)
         each = alone if differences else side_by_side
         begun, spent = time.monotonic(), _spent()
         own = each(drawing, campaign.runs, model, campaign.known)
         fit = fit_campaign(drawing, campaign.runs, model, campaign.known, lambda runs, own=own: own)
-        print(f"| {count} | {time.monotonic() - begun:.1f} | {_spent() - spent:.1f} | {fit.evaluations} | "
-              f"{fit.converged} {fit.why} |", flush=True)  # fmt: skip
+        rows.append(f"| {count} | {time.monotonic() - begun:.1f} | {_spent() - spent:.1f} | {fit.evaluations} | "
+                    f"{'yes' if fit.converged else fit.why} |")
+        print(rows[-1], file=sys.stderr, flush=True)
+    return "\n".join(rows)
 
 
 def _spent() -> float:
@@ -127,13 +131,21 @@ def main() -> None:
     parser.add_argument("--keep", type=Path, default=None)
     parser.add_argument("--time", type=int, nargs="+", default=None)
     parser.add_argument("--differences", action="store_true")
+    parser.add_argument("--page", action="store_true")
     asked = parser.parse_args()
     settings = ("biped.leg_inertia=8.576e-4",)
     parameters = Study(ROOT, ROOT / "params", ROOT / "results", settings).parameters(["calibration"])["calibration"]
     if asked.time:
-        timed(asked.time, asked.first, parameters, asked.differences)
+        name = "differences" if asked.differences else "time"
+        text = timed(asked.time, asked.first, parameters, asked.differences)
     else:
-        print(table(campaigns(asked.first, asked.campaigns, asked.runs, parameters, asked.keep)))
+        name = "one run" if asked.runs == 1 else "many runs"
+        last = asked.first + asked.campaigns - 1
+        text = (f"Runs of a campaign: {asked.runs}. Seeds {asked.first} to {last}.\n\n"
+                + table(campaigns(asked.first, asked.campaigns, asked.runs, parameters, asked.keep)))
+    print(text)
+    if asked.page:
+        put(ROOT / "docs/calibration.md", name, text)
 
 
 if __name__ == "__main__":

@@ -2,10 +2,10 @@
 
     python -m benchmarks.twin_calibration --keep FOLDER [--seed 6001 --runs 24] [--against 5001 --blind 40]
 
-Runs of the seed are the study's own: their truth is known, and what fits miss on them is the model's discrepancy. Runs
-of the other seed are blind: intervals are held against their truth afterwards. Each run has a build, an outsole, a
-ramp, a push and sensors of its own, as campaign.yaml has them. The lower legs' inertia keeps the drawing's value: runs
-tell it and the place of mass only together. With --keep what is done stays, and a stopped command goes on.
+Each run has a build, an outsole, a ramp, a push and sensors of its own, as campaign.yaml has them, and is fitted
+without a look at them. What fits of the first seed's runs miss is the discrepancy of the model; those of the other seed
+are held against their truth. The lower legs' inertia keeps the drawing's value: runs tell it and the place of mass only
+together. With --keep what is done stays, and a stopped command goes on.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a fit's matrices are small
 
 import numpy as np
 
+from benchmarks.marked import put
 from pipeline.study import Study
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
@@ -41,6 +42,7 @@ from stages.calibration.information.identifiability import HALF_WIDTH
 from stages.calibration.information.plan import first_model
 from stages.calibration.parameters import Parameters as CalibrationParameters
 from stages.calibration.recordings.from_ingest import run_of
+from stages.calibration.study.drawing import drawn_design, table_value
 from stages.campaign.parameters import Parameters as CampaignParameters
 from stages.campaign.twin_run import NoWalk, TwinRun, first_state, walk_twin
 from stages.campaign.variation import generator
@@ -52,6 +54,7 @@ from tests.imu.made_logs import Log, made_log
 ROOT = Path(__file__).resolve().parent.parent
 #: Models that are fitted: without frames above the springs, and with the drawing's.
 PLAIN, FRAMES = "plain", "frames"
+TITLES = {PLAIN: "Without frames in the model", FRAMES: "With the drawing's frames"}
 COMMON = ("foot_mass", "leg_length", "foot_radius", "foot_com", "stiffness", "damping")
 OWN = ("ground.slope_deg", "hip_clock", "foot_clock")
 GEOMETRY = ("leg_length", "foot_radius", "foot_com", *OWN)
@@ -61,24 +64,16 @@ SCALE, SCALE_STREAM = 1e-3, 1500
 
 def drawn(kind: str, calibration: CalibrationParameters, campaign: CampaignParameters) -> DesignPoint:
     """What a lab starts from: the drawing without its outsole, as either model has it."""
+    if kind == FRAMES:
+        return drawn_design(calibration)
     whole = project(build(campaign.biped, campaign.twin))
-    if kind == PLAIN:
-        biped = dataclasses.replace(campaign.biped, leg_inertia=whole.leg_inertia)
-    else:
-        first, other = (dataclasses.asdict(whole.leg(leg)) for leg in (0, 1))
-        alike = {name: 0.5 * (first[name] + other[name]) for name in first}
-        biped = Biped(legs=whole.legs, hip_mass=whole.hip_mass, hip_damping=whole.hip_damping, **alike)
-    return guess(dataclasses.replace(calibration, biped=biped))
+    return guess(dataclasses.replace(
+        calibration, biped=dataclasses.replace(campaign.biped, leg_inertia=whole.leg_inertia)))
 
 
 def truth_of(name: str, machine: Biped) -> float:
-    """A parameter as the legs have it on average; leg 0's length, as each run looks for the other's."""
-    legs = machine.leg(0), machine.leg(1)
-    if name == "hip_mass":
-        return machine.hip_mass + legs[0].frame_mass + legs[1].frame_mass
-    if name == "leg_length":
-        return legs[0].leg_length
-    return float(0.5 * (getattr(legs[0], name) + getattr(legs[1], name)))
+    """A parameter as Table 1 counts it; leg 0's length, as each run looks for the other's."""
+    return machine.leg_length if name == "leg_length" else table_value(machine, f"biped.{name}")
 
 
 def clock_of(side: str, trial: Trial, log: Log) -> float:
@@ -177,19 +172,20 @@ def usable(runs: Sequence[dict[str, Any]], kind: str) -> list[dict[str, Any]]:
 
 def table(kind: str, own: Sequence[dict[str, Any]], runs: Sequence[dict[str, Any]]) -> list[str]:
     """Bias and coverage of each parameter as rows of Markdown."""
-    fits, trained = usable(runs, kind), usable(own, kind)
+    fits = usable(runs, kind)
     names = tuple(fits[0]["names"])
     estimate, truth, noise, sandwich, scales = (
         np.array([one[key] for one in fits]) for key in ("estimate", "truth", "noise", "sandwich", "scales"))
-    misses = np.array([(np.array(one["estimate"]) - one["truth"]) / one["scales"] for one in trained])
-    term = Discrepancy.of(names, misses)
     share = (estimate - truth) / scales
+    trained = usable(own, kind)
+    term = Discrepancy.of(names, np.array([(np.array(one["estimate"]) - one["truth"]) / one["scales"]
+                                           for one in trained]))  # fmt: skip
     centred = np.array([term.corrected(*each) for each in zip(estimate, scales, strict=True)])
     half = np.array([term.half_widths(each) for each in scales])
     holds = [np.abs(estimate - truth) <= HALF_WIDTH * noise, np.abs(estimate - truth) <= HALF_WIDTH * sandwich,
              np.abs(centred - truth) <= half]
     lines = ["| parameter | mean error, % | scatter, % | noise holds | sandwich holds | discrepancy holds | "
-             "half width, % | after the mean is taken off, rms, % |", "|---|---|---|---|---|---|---|---|"]  # fmt: skip
+             "its half width, % | error left, rms, % |", "|---|---|---|---|---|---|---|---|"]
     for row, name in enumerate(names):
         counts = " | ".join(f"{int(one[:, row].sum())} of {len(fits)}" for one in holds)
         after = np.sqrt((((centred - truth) / scales)[:, row] ** 2).mean())
@@ -204,9 +200,9 @@ def table(kind: str, own: Sequence[dict[str, Any]], runs: Sequence[dict[str, Any
         lines.append(f"Intervals that hold the truth, {what}: {shares}.")
     sigmas = [one["sigmas"] for one in fits]
     not_noise = [np.mean([min(each["by_phase"], each["white"]) < 1e-3 for each in one["structure"]]) for one in fits]
-    lines.append(f"{len(fits)} of {len(runs)} fits came to rest; {len(trained)} runs of the study's own tell the "
-                 f"discrepancy. Residuals are {min(sigmas):.2f} to {max(sigmas):.2f} times the noise; "
-                 f"{100 * np.mean(not_noise):.0f} % of the signals are not noise by one of the two tests.")
+    lines.append(f"{len(fits)} of {len(runs)} fits came to rest, and {len(trained)} of the {len(own)} that tell the "
+                 f"discrepancy. Residuals are {min(sigmas):.2f} to {max(sigmas):.2f} "
+                 f"times the noise; {100 * np.mean(not_noise):.0f} % of the signals are not noise by one of the tests.")
     return lines
 
 
@@ -218,15 +214,24 @@ def main() -> None:
     parser.add_argument("--against", type=int, default=5001)
     parser.add_argument("--blind", type=int, default=40)
     parser.add_argument("--keep", type=Path, default=None)
+    parser.add_argument("--page", action="store_true", help="put the tables into docs/calibration.md")
+    parser.add_argument("--only-table", action="store_true", help="tell of what is kept, run nothing")
     asked = parser.parse_args()
-    every = Study(ROOT, ROOT / "params", ROOT / "results", ()).parameters(["analytic", "calibration", "campaign"])
-    start = first_state(run_analytic(every["analytic"]).walk)
-    if asked.keep:
-        asked.keep.mkdir(parents=True, exist_ok=True)
-    own, runs = (all_runs(asked.keep, seed, count, every["calibration"], every["campaign"], start)
-                 for seed, count in ((asked.seed, asked.runs), (asked.against, asked.blind)))
-    for kind in (PLAIN, FRAMES):
-        print(f"\n{kind}\n\n" + "\n".join(table(kind, own, runs)))
+    if asked.only_table:
+        own, runs = (list(kept(asked.keep, seed).values()) for seed in (asked.seed, asked.against))
+    else:
+        every = Study(ROOT, ROOT / "params", ROOT / "results", ()).parameters(["analytic", "calibration", "campaign"])
+        start = first_state(run_analytic(every["analytic"]).walk)
+        if asked.keep:
+            asked.keep.mkdir(parents=True, exist_ok=True)
+        own, runs = (all_runs(asked.keep, seed, count, every["calibration"], every["campaign"], start)
+                     for seed, count in ((asked.seed, asked.runs), (asked.against, asked.blind)))
+    text = f"Seeds {asked.seed} (the discrepancy) and {asked.against} (blind)."
+    for kind, title in TITLES.items():
+        text += f"\n\n{title}:\n\n" + "\n".join(table(kind, own, runs))
+    print(text)
+    if asked.page:
+        put(ROOT / "docs/calibration.md", "twin", text)
 
 
 if __name__ == "__main__":

@@ -22,6 +22,7 @@ from tests.pipeline.toy import written
 
 ROOT = Path(__file__).resolve().parent.parent
 STAGES = graph.read(ROOT).stages
+SOURCES = Sources(ROOT, "stages", SyntaxMemo(None))
 
 
 def test_imports_keep_to_the_contracts():
@@ -34,8 +35,7 @@ def test_imports_keep_to_the_contracts():
 def test_declared_code_is_the_code_that_is_imported(name):
     """dvc.yaml's deps cover every file of the stage's import closure, and none of them is idle."""
     stage = STAGES[name]
-    sources = Sources(ROOT, "stages", SyntaxMemo(None))
-    files = sources.closure(fingerprint.entry_modules(stage, "stages")).files
+    files = SOURCES.closure(fingerprint.entry_modules(stage, "stages")).files
     reached = [file for file in files if not file.endswith("__init__.py")]
     idle = [dep for dep in stage.code if not any(_covers(dep, file) for file in reached)]
     missing = sorted({str(Path(file).parent) for file in reached if not any(_covers(dep, file) for dep in stage.code)})

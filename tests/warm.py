@@ -21,7 +21,7 @@ HOME = Path(__file__).resolve().parents[1]
 LOADED = (
     "h5py", "jinja2", "matplotlib.figure", "numba", "rich.progress", "scipy.interpolate", "scipy.ndimage",
     "scipy.signal", "yaml", "pipeline.cli", "pipeline.commands.running", "pipeline.questions.command",
-    "pipeline.report.content",
+    "pipeline.report.content", "tests.warm_numba",
 )  # fmt: skip
 
 

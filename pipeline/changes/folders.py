@@ -123,10 +123,14 @@ def between(study: Study, other: Path, tolerance: float) -> Changes:
 
 
 def _claims(before: Path, after: Path) -> list[Verdict]:
-    """Claims whose verdict or measured words changed, those with another verdict first."""
+    """Claims whose verdict or measured words changed, those with another verdict first.
+
+    None where one side has judged none: that its stage has no result there is told by itself.
+    """
     name = CLAIMS.removeprefix(_RESULTS)
-    one, other = ({claim.id: claim for claim in claims.read_file(folder / name).claims}
-                  if (folder / name).exists() else {} for folder in (before, after))  # fmt: skip
+    if not all((folder / name).exists() for folder in (before, after)):
+        return []
+    one, other = ({claim.id: claim for claim in claims.read_file(folder / name).claims} for folder in (before, after))
     found = []
     for key in dict.fromkeys((*other, *one)):
         old, new = one.get(key), other.get(key)
@@ -138,12 +142,16 @@ def _claims(before: Path, after: Path) -> list[Verdict]:
 
 
 def _figures(before: Path, after: Path) -> list[Picture]:
-    """Pictures with other pixels, those that differ most first, then those that are in one folder only."""
+    """Pictures with other pixels, those that differ most first, then those that are in one folder only.
+
+    None where one side has drawn none.
+    """
     from pipeline.report.pictures import rms
 
     folder = FIGURES.removeprefix(_RESULTS)
     found: list[Picture] = []
-    for name in sorted({path.name for each in (before, after) for path in (each / folder).glob("*")}):
+    there = [{path.name for path in (each / folder).glob("*")} for each in (before, after)]
+    for name in sorted(set.union(*there)) if all(there) else ():
         one, other = before / folder / name, after / folder / name
         bytes_of = [durable.read(path) for path in (one, other)]
         if bytes_of[0] == bytes_of[1] or Path(name).suffix not in (".png", ".html"):

@@ -14,8 +14,8 @@ from stages.planar.state import PlanarState
 
 SETTLING_STEPS = 8
 NEWTON_STEPS = 16
-#: The derivative is made anew when so many iterations have left more than this of the residual, so often at most.
-#: Making it costs ten steps, and the first slow one has corrected it.
+#: The derivative is made anew when so many iterations have left more than this of the residual, so often at most; at
+#: once where nothing is won since it was made. Making it costs ten steps, and a slow iteration has corrected it.
 SLOW, PATIENCE, MOST_RENEWALS = 0.8, 2, 4
 #: Times a change of the state is halved if the model does not take a step from it.
 HALVINGS = 4
@@ -124,15 +124,18 @@ def fixed_point(
     Newton's method; each step taken corrects the derivative (Broyden's rank one), which is made anew where the residual
     falls slowly. `derivative` (10, 10) of a similar model serves at first.
     """
-    after, previous, renewals, slow = walker.step(numbers), np.inf, 0, 0
+    after, previous, renewals, slow, began = walker.step(numbers), np.inf, 0, 0, 0.0
     for _ in range(NEWTON_STEPS):
         moved = after.numbers - numbers
         residual = float(np.abs(moved / SCALES).max())
         if residual < wanted:
             break
-        slow += residual > SLOW * previous
+        if previous == np.inf:
+            began = residual
+        if residual > SLOW * previous:
+            slow = PATIENCE if residual > SLOW * began else slow + 1
         if derivative is None or (slow >= PATIENCE and renewals < MOST_RENEWALS):
-            derivative, renewals, slow = walker.derivative(numbers, after), renewals + 1, 0
+            derivative, renewals, slow, began = walker.derivative(numbers, after), renewals + 1, 0, residual
         previous = residual
         change = np.linalg.solve(np.eye(10) - derivative, moved)
         change, then = _taken(walker, numbers, change)

@@ -121,11 +121,13 @@ def stability():
     multipliers = np.stack([real, 0.0 * real], axis=-1)
     turns = (Turn("period doubling", 10.0 / 3.0, -1.0, np.array([0.5]), np.array([0.3])),
              Turn("turning point", 1.0, 1.0, np.array([0.46]), np.array([0.23])))  # fmt: skip
-    one = RecordedFamily(1, "here; there", slope, (0.45 + 0.015 * slope)[:, None], angle[:, None], multipliers, turns)
+    one = RecordedFamily(1, "here; there", slope, (0.45 + 0.015 * slope)[:, None], angle[:, None],
+                         angle[:, None] / 100, multipliers, turns)  # fmt: skip
     late = np.linspace(10.0 / 3.0, 4.0, 6)
     apart = 0.03 * np.sqrt(late - late[0])
     forks = np.stack([0.5 + apart, 0.5 - apart], axis=1)
-    two = RecordedFamily(2, "there", late, forks, 0.6 * forks, 0.3 * multipliers[:6], ())
+    two = RecordedFamily(2, "there", late, forks, 0.6 * forks, np.maximum(0.51 - forks, 0.0),
+                         0.3 * multipliers[:6], ())  # fmt: skip
     ending = np.arange(42).reshape(6, 7) % 7
     basin = Basin(np.linspace(0.1, 0.5, 6), np.linspace(1.0, 4.0, 7), ending + 1, np.where(ending == 0, 0, -1), ending,
                   0.26, 2.3, 30, 1e-3)  # fmt: skip

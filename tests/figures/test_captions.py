@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from types import SimpleNamespace
 
+import matplotlib.pyplot as plt
 import pytest
 import yaml
 
@@ -17,6 +18,7 @@ from stages.figures.result import Caption
 from stages.figures.run import as_yaml, synthetic
 from tests.comparison.made_up import make_agreement
 from tests.figures.made_up_results import analytic, comparison, given, parameters, results
+from tests.figures.made_up_results import drawn as made_up_figure
 
 
 def text(name, **other):
@@ -36,6 +38,24 @@ def test_captions_state_the_numbers_of_the_results():
     assert "0.19 mm in x and 0.04 mm in y" in text("figure_08_hip_motion")
     contact = text("figure_05_contact_parameters")
     assert "2.00 mm" in contact and "0.20 mm" in contact
+
+
+def test_the_slope_and_the_basin_tell_turns_kinks_and_shares():
+    slope = text("bifurcation")
+    assert "known from 1° to 4°; stable ones lie between 1° and 3.333°." in slope
+    assert "At 3.3333° the cycle of 1 doubles (multiplier -1.000000). At 1.0000° the cycle of 1 turns back" in slope
+    assert "loses its double stance: the cycle of 2 at 3.4°." in slope
+    basin = text("basin")
+    assert "from 42 starts" in basin and "14.3 % come within 0.001" in basin and "after 1 to 5 steps" in basin
+    assert "falls forward: 14.3 %" in basin and "In 14.3 % the trailing leg" in basin
+
+
+def test_a_gait_that_is_unstable_or_cannot_be_followed_is_told_so():
+    none = SimpleNamespace(slope_deg=2.0, families=(), basin=None)
+    assert text("bifurcation", stability=none).endswith("No gait could be followed.")
+    assert "unstable" in text("basin", stability=none)
+    for name in ("bifurcation", "basin"):
+        plt.close(made_up_figure(name, stability=none))
 
 
 def test_one_figure_stands_beside_the_parameters():

@@ -69,6 +69,17 @@ def test_a_stage_that_is_missing_or_damaged_is_said(before):
     assert "not compared, as before has no result of: bounce" in words
 
 
+def test_results_of_some_stages_are_compared_without_a_row_for_all_that_is_missing(before):
+    """A stage run with --results leaves no claims and no figures there; that it has none is one sentence."""
+    (before.root / "before/claims.yaml").unlink()
+    (before.root / "before/picture.h5").unlink()
+    shutil.rmtree(before.root / "before/figures")
+    before.command("run-all", "--set", "ground.gravity=9.7")
+    told = json.loads(before.command("compare", "before", "--json")[1])
+    assert (told["claims"], told["figures"]) == ([], []) and told["numbers"]
+    assert "before has no result of: picture" in told["unread"][0]
+
+
 @pytest.mark.parametrize(
     ("other", "said"),
     [

@@ -63,28 +63,25 @@ def bits(value):
     return type(value), np.float64(value).tobytes() if isinstance(value, float) else value
 
 
-def groups(path):
-    with h5py.File(path) as file:
-        found = ["/"]
-        file.visititems(lambda name, item: found.append(name) if isinstance(item, h5py.Group) else None)
-        return [name for name in found if name != "provenance"]
-
-
 def assert_all_tools_open(path):
     """Every group in xarray with names for all dimensions, every table in pandas, and the attributes of the file."""
     xarray, _ = pytest.importorskip("xarray"), pytest.importorskip("h5netcdf")
     with h5py.File(path) as file:
-        tables = [name for name in groups(path) if ROWS in file[name].attrs]
-        lengths = {name: int(file[name].attrs[ROWS]) for name in tables}
-    for group in groups(path):
-        with xarray.open_dataset(path, engine="h5netcdf", group=group) as opened:
-            assert not [name for name in opened.dims if name.startswith("phony")], group
-            opened.load()
+        lengths = {"/": None}
+        file.visititems(lambda name, item: lengths.update({f"/{name}": item.attrs.get(ROWS)})
+                        if isinstance(item, h5py.Group) else None)  # fmt: skip
+    opened = xarray.open_groups(path, engine="h5netcdf")
+    assert opened.keys() == lengths.keys()
+    for group in lengths.keys() - {"/provenance"}:
+        assert not [name for name in opened[group].dims if name.startswith("phony")], group
+        opened[group].load()
     for group, count in lengths.items():
-        table = xarray.open_dataset(path, engine="h5netcdf", group=group)
-        frame = table.drop_dims(set(table.dims) - {"row"}).to_dataframe()
-        table.close()
-        assert len(frame) == count and frame.index.name == "row"
+        if count is not None:
+            table = opened[group]
+            frame = table.drop_dims(set(table.dims) - {"row"}).to_dataframe()
+            assert len(frame) == count and frame.index.name == "row"
+    for group in opened.values():
+        group.close()
 
 
 @pytest.mark.parametrize("stage", STAGES)

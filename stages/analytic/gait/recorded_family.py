@@ -41,6 +41,8 @@ class RecordedFamily:
         "s", "duration of each step of the cycle, (n, cycle)", dimensions=("gait", "step"))
     stance_angle: np.ndarray = quantity(
         "rad", "stance angle at each heel strike, foot ahead positive, (n, cycle)", dimensions=("gait", "step"))
+    double_stance: np.ndarray = quantity(
+        "s", "time of each step with both feet on the ground, (n, cycle)", dimensions=("gait", "step"))
     floquet_multipliers: np.ndarray = quantity(
         "1", "multipliers of the whole cycle, largest first, rows of real and imaginary part, (n, j, 2)",
         dimensions=("gait", "multiplier", "part"))
@@ -57,15 +59,15 @@ class RecordedFamily:
 def recorded(design: DesignPoint, branch: Branch, tolerance: float) -> RecordedFamily:
     """A family with every step of its gaits, which are walked once more; its turns are among the gaits."""
     points = _with_turns(branch)
-    durations, angles = _steps(design, branch, points, tolerance)
+    durations, angles, double = _steps(design, branch, points, tolerance)
     multipliers = np.array([point.floquet_multipliers for point in points])
     turns = tuple(
         Turn(special.kind, special.point.value, _nearest(special.kind, special.point),
-             *(steps[0] for steps in _steps(design, branch, [special.point], tolerance)))
+             *(steps[0] for steps in _steps(design, branch, [special.point], tolerance)[:2]))
         for special in branch.special
     )  # fmt: skip
     return RecordedFamily(
-        branch.cycle, branch.ended, np.array([point.value for point in points]), durations, angles,
+        branch.cycle, branch.ended, np.array([point.value for point in points]), durations, angles, double,
         np.stack([multipliers.real, multipliers.imag], axis=-1), turns,
     )  # fmt: skip
 
@@ -88,15 +90,15 @@ def _nearest(kind: str, point: BranchPoint) -> float:
 
 def _steps(
     design: DesignPoint, branch: Branch, points: Iterable[BranchPoint], tolerance: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Duration of every step [s] and stance angle at its begin [rad] of gaits, both (n, steps)."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Duration of every step [s], stance angle at its begin [rad] and double stance [s] of gaits, each (n, steps)."""
     rows = []
     for point in points:
         walker, z, row = design.with_value(branch.name, point.value).walker(), point.z, []
         for _ in range(branch.cycle * walker.gait_steps):
             step = poincare_map(walker, z, tolerance)
-            row.append((step.period * walker.time, -z[0]))
+            row.append((step.period * walker.time, -z[0], step.double_stance * walker.time))
             z, walker = step.z, walker.exchanged
         rows.append(row)
-    found = np.array(rows).reshape(len(rows), -1, 2)
-    return found[..., 0], found[..., 1]
+    found = np.array(rows)
+    return found[..., 0], found[..., 1], found[..., 2]

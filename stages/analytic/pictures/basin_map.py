@@ -49,7 +49,7 @@ def draw(basin: Basin) -> Figure:
     figure.legend(handles=handles, loc="outside upper center", ncols=3)
     bar = figure.colorbar(shades, label="steps until it reaches the gait")
     whole = MaxNLocator(6, integer=True, min_n_ticks=1).tick_values(few, most)
-    bar.set_ticks([tick for tick in whole.tolist() if few <= tick <= most])
+    bar.set_ticks([tick for tick in whole if few <= tick <= most])
     bar.minorticks_off()
     axes.grid(visible=False)
     return figure

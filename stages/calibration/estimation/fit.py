@@ -34,8 +34,9 @@ SHARE, SHARE_OF_INERTIA = 0.03, 0.3
 HELD = 1.0
 #: Standard deviation of measured heel strikes [s], which count until the last.
 STRIKE_SD = 0.003
-#: A fit is taken if its mean square residual is below this, in sigmas; else these factors of the noise are tried.
-GOOD, ATTEMPTS = 4.0, (1.0, 6.0, 0.3)
+#: A fit is taken if its mean square residual is below this, in sigmas; else these factors of the noise are tried, and
+#: then horizons with samples for so long at least [s], at last from the gait's own start.
+GOOD, ATTEMPTS, LEAST = 4.0, (1.0, 6.0, 0.3), 0.08
 #: Where the walker falls on the way to the next horizon, the last one is fitted again and then one half way, noise so
 #: many times smaller; at most so often.
 QUIETER, MOST_AGAIN = 3.0, 5
@@ -75,16 +76,17 @@ def lowest(design: DesignPoint, names: Sequence[str]) -> Vector:
     return np.array(low)
 
 
-def horizons(run: MeasuredRun, louder_still: float = 1.0) -> list[tuple[float, float]]:
+def horizons(run: MeasuredRun, louder_still: float = 1.0, least: float = 0.0) -> list[tuple[float, float]]:
     """Rising horizons up to the whole run [s], and how many times too large noise is taken on each.
 
-    On those that are shorter than the run it is larger by `louder_still` times.
+    On those that are shorter than the run it is larger by `louder_still` times. The first has samples for `least` [s].
     """
     found = [(float(run.strikes[number]) - BEFORE, louder_still * louder)
              for number, louder in zip(STRIKES, LOUDER, strict=True) if number < len(run.strikes)]
     swing = [(float(run.strikes[1]) - short, LOUDER[0]) for short in SWING]
     shorter = [(end, louder) for end, louder in found if end < run.duration]
-    return [*swing, *shorter, *((run.duration, one) for one in WHOLE)]
+    first = float(run.sampling.hip[0]) + least if least else 0.0
+    return [*(one for one in (*swing, *shorter) if one[0] > first), *((run.duration, one) for one in WHOLE)]
 
 
 def known_equations(
@@ -102,15 +104,16 @@ def known_equations(
 def fit_run(design: DesignPoint, run: MeasuredRun, model: Model, known: Sequence[Known]) -> RunFit:
     """Fit a run from a first guess of the design, its start from its heel strikes, the rest from what is believed.
 
-    Where that leads nowhere it is tried again with other noises on the way. Raises StepFailed where the guess does not
-    walk through the first horizon.
+    Where that leads nowhere it is tried again with other noises and horizons on the way. Raises StepFailed where the
+    guess does not walk through the first horizon.
     """
     found: RunFit | None = None
     spent, failure = 0, StepFailed("no fit was tried")
     begin = first_guess(design, run.strikes, run.sampling.first_leg, model.layout)
-    for louder in ATTEMPTS:
+    for start, louder, least in (*((begin, one, 0.0) for one in ATTEMPTS), (begin, 1.0, LEAST),
+                                 (model.layout.middle, 1.0, LEAST)):
         try:
-            fit = _fit(design, begin, run, model, known, louder)
+            fit = _fit(design, start, horizons(run, louder, least), run, model, known)
         except StepFailed as reason:
             failure = reason
             continue
@@ -125,9 +128,10 @@ def fit_run(design: DesignPoint, run: MeasuredRun, model: Model, known: Sequence
 
 
 def _fit(
-    design: DesignPoint, begin: Vector, run: MeasuredRun, model: Model, known: Sequence[Known], louder_still: float
+    design: DesignPoint, begin: Vector, ends: Sequence[tuple[float, float]], run: MeasuredRun, model: Model,
+    known: Sequence[Known],
 ) -> RunFit:
-    """One attempt of `fit_run`, the run's unknowns from `begin` (k,)."""
+    """One attempt of `fit_run`, the run's unknowns from `begin` (k,), on the horizons `ends`."""
     d, k = len(model.shared), len(model.layout.names)
     names = (*model.shared, *model.own)
     own = [run.own[name][0] if name in run.own else design.value(name) for name in model.own]
@@ -137,7 +141,7 @@ def _fit(
     all_low = lowest(design, names)
     low = np.concatenate([all_low[:d], np.full(k, -np.inf), all_low[d:]])
     first, evaluations = x[:d].copy(), 0
-    waiting, reached, again = horizons(run, louder_still), 0.0, 0
+    waiting, reached, again = list(ends), 0.0, 0
     while waiting:
         horizon, louder = waiting.pop(0)
         part, is_last = run.upto(horizon), louder == 1.0

@@ -6,7 +6,7 @@ What the model lacks comes back at the same phase of every step.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,6 +61,25 @@ def _structures(run: MeasuredRun, equations: Equations) -> Iterator[Structure]:
             filled = sum(bool(one.size) for one in groups)
             yield Structure(side, axis, float(np.sqrt((left[seen] ** 2).mean())), means,
                             float(chdtrc(filled, off)), whiteness(np.where(seen, left, np.nan)))
+
+
+def told_structure(runs: Sequence[MeasuredRun], fits: Sequence[Equations]) -> list[str]:
+    """A sentence for each signal that is not noise in most runs: how large, and where in the step it is off most."""
+    found: dict[tuple[str, str], list[Structure]] = {}
+    for run, equations in zip(runs, fits, strict=True):
+        for one in structure(run, equations):
+            found.setdefault((one.side, one.axis), []).append(one)
+    lines = []
+    for (side, axis), every in found.items():
+        if 2 * sum(one.is_noise for one in every) >= len(every):
+            continue
+        means = np.mean([one.means for one in every], axis=0)
+        part = int(np.abs(means).argmax())
+        rms = float(np.sqrt(np.mean([one.rms**2 for one in every])))
+        lines.append(f"residuals of {side} {axis} are not noise: {rms:.2f} sigma, and off by {means[part]:+.2f} on "
+                     f"average in the step's part {part + 1} of {PARTS} after a heel strike: what the model lacks is "
+                     "not in the intervals")
+    return lines
 
 
 def step_parts(times: Vector, strikes: Vector) -> np.ndarray:

@@ -19,6 +19,7 @@ from stages.calibration.estimation.campaign import CampaignFit, fit_campaign
 from stages.calibration.estimation.equations import Model
 from stages.calibration.estimation.first_guess import guessed_mid_stance
 from stages.calibration.estimation.foretold import Explained, explained
+from stages.calibration.estimation.residual_structure import told_structure
 from stages.calibration.estimation.widening import widening
 from stages.calibration.information.identifiability import HALF_WIDTH, scales_of
 from stages.calibration.information.plan import SLOPE, first_model, free_names
@@ -122,6 +123,7 @@ def _answer(
     if wider > NOISY:
         lines.append(f"residuals are not noise alone (size {sigmas:.2f}, and neighbours hang together): intervals are "
                      f"{wider:.1f} times as wide as noise would have them")
+    lines += told_structure(fit.runs, fit.equations)
     if not design.biped.frame_mass:
         springs = [short(name) for name in fit.names if short(name) in OF_SPRINGS]
         if springs:

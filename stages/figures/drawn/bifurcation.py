@@ -32,7 +32,20 @@ def caption(given: Given) -> str:
     for family in families:
         for turn in family.turns:
             text = f"{text} {said(family, turn)}"
+    gone = [f"the cycle of {family.cycle} at {value:.3g}°" for family in families
+            for value in without_double_stance(family)]  # fmt: skip
+    if gone:
+        text = f"{text} Multipliers have a kink where a step loses its double stance: {', '.join(gone)}."
     return text
+
+
+def without_double_stance(family: RecordedFamily) -> list[float]:
+    """The slopes about which a step of the cycle begins to have no double stance, each between two gaits [deg]."""
+    order = np.argsort(family.value, kind="stable")
+    gone = family.double_stance[order].min(axis=1) == 0.0
+    changes = np.flatnonzero(gone[1:] != gone[:-1])
+    found: list[float] = (0.5 * (family.value[order][changes] + family.value[order][changes + 1])).tolist()
+    return found
 
 
 def stretches(family: RecordedFamily) -> str:

@@ -23,7 +23,7 @@ from stages.imu.trial.agreement import Agreement, FrequencyDifference
 
 TITLE = "Figure 16: measurements and models"
 PLACE = 16
-CLAIMS = ("measurement_encloses", "measurement_slower", "twin_like_simple")
+CLAIMS = ("measurement_encloses", "measurement_slower", "twin_like_simple", "sensor_range", "hip_path_drifts")
 INPUTS = ("imu", "twin", "calibrated_twin", "multibody", "comparison")
 PANELS = (
     (0, "hip, forward", "m/s²"),

@@ -1,0 +1,110 @@
+"""Intervals where the model is not the robot's: residual structure, the sandwich, and the discrepancy."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stages.calibration.estimation.equations import run_equations
+from stages.calibration.estimation.model_error import Discrepancy, noise_covariance, sandwich_covariance
+from stages.calibration.estimation.residual_structure import PARTS, step_parts, structure, told_structure, whiteness
+from stages.calibration.information.plan import plan_of, planned_equations
+from stages.calibration.observation.measured_run import MeasuredRun, usable
+from stages.calibration.observation.prediction import Sampling
+from stages.calibration.observation.unknowns import SIDES
+from tests.calibration.runs import PARAMETERS, SETTINGS, gait
+
+STEPS = 7
+
+
+@pytest.fixture(scope="module")
+def planned():
+    """Model, design and a run on the gait whose samples are the prediction and noise."""
+    plan = dataclasses.replace(plan_of(PARAMETERS), steps=STEPS)
+    equations, model = planned_equations(plan, PARAMETERS)
+    shown = equations.predicted
+    strikes = np.concatenate([[0.0], shown.strikes])
+    sides = {side: shown.samples[side] for side in SIDES}
+    first = model.layout.middle[model.layout.place("mid_stance")] + SETTINGS.settling_s
+    times = np.arange(0.0, gait_period() * STEPS, 1.0 / PARAMETERS.sensor.rate_hz)
+    times = times[times >= first]
+    late = np.sqrt(2.0) / (2.0 * np.pi * PARAMETERS.sensor.bandwidth_hz)
+    mask = usable(times, strikes, first, SETTINGS.before_strike_s, SETTINGS.after_strike_s)
+    used = {side: np.repeat(mask[:, None], 3, axis=1) for side in SIDES}
+    rng = np.random.default_rng(3)
+    samples = {side: value + np.asarray(model.noise) * rng.normal(size=value.shape) for side, value in sides.items()}
+    run = MeasuredRun("planned", Sampling(times, times, late, PARAMETERS.sensor.bandwidth_hz, 1), samples, used,
+                      strikes, {})
+    return plan.design, model, run
+
+
+def gait_period():
+    walker, point = gait()
+    return point.steps[0].period * walker.time
+
+
+def equations_of(planned):
+    design, model, run = planned
+    return run_equations(design, np.array([design.value("ground.slope_deg")]), model.layout.middle, run, model)
+
+
+def test_noise_is_told_for_noise_and_a_lack_at_one_phase_for_what_it_is(planned):
+    design, model, run = planned
+    found = structure(run, equations_of(planned))
+    assert len(found) == 6
+    assert all(one.is_noise for one in found)
+    assert told_structure([run], [equations_of(planned)]) == []
+    part = step_parts(run.sampling.foot, run.strikes)
+    foot = run.samples["foot"] + np.where(part == 2, 1.5 * model.noise[1], 0.0)[:, None] * np.array([0.0, 1.0, 0.0])
+    changed = dataclasses.replace(run, samples={**run.samples, "foot": foot})
+    wrong = [one for one in structure(changed, equations_of((design, model, changed))) if not one.is_noise]
+    assert [(one.side, one.axis) for one in wrong] == [("foot", "up")]
+    assert wrong[0].means.argmax() == 2
+    told = told_structure([changed], [equations_of((design, model, changed))])
+    assert len(told) == 1
+    assert f"part 3 of {PARTS}" in told[0]
+
+
+def test_whiteness_is_uniform_for_noise_and_nothing_for_a_wave():
+    rng = np.random.default_rng(1)
+    shares = np.array([whiteness(np.where(rng.random(400) < 0.1, np.nan, rng.normal(size=400))) for _ in range(400)])
+    assert 0.02 < (shares < 0.05).mean() < 0.08
+    assert 0.4 < shares.mean() < 0.6
+    assert whiteness(np.sin(np.arange(400.0) / 5.0)) < 1e-12
+
+
+def test_parts_of_a_step_begin_at_its_strike():
+    strikes = np.array([0.0, 0.6, 1.2])
+    found = step_parts(np.array([-0.1, 0.0, 0.09, 0.11, 0.59, 0.61, 1.19, 1.21]), strikes)
+    assert found.tolist() == [-1, 0, 0, 1, PARTS - 1, 0, PARTS - 1, -1]
+
+
+def test_the_sandwich_is_the_noises_own_where_residuals_are_noise(planned):
+    """Over noises: its mean is the inverse of the information, which no residual enters."""
+    _, model, run = planned
+    d = len(model.shared)
+    found = equations_of(planned)
+    noise = np.diag(noise_covariance(found, model, ()))[1:d]  # without the mass' scale, which nothing tells of
+    rng = np.random.default_rng(5)
+    ratios = []
+    for _ in range(40):
+        left = {side: np.where(run.used[side], rng.normal(size=run.used[side].shape), np.nan) for side in SIDES}
+        one = sandwich_covariance(run, dataclasses.replace(found, residuals=left), model, ())
+        ratios.append(np.diag(one)[1:d] / noise)
+    assert np.mean(ratios, axis=0) == pytest.approx(np.ones(d - 1), abs=0.35)
+
+
+def test_a_discrepancy_holds_what_it_says():
+    """Student's interval of one more draw, from few: 95 % at any number of runs."""
+    rng = np.random.default_rng(2)
+    names, scales = ("a", "b"), np.array([3.0, -0.5])
+    for count in (4, 12):
+        held = []
+        for _ in range(1500):
+            misses = np.array([0.2, -1.0]) + np.array([0.05, 0.4]) * rng.normal(size=(count + 1, 2))
+            term = Discrepancy.of(names, misses[1:])
+            off = term.corrected(misses[0] * scales, scales)
+            held.append(np.abs(off) <= term.half_widths(scales))
+        assert np.mean(held) == pytest.approx(0.95, abs=0.015)
+    with pytest.raises(ValueError, match="three runs"):
+        Discrepancy.of(names, np.zeros((2, 2)))
