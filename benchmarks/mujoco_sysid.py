@@ -31,7 +31,7 @@ from stages.twin.exports.beginning import exported
 ROOT = Path(__file__).resolve().parent.parent
 GROUND = mjcf.Ground(time_constant=0.004, step=5e-4)
 SPREAD, RATE_HZ, STEP_S = 0.03, 100.0, 0.5
-#: Step of the toolbox's differences: with its own, 1e-8, contact's noise is all it sees.
+#: Step of the toolbox's differences; its own, 1e-8, does no better on contact.
 DIFFERENCE = 1e-4
 #: What is looked for: bodies whose mass, or joints whose spring or damper, share one factor.
 FEET = tuple(f"{pair} {side} foot" for pair in ("inner", "outer") for side in ("left", "right"))
