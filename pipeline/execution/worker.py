@@ -192,7 +192,7 @@ class Computing:
 
 def _processor_seconds() -> float:
     """Of this process, and of those that it started and that have ended [s]."""
-    return sum(os.times()[:4])
+    return time.process_time() + sum(os.times()[2:4])
 
 
 def called(package: str, function: Function, argument: Any) -> Any:

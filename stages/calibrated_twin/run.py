@@ -12,6 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from stages.analytic.errors import NoGait, StepFailed
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.model.walker import Vector
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import Walk
 from stages.calibrated_twin.parameters import Parameters
@@ -20,18 +22,21 @@ from stages.calibrated_twin.robot import TwinRobot
 from stages.calibrated_twin.told import Fitted, Left, design_of, pairs_of, robot_of
 from stages.calibration.estimation.correction import Corrected, corrected
 from stages.calibration.estimation.equations import Model, run_equations
+from stages.calibration.estimation.fit import fit_run
 from stages.calibration.estimation.foretold import rms_of
 from stages.calibration.information.plan import SLOPE, first_model
 from stages.calibration.observation.unknowns import SIDES
 from stages.calibration.result import HeldOut
 from stages.calibration.result import Result as Calibration
 from stages.calibration.study.blind_fit import as_fit
-from stages.calibration.study.drawing import drawn_design, looked_for
-from stages.calibration.study.recorded import LAB, WITH_OUTSOLE, WITHOUT, Recorded, recorded
+from stages.calibration.study.drawing import LAB, WITH_OUTSOLE, WITHOUT, drawn_design, looked_for
+from stages.calibration.study.recorded import Recorded, recorded
 from stages.campaign.result import Result as Campaign
 from stages.twin.machine.machine import build
 
 AS_FOUND = "as found"
+#: The twin's ramp is known [deg].
+SURE_DEG = 1e-4
 
 
 @dataclass(frozen=True)
@@ -57,7 +62,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     left = Left(parameters.settings.left_alone, parameters.settings.left_between)
     names = work.model.shared
     by_kind = {one.kind: one for one in robots}
-    pairs = (pairs_of(by_kind[WITH_OUTSOLE], by_kind[WITHOUT], work.drawn, names, left)
+    pairs = (pairs_of(by_kind[WITH_OUTSOLE], by_kind[WITHOUT], names, left)
              if WITH_OUTSOLE in by_kind and WITHOUT in by_kind else ())
     checks: list[Check] = []
     for one in inputs.calibration.held_out:
@@ -66,7 +71,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         checks += done
         reasons += why
     walk, why = work.walk(robots[0]) if robots else (None, [])
-    return Result(tuple(robot_of(one, work.drawn, names, left) for one in robots), pairs, tuple(checks),
+    return Result(tuple(robot_of(one, names, left) for one in robots), pairs, tuple(checks),
                   tuple(reasons + why), walk)
 
 
@@ -76,8 +81,8 @@ class _Work:
     def __init__(self, parameters: Parameters, inputs: Inputs) -> None:
         calibration = parameters.calibration
         self.parameters, self.inputs = parameters, inputs
-        self.drawn = drawn_design(calibration)
-        self.model: Model = first_model(self.drawn, looked_for(self.drawn), calibration)
+        drawn = drawn_design(calibration)
+        self.model: Model = first_model(drawn, looked_for(drawn), calibration)
         twin = replace(parameters.twin, tolerance=parameters.runs.solver_tolerance)
         self.robot = TwinRobot(build(parameters.biped, twin), parameters.contact, twin, parameters.settings,
                                self.model.layout, parameters.runs.motion_rate_hz)
@@ -89,7 +94,7 @@ class _Work:
         self.runs: dict[str, Recorded] = {}
         for source, kind in sources:
             left = {name for name, of in wanted if of == kind}
-            for one in recorded(source, kind, self.drawn, self.model, calibration, weighed) if left else ():
+            for one in recorded(source, kind, drawn, self.model, calibration, weighed) if left else ():
                 self.runs[one.run.name] = one
                 left.discard(one.run.name)
                 if not left:
@@ -97,50 +102,66 @@ class _Work:
 
     def corrected(self, kind: str) -> tuple[Fitted, list[str]]:
         """Fits of a kind, and corrections of the first that the twin walks."""
-        fits = self.inputs.calibration.of_kind(kind)
+        fits, drawn = self.inputs.calibration.of_kind(kind), drawn_design(self.parameters.calibration, kind)
         reasons: list[str] = []
         corrections: dict[int, Corrected] = {}
         for place, fit in enumerate(fits):
             if len(corrections) == self.parameters.settings.corrected_runs:
                 break
             one = self.runs[fit.name]
-            at = self.drawn.with_values(dict(zip(self.model.shared, fit.design.tolist(), strict=True)))
+            at = drawn.with_values(dict(zip(self.model.shared, fit.design.tolist(), strict=True)))
             equations = run_equations(at, fit.own, fit.unknowns, one.run, self.model)
             try:
-                found = corrected(self.drawn, as_fit(fit, equations), one.run, self.model, one.known, self.robot.run)
+                found = corrected(drawn, as_fit(fit, equations), one.run, self.model, one.known, self.robot.run)
             except StepFailed as reason:
                 reasons.append(f"{fit.name}: not corrected: {reason}")
                 continue
             corrections[place] = found
-        return Fitted(kind, fits, corrections), reasons
+        return Fitted(kind, drawn, fits, corrections), reasons
 
     def checked(self, held: HeldOut, fitted: Fitted) -> tuple[list[Check], list[str]]:
-        """A held-out run walked by the twin, with the numbers as found and corrected; its start by the model's fit."""
+        """A held-out run walked by the twin: with numbers and start as the model has them, then with both corrected.
+
+        The start's correction is that of the run itself: what the model's fit misses of the twin's own.
+        """
         one = self.runs[held.name]
-        done: list[Check] = []
         own = np.mean([fit.own for fit in fitted.fits], axis=0)
         own[list(self.model.own).index(SLOPE)] = held.own[0]
-        steps = [(AS_FOUND, fitted.found, own, held.unknowns)]
-        for correction in list(fitted.corrections.values())[:1]:
-            steps.append((CORRECTED, fitted.found - correction.bias, own - correction.own_bias,
-                          held.unknowns - correction.unknowns_bias))
-        for numbers, shared, mine, unknowns in steps:
-            names, values = (*self.model.shared, *self.model.own), (*shared, *mine)
-            there = self.drawn.with_values(dict(zip(names, values, strict=True)))
-            try:
-                made = self.robot.run(there, unknowns, one.run)
-            except StepFailed as reason:
-                return done, [f"{held.name}, {numbers}: {reason}"]
-            residuals = {side: np.where(one.run.used[side], one.run.samples[side] - made.samples[side], np.nan)
-                         / np.asarray(self.model.noise) for side in SIDES}  # fmt: skip
-            count = min(len(made.strikes), len(one.run.strikes))
-            late = float(np.abs(made.strikes[:count] - one.run.strikes[:count]).max())
-            done.append(Check(held.name, held.kind, numbers, late, *rms_of(residuals, one.run, self.model)))
+        found = self._design(fitted, fitted.found, own)
+        done: list[Check] = []
+        try:
+            done.append(self._check(AS_FOUND, found, held.unknowns, held, one))
+            if fitted.corrections:
+                own_bias = np.mean([each.own_bias for each in fitted.corrections.values()], axis=0)
+                better = self._design(fitted, fitted.found - fitted.bias, own - own_bias)
+                made = self.robot.run(better, held.unknowns, one.run)
+                alone = replace(self.model, shared=(), own=(SLOPE,))
+                again = fit_run(found, replace(made, own={SLOPE: (better.value(SLOPE), SURE_DEG)}), alone, ())
+                start = 2.0 * held.unknowns - again.unknowns
+                done.append(self._check(CORRECTED, better, start, held, one))
+        except StepFailed as reason:
+            return done, [f"{held.name}: {reason}"]
         return done, []
+
+    def _design(self, fitted: Fitted, shared: Vector, own: Vector) -> DesignPoint:
+        """The robot of a run."""
+        names = (*self.model.shared, *self.model.own)
+        return fitted.drawn.with_values(dict(zip(names, (*shared.tolist(), *own.tolist()), strict=True)))
+
+    def _check(
+        self, numbers: str, design: DesignPoint, unknowns: Vector, held: HeldOut, one: Recorded
+    ) -> Check:
+        """How far the twin is from a run. Raises StepFailed."""
+        made = self.robot.run(design, unknowns, one.run)
+        residuals = {side: np.where(one.run.used[side], one.run.samples[side] - made.samples[side], np.nan)
+                     / np.asarray(self.model.noise) for side in SIDES}  # fmt: skip
+        count = min(len(made.strikes), len(one.run.strikes))
+        late = float(np.abs(made.strikes[:count] - one.run.strikes[:count]).max())
+        return Check(held.name, held.kind, numbers, late, *rms_of(residuals, one.run, self.model))
 
     def walk(self, fitted: Fitted) -> tuple[Walk | None, list[str]]:
         """The twin's walk on the nominal ramp with a robot's corrected numbers, begun in that robot's gait."""
-        design = design_of(self.drawn, self.model.shared, fitted.found - fitted.bias)
+        design = design_of(fitted.drawn, self.model.shared, fitted.found - fitted.bias)
         try:
             steps, beliefs = self.parameters.settings.fitted_steps, self.parameters.calibration.beliefs
             return self.robot.settled(design, steps, beliefs), []

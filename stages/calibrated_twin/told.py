@@ -34,9 +34,10 @@ class Left:
 
 @dataclass(frozen=True)
 class Fitted:
-    """Fits of one kind of robot, and the corrections of some of them, by their places."""
+    """Fits of one kind of robot as `drawn`, and the corrections of some of them, by their places."""
 
     kind: str
+    drawn: DesignPoint
     fits: Sequence[FittedRun]
     corrections: dict[int, Corrected]
 
@@ -56,15 +57,9 @@ class Fitted:
         """Mean of the runs' parameters, (d,)."""
         return np.asarray(np.mean([one.design for one in self.fits], axis=0))
 
-    def noise(self, place: int) -> np.ndarray:
-        """Covariance (d, d) of a run's parameters by its sensors' noise. What residuals hang together by is the
-        model's, which a correction answers for; a run of a robot without one keeps it in its intervals."""
-        fit = self.fits[place]
-        return fit.covariance / fit.wider**2 if self.corrections else fit.covariance
-
     def covariance(self, left: float) -> np.ndarray:
-        """Of the mean of the corrected parameters, (d, d): noise, and a share of the bias, which moves as one."""
-        noise = np.sum([self.noise(place) for place in range(len(self.fits))], axis=0) / len(self.fits) ** 2
+        """Of the mean of the corrected parameters, (d, d): of the fits, and a share of the bias, which moves as one."""
+        noise = np.sum([one.covariance for one in self.fits], axis=0) / len(self.fits) ** 2
         return np.asarray(noise + left**2 * np.outer(self.bias, self.bias))
 
 
@@ -86,9 +81,9 @@ def frequency(design: DesignPoint, names: Sequence[str], covariance: np.ndarray)
     return value, float(np.sqrt(slope @ covariance @ slope))
 
 
-def robot_of(fitted: Fitted, drawn: DesignPoint, names: Sequence[str], left: Left) -> Robot:
+def robot_of(fitted: Fitted, names: Sequence[str], left: Left) -> Robot:
     """A robot's numbers, as Table 1 counts them: frames belong to the hip."""
-    corrected, covariance = fitted.found - fitted.bias, fitted.covariance(left.alone)
+    drawn, corrected, covariance = fitted.drawn, fitted.found - fitted.bias, fitted.covariance(left.alone)
     truth = np.mean([one.truth for one in fitted.fits], axis=0)
     sd = np.sqrt(np.diag(covariance))
     values = np.array([drawn.value(name) for name in names])
@@ -107,9 +102,7 @@ def robot_of(fitted: Fitted, drawn: DesignPoint, names: Sequence[str], left: Lef
                  first / np.outer(spread, spread), biases, value, value_sd, true)
 
 
-def pairs_of(
-    usual: Fitted, bare: Fitted, drawn: DesignPoint, names: Sequence[str], left: Left
-) -> tuple[Pair, ...]:
+def pairs_of(usual: Fitted, bare: Fitted, names: Sequence[str], left: Left) -> tuple[Pair, ...]:
     """What the outsole does, by each run that was made with it and without."""
     without = {one.name.replace(BARE, ""): place for place, one in enumerate(bare.fits)}
     length, mass = names.index("biped.leg_length"), names.index("biped.foot_mass")
@@ -120,11 +113,13 @@ def pairs_of(
         other = without[one.name]
         ends = usual.corrected(place), bare.corrected(other)
         stays = left.between * 0.5 * (usual.bias + bare.bias)
-        shared = usual.noise(place) + bare.noise(other) + np.outer(stays, stays)
-        (with_it, sd), (without_it, _) = (frequency(design_of(drawn, names, each), names, shared) for each in ends)
+        shared = one.covariance + bare.fits[other].covariance + np.outer(stays, stays)
+        drawn = usual.drawn, bare.drawn
+        (with_it, sd), (without_it, _) = (
+            frequency(design_of(of, names, each), names, shared) for of, each in zip(drawn, ends, strict=True))
         true = [one.truth, bare.fits[other].truth]
         known = np.isfinite(true).all()
-        designs = [design_of(drawn, names, each) for each in true] if known else []
+        designs = [design_of(of, names, each) for of, each in zip(drawn, true, strict=True)] if known else []
         real = [frequency(each, names, shared)[0] for each in designs] or [math.nan, math.nan]
         found.append(Pair(
             name=one.name, longer=float((ends[0] - ends[1])[length]), longer_sd=float(np.sqrt(shared[length, length])),

@@ -47,6 +47,7 @@ class Settings:
     fitted_runs: int = parameter("1", "runs of each robot that the stage fits", bound=Bound(minimum=1))
     held_out_runs: int = parameter("1", "next runs of each robot that it foretells", bound=Bound(minimum=0))
     fitted_steps: int = parameter("1", "steps of a run that it uses", bound=Bound(minimum=3))
+    outsole: float = parameter("m", "thickness of the outsole, as a caliper shows it", bound=NOT_NEGATIVE)
     corrected_runs: int = parameter("1", "runs of each robot that the twin corrects", bound=Bound(minimum=0))
     begun_s: float = parameter("s", "beginning of a run from which it is foretold", bound=POSITIVE)
     weighed_mass: float | None = parameter(

@@ -25,8 +25,8 @@ from stages.calibration.information.words import described
 from stages.calibration.parameters import Parameters
 from stages.calibration.result import Failed, FittedRun, HeldOut, Result, Told
 from stages.calibration.study.blind_fit import fitted_run, held_out
-from stages.calibration.study.drawing import drawn_design, looked_for, table_value
-from stages.calibration.study.recorded import LAB, WITH_OUTSOLE, WITHOUT, Recorded, recorded
+from stages.calibration.study.drawing import LAB, WITH_OUTSOLE, WITHOUT, drawn_design, looked_for, table_value
+from stages.calibration.study.recorded import Recorded, recorded
 from stages.campaign.result import Result as Campaign
 from stages.campaign.result import RunTruth
 
@@ -55,14 +55,14 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         progress(0.2 + 0.8 * number / len(robots), f"fitting blind, robot {number + 1} of {len(robots)}")
         mine: list[FittedRun] = []
         for one in islice(runs, parameters.settings.fitted_runs):
-            fit = fitted_run(design, one, model)
+            fit = fitted_run(drawn_design(parameters, one.kind), one, model)
             if isinstance(fit, Failed):
                 failed.append(fit)
             else:
                 mine.append(fit)
         fits += mine
         for one in islice(runs, parameters.settings.held_out_runs if mine else 0):
-            tell = held_out(design, mine, one, model, parameters.settings.begun_s)
+            tell = held_out(drawn_design(parameters, one.kind), mine, one, model, parameters.settings.begun_s)
             if isinstance(tell, Failed):
                 failed.append(tell)
             else:

@@ -138,7 +138,7 @@ def sensed_run(
         swing_push=variation.swing_push,
         outsole=variation.build.outsole,
         robot=robot,
-        weighed=robot.total_mass * (1 + parameters.runs.scale_sd * scale.normal()),
+        weighed=float(robot.total_mass * (1 + parameters.runs.scale_sd * scale.normal())),
         failed_attempts=walked.attempts - 1,
         heel_strike_time=walked.heel_strike_time,
         heel_strike_leg=walked.heel_strike_leg,

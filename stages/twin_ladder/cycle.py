@@ -160,24 +160,29 @@ def leading(
     """The k multipliers of a step that are largest, complex (k,), the changes (n, k) that go with them, and what is
     known of the derivative of a stride (n, n).
 
-    Strides are walked from the k changes that grow most by what is known of that derivative, at first `stride`, if
-    any, and `start` (n, k); each of them corrects it, until that changes the multipliers by less than `settled`.
-    Knowing nothing at first, this begins as orthogonal iteration, and forgets nothing. What does not settle is noise.
+    Orthogonal iteration from `start` (n, k): every stride turns the changes towards those sought, by the ratio of the
+    next multiplier to theirs, squared, until that changes the multipliers by less than `settled`. So it is, too, where
+    `stride`, if anything is known of that derivative before, says that it would not. What does not settle is taken
+    from all n changes.
     """
     size, count = start.shape
     basis, known, before = np.linalg.qr(start)[0], np.full(count, np.inf + 0j), np.inf
-    stride = np.zeros((size, size)) if stride is None else stride
+    whole = np.zeros((size, size)) if stride is None else stride
     for _ in range(MOST_STRIDES):
         first, second = (np.column_stack(rows) for rows in zip(*map(changes, basis.T), strict=True))
-        stride = stride + (second - stride @ basis) @ basis.T
-        turned = growing(stride, basis)
-        found = step_multipliers(turned, first @ (basis.T @ turned), stride @ turned)
+        whole = whole + (second - whole @ basis) @ basis.T
+        turned = growing(whole, basis)
+        found = step_multipliers(basis, first, second)
+        foreseen = step_multipliers(turned, first @ (basis.T @ turned), whole @ turned)
         changed = float(np.abs(found - known).max())
-        basis, known = turned, found
+        if stride is not None:
+            changed = min(changed, float(np.abs(found - foreseen).max()))
         if changed < settled or before <= changed < NOISE * settled:
-            break
-        before = changed
-    return found, basis, stride
+            return found, basis, whole
+        basis, known, before = np.linalg.qr(second)[0], found, changed
+    everything = np.eye(size)
+    first, second = (np.column_stack(rows) for rows in zip(*map(changes, everything), strict=True))
+    return step_multipliers(everything, first, second)[:count], growing(second, basis), second
 
 
 def growing(matrix: np.ndarray, basis: np.ndarray) -> np.ndarray:

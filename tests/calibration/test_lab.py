@@ -22,11 +22,13 @@ def lab(repository, tmp_path_factory):
         ["analytic", "campaign"])  # fmt: skip
     parameters = every["campaign"]
     experiment, truth, sent = synthetic_run(
-        (0, True), *first_state(run_analytic(every["analytic"]).walk), parameters)
+        (1, True), *first_state(run_analytic(every["analytic"]).walk), parameters)
     (folder / "lab.sqlite").write_bytes(
         database_bytes([device(place, parameters) for place in MOUNTING], [(experiment, sent)]))
-    known = {"total_mass": {"value": truth.weighed, "uncertainty": 1e-3, "unit": "kg", "source": "kitchen scale"}}
-    (folder / "known.yaml").write_text(yaml.safe_dump({"known": known, "fitted": [experiment.name]}))
+    scale = {"value": truth.weighed, "uncertainty": 1e-3, "unit": "kg", "source": "kitchen scale"}
+    known = {"total_mass": scale}
+    about = {"known": known, "fixed": ["leg_inertia"], "fitted": [experiment.name]}
+    (folder / "known.yaml").write_text(yaml.safe_dump(about))
     return folder, truth
 
 

@@ -175,3 +175,4 @@ def test_times_go_to_the_side_log(done):
     done.run(force=True, names=("fall",))
     lines = [json.loads(line) for line in (done.root / "results/log.jsonl").read_text().splitlines()]
     assert lines[-1]["stage"] == "fall" and lines[-1]["how"] == "computed" and lines[-1]["seconds"] > 0
+    assert 0.0 < lines[-1]["processor_seconds"] < 60.0

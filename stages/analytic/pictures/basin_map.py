@@ -47,7 +47,7 @@ def draw(basin: Basin) -> Figure:
                *(Patch(facecolor=LOOKS[number], edgecolor="#555555", linewidth=0.4, label=basin.endings[number])
                  for number in order)]  # fmt: skip
     figure.legend(handles=handles, loc="outside upper center", ncols=3)
-    bar = figure.colorbar(shades, label="steps until it reaches the gait")
+    bar = figure.colorbar(shades, label="steps until it reaches the gait [1]")
     whole = MaxNLocator(6, integer=True, min_n_ticks=1).tick_values(few, most)
     bar.set_ticks([tick for tick in whole if few <= tick <= most])
     bar.minorticks_off()

@@ -9,21 +9,25 @@ from stages.biped.design import Biped
 from stages.calibration.estimation.each_run import guess
 from stages.calibration.information.plan import EACH_RUNS, SLOPE, free_names
 from stages.calibration.parameters import Parameters
-from stages.twin.machine.machine import build
+from stages.twin.machine.machine import Build, build
 from stages.twin.machine.projection import project
 
-#: Of frames the drawing's places and moments are kept: no sensor above the springs tells them from what hangs below.
-OF_FRAMES = ("biped.frame_com", "biped.frame_offset", "biped.frame_inertia")
+#: Whose runs the study has.
+WITH_OUTSOLE, WITHOUT, LAB = "with outsole", "without outsole", "lab"
+#: The drawing's places and moments of frames are kept, and the lower legs' inertia: sensors tell them and the place of
+#: mass together only, so that what a model lacks goes there (an inertia twice too large, masses off by a tenth).
+KEPT = ("biped.frame_com", "biped.frame_offset", "biped.frame_inertia", "biped.leg_inertia")
 
 
-def drawn_design(parameters: Parameters) -> DesignPoint:
+def drawn_design(parameters: Parameters, kind: str = "") -> DesignPoint:
     """The design that the bill of parts makes, legs alike but for their length; a detailed biped as it is.
 
-    Raises ValueError where the bill does not add up.
+    A robot of the `kind` with an outsole is drawn with it. Raises ValueError where the bill does not add up.
     """
     biped = parameters.biped
     if not biped.detailed:
-        whole = project(build(biped, parameters.twin))
+        rubber = parameters.settings.outsole if kind == WITH_OUTSOLE else 0.0
+        whole = project(build(biped, parameters.twin, Build(outsole=rubber)))
         first, other = (dataclasses.asdict(whole.leg(leg)) for leg in (0, 1))
         alike = {name: 0.5 * (first[name] + other[name]) for name in first}
         biped = Biped(legs=whole.legs, hip_mass=whole.hip_mass, hip_damping=whole.hip_damping, **alike)
@@ -31,8 +35,8 @@ def drawn_design(parameters: Parameters) -> DesignPoint:
 
 
 def looked_for(design: DesignPoint) -> tuple[str, ...]:
-    """What the fit looks for: masses, lengths, springs and moments that are there, and of each run its `EACH_RUNS`."""
-    there = [name for name in free_names(design) if name not in OF_FRAMES and design.value(name) != 0.0]
+    """What the fit looks for: masses, lengths and springs that are there, and of each run its `EACH_RUNS`."""
+    there = [name for name in free_names(design) if name not in KEPT and design.value(name) != 0.0]
     own = [name for name in EACH_RUNS if name != SLOPE and design.biped.legs == "compliant"]
     return tuple(dict.fromkeys([*there, *own]))
 

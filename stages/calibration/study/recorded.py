@@ -17,9 +17,6 @@ from stages.calibration.recordings.from_ingest import FEWEST_STRIKES, run_of
 from stages.imu.run import trials
 from stages.imu.sources.source_sqlite import SqliteSource
 
-#: Whose runs they are.
-WITH_OUTSOLE, WITHOUT, LAB = "with outsole", "without outsole", "lab"
-
 
 @dataclass(frozen=True)
 class Recorded:
