@@ -129,7 +129,7 @@ def test_detailed_points_have_every_detail_and_kind(full, parameters):
 def test_detailed_draws_are_right_or_have_no_gait(parameters, kind):
     """Of each kind of walker, so many that some have a gait; those with one are as near to the reference as others."""
     found = [evaluate(parameters, Point(DETAILED, TOGETHER, draw, detailed_draw(parameters.biped, kind * BLOCK + draw)))
-             for draw in range(4)]  # fmt: skip
+             for draw in range(6)]  # fmt: skip
     assert {finding.status for finding in found} <= {RIGHT, REFUSED} and any(each.status == RIGHT for each in found)
     assert all(each.error < 1e-6 and each.audit < 1e-6 for each in found if each.status == RIGHT)
 
