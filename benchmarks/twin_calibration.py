@@ -38,10 +38,10 @@ from stages.calibration.estimation.fit import fit_run
 from stages.calibration.estimation.known import TOTAL_MASS, Known
 from stages.calibration.estimation.model_error import Discrepancy, noise_covariance, sandwich_covariance
 from stages.calibration.estimation.residual_structure import structure
-from stages.calibration.information.identifiability import HALF_WIDTH
 from stages.calibration.information.plan import first_model
 from stages.calibration.parameters import Parameters as CalibrationParameters
 from stages.calibration.recordings.from_ingest import run_of
+from stages.calibration.result import HALF_WIDTH
 from stages.calibration.study.drawing import drawn_design, table_value
 from stages.campaign.parameters import Parameters as CampaignParameters
 from stages.campaign.twin_run import NoWalk, TwinRun, first_state, walk_twin

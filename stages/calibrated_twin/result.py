@@ -31,6 +31,11 @@ class Number:
         """Where the value lies."""
         return self.corrected - half_width * self.sd, self.corrected + half_width * self.sd
 
+    def holds_truth(self, half_width: float) -> bool:
+        """Whether the truth lies there; not where nobody knows it."""
+        lower, upper = self.interval(half_width)
+        return lower <= self.truth <= upper
+
 
 @dataclass(frozen=True)
 class Robot:

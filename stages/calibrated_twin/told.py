@@ -18,9 +18,9 @@ from stages.calibrated_twin.result import Number, Pair, Robot
 from stages.calibration.estimation.correction import Corrected
 from stages.calibration.information.plan import FINE
 from stages.calibration.result import FittedRun
+from stages.campaign.result import BARE
 
 HIP, FRAME = "biped.hip_mass", "biped.frame_mass"
-BARE = "bare "
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,9 @@ import numpy as np
 
 from stages.biped.quantity import quantity
 
+#: Half of a 95 % interval, in standard deviations.
+HALF_WIDTH = 1.959964
+
 
 @dataclass(frozen=True)
 class Told:

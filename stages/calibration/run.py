@@ -110,6 +110,6 @@ def _judged(fit: FittedRun, truth: RunTruth | None, names: Sequence[str]) -> Fit
     if truth is None:
         return fit
     robot = truth.robot
-    values = [robot.leg(0).leg_length if name == "biped.leg_length" else table_value(robot, name)
-              if name != "biped.hip_mass" else robot.hip_mass for name in names]
+    own = {"biped.leg_length": robot.leg(0).leg_length, "biped.hip_mass": robot.hip_mass}
+    values = [own[name] if name in own else table_value(robot, name) for name in names]
     return dataclasses.replace(fit, truth=np.array(values))

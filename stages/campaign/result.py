@@ -9,6 +9,9 @@ import numpy as np
 from stages.biped.design import Biped
 from stages.biped.quantity import quantity
 
+#: What the name of a run without the outsole has more than that of the same machine's with it.
+BARE = "bare "
+
 
 @dataclass(frozen=True)
 class SensorTruth:

@@ -13,7 +13,7 @@ from stages.biped.progress import Progress, ignore
 from stages.campaign.database import database_bytes
 from stages.campaign.parameters import Parameters
 from stages.campaign.radio import Transmitted, transmit
-from stages.campaign.result import Result, RunTruth, SensorTruth
+from stages.campaign.result import BARE, Result, RunTruth, SensorTruth
 from stages.campaign.sensor_range import spikes
 from stages.campaign.twin_run import TwinRun, first_state, walk_twin
 from stages.campaign.variation import generator
@@ -118,7 +118,7 @@ def sensed_run(
 ) -> tuple[Experiment, RunTruth, tuple[Transmitted, ...]]:
     """A walk of the twin as two sensors and their radio tell it: experiment, truth, and what was sent."""
     variation = walked.variation
-    name = f"{SYNTHETIC} {'bare ' if bare else ''}run {number + 1:02d}"
+    name = f"{SYNTHETIC} {BARE if bare else ''}run {number + 1:02d}"
     experiment = Experiment(name, SYNTHETIC, variation.slope_read_deg)
     clock_start = FIRST_RUN_AT + BETWEEN_RUNS * (number + (parameters.runs.runs if bare else 0))
     truths, sent = {}, []

@@ -9,7 +9,7 @@ from stages.analytic.derivatives.step_map import varied_step
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import find_gait
-from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poincare_map
+from stages.analytic.gait.poincare import fixed_point, poincare_derivative
 from stages.analytic.integration.phase import EVENT, NO_NODES
 from stages.analytic.integration.step import integrate
 from stages.analytic.model.kinds import RubbingRolling, with_legs_exchanged
@@ -24,8 +24,11 @@ from stages.analytic.walk.recording import crossing_state, record, walk_on
 from stages.analytic.walk.sampling import sample_walk
 from stages.biped.design import BeyondModel
 from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, changed
+from tests.analytic.differences import map_slope
 
 FREE = changed(TABLE_1, frame_mass=0.01, frame_com=0.02)
+#: Of differences: lengths change by less than the springs' deflection.
+SIZES = (4e-6, 4e-7, 4e-7, 4e-6, 4e-6)
 
 
 @pytest.fixture(scope="module")
@@ -35,18 +38,6 @@ def free():
 
 def rubbing(friction, **values):
     return build_walker(changed(FREE, hip_friction=friction, **values), SLOPE)
-
-
-def slope_of(walker, z):
-    """The map's derivative by extrapolated differences; lengths change by less than the springs' deflection."""
-    columns = []
-    for index, size in enumerate((4e-6, 4e-7, 4e-7, 4e-6, 4e-6)):
-        step = np.zeros(5)
-        step[index] = size
-        coarse, fine = ((poincare_map(walker, z + h * step, 1e-13).z - poincare_map(walker, z - h * step, 1e-13).z)
-                        / (2 * h * size) for h in (1.0, 0.5))  # fmt: skip
-        columns.append((4 * fine - coarse) / 3)
-    return np.array(columns).T
 
 
 def test_without_friction_nothing_rubs(free):
@@ -62,7 +53,7 @@ def test_multipliers_are_those_of_differences(free, friction):
     assert isinstance(walker.p, RubbingRolling)
     point = fixed_point(walker, free[1].z, 1e-13)
     scale = np.abs(point.monodromy_matrix).max()
-    assert np.abs(point.monodromy_matrix - slope_of(walker, point.z)).max() < 2e-6 * scale
+    assert np.abs(point.monodromy_matrix - map_slope(walker, point.z, SIZES)).max() < 2e-6 * scale
     assert np.abs(point.floquet_multipliers).max() < 1.0
 
 
@@ -75,7 +66,7 @@ def test_the_map_is_exact_through_turning_in_either_stance(free, friction, angle
     z[0], z[3] = angle, rate
     assert tuple(segment.phase for segment in record(walker, section_state(z, walker.p), 1, 1e-12)) == phases
     _, derivative = poincare_derivative(walker, z, 1e-13)
-    assert np.abs(derivative - slope_of(walker, z)).max() < 5e-6 * max(1.0, np.abs(derivative).max())
+    assert np.abs(derivative - map_slope(walker, z, SIZES)).max() < 5e-6 * max(1.0, np.abs(derivative).max())
 
 
 def to_event(walker, phase, y):

@@ -25,8 +25,10 @@ from stages.analytic.phases.succession import succeed
 from stages.analytic.walk.recording import crossing_state, record, walk_on
 from stages.analytic.walk.sampling import sample_walk
 from tests.analytic.designs import SLOPE, TABLE_1_RIGID, changed
+from tests.analytic.differences import map_slope
 
 FREE = changed(TABLE_1_RIGID, frame_mass=0.01, frame_com=0.02)
+SIZES = (4e-6, 4e-6, 4e-6)  # of differences
 
 
 @pytest.fixture(scope="module")
@@ -36,16 +38,6 @@ def free():
 
 def rubbing(friction, **values):
     return build_walker(changed(FREE, hip_friction=friction, **values), SLOPE)
-
-
-def slope_of(walker, z):
-    wanted = np.zeros((3, 3))
-    for column, unit in enumerate(np.eye(3)):
-        coarse, fine = (
-            (poincare_map(walker, z + h * unit, 1e-13).z - poincare_map(walker, z - h * unit, 1e-13).z) / (2 * h)
-            for h in (4e-6, 2e-6))  # fmt: skip
-        wanted[:, column] = (4 * fine - coarse) / 3
-    return wanted
 
 
 def test_without_friction_nothing_rubs(free):
@@ -60,7 +52,7 @@ def test_multipliers_are_those_of_differences(free, friction):
     walker = rubbing(friction)
     assert isinstance(walker.p, RubbingRigid)
     point = fixed_point(walker, free[1].z, 1e-13)
-    assert np.abs(point.monodromy_matrix - slope_of(walker, point.z)).max() < 1e-7
+    assert np.abs(point.monodromy_matrix - map_slope(walker, point.z, SIZES)).max() < 1e-7
 
 
 @pytest.mark.parametrize(("friction", "z", "phases"), [
@@ -75,7 +67,7 @@ def test_the_map_is_exact_through_turning_and_sticking(friction, z, phases):
     segments = record(walker, section_state(start, walker.p), 1, 1e-12)
     assert tuple(segment.phase for segment in segments) == phases
     _, derivative = poincare_derivative(walker, start, 1e-13)
-    assert np.abs(derivative - slope_of(walker, start)).max() < 1e-6 * max(1.0, np.abs(derivative).max())
+    assert np.abs(derivative - map_slope(walker, start, SIZES)).max() < 1e-6 * max(1.0, np.abs(derivative).max())
     if phases[-1] == HIP_STICKS:
         assert np.abs(segments[-1].states[:, 2] + segments[-1].states[:, 3]).max() < 1e-12
         assert np.linalg.svd(derivative)[1][-1] < 1e-9  # legs that land as one body forget how they came to

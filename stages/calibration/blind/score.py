@@ -17,8 +17,8 @@ from stages.calibration.blind.draw import draw, model_of
 from stages.calibration.estimation.campaign import fit_campaign
 from stages.calibration.estimation.equations import eliminated, run_equations
 from stages.calibration.estimation.known import information_of
-from stages.calibration.information.identifiability import HALF_WIDTH
 from stages.calibration.parameters import Parameters
+from stages.calibration.result import HALF_WIDTH
 
 
 @dataclass(frozen=True)

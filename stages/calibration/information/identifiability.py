@@ -20,8 +20,6 @@ from stages.calibration.estimation.known import Known, information_of
 UNSEEN = 1.0
 #: A parameter belongs to such a combination if it has this much of it.
 BELONGS = 1e-3
-#: Half of a 95 % interval, in standard deviations.
-HALF_WIDTH = 1.959964
 
 
 @dataclass(frozen=True)

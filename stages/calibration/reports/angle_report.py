@@ -16,8 +16,8 @@ from stages.calibration.angles.fit import AngleFit, fit_robot
 from stages.calibration.angles.prediction import HeldOut, correlation_length, held_out
 from stages.calibration.angles.recording import DrivenStep, read_steps
 from stages.calibration.angles.setup import AngleSetup, setup_of
-from stages.calibration.information.identifiability import HALF_WIDTH
 from stages.calibration.information.words import listed, short
+from stages.calibration.result import HALF_WIDTH
 from stages.ground.slope import Slope
 
 #: Weight of angles against known values; parts of a step residuals are told by.

@@ -21,13 +21,14 @@ from stages.calibration.estimation.first_guess import guessed_mid_stance
 from stages.calibration.estimation.foretold import Explained, explained
 from stages.calibration.estimation.residual_structure import told_structure
 from stages.calibration.estimation.widening import widening
-from stages.calibration.information.identifiability import HALF_WIDTH, scales_of
+from stages.calibration.information.identifiability import scales_of
 from stages.calibration.information.plan import SLOPE, first_model, free_names
 from stages.calibration.information.words import described, listed, short
 from stages.calibration.observation.measured_run import MeasuredRun
 from stages.calibration.observation.unknowns import SIDES
 from stages.calibration.parameters import Parameters
 from stages.calibration.recordings.from_ingest import run_of
+from stages.calibration.result import HALF_WIDTH
 from stages.calibration.study.blind_fit import trace
 
 #: Residuals this many times the sensors' noise are the model's.

@@ -8,10 +8,9 @@ import numpy as np
 
 from stages.biped.design import Biped
 from stages.calibrated_twin.result import Number
+from stages.calibration.result import HALF_WIDTH
 from stages.comparison.claims.of_runs import calibration
 from stages.comparison.evidence.evidence import NAN, Evidence
-
-HALF_WIDTH = 1.959964
 
 
 def outsole_slows(e: Evidence) -> calibration.OutsoleSlows:
@@ -47,7 +46,7 @@ def prototype_is_model(e: Evidence) -> calibration.PrototypeIsModel:
     found = [(one, printed) for one in robot.numbers if (printed := _printed(e.parameters.biped, one)) > 0]
     intervals = tuple((one.name.partition(".")[2], *one.interval(HALF_WIDTH), printed) for one, printed in found)
     true = [one for one, _ in found if math.isfinite(one.truth)]
-    held = sum(lower <= one.truth <= upper for one in true for lower, upper in [one.interval(HALF_WIDTH)])
+    held = sum(one.holds_truth(HALF_WIDTH) for one in true)
     return calibration.PrototypeIsModel(e.measured.origin, robot.runs, intervals, held if true else -1)
 
 

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stages.calibrated_twin.result import Check, Result, Robot
+from stages.calibration.result import HALF_WIDTH
 from stages.drawing import style
 from stages.figures.inputs import Given
 
@@ -17,7 +18,6 @@ TITLE = "Calibration: the robots that were found"
 PLACE = 42
 CLAIMS = ("prototype_is_model", "outsole_slows")
 INPUTS = ("calibrated_twin",)
-HALF_WIDTH = 1.959964
 COLORS = (style.ANALYTIC, style.MULTIBODY, style.SECOND)
 #: Numbers are written into a matrix up to so many parameters.
 MOST_WRITTEN = 9
@@ -110,7 +110,7 @@ def caption(given: Given) -> str:
 def robot_words(robot: Robot) -> str:
     """How a robot was found, and whether its intervals hold the truth."""
     known = [one for one in robot.numbers if math.isfinite(one.truth)]
-    held = sum(lower <= one.truth <= upper for one in known for lower, upper in [one.interval(HALF_WIDTH)])
+    held = sum(one.holds_truth(HALF_WIDTH) for one in known)
     runs = "1 run" if robot.runs == 1 else f"{robot.runs} runs"
     truth = f"; {held} of {len(known)} intervals hold the truth" if known else ""
     return (f"The robot {robot.kind}, from {runs}, {robot.corrected_runs} of them corrected by the Exudyn twin{truth}. "
