@@ -1,6 +1,7 @@
 """Blind calibrations of the Exudyn twin: robots built at random, walked, sensed, sent, ingested and fitted.
 
     python -m benchmarks.twin_calibration --keep FOLDER [--seed 6001 --runs 24] [--against 5001 --blind 40]
+    python -m benchmarks.twin_calibration --keep FOLDER --model frames --seed 8001 --against 7001 --page fresh
 
 Each run has a build, an outsole, a ramp, a push and sensors of its own, as campaign.yaml has them, and is fitted
 without a look at them. What fits of the first seed's runs miss is the discrepancy of the model; those of the other seed
@@ -87,9 +88,9 @@ def clock_of(side: str, trial: Trial, log: Log) -> float:
 
 def blind(
     number: int, seed: int, state: StanceState, force: float, calibration: CalibrationParameters,
-    campaign: CampaignParameters,
+    campaign: CampaignParameters, kinds: Sequence[str] = (PLAIN, FRAMES),
 ) -> dict[str, Any]:
-    """One robot and one run of it, fitted with both models; what was found beside the truth, in plain values."""
+    """One robot and one run of it, fitted with these models; what was found beside the truth, in plain values."""
     campaign = dataclasses.replace(campaign, runs=dataclasses.replace(campaign.runs, seed=seed))
     try:
         walked = walk_twin(number, state, force, campaign)
@@ -101,7 +102,7 @@ def blind(
         return {"seed": seed, "number": number, "why": "turned down by the ingest"}
     return {"seed": seed, "number": number, "outsole": walked.variation.build.outsole,
             **{kind: fitted(kind, seed, number, walked, log, trial, calibration, campaign)
-               for kind in (PLAIN, FRAMES)}}
+               for kind in kinds}}
 
 
 def fitted(
@@ -153,11 +154,13 @@ def kept(folder: Path | None, seed: int) -> dict[int, dict[str, Any]]:
 
 
 def all_runs(folder: Path | None, seed: int, count: int, calibration: CalibrationParameters,
-             campaign: CampaignParameters, start: tuple[StanceState, float]) -> list[dict[str, Any]]:
+             campaign: CampaignParameters, start: tuple[StanceState, float], kinds: Sequence[str]
+             ) -> list[dict[str, Any]]:  # fmt: skip
     """Runs of a seed, those that are kept and the others, on all cores."""
     done = kept(folder, seed)
     missing = [number for number in range(count) if number not in done]
-    one = partial(blind, seed=seed, state=start[0], force=start[1], calibration=calibration, campaign=campaign)
+    one = partial(blind, seed=seed, state=start[0], force=start[1], calibration=calibration, campaign=campaign,
+                  kinds=kinds)
     for place, found in each_in_a_process(one, missing):
         done[missing[place]] = found
         print(f"run {missing[place]} of seed {seed}, {len(done)} of {count} done", file=sys.stderr, flush=True)
@@ -219,28 +222,32 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seed", type=int, default=6001)
     parser.add_argument("--runs", type=int, default=24)
-    parser.add_argument("--against", type=int, default=5001)
+    parser.add_argument("--against", type=int, nargs="+", default=[5001])
     parser.add_argument("--blind", type=int, default=40)
     parser.add_argument("--keep", type=Path, default=None)
-    parser.add_argument("--page", action="store_true", help="put the tables into docs/calibration.md")
+    parser.add_argument("--model", choices=(PLAIN, FRAMES), default=None, help="one model alone (default: both)")
+    parser.add_argument("--page", default=None, metavar="MARK", help="put the tables into docs/calibration.md there")
     parser.add_argument("--only-table", action="store_true", help="tell of what is kept, run nothing")
     asked = parser.parse_args()
+    kinds = (asked.model,) if asked.model else (PLAIN, FRAMES)
     every = Study(ROOT, ROOT / "params", ROOT / "results", ()).parameters(["analytic", "calibration", "campaign"])
     clock_sd = every["calibration"].settings.clock_sd
     if asked.only_table:
-        own, runs = (list(kept(asked.keep, seed).values()) for seed in (asked.seed, asked.against))
+        own, runs = ([one for seed in seeds for one in kept(asked.keep, seed).values()]
+                     for seeds in ([asked.seed], asked.against))
     else:
         start = first_state(run_analytic(every["analytic"]).walk)
         if asked.keep:
             asked.keep.mkdir(parents=True, exist_ok=True)
-        own, runs = (all_runs(asked.keep, seed, count, every["calibration"], every["campaign"], start)
-                     for seed, count in ((asked.seed, asked.runs), (asked.against, asked.blind)))
-    text = f"Seeds {asked.seed} (the discrepancy) and {asked.against} (blind)."
-    for kind, title in TITLES.items():
-        text += f"\n\n{title}:\n\n" + "\n".join(table(kind, own, runs, clock_sd))
+        own, runs = ([one for seed in seeds for one in all_runs(
+                         asked.keep, seed, count, every["calibration"], every["campaign"], start, kinds)]
+                     for seeds, count in (([asked.seed], asked.runs), (asked.against, asked.blind)))
+    text = f"Seeds {asked.seed} (the discrepancy) and {', '.join(map(str, asked.against))} (blind)."
+    for kind in kinds:
+        text += f"\n\n{TITLES[kind]}:\n\n" + "\n".join(table(kind, own, runs, clock_sd))
     print(text)
     if asked.page:
-        put(ROOT / "docs/calibration.md", "twin", text)
+        put(ROOT / "docs/calibration.md", asked.page, text)
 
 
 if __name__ == "__main__":
