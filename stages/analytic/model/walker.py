@@ -109,8 +109,8 @@ class Walker:
 
     def from_stance(self, state: StanceState) -> Vector:
         """The dimensionless state of a state in SI units, the inverse of `stance_state`; shape (4,) or (8,)."""
-        si = np.array(list(vars(state).values()))
-        return (si[::2] if self.rigid else si) / self.scales()
+        si: Vector = np.array(list(vars(state).values()))
+        return np.asarray((si[::2] if self.rigid else si) / self.scales())
 
 
 def build_walker(
