@@ -157,7 +157,8 @@ def calibration():
     fit = FittedRun("run 01", "with outsole", nothing, nothing, nothing, np.eye(2), nothing, 1.4, 2.0, 30, True, "",
                     Trace(time, measured, clean, residual), Trace(time, 1.1 * measured, 1.1 * clean, 1.1 * residual),
                     np.array([0.0, 0.5, 1.0, 1.5]))
-    held = HeldOut("run 02", "with outsole", 0.15, 1.6, 0.02, 1.5e-3, 0.2, 0.03, 0.012, 8e-4, nothing, nothing)
+    held = HeldOut("run 02", "with outsole", 0.15, 1.6, 0.02, 1.5e-3, 0.2, 0.03, 0.012, 8e-4, nothing, nothing,
+                   fit.hip, fit.foot, fit.strikes)
     return SimpleNamespace(fits=(fit,), held_out=(held,), not_seen=("not seen: the scale of mass",))
 
 

@@ -20,6 +20,7 @@ from stages.calibration.estimation.known import Known, information_of
 from stages.calibration.information.plan import SLOPE
 from stages.calibration.intervals.widening import widening
 from stages.calibration.observation.measured_run import MeasuredRun
+from stages.calibration.observation.unknowns import SIDES
 from stages.calibration.result import Failed, FittedRun, HeldOut, Misses, Trace
 from stages.calibration.study.recorded import Recorded
 
@@ -64,8 +65,10 @@ def information(equations: Equations, known: Sequence[Known], model: Model) -> n
     return np.asarray(eliminated(equations, len(model.shared))[0] + information_of(known, model.shared))
 
 
-def trace(run: MeasuredRun, equations: Equations, model: Model, side: str) -> Trace:
-    """What a sensor showed and what the fit says it should have."""
+def trace(run: MeasuredRun, equations: Equations | None, model: Model, side: str) -> Trace:
+    """What a sensor showed and what the fit says it should have; no samples where there is none."""
+    if equations is None:
+        return Trace(np.zeros(0), *(np.zeros((0, 3)) for _ in range(3)))
     residual = equations.residuals[side] * np.asarray(model.noise)
     return Trace(getattr(run.sampling, side), run.samples[side], equations.predicted.samples[side], residual)
 
@@ -83,8 +86,9 @@ def held_out(
         tell = explained(robot, one.run, model, begun)
     except StepFailed as reason:
         return Failed(one.run.name, one.kind, str(reason))
+    hip, foot = (trace(one.run, tell.ahead, model, side) for side in SIDES)
     return HeldOut(one.run.name, one.kind, begun, tell.sigmas, *tell.fit, *tell.foretold, model.noise[0],
-                   model.noise[2], tell.own.own, tell.own.unknowns)
+                   model.noise[2], tell.own.own, tell.own.unknowns, hip, foot, one.run.strikes)
 
 
 def mean_of(rows: Sequence[Vector]) -> Vector:

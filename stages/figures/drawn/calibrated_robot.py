@@ -52,7 +52,7 @@ def draw(given: Given) -> Figure:
     left.set_xlim(-reach, reach)
     left.set_xlabel("difference from the drawing [%]")
     left.plot([], [], "o", color="#777777", markerfacecolor="none", markersize=4, label="found by the constraint model")
-    left.plot([], [], "o-", color="#777777", markersize=4, label="corrected by the twin, 95 %")
+    left.plot([], [], "o-", color="#777777", markersize=4, label="corrected, 95 %")
     left.plot([], [], "x", color="#777777", markersize=5, label="true")
     style.panel_label(left, "a")
     draw_correlations(right, result.robots[0], names)
