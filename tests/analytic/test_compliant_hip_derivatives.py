@@ -57,7 +57,7 @@ def extrapolated(there, h):
     (0.003, -0.24, 0.35, (RUBS_BACK + ON_BOTH, RUBS_FORWARD + ON_BOTH, RUBS_FORWARD)),
     (0.01, -0.30, 0.42, (RUBS_BACK + ON_BOTH, RUBS_BACK, RUBS_FORWARD, RUBS_BACK)),
 ])
-def test_a_step_s_derivatives_by_numbers_are_exact_through_turning_in_either_stance(free, friction, angle, rate, phases):
+def test_a_step_s_derivatives_are_exact_through_turning_in_either_stance(free, friction, angle, rate, phases):
     """Against extrapolated differences: coordinates after the step, and its period."""
     walker, z = rubbing(friction, hip_stiffness=1e-3), free[1].z.copy()
     z[0], z[3] = angle, rate
