@@ -11,8 +11,8 @@ do their numbers (`terms.exchanged`).
 
 from __future__ import annotations
 
-from functools import lru_cache
-from typing import NamedTuple
+from functools import cache
+from typing import Any, NamedTuple
 
 
 class PlainRigid(NamedTuple):
@@ -289,8 +289,8 @@ def with_legs_exchanged(p: Kind) -> Kind:
     return exchanged
 
 
-@lru_cache(maxsize=None)
-def exchange(kind: type[Kind]) -> tuple[list[int], int]:
+@cache
+def exchange(kind: Any) -> tuple[list[int], int]:
     """Of each number of a detailed kind its place among those of the step before, and the place of `phi_h`, which
     changes its sign."""
     names = list(kind._fields)

@@ -131,11 +131,11 @@ def solver_force(
     The compiled function is found once: numba's search by type would take twice the call.
     """
     rows = len(RIGID_ROWS) if rigid else COUNT
-    total, put = np.zeros(rows), Struct(f"{2 * rows}d").pack_into
+    total, view, put = np.zeros(rows), state.data, Struct(f"{2 * rows}d").pack_into
     force = found(rigid_generalized_force if rigid else generalized_force, state, feet, law, total)
 
     def answer(q: Sequence[float], v: Sequence[float]) -> np.ndarray:
-        put(state, 0, *q, *v)
+        put(view, 0, *q, *v)
         force(state, feet, law, total)
         return total
 
