@@ -7,7 +7,6 @@ for each change of the numbers that is asked for.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -99,7 +98,7 @@ def exchanged_rows(walker: Walker, along: np.ndarray) -> np.ndarray:
     """Changes (n, fields) of the walker's numbers as those of its numbers in the next step."""
     if isinstance(walker.p, Plain):
         return along
-    order, hinge = exchange(type(walker.p))
+    order, hinge = exchange(walker.p._fields)
     rows = along[:, order]
     rows[:, hinge] *= -1.0
     return np.asarray(rows)

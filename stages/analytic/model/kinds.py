@@ -12,7 +12,7 @@ do their numbers (`terms.exchanged`).
 from __future__ import annotations
 
 from functools import cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 
 class PlainRigid(NamedTuple):
@@ -282,7 +282,7 @@ def with_legs_exchanged(p: Kind) -> Kind:
     """The walker in its next step: the legs change roles, and their numbers with them."""
     if isinstance(p, Plain):
         return p
-    order, hinge = exchange(type(p))
+    order, hinge = exchange(p._fields)
     values = [p[place] for place in order]
     values[hinge] = -values[hinge]
     exchanged: Kind = type(p)(*values)
@@ -290,10 +290,9 @@ def with_legs_exchanged(p: Kind) -> Kind:
 
 
 @cache
-def exchange(kind: Any) -> tuple[list[int], int]:
-    """Of each number of a detailed kind its place among those of the step before, and the place of `phi_h`, which
-    changes its sign."""
-    names = list(kind._fields)
+def exchange(names: tuple[str, ...]) -> tuple[list[int], int]:
+    """Of each number of a detailed kind, by `names`, its place among those of the step before, and the place of
+    `phi_h`, which changes its sign."""
     partners = [f"{name}_2" if f"{name}_2" in names else name.removesuffix("_2") for name in names]
     return [names.index(partner) for partner in partners], names.index("phi_h")
 
