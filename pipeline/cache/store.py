@@ -17,7 +17,7 @@ import shutil
 import stat
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -201,7 +201,9 @@ def _manifest(entry: Entry) -> bytes:
     return json.dumps({"seal": _seal(body), "entry": body}, indent=1).encode()
 
 
+@lru_cache(maxsize=64)
 def _entry(content: bytes | None, key: str) -> Entry | None:
+    """What a manifest says of an entry: looked at once, as a run asks several times for the same ones."""
     try:
         stored = json.loads(content or b"")
         body = stored["entry"]

@@ -43,14 +43,6 @@ def quadrature(steps: np.ndarray, start: float, end: float) -> tuple[np.ndarray,
     return (bounds[:-1, None] + span[:, None] * NODES).ravel(), (span[:, None] * WEIGHTS).ravel()
 
 
-def running_integral(values: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Integral of values (n,) from the first of their times (n,) [s] to each, straight between them.
-
-    As `scipy.integrate.cumulative_trapezoid`, which takes half a second to load.
-    """
-    return np.append(0.0, np.cumsum(np.diff(time) * (values[1:] + values[:-1]) / 2.0))
-
-
 def acting(
     at_start: tuple[bool, bool], switches: tuple[tuple[float, int, bool], ...], time: np.ndarray
 ) -> np.ndarray:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.biped.between_steps import running_integral
+from stages.biped.integral import running_integral
 from stages.biped.walk import Walk
 
 
