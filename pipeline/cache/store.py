@@ -167,6 +167,10 @@ class Store:
         """Where the out `results/...` lies in this results folder."""
         return self.results / path.removeprefix(_RESULTS)
 
+    def vouchers(self, entry: Entry) -> tuple[Path, Path]:
+        """The files that say of an entry what was made and that it was put in place."""
+        return self.folder / entry.key / _MANIFEST, self._record(entry.stage)
+
     def _record(self, stage: str) -> Path:
         return self.folder / CURRENT / f"{stage}.json"
 
