@@ -20,7 +20,8 @@ from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
-from stages.planar.limit_cycle import LimitCycle, floquet_multipliers
+from stages.planar.cycle import LimitCycle
+from stages.planar.limit_cycle import floquet_multipliers
 from stages.planar.section import section_state
 from stages.planar.state import PlanarState
 
