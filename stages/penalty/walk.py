@@ -14,6 +14,7 @@ from stages.biped.design import Biped
 from stages.biped.kinematics import Coordinate, Motion, shifted, swing_point_motion
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
+from stages.penalty.model.varied import VariedPenalty
 from stages.penalty.model.walker import ANGLE, LENGTH, RATES, SIZE, Penalty, X, Y, build_penalty
 from stages.penalty.motion import feet
 from stages.penalty.motion.engine import integrate, readings, states_at
@@ -45,7 +46,7 @@ class Ongoing:
     """A walk on its way: what the watch over an Exudyn run knows as well.
 
     `y`: state (12,), followed by any variations, changed in place. `record`: rows of time [s], phase and state at the
-    start of every step, or None if none are kept.
+    start of every step, or None if none are kept. `varied`: the walker as the last variations change its numbers.
     """
 
     p: Penalty
@@ -65,6 +66,7 @@ class Ongoing:
     outcome: str = RUNNING
     message: str = ""
     switches: list[tuple[float, int, bool]] = field(default_factory=list)
+    varied: VariedPenalty | None = None
 
     @property
     def in_play(self) -> tuple[bool, bool]:
@@ -88,7 +90,7 @@ class Ongoing:
         while True:
             nodes = np.empty((room, 2 + SIZE)) if room else NO_ROOM
             status, taken, length, count, evaluations = integrate(
-                self.phase, self.y, self.p, settings.tolerance, limit, steps, length, nodes)
+                self.phase, self.y, self.varied or self.p, settings.tolerance, limit, steps, length, nodes)
             if count < room or not room:
                 break
             self.y[:] = before

@@ -36,18 +36,21 @@ class Penalty(NamedTuple):
 
 
 def build_penalty(biped: Biped, slope: Slope, contact: ContactLaw, fallen: float) -> Penalty:
-    """The walker of a design on its ground; `fallen` in leg lengths. Raises BeyondModel."""
+    """The walker of a design on its ground; `fallen` in leg lengths. Raises BeyondModel.
+
+    A number of the design with a small imaginary part carries it on (complex step).
+    """
     require_plain(biped, "the compiled penalty model")
     rigid, gravity = biped.legs == "rigid", slope.gravity_vector
     return Penalty(
-        M=float(biped.hip_mass),
-        m=float(biped.foot_mass),
-        L_nat=float(biped.leg_length),
-        r=float(biped.foot_radius),
-        l=float(biped.foot_com),
-        k=0.0 if rigid else float(biped.stiffness),
-        b=0.0 if rigid else float(biped.damping),
-        I=float(biped.leg_inertia),
+        M=1.0 * biped.hip_mass,
+        m=1.0 * biped.foot_mass,
+        L_nat=1.0 * biped.leg_length,
+        r=1.0 * biped.foot_radius,
+        l=1.0 * biped.foot_com,
+        k=0.0 if rigid else 1.0 * biped.stiffness,
+        b=0.0 if rigid else 1.0 * biped.damping,
+        I=1.0 * biped.leg_inertia,
         g_x=gravity[0],
         g_y=gravity[1],
         slide=0.0 if rigid else 1.0 / biped.foot_mass,

@@ -15,10 +15,11 @@ from stages.analytic.model import varied
 from stages.analytic.phases import flow, guards
 from stages.analytic.walk import recording
 from stages.penalty.compiled import again, compiled
+from stages.penalty.model.varied import VariedPenalty
 from stages.penalty.model.walker import Penalty
 from stages.penalty.motion.accelerations import accelerations
 from stages.penalty.motion.feet import penalty_guard
-from stages.penalty.motion.flow import penalty_rates
+from stages.penalty.motion.flow import penalty_rates, varied_rates
 
 
 @compiled
@@ -33,12 +34,39 @@ def penalty_failure(now: int, y: np.ndarray, p: Penalty) -> int:
     return phase.EVENT if y[1] >= p.fallen and max(abs(y[2]), abs(y[3])) <= 0.5 * pi else phase.FALL
 
 
-for function, choice in (
-    (flow.flow, penalty_rates), (guards.guard, penalty_guard), (phase.failure, penalty_failure),
-    (phase.state_size, twelve), (varied.keep_delay, again(varied.forget_delay)),
-    (integrator.take_step, again(dop853_step.take_step)), (integrator.error_norm, again(dop853_step.error_norm)),
+@compiled
+def varied_guard(phase: int, y: np.ndarray, v: VariedPenalty, dy: np.ndarray, start: int) -> tuple[float, float, bool]:
+    """`guard` of a walker whose numbers vary: that of the plain one.
+
+    A change of the numbers moves the moments in which a foot comes into play or lands, but nothing jumps there: a
+    variation may be carried past them by any delay, as the rates before and after are the same. The end of a step,
+    where the delays are counted, is an angle, which no number moves.
+    """
+    found: tuple[float, float, bool] = penalty_guard(phase, y, v.plain, dy, start)
+    return found
+
+
+@compiled
+def varied_failure(now: int, y: np.ndarray, v: VariedPenalty) -> int:
+    """`failure`: that of the plain walker."""
+    found: int = penalty_failure(now, y, v.plain)
+    return found
+
+
+@compiled
+def add_delay(v: VariedPenalty, start: int, delay: float) -> None:
+    """`keep_delay` of a walker whose numbers vary."""
+    v.delays[start // 12 - 1] += delay
+
+
+for function, plain, of_varied in (
+    (flow.flow, penalty_rates, varied_rates), (guards.guard, penalty_guard, varied_guard),
+    (phase.failure, penalty_failure, varied_failure), (phase.state_size, twelve, twelve),
+    (varied.keep_delay, again(varied.forget_delay), add_delay),
+    (integrator.take_step, *2 * [again(dop853_step.take_step)]),
+    (integrator.error_norm, *2 * [again(dop853_step.error_norm)]),
 ):  # fmt: skip
-    extend(function, {Penalty: choice})
+    extend(function, {Penalty: plain, VariedPenalty: of_varied})
 
 #: `integrate` of the engine.
 integrate = again(phase.integrate_smooth)

@@ -1,0 +1,97 @@
+"""How a penalty walker's numbers change with parameters of its design, its slope and its contact law.
+
+By complex steps through what makes the numbers of the parameters, so that no rule for a single parameter is written a
+second time; only a slope's derivative stands here.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stages.analytic.derivatives.numbers import sizes
+from stages.biped.design import Biped
+from stages.ground.contact_law import ContactLaw
+from stages.ground.laws import PointLaw
+from stages.ground.slope import Slope
+from stages.penalty.model.varied import VariedPenalty
+from stages.penalty.model.walker import LENGTH, RATES, SIZE, Penalty, build_penalty
+from stages.penalty.motion.contact import STEP
+
+#: Numbers of a walker before its law.
+COUNT = Penalty._fields.index("law")
+
+
+@dataclass(frozen=True)
+class Changes:
+    """Parameters, named as in their files, and what a whole share of each does to a walker's numbers.
+
+    `scales` (n,): the share, a parameter's value, or where that is zero a size it could have. `along` (n, numbers
+    before the law), `laws` (n, numbers of the law), complex as in `VariedPenalty`. `at_start` (n, 12): the change of
+    the state at the start of a step, which holds the length of rigid legs.
+    """
+
+    names: tuple[str, ...]
+    scales: np.ndarray
+    along: np.ndarray
+    laws: np.ndarray
+    at_start: np.ndarray
+
+    def walker(self, p: Penalty, columns: int) -> VariedPenalty:
+        """The walker with these changes, for the last n of so many variations."""
+        return VariedPenalty(p, self.along, self.laws, (self.laws.imag != 0.0).any(axis=1), np.zeros(columns))
+
+
+def changes_of(biped: Biped, slope: Slope, contact: ContactLaw, names: Sequence[str]) -> Changes:
+    """What whole shares of the parameters do. Raises KeyError for a name of no number, BeyondModel."""
+    fresh = np.array(flat(contact.numbers), dtype=complex)
+    along, laws, scales = [], [], []
+    for name in names:
+        section: Any = owner(name, (biped, slope, contact))
+        key = name.partition(".")[2]
+        scales.append(getattr(section, key) or sizes(biped, slope)[unit_of(section, key)])
+        row, law = np.zeros(COUNT), fresh.copy()
+        if section is slope:
+            row[[Penalty._fields.index(part) for part in ("g_x", "g_y")]] = by_slope(slope, key)
+        else:
+            moved = dataclasses.replace(section, **{key: complex(getattr(section, key), STEP)})
+            if section is biped:
+                row = np.array(flat(build_penalty(moved, slope, contact, 1.0)[:COUNT])).imag / STEP
+            else:
+                law = np.array(flat(moved.numbers), dtype=complex)
+        along.append(scales[-1] * row)
+        laws.append(law.real + 1j * scales[-1] * law.imag)
+    rows = np.array(along).reshape(-1, COUNT)
+    at_start = np.zeros((len(rows), SIZE))
+    if biped.legs == "rigid":
+        at_start[:, LENGTH:RATES] = rows[:, [Penalty._fields.index("L_nat")]]
+    return Changes(tuple(names), np.array(scales), rows, np.array(laws).reshape(len(rows), -1), at_start)
+
+
+def owner(name: str, sections: tuple[Biped, Slope, ContactLaw]) -> Biped | Slope | ContactLaw:
+    """Which of the three holds a number of this name. Raises KeyError."""
+    file, _, key = name.partition(".")
+    for section in sections:
+        if file == section.FILE and isinstance(getattr(section, key, None), float | int):
+            return section
+    raise KeyError(f"{name}: no number of the design, its slope or its ground")
+
+
+def unit_of(section: Biped | Slope | ContactLaw, key: str) -> str:
+    """The unit of a parameter."""
+    return str(next(field for field in dataclasses.fields(section) if field.name == key).metadata["unit"])
+
+
+def by_slope(slope: Slope, key: str) -> np.ndarray:
+    """Derivative (2,) of gravity in the slope frame by a number of the slope."""
+    g_x, g_y = slope.gravity_vector
+    return np.radians([-g_y, g_x]) if key == "slope_deg" else np.array([g_x, g_y]) / slope.gravity
+
+
+def flat(law: PointLaw | Sequence[Any]) -> list[Any]:
+    """The numbers of nested tuples, in their order."""
+    return [number for part in law for number in (flat(part) if isinstance(part, tuple) else [part])]
