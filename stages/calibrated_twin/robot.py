@@ -79,14 +79,17 @@ class TwinRobot:
         """The twin's walk from the mid-stance that `unknowns` begin with. Raises StepFailed."""
         value = dict(zip(self.layout.names, unknowns, strict=True))
         biped = design.biped
-        first = biped.leg(0)
+        first, rigid = biped.leg(0), biped.legs == "rigid"
+        stretches, rates = (
+            [0.0 if rigid else value[name + ending] for name in STRETCHES] for ending in ("", "_rate"))
         begin = StanceState(
-            stance_angle=0.0, stance_length=first.leg_length + value[STRETCHES[0]],
-            swing_angle=value["start_psi"], swing_length=first.leg_length + value[STRETCHES[1]],
-            stance_rate=value["start_theta_rate"], stance_length_rate=value[f"{STRETCHES[0]}_rate"],
-            swing_rate=value["start_psi_rate"], swing_length_rate=value[f"{STRETCHES[1]}_rate"])  # fmt: skip
+            stance_angle=0.0, stance_length=first.leg_length + stretches[0],
+            swing_angle=value["start_psi"], swing_length=first.leg_length + stretches[1],
+            stance_rate=value["start_theta_rate"], stance_length_rate=rates[0],
+            swing_rate=value["start_psi_rate"], swing_length_rate=rates[1])  # fmt: skip
         machine = dataclasses.replace(with_numbers_of(self.machine, biped), drawn_length=first.leg_length)
-        pressed = -first.stiffness * value[STRETCHES[0]] - first.damping * value[f"{STRETCHES[0]}_rate"]
+        pressed = (biped.total_mass * design.slope.gravity if rigid else
+                   -first.stiffness * stretches[0] - first.damping * rates[0])  # fmt: skip
         start = rolling_start(machine, self.contact, begin, pressed)
         record = simulate_twin(machine, design.slope, self.contact, start, self.twin, steps=steps)
         if not record.completed:

@@ -52,8 +52,9 @@ class Inputs:
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
     """Correct, check, walk. Raises NoGait where the drawn design does not walk, SourceRefused."""
+    inputs, reasons = at_rest(inputs)
     work = _Work(parameters, inputs)
-    robots, reasons = [], []
+    robots = []
     for number, kind in enumerate(dict.fromkeys(fit.kind for fit in inputs.calibration.fits)):
         progress(0.1 + 0.3 * number, f"the twin with the numbers found, {kind}")
         fitted, why = work.corrected(kind)
@@ -73,6 +74,15 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     walk, why = work.walk(robots[0]) if robots else (None, [])
     return Result(tuple(robot_of(one, names, left) for one in robots), pairs, tuple(checks),
                   tuple(reasons + why), walk)
+
+
+def at_rest(inputs: Inputs) -> tuple[Inputs, list[str]]:
+    """Inputs without fits that did not come to rest, which tell of no robot, and why each of those did not."""
+    calibration = inputs.calibration
+    fits = tuple(fit for fit in calibration.fits if fit.converged)
+    held = tuple(one for one in calibration.held_out if one.kind in {fit.kind for fit in fits})
+    reasons = [f"{fit.name}: the fit did not come to rest: {fit.why}" for fit in calibration.fits if not fit.converged]
+    return replace(inputs, calibration=replace(calibration, fits=fits, held_out=held)), reasons
 
 
 class _Work:

@@ -30,12 +30,14 @@ DETAILED = "detailed constraint model"
 PEAK_POINTS = 400
 #: Steps of the differences that give SciPy's multipliers: lengths change by less than the springs' deflection.
 DIFFERENCE = np.array([3e-5, 3e-6, 3e-6, 3e-5, 3e-5])
+#: Those of them that rigid legs have: an angle and two rates.
+ANGLES = [0, 3, 4]
 SETTLING_STEPS = 12
 
 
 @dataclass(frozen=True)
 class Scene:
-    """The walker, the mid-stance all walk from (8,), the gait's section coordinates, and the number of steps."""
+    """The walker, the mid-stance all walk from, the gait's section coordinates, and the number of steps."""
 
     model: str
     walker: Walker
@@ -50,7 +52,7 @@ def scene(biped: Biped, slope: Slope, friction: Friction | None, upright: Stance
     Raises WayFailed if no gait is found.
     """
     walker = build_walker(biped, slope, friction)
-    y = np.array(list(vars(upright).values())) / walker.scales()
+    y = walker.from_stance(upright)
     try:
         after = record(walker, y, SETTLING_STEPS, 1e-12, SINGLE_STANCE)[-1].end
         succeed(SINGLE_STANCE, after, walker.p)
@@ -112,7 +114,7 @@ def scipy_way(
 
     def by_differences() -> float:
         columns = [(step(at.gait + change) - step(at.gait - change)) / (2 * change.sum())
-                   for change in np.diag(DIFFERENCE)]
+                   for change in np.diag(DIFFERENCE[ANGLES] if at.walker.rigid else DIFFERENCE)]
         return float(np.abs(multipliers_of(np.column_stack(columns)))[0])
 
     measures = by_differences if multiplier and at.walker.rolls else None

@@ -48,11 +48,12 @@ def plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
 
 
 def constraint_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
-    """Rolling trailing foot, then limited friction."""
+    """Rolling trailing foot, then limited friction, which rigid legs do not ask for."""
     resolution, steps = parameters.settings.resolution, parameters.settings.walked_steps
     full, usual = resolution == "full", parameters.constraint.tolerance
     tolerances = sorted({usual, *(10.0**-n for n in range(3, 14))}, reverse=True)
-    for friction in (None, parameters.contact.coefficients):
+    kinds = (None,) if parameters.biped.legs == "rigid" else (None, parameters.contact.coefficients)
+    for friction in kinds:
         at = constraint_ways.scene(parameters.biped, parameters.slope, friction, analytic.mid_stance, steps)
         compiled = [constraint_ways.compiled_way(at, value, DEFAULT if value == usual else "") for value in tolerances]
         dop = constraint_ways.everywhere("DOP853")

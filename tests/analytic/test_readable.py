@@ -80,3 +80,11 @@ def test_a_foot_that_scuffs_without_end_is_given_up(table_1_gait, monkeypatch):
     monkeypatch.setattr(readable, "advance", lambda *_: -1.0)
     with pytest.raises(StepFailed, match="scuffs without end"):
         readable.single_stance(walker, y, 1e-6)
+
+
+def test_rigid_legs_that_pass_are_no_heel_strike():
+    """Equal legs in parallel have both feet at one place; at 1e-9 round-off put the swing foot a hair ahead here."""
+    design = dataclasses.replace(TABLE_1, legs="rigid", foot_com=0.0223)
+    walker, point = find_gait(design, dataclasses.replace(SLOPE, slope_deg=0.8), 1e-11)
+    for tolerance in (1e-7, 1e-8, 1e-9, 1e-10, 1e-11):
+        assert take_step(walker, point.z, tolerance).period == pytest.approx(point.steps[0].period, rel=1e3 * tolerance)

@@ -3,9 +3,13 @@
 import dataclasses
 import json
 import math
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.walk.recording import crossing_state
 from stages.tradeoff import penalty_ways, twin_ways
 from stages.tradeoff.plan import constraint_plans, detailed_plan
 from stages.tradeoff.result import Errors, Row, cost_at, front, gain
@@ -36,6 +40,21 @@ def test_references_are_confirmed_by_an_integrator_that_shares_no_step_and_no_ev
     assert constraint[0][0].independent_differs.multiplier < 1e-5, "central differences"
     assert constraint[0][0].period == pytest.approx(constraint[1][0].period, rel=0.01)
     assert constraint[0][0].period != constraint[1][0].period
+
+
+def test_rigid_legs_are_walked_once_and_confirmed(parameters):
+    """No friction changes their step; SciPy's multiplier by differences is that of the variational equations."""
+    stiff = dataclasses.replace(parameters, biped=dataclasses.replace(parameters.biped, legs="rigid"),
+                                slope=dataclasses.replace(parameters.slope, slope_deg=0.8))
+    walker, point = find_gait(stiff.biped, stiff.slope, 1e-12)
+    upright = walker.stance_state(crossing_state(walker, point.z, 1e-12))
+    np.testing.assert_allclose(walker.stance_state(walker.from_stance(upright)).swing_rate, upright.swing_rate)
+    [plan] = constraint_plans(stiff, SimpleNamespace(mid_stance=upright))
+    reference, rows = measure(plan)
+    assert all(row.completed for row in rows)
+    assert reference.period == pytest.approx(point.period * walker.time, rel=1e-9)
+    assert reference.independent_differs.hip_position < 1e-9
+    assert reference.independent_differs.multiplier < 1e-5, "central differences"
 
 
 def test_a_stride_of_a_detailed_design_is_confirmed_and_converges(parameters):

@@ -30,6 +30,7 @@ from stages.analytic.model.kinds import (
     radii,
 )
 from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.phases.guards import PASSING
 from stages.analytic.phases.section import section_coordinates, section_state
 
 #: Evaluations of the equations of motion after which a phase is given up, some hundred times those of a usual phase.
@@ -141,12 +142,12 @@ def double_stance(walker: Walker, y: Vector, tolerance: float, method: str = "DO
 
 
 def single_stance(walker: Walker, y: Vector, tolerance: float, method: str = "DOP853") -> tuple[float, Vector]:
-    """From toe-off to heel strike: clearance falls through zero ahead of the stance foot; behind it, it is scuffing."""
+    """From toe-off to heel strike: clearance falls through zero ahead of the stance foot; elsewhere it is scuffing."""
     time = 0.0
     for _ in range(MOST_SCUFFS):
         more, y = integrate(walker, y, lambda _, state: clearance(walker, state), False, tolerance, method)
         time += more
-        if advance(walker, y) > 0:
+        if advance(walker, y) > (PASSING if walker.rigid else 0.0):
             return time, y
         half = y.size // 2
         qdd, _ = accelerations(walker, y, False)

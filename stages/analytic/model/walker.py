@@ -107,6 +107,11 @@ class Walker:
             si = np.array([si[0], self.length, si[1], self.length, si[2], 0.0, si[3], 0.0])
         return StanceState(*si.tolist())
 
+    def from_stance(self, state: StanceState) -> Vector:
+        """The dimensionless state of a state in SI units, the inverse of `stance_state`; shape (4,) or (8,)."""
+        si: Vector = np.array(list(vars(state).values()))
+        return np.asarray((si[::2] if self.rigid else si) / self.scales())
+
 
 def build_walker(
     biped: Biped, slope: Slope, friction: Friction | None = None, *, detailed: bool = False

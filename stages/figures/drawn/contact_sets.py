@@ -106,6 +106,10 @@ def _law(one: Distance) -> str:
 def _cycles(axes: Axes, limit: RigidLimit) -> None:
     """Differences of period and length of the solved cycles over the stiffness."""
     stiffness = [one.law.contact_stiffness for one in limit.family]
+    if not np.isfinite([one.period for one in (*limit.family, limit.default, limit.chosen)]).any():
+        axes.text(0.5, 0.5, "no set has a cycle", ha="center", transform=axes.transAxes)
+        axes.set_axis_off()
+        return
     for name, label, line, colour in (
         ("period", "step period [ms]", "o-", FAMILY), ("step_length", "step length [mm]", "s--", style.THIRD)
     ):  # fmt: skip
