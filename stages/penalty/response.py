@@ -96,7 +96,8 @@ def matrix_slope(model: Model, start: PlanarState, found: Response, row: int, sh
     for by in (share, -share):
         parts = changed(*model, found.changes.names[row], by * float(found.changes.scales[row]))
         stepper = PenaltyStepper(*parts, start, Settings(OF_MATRICES))
-        sides.append(stepper.derivative(found.gait.section_state + by * found.section[:, row]))
+        numbers = found.gait.section_state + by * found.section[:, row]
+        sides.append(stepper.varied_step(numbers, changes_of(*parts, ())).numbers)
     slope: np.ndarray = (sides[0] - sides[1]) / (2 * share)
     return slope
 

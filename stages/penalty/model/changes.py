@@ -49,7 +49,9 @@ class Changes:
 def changes_of(biped: Biped, slope: Slope, contact: ContactLaw, names: Sequence[str]) -> Changes:
     """What whole shares of the parameters do. Raises KeyError for a name of no number, BeyondModel."""
     fresh = np.array(flat(contact.numbers), dtype=complex)
-    along, laws, scales = [], [], []
+    along: list[np.ndarray] = []
+    laws: list[np.ndarray] = []
+    scales: list[float] = []
     for name in names:
         section: Any = owner(name, (biped, slope, contact))
         key = name.partition(".")[2]
@@ -69,7 +71,7 @@ def changes_of(biped: Biped, slope: Slope, contact: ContactLaw, names: Sequence[
     at_start = np.zeros((len(rows), SIZE))
     if biped.legs == "rigid":
         at_start[:, LENGTH:RATES] = rows[:, [Penalty._fields.index("L_nat")]]
-    return Changes(tuple(names), np.array(scales), rows, np.array(laws).reshape(len(rows), -1), at_start)
+    return Changes(tuple(names), np.array(scales), rows, np.array(laws).reshape(-1, len(fresh)), at_start)
 
 
 def owner(name: str, sections: tuple[Biped, Slope, ContactLaw]) -> Biped | Slope | ContactLaw:
