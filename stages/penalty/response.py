@@ -38,8 +38,8 @@ LEADING = 2
 class Response:
     """A gait's derivatives for whole shares of n parameters.
 
-    `section` (10, n) of the section's numbers, `period` (n,) [s], `length` (n,) of the step [m]; `matrix` (10, 10), the
-    gait's derivative of the step map.
+    `section` (10, n) of the section's numbers, `period` (n,) [s], `length` (n,) of the step [m], means of a cycle's;
+    `matrix` (10, 10), the derivative of the cycle.
     """
 
     changes: Changes
@@ -67,7 +67,7 @@ def responses(
     step = stepper.varied_step(gait.section_state, changes)
     matrix = step.numbers[:, :10]
     moved = np.linalg.solve(np.eye(10) - matrix, step.numbers[:, 10:])
-    period, length = (row[10:] + row[:10] @ moved for row in (step.duration, step.length))
+    period, length = ((row[10:] + row[:10] @ moved) / stepper.steps_a_cycle for row in (step.duration, step.length))
     return Response(changes, gait, matrix, moved, period, length)
 
 

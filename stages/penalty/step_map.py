@@ -45,7 +45,10 @@ def section_columns() -> np.ndarray:
 
 
 class PenaltyStepper:
-    """Takes steps from mid-stance to mid-stance, and counts them; `start` tells which feet are in play there."""
+    """Takes steps from mid-stance to mid-stance, and counts them; `start` tells which feet are in play there.
+
+    A cycle is one step, or two where the legs differ: leg 0 stands at its start and its end.
+    """
 
     def __init__(
         self, biped: Biped, slope: Slope, contact: ContactLaw, start: PlanarState, settings: Settings
@@ -53,32 +56,32 @@ class PenaltyStepper:
         self.start, self.settings = start, settings
         self.p = numbers_of(biped, slope, contact)
         self.rigid = biped.legs == "rigid"
-        self.steps_walked, self.steps_a_cycle = 0, 1
+        self.steps_walked, self.steps_a_cycle = 0, 1 if biped.alike else 2
 
     def walk(self, start: PlanarState, steps: int) -> SectionStep:
         """Walk from a mid-stance to the one after `steps` steps. Raises NoLimitCycle."""
         return self._ended(self._walked(start, steps), start)
 
     def step(self, numbers: np.ndarray) -> SectionStep:
-        """One step from section numbers (10,). Raises NoLimitCycle."""
-        return self.walk(section_state(numbers, self.start), 1)
+        """One cycle from section numbers (10,). Raises NoLimitCycle."""
+        return self.walk(section_state(numbers, self.start), self.steps_a_cycle)
 
     def derivative(self, numbers: np.ndarray, after: SectionStep | None = None) -> np.ndarray:
-        """Exact derivative (10, 10) of the step from section numbers (10,): by variations that walk along.
+        """Exact derivative (10, 10) of the cycle from section numbers (10,): by variations that walk along.
 
         Columns and rows of what rigid legs do not have are zero. Raises NoLimitCycle.
         """
-        walk = self._walked(section_state(numbers, self.start), 1, section_columns())
+        walk = self._walked(section_state(numbers, self.start), self.steps_a_cycle, section_columns())
         return self._on_section(walk, walk.y[SIZE:].reshape(-1, SIZE))
 
     def varied_step(self, numbers: np.ndarray, changes: Changes) -> VariedStep:
-        """One step from section numbers (10,), with its derivatives by them and by the parameters of `changes`.
+        """One cycle from section numbers (10,), with its derivatives by them and by the parameters of `changes`.
 
         Raises NoLimitCycle.
         """
         start = section_state(numbers, self.start)
         columns = np.concatenate([section_columns(), changes.at_start])
-        walk = self._walked(start, 1, columns, changes.walker(self.p, len(columns)))
+        walk = self._walked(start, self.steps_a_cycle, columns, changes.walker(self.p, len(columns)))
         assert walk.varied is not None
         moved = walk.y[SIZE:].reshape(-1, SIZE)
         return VariedStep(self._ended(walk, start), self._on_section(walk, moved), walk.varied.delays, moved[:, X])

@@ -7,6 +7,7 @@ second time; only a slope's derivative stands here.
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,14 +17,10 @@ import numpy as np
 from stages.analytic.derivatives.numbers import sizes
 from stages.biped.design import Biped
 from stages.ground.contact_law import ContactLaw
-from stages.ground.laws import PointLaw
 from stages.ground.slope import Slope
 from stages.penalty.model.varied import VariedPenalty
-from stages.penalty.model.walker import LENGTH, RATES, SIZE, Penalty, build_penalty
+from stages.penalty.model.walker import LENGTH, RATES, SIZE, Walker, build_penalty, natural_lengths
 from stages.penalty.motion.contact import STEP
-
-#: Numbers of a walker before its law.
-COUNT = Penalty._fields.index("law")
 
 
 @dataclass(frozen=True)
@@ -41,36 +38,40 @@ class Changes:
     laws: np.ndarray
     at_start: np.ndarray
 
-    def walker(self, p: Penalty, columns: int) -> VariedPenalty:
+    def walker(self, p: Walker, columns: int) -> VariedPenalty:
         """The walker with these changes, for the last n of so many variations."""
         return VariedPenalty(p, self.along, self.laws, (self.laws.imag != 0.0).any(axis=1), np.zeros(columns))
 
 
 def changes_of(biped: Biped, slope: Slope, contact: ContactLaw, names: Sequence[str]) -> Changes:
-    """What whole shares of the parameters do. Raises KeyError for a name of no number, BeyondModel."""
-    fresh = np.array(flat(contact.numbers), dtype=complex)
+    """What whole shares of the parameters do. Raises KeyError for a name of no number."""
+    fresh, (g_x, g_y) = np.array(flat(contact.numbers), dtype=complex), slope.gravity_vector
+    turned = {"slope_deg": (-math.radians(g_y), math.radians(g_x)),
+              "gravity": (g_x / slope.gravity, g_y / slope.gravity)}  # fmt: skip
     along: list[np.ndarray] = []
+    gravity: tuple[Any, Any]
     laws: list[np.ndarray] = []
     scales: list[float] = []
+    lengths: list[np.ndarray] = []
     for name in names:
         section: Any = owner(name, (biped, slope, contact))
         key = name.partition(".")[2]
         scales.append(getattr(section, key) or sizes(biped, slope)[unit_of(section, key)])
-        row, law = np.zeros(COUNT), fresh.copy()
+        machine, law, gravity = biped, fresh, slope.gravity_vector
         if section is slope:
-            row[[Penalty._fields.index(part) for part in ("g_x", "g_y")]] = by_slope(slope, key)
+            gravity = complex(g_x, STEP * turned[key][0]), complex(g_y, STEP * turned[key][1])
         else:
             moved = dataclasses.replace(section, **{key: complex(getattr(section, key), STEP)})
-            if section is biped:
-                row = np.array(flat(build_penalty(moved, slope, contact, 1.0)[:COUNT])).imag / STEP
-            else:
-                law = np.array(flat(moved.numbers), dtype=complex)
-        along.append(scales[-1] * row)
+            machine, law = (moved, fresh) if section is biped else (biped, np.array(flat(moved.numbers), dtype=complex))
+        walker = build_penalty(machine, gravity, contact, 1.0)
+        along.append(scales[-1] * np.array(flat(walker[:-1]), dtype=complex).imag / STEP)
         laws.append(law.real + 1j * scales[-1] * law.imag)
-    rows = np.array(along).reshape(-1, COUNT)
+        lengths.append(scales[-1] * np.array(natural_lengths(walker), dtype=complex).imag / STEP)
+    count = len(flat(build_penalty(biped, (g_x, g_y), contact, 1.0)[:-1]))
+    rows = np.array(along).reshape(-1, count)
     at_start = np.zeros((len(rows), SIZE))
-    if biped.legs == "rigid":
-        at_start[:, LENGTH:RATES] = rows[:, [Penalty._fields.index("L_nat")]]
+    if biped.legs == "rigid" and lengths:
+        at_start[:, LENGTH:RATES] = lengths
     return Changes(tuple(names), np.array(scales), rows, np.array(laws).reshape(-1, len(fresh)), at_start)
 
 
@@ -88,12 +89,6 @@ def unit_of(section: Biped | Slope | ContactLaw, key: str) -> str:
     return str(next(field for field in dataclasses.fields(section) if field.name == key).metadata["unit"])
 
 
-def by_slope(slope: Slope, key: str) -> np.ndarray:
-    """Derivative (2,) of gravity in the slope frame by a number of the slope."""
-    g_x, g_y = slope.gravity_vector
-    return np.radians([-g_y, g_x]) if key == "slope_deg" else np.array([g_x, g_y]) / slope.gravity
-
-
-def flat(law: PointLaw | Sequence[Any]) -> list[Any]:
+def flat(law: Sequence[Any]) -> list[Any]:
     """The numbers of nested tuples, in their order."""
     return [number for part in law for number in (flat(part) if isinstance(part, tuple) else [part])]

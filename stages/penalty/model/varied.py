@@ -9,17 +9,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stages.penalty.model.walker import Penalty
+from stages.penalty.model.walker import Walker
 
 
 class VariedPenalty(NamedTuple):
-    """`plain` walker; `along` (n, fields of `plain` before the law), changes of its numbers for the last n variations.
+    """`plain` walker; `along` (n, numbers of `plain` before the law), their changes for the last n variations.
 
     `laws` (n, numbers of the law): these numbers, with their changes as imaginary parts (`contact.STEP`); `of_law` (n,)
     whether they change at all. `delays` (columns,): by how much every variation delays the events so far.
     """
 
-    plain: Penalty
+    plain: Walker
     along: np.ndarray
     laws: np.ndarray
     of_law: np.ndarray

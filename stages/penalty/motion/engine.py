@@ -16,24 +16,23 @@ from stages.analytic.phases import flow, guards
 from stages.analytic.walk import recording
 from stages.penalty.compiled import again, compiled
 from stages.penalty.model.varied import VariedPenalty
-from stages.penalty.model.walker import Penalty
+from stages.penalty.model.walker import Walker
 from stages.penalty.motion.accelerations import accelerations
 from stages.penalty.motion.feet import penalty_guard
 from stages.penalty.motion.flow import penalty_rates, varied_rates
-
 
 #: Length of a step [s] that need not be shorter to pass a corner of a contact law.
 CORNER = 2e-13
 
 
 @compiled
-def twelve(p: Penalty) -> int:
+def twelve(p: Walker) -> int:
     """`state_size`."""
     return 12
 
 
 @compiled
-def penalty_failure(now: int, y: np.ndarray, p: Penalty) -> int:
+def penalty_failure(now: int, y: np.ndarray, p: Walker) -> int:
     """`failure`: the hip is too low, or a leg is level."""
     return phase.EVENT if y[1] >= p.fallen and max(abs(y[2]), abs(y[3])) <= 0.5 * pi else phase.FALL
 
@@ -86,7 +85,7 @@ for function, plain, of_varied in (
     (integrator.take_step, *2 * [again(dop853_step.take_step)]),
     (integrator.error_norm, plain_error_norm, varied_error_norm),
 ):  # fmt: skip
-    extend(function, {Penalty: plain, VariedPenalty: of_varied})
+    extend(function, {Walker: plain, VariedPenalty: of_varied})
 
 #: `integrate` of the engine.
 integrate = again(phase.integrate_smooth)
@@ -95,7 +94,7 @@ states_at = again(recording.states_at)
 
 
 @compiled
-def readings(phases: np.ndarray, states: np.ndarray, p: Penalty) -> np.ndarray:
+def readings(phases: np.ndarray, states: np.ndarray, p: Walker) -> np.ndarray:
     """Of states (n, 12) in their phases (n,), (n, 10): accelerations, then normal force and friction of both feet."""
     rows = np.empty((states.shape[0], 10))
     for i in range(states.shape[0]):

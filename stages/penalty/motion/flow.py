@@ -11,16 +11,15 @@ import numpy as np
 
 from stages.analytic.compiled import Numbers
 from stages.penalty.compiled import compiled
-from stages.penalty.model import equations as eq
+from stages.penalty.model.legs import leg_by, leg_change, leg_jacobian, leg_of
 from stages.penalty.model.varied import VariedPenalty
-from stages.penalty.model.walker import Penalty
+from stages.penalty.model.walker import Walker
 from stages.penalty.motion.accelerations import Six, accelerations, solve
 from stages.penalty.motion.contact import Slopes, force_slopes, law_change
 from stages.penalty.motion.feet import acts_on
+from stages.penalty.motion.hip import hip_change, leg_place, torque_variation
 
 Vector = np.ndarray
-#: Places of the hip's mass and of gravity among the numbers of a walker.
-HIP, GRAVITY = Penalty._fields.index("M"), Penalty._fields.index("g_x")
 
 
 @compiled
@@ -33,11 +32,19 @@ def store(rates: Vector, y: Vector, start: int, qdd: Six) -> None:
 
 
 @compiled
-def leg_jacobian_of(y: Vector, leg: int, qdd: Six, normal: float, friction: float, p: Penalty) -> Numbers:
+def leg_jacobian_of(y: Vector, leg: int, qdd: Six, normal: float, friction: float, p: Walker) -> Numbers:
     """`leg_jacobian` of a leg at the state (12,)."""
     turn, slide = (qdd[2], qdd[4]) if leg == 0 else (qdd[3], qdd[5])
-    return eq.leg_jacobian(
-        y[2 + leg], y[4 + leg], y[8 + leg], y[10 + leg], qdd[0], qdd[1], turn, slide, normal, friction, p)
+    return leg_jacobian(
+        y[2 + leg], y[4 + leg], y[8 + leg], y[10 + leg], qdd[0], qdd[1], turn, slide, normal, friction, leg_of(p, leg))
+
+
+@compiled
+def leg_by_of(y: Vector, leg: int, qdd: Six, normal: float, friction: float, p: Walker) -> Numbers:
+    """`leg_by` of a leg at the state (12,)."""
+    turn, slide = (qdd[2], qdd[4]) if leg == 0 else (qdd[3], qdd[5])
+    return leg_by(
+        y[2 + leg], y[4 + leg], y[8 + leg], y[10 + leg], qdd[0], qdd[1], turn, slide, normal, friction, leg_of(p, leg))
 
 
 @compiled
@@ -63,7 +70,7 @@ def leg_variation(
 
 
 @compiled
-def penalty_rates(phase: int, y: Vector, p: Penalty, rates: Vector) -> None:
+def penalty_rates(phase: int, y: Vector, p: Walker, rates: Vector) -> None:
     """Write dy/dt of state and variations into `rates`."""
     qdd, force, factors, t, u = accelerations(phase, y, p)
     store(rates, y, 0, qdd)
@@ -75,7 +82,9 @@ def penalty_rates(phase: int, y: Vector, p: Penalty, rates: Vector) -> None:
         for start in range(12, y.size, 12):
             a = leg_variation(j, t, first, y, start, 0)
             b = leg_variation(k, u, second, y, start, 1)
-            store(rates, y, start, solve(factors, a[0] + b[0], a[1] + b[1], a[2], b[2], a[3], b[3]))
+            turned = torque_variation(y, start, p)
+            store(rates, y, start, solve(
+                factors, a[0] + b[0], a[1] + b[1], a[2] + turned, b[2] - turned, a[3], b[3]))
 
 
 @compiled
@@ -102,20 +111,18 @@ def varied_rates(phase: int, y: Vector, v: VariedPenalty, rates: Vector) -> None
     penalty_rates(phase, y, p, rates)
     qdd, force, factors, t, u = accelerations(phase, y, p)
     on0, on1 = acts_on(phase, 0), acts_on(phase, 1)
-    first, second = (force_slopes(on0, t[9], t[10], t[11], p.law), force_slopes(on1, u[9], u[10], u[11], p.law))
-    by0 = eq.leg_by(y[2], y[4], y[8], y[10], qdd[0], qdd[1], qdd[2], qdd[4], force[0], force[1], p)
-    by1 = eq.leg_by(y[3], y[5], y[9], y[11], qdd[0], qdd[1], qdd[3], qdd[5], force[2], force[3], p)
+    first, second = force_slopes(on0, t[9], t[10], t[11], p.law), force_slopes(on1, u[9], u[10], u[11], p.law)
+    by0, by1 = leg_by_of(y, 0, qdd, force[0], force[1], p), leg_by_of(y, 1, qdd, force[2], force[3], p)
     for row in range(rows):
         of_law0, of_law1 = (0.0, 0.0), (0.0, 0.0)
         if v.of_law[row]:
             of_law0 = law_change(on0, t[9], t[10], t[11], p.law, v.laws[row])
             of_law1 = law_change(on1, u[9], u[10], u[11], p.law, v.laws[row])
-        a = leg_response(eq.leg_change(by0, v.along, row), t, first, of_law0)
-        b = leg_response(eq.leg_change(by1, v.along, row), u, second, of_law1)
-        dM, dgx, dgy = v.along[row, HIP], v.along[row, GRAVITY], v.along[row, GRAVITY + 1]
+        a = leg_response(leg_change(by0, v.along, row, leg_place(0, p), leg_of(p, 0)), t, first, of_law0)
+        b = leg_response(leg_change(by1, v.along, row, leg_place(1, p), leg_of(p, 1)), u, second, of_law1)
+        x, upward, torque = hip_change(y, v.along, row, qdd[0], qdd[1], p)
         change = solve(
-            factors, a[0] + b[0] + dM * (p.g_x - qdd[0]) + p.M * dgx, a[1] + b[1] + dM * (p.g_y - qdd[1]) + p.M * dgy,
-            a[2], b[2], a[3], b[3])
+            factors, a[0] + b[0] + x, a[1] + b[1] + upward, a[2] + torque, b[2] - torque, a[3], b[3])
         start = y.size - 12 * (rows - row) + 6
         for i in range(6):
             rates[start + i] += change[i]
