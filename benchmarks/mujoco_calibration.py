@@ -2,6 +2,7 @@
 
     pip install "mujoco[sysid]"
     python -m benchmarks.mujoco_calibration [--trials 10] [--page]
+    python -m benchmarks.mujoco_calibration --grounds [--trials 2] [--page]
 
 The same exports, the same drawn factors of foot masses, springs and dampers. Sensors have the low pass and the noise of
 campaign.yaml; heel strikes are the first contacts with each set of blocks, off by 2 ms as the ingest's are. The fit
@@ -23,7 +24,7 @@ import mujoco
 import numpy as np
 
 from benchmarks.marked import put
-from benchmarks.mujoco_sysid import GROUND, Robots
+from benchmarks.mujoco_sysid import Robots
 from pipeline.cache import artefact
 from pipeline.study import Study
 from stages.analytic.errors import StepFailed
@@ -35,17 +36,20 @@ from stages.calibration.observation.prediction import Sampling
 from stages.calibration.observation.unknowns import SIDES
 from stages.calibration.parameters import Parameters
 from stages.calibration.reports.known_misses import judged
-from stages.calibration.result import HALF_WIDTH, Failed, Result
+from stages.calibration.result import HALF_WIDTH, Failed, FittedRun, Result
 from stages.calibration.study.blind_fit import fitted_run
 from stages.calibration.study.drawing import drawn_design, looked_for
 from stages.calibration.study.recorded import Recorded, first_steps
 from stages.campaign.virtual_sensor import low_pass
 from stages.imu.trial.places import FORWARD, LATERAL, UP
 from stages.imu.trial.sensor import filter_delay
+from stages.twin.exports import mjcf
 
 ROOT = Path(__file__).resolve().parent.parent
 #: Standard deviations of detected heel strikes [s] and, relative, of the scale.
 STRIKE_SD, SCALE = 0.002, 1e-3
+#: MuJoCo's ground: time constant and the solver's step [s], its default first.
+GROUNDS = ((0.02, 1e-3), (0.004, 5e-4), (0.002, 1e-4), (0.001, 2e-5))
 #: No walk over the ramp lasts longer [s].
 LONGEST = 8.0
 
@@ -87,7 +91,9 @@ def walk(model: Any, sets: int) -> Walked:
     return Walked(np.array(times), felt, np.array([first[number] for number in sorted(first) if number > 1]))
 
 
-def measured(walked: Walked, parameters: Parameters, mid_stance_of: Any, rng: np.random.Generator) -> MeasuredRun:
+def measured(
+    walked: Walked, step: float, parameters: Parameters, mid_stance_of: Any, rng: np.random.Generator
+) -> MeasuredRun:
     """What sensors show of a walk from its first mid-stance after the first heel strike on."""
     settings, sensor = parameters.settings, parameters.sensor
     strikes = walked.strikes - walked.strikes[0]
@@ -99,7 +105,7 @@ def measured(walked: Walked, parameters: Parameters, mid_stance_of: Any, rng: np
     mask = usable(times, strikes, first, settings.before_strike_s, settings.after_strike_s)
     samples = {}
     for side in SIDES:
-        smooth = low_pass(walked.felt[side], 1.0 / GROUND.step, sensor.bandwidth_hz)
+        smooth = low_pass(walked.felt[side], 1.0 / step, sensor.bandwidth_hz)
         shown = np.column_stack([np.interp(times, since, column) for column in smooth.T])
         samples[side] = shown + np.asarray(parameters.noise) * rng.normal(size=shown.shape)
     sampling = Sampling(times, times, filter_delay(sensor.bandwidth_hz), sensor.bandwidth_hz, first_leg,
@@ -109,64 +115,104 @@ def measured(walked: Walked, parameters: Parameters, mid_stance_of: Any, rng: np
                        {SLOPE: (parameters.slope.slope_deg, settings.slope_reading_sd_deg)})
 
 
+@dataclass(frozen=True)
+class Fit:
+    """A robot's fit (d,) beside its truth (d,), with standard deviations (d,), and `seconds` of processor time."""
+
+    found: FittedRun
+    truth: np.ndarray
+    sd: np.ndarray
+    known: tuple[Known, ...]
+    seconds: float
+
+
+class Fits:
+    """The study's own fit of robots walked by MuJoCo."""
+
+    def __init__(self, seed: int) -> None:
+        every = Study(ROOT, ROOT / "params", ROOT / "results", ()).parameters(["twin", "calibration"])
+        self.seed, self.twin, self.parameters = seed, every["twin"], every["calibration"]
+        self.design = drawn_design(self.parameters)
+        self.model = first_model(self.design, looked_for(self.design), self.parameters)
+
+    def of(self, robots: Robots, trial: int) -> Fit | str:
+        """That of one robot, or why there is none."""
+        factors = dict(zip(("biped.foot_mass", "biped.stiffness", "biped.damping"), robots.truth(trial), strict=True))
+        truth = np.array([self.design.value(name) * factors.get(name, 1.0) for name in self.model.shared])
+        rng = np.random.default_rng([self.seed, trial, 1])
+        try:
+            walked = walk(robots.model(trial), robots.exported.ramp.sets)
+        except StepFailed as reason:
+            return f"{trial}: {reason}"
+        there = self.design.with_values(dict(zip(self.model.shared, truth.tolist(), strict=True)))
+        mass = there.biped.total_mass * (1 + SCALE * rng.normal())
+        known = (Known(TOTAL_MASS, mass, SCALE * mass, "weighed"),)
+        run = measured(walked, robots.ground.step, self.parameters,
+                       guessed_mid_stance(self.design, self.model.layout), rng)
+        begun = time.process_time()
+        fit = fitted_run(self.design, Recorded("lab", first_steps(run, self.parameters.settings.fitted_steps), known),
+                         self.model)  # fmt: skip
+        if isinstance(fit, Failed) or not fit.converged:
+            return f"{trial}: {fit.why}"
+        return Fit(fit, truth, np.sqrt(np.diag(fit.covariance)), known, time.process_time() - begun)
+
+
+def of_trials(fits: Fits, trials: int) -> list[str]:
+    """Errors and coverage of each parameter, as rows of Markdown."""
+    stored = ROOT / "results/calibration.h5"
+    told = (artefact.load(stored, Result), stored.name) if stored.exists() else (None, f"{stored.name} is not there")
+    robots, model = Robots(fits.twin, fits.seed), fits.model
+    every = [fits.of(robots, trial) for trial in range(trials)]
+    done = [one for one in every if isinstance(one, Fit)]
+    shares = np.array([100 * (one.found.design / one.truth - 1) for one in done])
+    by_noise = np.array([np.abs(one.found.design - one.truth) <= HALF_WIDTH * one.sd for one in done])
+    by_misses = []
+    for one in done:
+        less = judged(model.shared, one.found.design, one.sd, one.known, fits.design,
+                      model.layout.pull(one.found.unknowns), told)
+        by_misses.append(np.abs(less.values - one.truth) <= HALF_WIDTH * less.sd)
+    lines = ["| parameter | error, mean, % | scatter, % | noise and residuals hold | with the Exudyn twin's misses |",
+             "|---|---|---|---|---|"]
+    for row, name in enumerate(model.shared):
+        lines.append(f"| {name.partition('.')[2]} | {shares[:, row].mean():+.2f} | {shares[:, row].std():.2f} | "
+                     f"{by_noise[:, row].sum()} of {len(done)} | "
+                     f"{np.array(by_misses)[:, row].sum()} of {len(done)} |")
+    why = "; ".join(one for one in every if isinstance(one, str))
+    sigmas = [one.found.sigmas for one in done]
+    return [*lines, "", f"{len(done)} of {trials} runs of {fits.parameters.settings.fitted_steps} steps fitted"
+            + (f" ({why})" if why else "") + f", residuals {min(sigmas):.2f} to {max(sigmas):.2f} times the noise, "
+            f"{np.median([one.seconds for one in done]):.1f} s of processor time a fit (median)."]
+
+
+def of_grounds(fits: Fits, trials: int) -> list[str]:
+    """Residuals and largest error over MuJoCo's ground, from its default to hard, as rows of Markdown."""
+    lines = ["| time constant of the ground, ms | residuals, in noises | largest error, % | of |", "|---|---|---|---|"]
+    for constant, step in GROUNDS:
+        robots = Robots(fits.twin, fits.seed, mjcf.Ground(time_constant=constant, step=step))
+        for one in (fits.of(robots, trial) for trial in range(1, trials + 1)):
+            if isinstance(one, str):
+                lines.append(f"| {1e3 * constant:g} | none: {one} | | |")
+                continue
+            share = 100 * (one.found.design / one.truth - 1)
+            worst = int(np.abs(share).argmax())
+            lines.append(f"| {1e3 * constant:g} | {one.found.sigmas:.2f} | {share[worst]:+.1f} | "
+                         f"{fits.model.shared[worst].partition('.')[2]} |")
+    return lines
+
+
 def main() -> None:
     """Print a table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--trials", type=int, default=10)
     parser.add_argument("--seed", type=int, default=7000)
+    parser.add_argument("--grounds", action="store_true", help="the same on softer and harder ground")
     parser.add_argument("--page", action="store_true", help="put the table into docs/calibration.md")
     asked = parser.parse_args()
-    every = Study(ROOT, ROOT / "params", ROOT / "results", ()).parameters(["twin", "calibration"])
-    parameters: Parameters = every["calibration"]
-    robots = Robots(every["twin"], asked.seed)
-    design = drawn_design(parameters)
-    model = first_model(design, looked_for(design), parameters)
-    drawn = np.array([design.value(name) for name in model.shared])
-    mid_stance_of = guessed_mid_stance(design, model.layout)
-    stored = ROOT / "results/calibration.h5"
-    told = (artefact.load(stored, Result), stored.name) if stored.exists() else (None, f"{stored.name} is not there")
-    errors, held, other, sigmas, spent = [], [], [], [], []
-    reasons = []
-    for trial in range(asked.trials):
-        factors = dict(zip(("biped.foot_mass", "biped.stiffness", "biped.damping"), robots.truth(trial), strict=True))
-        truth = drawn * [factors.get(name, 1.0) for name in model.shared]
-        rng = np.random.default_rng([asked.seed, trial, 1])
-        try:
-            walked = walk(robots.model(trial), robots.exported.ramp.sets)
-        except StepFailed as reason:
-            reasons.append(f"{trial}: {reason}")
-            continue
-        there = design.with_values(dict(zip(model.shared, truth.tolist(), strict=True)))
-        mass = there.biped.total_mass * (1 + SCALE * rng.normal())
-        known = (Known(TOTAL_MASS, mass, SCALE * mass, "weighed"),)
-        run = first_steps(measured(walked, parameters, mid_stance_of, rng), parameters.settings.fitted_steps)
-        begun = time.process_time()
-        fit = fitted_run(design, Recorded("lab", run, known), model)
-        spent.append(time.process_time() - begun)
-        if isinstance(fit, Failed) or not fit.converged:
-            reasons.append(f"{trial}: {fit.why}")
-            continue
-        sd = np.sqrt(np.diag(fit.covariance))
-        known_misses = judged(model.shared, fit.design, sd, known, design, model.layout.pull(fit.unknowns), told)
-        errors.append(fit.design / truth - 1)
-        held.append(np.abs(fit.design - truth) <= HALF_WIDTH * sd)
-        other.append(np.abs(known_misses.values - truth) <= HALF_WIDTH * known_misses.sd)
-        sigmas.append(fit.sigmas)
-        print(f"trial {trial}: {spent[-1]:.1f} s, {fit.sigmas:.2f} noises, errors % "
-              f"{np.round(100 * errors[-1], 2).tolist()}", flush=True)
-    count = len(errors)
-    lines = ["| parameter | error, mean, % | scatter, % | noise and residuals hold | with the Exudyn twin's misses |",
-             "|---|---|---|---|---|"]
-    for row, name in enumerate(model.shared):
-        off = 100 * np.array([one[row] for one in errors])
-        lines.append(f"| {name.partition('.')[2]} | {off.mean():+.2f} | {off.std():.2f} | "
-                     f"{sum(one[row] for one in held)} of {count} | {sum(one[row] for one in other)} of {count} |")
-    lines += ["", f"{count} of {asked.trials} runs of {parameters.settings.fitted_steps} steps fitted"
-              + (f" ({'; '.join(reasons)})" if reasons else "") + f", residuals {min(sigmas):.2f} to {max(sigmas):.2f} "
-              f"times the noise, {np.median(spent):.1f} s of processor time a fit (median)."]
-    print("\n".join(lines))
+    fits = Fits(asked.seed)
+    text = "\n".join((of_grounds if asked.grounds else of_trials)(fits, asked.trials))
+    print(text)
     if asked.page:
-        put(ROOT / "docs/calibration.md", "mujoco ours", "\n".join(lines))
+        put(ROOT / "docs/calibration.md", "mujoco grounds" if asked.grounds else "mujoco ours", text)
 
 
 if __name__ == "__main__":

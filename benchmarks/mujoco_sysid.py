@@ -54,9 +54,9 @@ class Robots:
     LOOKED: ClassVar = {"foot masses": (FEET, "body", "mass"), "stiffness": (SPRINGS, "joint", "stiffness"),
                         "damping": (SPRINGS, "joint", "damping")}
 
-    def __init__(self, twin: Any, seed: int) -> None:
-        self.seed, self.exported = seed, exported(twin)
-        self._text = mjcf.write(self.exported, GROUND).decode()
+    def __init__(self, twin: Any, seed: int, ground: mjcf.Ground = GROUND) -> None:
+        self.seed, self.ground, self.exported = seed, ground, exported(twin)
+        self._text = mjcf.write(self.exported, ground).decode()
         self.spec = self._new()
         self.drawn = {(name, field): np.array(getattr(getattr(self.spec, kind)(name), field))
                       for names, kind, field in self.LOOKED.values() for name in names}  # fmt: skip

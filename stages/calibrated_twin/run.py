@@ -90,12 +90,11 @@ class _Work:
     """The model that was fitted, the twin, and the runs by name."""
 
     def __init__(self, parameters: Parameters, inputs: Inputs) -> None:
-        calibration = parameters.calibration
         self.parameters, self.inputs = parameters, inputs
-        drawn = drawn_design(calibration)
+        drawn = drawn_design(parameters)
         gait = find_gait(drawn.biped, drawn.slope, FINE)
         self.near = gait[1].z
-        self.model: Model = first_model(drawn, looked_for(drawn), calibration, gait)
+        self.model: Model = first_model(drawn, looked_for(drawn), parameters, gait)
         twin = replace(parameters.twin, tolerance=parameters.runs.solver_tolerance)
         self.robot = TwinRobot(build(parameters.biped, twin), parameters.contact, twin, parameters.settings,
                                self.model.layout, parameters.runs.motion_rate_hz)
@@ -107,7 +106,7 @@ class _Work:
         self.runs: dict[str, Recorded] = {}
         for source, kind in sources:
             left = {name for name, of in wanted if of == kind}
-            for one in recorded(source, kind, drawn, self.model, calibration, weighed) if left else ():
+            for one in recorded(source, kind, drawn, self.model, parameters, weighed) if left else ():
                 self.runs[one.run.name] = one
                 left.discard(one.run.name)
                 if not left:
@@ -115,7 +114,7 @@ class _Work:
 
     def corrected(self, kind: str) -> tuple[Fitted, list[str]]:
         """Fits of a kind, and corrections of the first that the twin walks."""
-        fits, drawn = self.inputs.calibration.of_kind(kind), drawn_design(self.parameters.calibration, kind)
+        fits, drawn = self.inputs.calibration.of_kind(kind), drawn_design(self.parameters, kind)
         reasons: list[str] = []
         corrections: dict[int, Corrected] = {}
         for place, fit in enumerate(fits):
@@ -180,7 +179,7 @@ class _Work:
         """The twin's walk on the nominal ramp with a robot's corrected numbers, begun in that robot's gait."""
         design = design_of(fitted.drawn, self.model.shared, fitted.found - fitted.bias)
         try:
-            steps, beliefs = self.parameters.settings.fitted_steps, self.parameters.calibration.beliefs
+            steps, beliefs = self.parameters.settings.fitted_steps, self.parameters.beliefs
             return self.robot.settled(design, self.near, steps, beliefs), []
         except (NoGait, StepFailed) as reason:
             return None, [f"the calibrated twin: {reason}"]

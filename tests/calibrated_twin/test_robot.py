@@ -22,9 +22,8 @@ EVERY = Study(ROOT, ROOT / "params", ROOT / "results", ()).parameters(["calibrat
 @pytest.fixture(scope="module")
 def made():
     """Drawing, model, robot and a run of three steps to be sampled like."""
-    calibration = EVERY.calibration
-    drawn = drawn_design(calibration)
-    model = first_model(drawn, looked_for(drawn), calibration)
+    drawn = drawn_design(EVERY)
+    model = first_model(drawn, looked_for(drawn), EVERY)
     twin = dataclasses.replace(EVERY.twin, tolerance=1e-5)
     robot = TwinRobot(build(EVERY.biped, twin), EVERY.contact, twin, EVERY.settings, model.layout, 5000.0)
     begin = model.layout.middle[model.layout.place("mid_stance")]

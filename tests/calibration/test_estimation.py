@@ -14,7 +14,8 @@ from stages.calibration.estimation.asked import asked_of
 from stages.calibration.estimation.campaign import fit_campaign
 from stages.calibration.estimation.each_run import as_plain, from_plain
 from stages.calibration.estimation.fit import horizons
-from tests.calibration.runs import PARAMETERS
+from stages.calibration.information.plan import free_names
+from tests.calibration.runs import DESIGN, PARAMETERS
 
 #: Short runs, so that a fit takes a second.
 SHORT = dataclasses.replace(PARAMETERS, settings=dataclasses.replace(PARAMETERS.settings, planned_steps=7))
@@ -89,3 +90,17 @@ def test_a_wrong_file_is_refused_with_line_and_key(text, message):
     with pytest.raises(WrongOption) as refused:
         asked_of(Described(yaml_text.parse(text, "known.yaml"), "known.yaml"))
     assert str(refused.value).startswith(message)
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    ("known: {leg_length: {value: -0.3, uncertainty: 0.1, unit: m}}", "known.leg_length.value: -0.3, must be > 0"),
+    ("known: {total_mass: {value: 0, uncertainty: 0.1, unit: kg}}", "known.total_mass.value: 0, must be > 0"),
+    ("known: {leg_length: {value: 33.3, uncertainty: 0.1, unit: m}}", "33.3, where the design .* has 0.333"),
+    ("free: [hip_stiffness]", "hip_stiffness is not looked for"),
+    ("free: [leg_length]\nfixed: [leg_length]", "nothing is left"),
+    ("design: drawing", "must be biped .* or parts"),
+])
+def test_what_cannot_be_fitted_is_refused_before_anything_is(text, words):
+    with pytest.raises(WrongOption, match=words):
+        asked = asked_of(Described(yaml_text.parse(text, "known.yaml"), "known.yaml"))
+        asked.check(asked.looked_for(free_names(DESIGN)), DESIGN)

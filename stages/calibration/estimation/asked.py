@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from stages.analytic.gait.design_point import parameter_names
+from stages.analytic.gait.design_point import DesignPoint, parameter_names
 from stages.biped.design import Biped
+from stages.biped.quantity import Bound
 from stages.biped.question import WrongOption
 from stages.calibration.estimation.known import SUMS, TOTAL_MASS, Known
+from stages.calibration.information.words import short
 from stages.ground.slope import Slope
 
 ENTRY = ("value", "uncertainty", "unit", "source")
 KEYS = ("known", "free", "fixed", "fitted", "held_out", "design")
+#: A known value may differ from the design's by this factor.
+FAR = 2.0
 #: What a fit begins from: the design of biped.yaml, or the bill of parts seen from the side, as the study's own fits.
 BIPED, PARTS = "biped", "parts"
 
@@ -31,6 +36,21 @@ class Asked:
     held_out: tuple[str, ...] = ()
     fitted: tuple[str, ...] = ()
     design: str = BIPED
+
+    def check(self, names: tuple[str, ...], design: DesignPoint) -> None:
+        """Raise WrongOption where nothing, or what the `design` does not have, is looked for (`names` is what is), and
+        for a known value that no fit which begins with the design gets to."""
+        for name in self.free:
+            if name not in (*names, *self.fixed):
+                raise WrongOption(f"free: {short(name)} is not looked for, as the design has none: give it a value in "
+                                  f"{name.partition('.')[0]}.yaml")  # fmt: skip
+        if not names:
+            raise WrongOption("free, fixed: nothing is left that is looked for")
+        for one in self.known:
+            drawn = one.of(design)
+            if drawn and not 1.0 / FAR <= one.value / drawn <= FAR:
+                raise WrongOption(f"known.{short(one.name)}: {one.value:g}, where the design that the fit begins with "
+                                  f"has {drawn:g}: allowed is up to {FAR:g} times as much or as little; correct either")
 
     def looked_for(self, names: tuple[str, ...]) -> tuple[str, ...]:
         """Those of `names` that are looked for."""
@@ -101,6 +121,8 @@ def known_value(name: str, entry: Any, unit_of_name: Callable[[str], str], place
     sd = number(entry["uncertainty"], place("uncertainty"), 0.0, 1e9)
     if sd == 0.0:
         raise WrongOption(f"{place('uncertainty')}: 0, must be above 0")
+    if (bound := bound_of(name)) is not None and not bound.holds(value):
+        raise WrongOption(f"{place('value')}: {value:g}, must be {bound}")
     return Known(name, value, sd, str(entry.get("source", "")))
 
 
@@ -110,6 +132,15 @@ def number(given: Any, where: str, least: float, most: float) -> float:
     if not is_number or not least <= given <= most:
         raise WrongOption(f"{where}: {given}, must be a number from {least:g} to {most:g}")
     return float(given)
+
+
+def bound_of(name: str) -> Bound | None:
+    """What a parameter of the design may be; none for other quantities."""
+    if name in SUMS:
+        return Bound(above=0)
+    fields = {f"{owner.FILE}.{field.name}": field for owner in (Biped, Slope) for field in dataclasses.fields(owner)}
+    bound: Bound | None = fields[name].metadata["bound"] if name in fields else None
+    return bound
 
 
 def unit_of(name: str) -> str:

@@ -126,7 +126,7 @@ class _Joint:
         if at is None:
             design, at = fits[0].design, self._at(fits[0].design, own, unknowns)
         if at is None:
-            raise StepFailed("the runs' own fits have no design in common that walks")
+            raise StepFailed("their own fits have no design in common that walks; runs must be of one robot")
         converged, why = False, f"{MOST_STEPS} joint steps were not enough"
         walks += len(self.runs)
         for _ in range(MOST_STEPS):

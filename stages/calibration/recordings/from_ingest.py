@@ -32,7 +32,8 @@ def run_of(
     """
     name = trial.experiment.name
     if not trial.accepted:
-        return f"{name}: turned down by the ingest"
+        why = next(one.sentence for one in trial.verdict.findings if one.refused)
+        return f"{name}: turned down by the ingest: {why}"
     if len(trial.sensors) < 2:
         return f"{name}: has not both sensors"
     strikes = trial.strikes.time[FROM:]

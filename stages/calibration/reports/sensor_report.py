@@ -50,17 +50,20 @@ def calibrated(parameters: Parameters, asked: Asked, source: Path, asking: Askin
     """
     if asked.design == PARTS:
         design = drawn_design(parameters)
-        names = asked.looked_for(looked_for(design))
+        there: tuple[str, ...] = looked_for(design)
     else:
         design = each_run.guess(parameters)
-        names = asked.looked_for((*free_names(design), *(["biped.other_leg_length"] if design.biped.detailed else [])))
-    names = tuple(dict.fromkeys(names))
+        there = (*free_names(design), *(["biped.other_leg_length"] if design.biped.detailed else []))
+    names = tuple(dict.fromkeys(asked.looked_for(there)))
+    asked.check(names, design)
     model = first_model(design, names, parameters)
     runs, refused = _runs(source, design, model, parameters, asking)
     for name in (*asked.held_out, *asked.fitted):
         if name not in {run.name for run in runs}:
-            there = ", ".join(run.name for run in runs)
-            raise WrongOption(f"{name}: no run of that name can be used; there are {there}")
+            usable = ", ".join(run.name for run in runs)
+            raise WrongOption(f"{name}: no run of that name can be used; there are {usable}")
+    for one in set(asked.held_out) & set(asked.fitted):
+        raise WrongOption(f"{one}: cannot be both fitted and held out")
     out = [run for run in runs if run.name in asked.held_out]
     fitted = [run for run in runs if run not in out and (not asked.fitted or run.name in asked.fitted)]
     if not out and not asked.fitted and len(fitted) > 3:
@@ -75,7 +78,7 @@ def calibrated(parameters: Parameters, asked: Asked, source: Path, asking: Askin
         fit = fit_campaign(design, fitted, model, asked.known, lambda all_runs: (
             (number, each_run.fit_of(answers[number], run, design, model)) for number, run in enumerate(all_runs)))
     except StepFailed as reason:
-        raise NotIdentified(f"no run can be fitted: {reason}") from None
+        raise NotIdentified(f"the runs cannot be fitted: {reason}") from None
     others = {name: float(np.mean(fit.own[:, place])) for place, name in enumerate(model.own) if name != SLOPE}
     found = design.with_values(dict(zip(model.shared, fit.design, strict=True)) | others)
     held = [_explained(found, run, model, parameters.settings.begun_s) for run in out]
