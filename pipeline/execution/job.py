@@ -75,7 +75,7 @@ class Job:
     start_limit_s: float = 0.0
     function: Function | None = None
     errors: Mapping[str, float] = field(default_factory=dict)
-    parsed: Mapping[str, Any] = field(default_factory=dict)
+    parsed: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
     @property
     def modules(self) -> tuple[str, ...]:
