@@ -14,7 +14,9 @@ from pipeline import graph
 from pipeline.cache import fingerprint
 from pipeline.cache.closure import Sources
 from pipeline.cache.syntax import SyntaxMemo
+from pipeline.execution.fork_server import foreign
 from pipeline.execution.inputs import disagreements
+from pipeline.execution.observed_import import Compiled
 from pipeline.parameters import yaml_text
 from pipeline.stage_modules import stage_module
 from pipeline.study import Study
@@ -44,6 +46,15 @@ def test_declared_code_is_the_code_that_is_imported(name):
 
 def _covers(dep, file):
     return file == dep or file.startswith(dep + "/")
+
+
+@pytest.mark.parametrize("name", STAGES)
+def test_who_reads_a_result_loads_nothing_that_computes(name):
+    compiled, files = Compiled(), SOURCES.closure([f"stages.{name}.result"]).files
+    heads = {file: compiled.take(ROOT / file, (ROOT / file).read_bytes()) for file in files if file.endswith(".py")}
+    loaded = {module.partition(".")[0] for module, _ in foreign("stages", [f"stages.{name}.result"], heads)}
+    assert "dataclasses" in loaded
+    assert not loaded & {"exudyn", "matplotlib", "numba", "scipy", "sympy"}
 
 
 @pytest.mark.parametrize("name", STAGES)

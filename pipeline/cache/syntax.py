@@ -6,13 +6,15 @@ import ast
 import contextlib
 import hashlib
 import sys
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import astuple, dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from pipeline.cache import durable
 
+Imports = tuple[tuple[str, tuple[str, ...]], ...]
 _DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
@@ -20,11 +22,13 @@ _DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 class Meaning:
     """Hash of a file's syntax tree, and its imports as (module, names) in the manner of `from module import names`.
 
+    `heads` are those that are made whenever the file is imported: outside of functions, with nothing around them.
     Relative imports do not count: a stage with one is refused where it runs, as its key would not know the file.
     """
 
     tree: str
-    imports: tuple[tuple[str, tuple[str, ...]], ...]
+    imports: Imports
+    heads: Imports = ()
 
 
 class SyntaxMemo:
@@ -33,6 +37,7 @@ class SyntaxMemo:
     def __init__(self, path: Path | None) -> None:
         self._path = path
         self._known: dict[str, Meaning] = {}
+        self._parsed: set[str] = set()
         self._grown = False
 
     @cached_property
@@ -52,17 +57,31 @@ class SyntaxMemo:
                 self._known[key] = _from_json(*self._stored[key])
         if key not in self._known:
             self._known[key] = _parse(source)
+            self._parsed.add(key)
             self._grown = True
         return self._known[key]
 
-    def learn(self, source: bytes, tree: ast.Module) -> None:
+    def parsed(self, trees: Iterable[str]) -> dict[str, Any]:
+        """What was found by parsing, not what a file says, for those who `learn`; of trees with these hashes."""
+        wanted = {*trees}
+        return {key: astuple(self._known[key]) for key in self._parsed if self._known[key].tree in wanted}
+
+    def learn(self, told: Mapping[str, Sequence[Any]]) -> None:
+        """Take over what another process of the same run `parsed`."""
+        self._known.update({key: _from_json(*meaning) for key, meaning in told.items()})
+
+    def knows(self, source: bytes) -> bool:
+        """Whether these bytes need not be parsed."""
+        return durable.digest(source) in self._known
+
+    def note(self, source: bytes, tree: ast.Module) -> None:
         """Note the meaning of bytes that were parsed already; the tree loses its docstrings."""
         self._known[durable.digest(source)] = _meaning(tree)
 
     def save(self) -> None:
         """Keep what was learnt; a folder that cannot be written costs only time."""
         if self._path and self._grown:
-            known = {key: (meaning.tree, meaning.imports) for key, meaning in self._known.items()}
+            known = {key: astuple(meaning) for key, meaning in self._known.items()}
             files = {**self._stored, **known}
             with contextlib.suppress(OSError):
                 durable.write_sealed(self._path, {"for": _INTERPRETER, "files": files})
@@ -70,14 +89,15 @@ class SyntaxMemo:
 
     def forget(self) -> None:
         """Believe nothing of what was kept, as it contradicts what a worker read."""
-        self._known, self._stored, self._grown = {}, {}, True
+        self._known, self._stored, self._parsed, self._grown = {}, {}, set(), True
 
 
 _INTERPRETER = f"{sys.version_info.major}.{sys.version_info.minor} {durable.digest(Path(__file__).read_bytes())}"
 
 
-def _from_json(tree: str, imports: list[tuple[str, list[str]]]) -> Meaning:
-    return Meaning(str(tree), tuple((str(module), tuple(names)) for module, names in imports))
+def _from_json(tree: str, *imports: Sequence[tuple[str, Sequence[str]]]) -> Meaning:
+    whole, heads = (tuple((str(module), tuple(names)) for module, names in each) for each in imports)
+    return Meaning(str(tree), whole, heads)
 
 
 def _parse(source: bytes) -> Meaning:
@@ -92,17 +112,24 @@ def _meaning(tree: ast.Module) -> Meaning:
     imports: list[tuple[str, tuple[str, ...]]] = []
     reads_docstrings = False
     for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            imports += [(alias.name, ()) for alias in node.names]
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            imports.append((node.module, tuple(alias.name for alias in node.names)))
-        elif isinstance(node, ast.Name) and node.id == "__path__":  # a package that lists its own folder: "" is itself
+        imports += _imports(node)
+        if isinstance(node, ast.Name) and node.id == "__path__":  # a package that lists its own folder: "" is itself
             imports.append(("", ("*",)))
         elif isinstance(node, ast.Attribute) and node.attr == "__doc__":
             reads_docstrings = True
+    heads = [found for node in tree.body for found in _imports(node)]
     if not reads_docstrings:
         _drop_docstrings(tree)
-    return Meaning(hashlib.sha256(ast.dump(tree).encode()).hexdigest(), tuple(imports))
+    return Meaning(hashlib.sha256(ast.dump(tree).encode()).hexdigest(), tuple(imports), tuple(heads))
+
+
+def _imports(node: ast.AST) -> list[tuple[str, tuple[str, ...]]]:
+    """What a statement imports, as in `Meaning`."""
+    if isinstance(node, ast.Import):
+        return [(alias.name, ()) for alias in node.names]
+    if isinstance(node, ast.ImportFrom) and node.module and not node.level:
+        return [(node.module, tuple(alias.name for alias in node.names))]
+    return []
 
 
 def _drop_docstrings(tree: ast.Module) -> None:

@@ -1,9 +1,9 @@
 """A process that loads what stages import from other packages, once, and forks their workers, which then have it.
 
 It is asked by `forked` over the socket that is its standard input: a length, then JSON with the package of stages, its
-folder and the source files that the worker's key was made from; with them come the worker's standard input, output and
-error, and a pipe on which its process id and, at its end, its exit code are told. Whoever asked is gone when the socket
-ends; then this process ends as well.
+folder, the source files that the worker's key was made from, and what was found when they were parsed for it; with them
+come the worker's standard input, output and error, and a pipe on which its process id and, at its end, its exit code
+are told. Whoever asked is gone when the socket ends; then this process ends as well.
 
 It never runs code of the stages: a worker imports that itself, under observation, so that its result's key stays true.
 Sources are only compiled here. It computes nothing and starts no thread, as a forked process has none of its parent's;
@@ -30,9 +30,10 @@ import numpy as np
 
 from pipeline.cache import durable
 from pipeline.cache.closure import with_parents
+from pipeline.cache.syntax import Imports
 from pipeline.errors import StudyError
 from pipeline.execution import worker
-from pipeline.execution.observed_import import Compiled, Heads
+from pipeline.execution.observed_import import Compiled
 from pipeline.execution.process import continue_when_parent_ends
 from pipeline.stage_modules import home_of
 
@@ -98,8 +99,11 @@ class _Server:
             os.close(end)
         return True
 
-    def _load(self, package: str, code_root: str, files: list[str], modules: list[str]) -> None:
+    def _load(
+        self, package: str, code_root: str, files: list[str], modules: list[str], parsed: dict[str, list[Any]]
+    ) -> None:
         """Compile `files`, and import what the import of `modules` will; the worker says what is wrong with them."""
+        self.compiled.memo.learn(parsed)
         with contextlib.suppress(StudyError):
             home = home_of(package, Path(code_root))
             sources = {file: durable.read(home / file) for file in files if file.endswith(".py")}
@@ -157,7 +161,9 @@ class _Server:
                 os.close(end)
 
 
-def foreign(package: str, modules: Iterable[str], heads: Mapping[str, Heads]) -> Iterator[tuple[str, tuple[str, ...]]]:
+def foreign(
+    package: str, modules: Iterable[str], heads: Mapping[str, Imports]
+) -> Iterator[tuple[str, tuple[str, ...]]]:
     """What `modules` of a package import from others when they are imported; `heads` by file, of all of the package.
 
     What is imported inside of functions is not, nor what a statement at the head has around it.

@@ -17,10 +17,7 @@ from pathlib import Path
 from types import CodeType, ModuleType
 
 from pipeline.cache.closure import Sources
-from pipeline.cache.syntax import SyntaxMemo
-
-#: Imports as (module, names) in the manner of `from module import names`.
-Heads = list[tuple[str, tuple[str, ...]]]
+from pipeline.cache.syntax import Imports, SyntaxMemo
 
 
 class Compiled:
@@ -29,9 +26,8 @@ class Compiled:
     def __init__(self) -> None:
         self.code: dict[tuple[str, bytes], CodeType] = {}
         self.memo = SyntaxMemo(None)
-        self._heads: dict[tuple[str, bytes], Heads] = {}
 
-    def take(self, path: Path, source: bytes) -> Heads:
+    def take(self, path: Path, source: bytes) -> Imports:
         """Compile the source at `path`, unless it is known; what it imports at its head.
 
         A source that cannot be compiled is left to whoever imports it.
@@ -39,18 +35,13 @@ class Compiled:
         place = str(path), source
         if place not in self.code:
             try:
-                tree = ast.parse(source, path)
-                self.code[place] = compile(tree, path, "exec", dont_inherit=True)
+                tree = None if self.memo.knows(source) else ast.parse(source, path)
+                self.code[place] = compile(tree or source, path, "exec", dont_inherit=True)
             except (SyntaxError, ValueError):
-                return []
-            heads = self._heads[place] = []
-            for node in tree.body:
-                if isinstance(node, ast.Import):
-                    heads += [(alias.name, ()) for alias in node.names]
-                elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-                    heads.append((node.module, tuple(alias.name for alias in node.names)))
-            self.memo.learn(source, tree)
-        return self._heads[place]
+                return ()
+            if tree is not None:
+                self.memo.note(source, tree)
+        return self.memo.meaning(source).heads
 
 
 class ObservedSources(importlib.abc.MetaPathFinder):

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stages.analytic.gait.basin import Basin
-from stages.analytic.gait.recorded_family import RecordedFamily
+from stages.analytic.explored import Basin, RecordedFamily
 from stages.biped.quantity import quantity
 
 

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.analytic.gait.basin import Basin, basin_of_attraction
+from stages.analytic.explored import Basin, RecordedFamily
+from stages.analytic.gait.basin import basin_of_attraction
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.family import follow_family
-from stages.analytic.gait.recorded_family import RecordedFamily, recorded
+from stages.analytic.gait.recorded_family import recorded
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_coordinates
 from stages.analytic.result import Result as Analytic

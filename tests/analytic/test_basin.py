@@ -3,7 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stages.analytic.gait.basin import BACK, NONE, REACHES, STILL, basin_of_attraction
+from stages.analytic.explored import BACK, REACHES, STILL
+from stages.analytic.gait.basin import NONE, basin_of_attraction
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import poincare_map
 from tests.analytic.designs import SLOPE, TABLE_1

@@ -30,6 +30,19 @@ def computed(walker, z, tolerance):
     return point, point.period * walker.time, step_length(walker, point) * walker.length, walk
 
 
+def is_the_error(walker, found, tolerance):
+    """Hold what is estimated of the gait and a walk on it at this tolerance against what a finer one finds."""
+    _, period, length, exact = computed(walker, found.z, 1e-13)
+    point, coarse_period, coarse_length, walk = computed(walker, found.z, tolerance)
+    estimate = estimate_errors(walker, point, STEPS, tolerance)
+    true = walk_differences(walk, exact)
+    assert estimate.given
+    assert estimate.period == pytest.approx(period - coarse_period, rel=0.1)
+    assert estimate.step_length == pytest.approx(length - coarse_length, rel=0.1)
+    assert estimate.hip_position == pytest.approx(true["hip_position_m"], rel=0.25)
+    assert estimate.step_duration == pytest.approx(true["period_s"], rel=0.25)
+
+
 @pytest.mark.parametrize(("design", "legs", "friction"), [
     (TABLE_1, "compliant", None), (TABLE_1, "rigid", None), (TABLE_1, "compliant", SLIPPERY),
     (LAME, "compliant", None), (LAME, "rigid", None), (LAME, "compliant", SLIPPERY),
@@ -39,15 +52,7 @@ def test_the_estimate_is_the_error(design, legs, friction, tolerance):
     """Of gaits of one step, and of the strides of legs that differ."""
     walker, found = find_gait(dataclasses.replace(design, legs=legs), SLOPE, 1e-13, friction)
     assert len(found.steps) == (1 if design is TABLE_1 else 2)
-    _, period, length, exact = computed(walker, found.z, 1e-13)
-    point, coarse_period, coarse_length, walk = computed(walker, found.z, tolerance)
-    estimate = estimate_errors(walker, point, STEPS, tolerance)
-    true = walk_differences(walk, exact)
-    assert estimate.given
-    assert estimate.period == pytest.approx(period - coarse_period, rel=0.1)
-    assert estimate.step_length == pytest.approx(length - coarse_length, rel=0.1)
-    assert estimate.hip_position == pytest.approx(true["hip_position_m"], rel=0.25)
-    assert estimate.step_duration == pytest.approx(true["period_s"], rel=0.25)
+    is_the_error(walker, found, tolerance)
 
 
 @pytest.mark.parametrize(("design", "legs"), [
@@ -57,15 +62,7 @@ def test_the_estimate_is_the_error_of_a_hip_that_rubs(design, legs, tolerance):
     """Through the events at which the hip turns, or comes to rest."""
     walker, found = find_gait(dataclasses.replace(design, legs=legs, hip_friction=2e-3), SLOPE, 1e-13)
     assert isinstance(walker.p, Rubbing)
-    _, period, length, exact = computed(walker, found.z, 1e-13)
-    point, coarse_period, coarse_length, walk = computed(walker, found.z, tolerance)
-    estimate = estimate_errors(walker, point, STEPS, tolerance)
-    true = walk_differences(walk, exact)
-    assert estimate.given
-    assert estimate.period == pytest.approx(period - coarse_period, rel=0.1)
-    assert estimate.step_length == pytest.approx(length - coarse_length, rel=0.1)
-    assert estimate.hip_position == pytest.approx(true["hip_position_m"], rel=0.25)
-    assert estimate.step_duration == pytest.approx(true["period_s"], rel=0.25)
+    is_the_error(walker, found, tolerance)
 
 
 @pytest.mark.parametrize("design", [TABLE_1, LAME])

@@ -67,15 +67,13 @@ def test_a_step_calls_only_what_its_kind_of_walker_needs():
     assert not any(of_module(functions, "derivatives") for functions in step.values())
 
 
-@pytest.mark.parametrize("numbers, reset", [
-    ("walker_of().p", "phases.transitions.rolling_reset"),
-    ("varied(walker_of().p, numpy.ones((1, 10)), 1)", "derivatives.impacts.rolling_varied_reset"),
-])
-def test_compiler_follows_the_kind(tmp_path, numbers, reset):
-    """Heel strike of a rolling walker, compiled afresh in a process of its own: nothing of Coulomb's is compiled.
+#: What a heel strike is given, of a rolling walker and of one that carries changes of its numbers.
+STRUCK = ("walker_of().p", "varied(walker_of().p, numpy.ones((1, 10)), 1)")
 
-    Nor is what carries changes of the walker's numbers, unless they are asked for.
-    """
+
+@pytest.fixture(scope="module")
+def compiled_for(tmp_path_factory):
+    """Names of the functions compiled for each of `STRUCK`, one after the other, in a process without machine code."""
     program = f"""
 import numpy
 from numba.core import event
@@ -83,17 +81,29 @@ from stages.analytic.derivatives import walking
 from stages.analytic.model.varied import varied
 from stages.analytic.phases.succession import succeed
 from tests.analytic.designs import walker_of
-y, p = numpy.array([0.28, 1.0, 0.27, 1.0, 0.5, 0.0, 0.4, 0.0]), {numbers}
-y = numpy.concatenate([y, 0 * y]) if type(p) is not type(walker_of().p) else y
-with event.install_recorder("numba:compile") as recorder:
-    succeed(1, y, p)
-functions = {{record.data["dispatcher"].py_func for _, record in recorder.buffer}}
-print(*sorted({{f"{{f.__module__}}.{{f.__name__}}" for f in functions if f.__module__.startswith("stages")}}))
+y = numpy.array([0.28, 1.0, 0.27, 1.0, 0.5, 0.0, 0.4, 0.0])
+for y, p in ((y, {STRUCK[0]}), (numpy.concatenate([y, 0 * y]), {STRUCK[1]})):
+    with event.install_recorder("numba:compile") as recorder:
+        succeed(1, y, p)
+    functions = {{record.data["dispatcher"].py_func for _, record in recorder.buffer}}
+    print(*sorted({{f"{{f.__module__}}.{{f.__name__}}" for f in functions if f.__module__.startswith("stages")}}))
 """
     done = subprocess.run(
         [sys.executable, "-c", program], cwd=Path(__file__).parents[2], capture_output=True, text=True, check=True,
-        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)})  # fmt: skip
-    names = done.stdout.split()
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path_factory.mktemp("code"))})  # fmt: skip
+    return dict(zip(STRUCK, map(str.split, done.stdout.splitlines()), strict=True))
+
+
+@pytest.mark.parametrize("numbers, reset", [
+    (STRUCK[0], "phases.transitions.rolling_reset"),
+    (STRUCK[1], "derivatives.impacts.rolling_varied_reset"),
+])
+def test_compiler_follows_the_kind(compiled_for, numbers, reset):
+    """Heel strike of a rolling walker: nothing of Coulomb's is compiled.
+
+    Nor is what carries changes of the walker's numbers, unless they are asked for.
+    """
+    names = compiled_for[numbers]
     assert f"stages.analytic.{reset}" in names
     assert any("derivatives" in name for name in names) == reset.startswith("derivatives")
     assert not [name for name in names if "coulomb" in name or "rigid" in name or "limited" in name]

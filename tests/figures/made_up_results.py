@@ -6,8 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from stages.analytic.gait.basin import Basin
-from stages.analytic.gait.recorded_family import RecordedFamily, Turn
+from stages.analytic.explored import Basin, RecordedFamily, Turn
 from stages.biped.accuracy.level import Level
 from stages.calibrated_twin.result import Check, Number, Pair, Robot
 from stages.calibration.result import FittedRun, HeldOut, Trace

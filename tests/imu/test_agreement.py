@@ -3,8 +3,6 @@
 import math
 
 import numpy as np
-import pandas as pd
-import pingouin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -24,6 +22,9 @@ from stages.imu.trial.agreement import (
 
 @pytest.mark.parametrize(("targets", "raters", "seed"), [(6, 2, 1), (20, 3, 2), (101, 5, 3)])
 def test_icc_is_that_of_pingouin(targets: int, raters: int, seed: int) -> None:
+    import pandas as pd  # here: loading both takes two seconds of every process that collects tests
+    import pingouin
+
     rng = np.random.default_rng(seed)
     ratings = rng.normal(size=(targets, 1)) + 0.5 * rng.normal(size=raters) + 0.4 * rng.normal(size=(targets, raters))
     target, rater = np.indices(ratings.shape)

@@ -7,8 +7,11 @@ import os
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_run_all_prints_a_line_for_each_stage_and_for_the_report(toy_with_commands):
@@ -258,3 +261,14 @@ def test_a_run_with_nothing_to_do_loads_nothing_heavy(ran, repository):
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=ran.root, text=True, capture_output=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize(("arguments", "code"), [(("--version",), 0), (("rn",), 2)])
+def test_the_program_ends_with_its_code_after_all_is_said_and_tidied(arguments, code):
+    """It does not wait until Python has taken its modules apart."""
+    face = str(ROOT / "pipeline/face")
+    program = (f"import atexit, sys; sys.path.insert(0, {face!r}); atexit.register(print, 'tidied'); "
+               "from bipedstudy.__main__ import main; main()")  # fmt: skip
+    done = subprocess.run([sys.executable, "-c", program, *arguments], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == code and done.stdout.splitlines()[-1] == "tidied"
+    assert ("version" in done.stdout) == (not done.stderr) == (code == 0)

@@ -48,7 +48,7 @@ def test_a_forged_syntax_costs_one_run(done):
     """Its seal is right, so a run goes by it, until a worker reads the code itself: then it is forgotten."""
     path = done.root / "results/.cache/syntax.json"
     body = durable.read_sealed(path)
-    body["files"] = {key: ["0" * 64, imports] for key, (_, imports) in body["files"].items()}
+    body["files"] = {key: ["0" * 64, *imports] for key, (_, *imports) in body["files"].items()}
     durable.write_sealed(path, body)
     with pytest.raises(Exception, match="was edited while it ran"):
         done.run()

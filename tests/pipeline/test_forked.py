@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import re
 import signal
@@ -11,6 +12,7 @@ import time
 
 import pytest
 
+from pipeline.cache.syntax import SyntaxMemo
 from pipeline.errors import StageFailed
 from pipeline.execution import forked
 from pipeline.execution.fork_server import foreign
@@ -159,6 +161,24 @@ def test_what_is_imported_late_is_not_loaded_before(repository):
              for stage in ("analytic", "extremes", "figures")}  # fmt: skip
     assert {"numpy", "numba"} <= found["analytic"] and not found["analytic"] & {"sympy", "matplotlib", "exudyn"}
     assert "sympy" in found["extremes"] and "matplotlib" in found["figures"]
+
+
+def test_what_was_parsed_for_the_key_is_not_parsed_again(done, monkeypatch):
+    """Neither is it told what a file alone says: a worker is to find that out, see `test_flips`."""
+    path = done.path("PACKAGE/fall/run.py")
+    source, first, told = path.read_bytes(), SyntaxMemo(None), Compiled()
+    tree = first.meaning(source).tree
+    assert first.parsed(["another"]) == {}
+    told.memo.learn(json.loads(json.dumps(first.parsed([tree]))))
+    alone = Compiled()
+    expected = alone.take(path, source)
+    assert expected and expected == first.meaning(source).heads
+    monkeypatch.setattr("ast.parse", None)
+    assert told.take(path, source) == expected and told.code.keys() == alone.code.keys()
+    assert told.memo.meaning(source) == first.meaning(source)
+    monkeypatch.undo()
+    kept = done.study().sources.memo
+    assert kept.meaning(source).tree == tree and kept.parsed([tree]) == {}
 
 
 def test_a_worker_that_does_not_end_in_time_is_told_apart(done):

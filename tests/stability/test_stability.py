@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stages.analytic.errors import StepFailed
-from stages.analytic.gait.basin import BACK, FORWARD, NO_START, REACHES, WALKS_ON
+from stages.analytic.explored import BACK, FORWARD, NO_START, REACHES, WALKS_ON
 from stages.analytic.gait.continuation import PERIOD_DOUBLING
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait

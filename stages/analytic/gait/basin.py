@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 
 import numpy as np
 
 from stages.analytic.compiled import compiled
+from stages.analytic.explored import BACK, FORWARD, NO_START, OTHERWISE, REACHES, STILL, WALKS_ON, Basin
 from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE
 from stages.analytic.integration.phase import EVENT, FALL, TIME_LIMIT
 from stages.analytic.integration.step import walk_step
@@ -16,41 +16,8 @@ from stages.analytic.model.kinds import Kind
 from stages.analytic.model.terms import exchanged
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_coordinates, section_state
-from stages.biped.quantity import quantity
 
 NONE = -1
-#: How a walk ends, in words; a walk is known by its number here.
-ENDINGS = (
-    "reaches the gait", "walks on, elsewhere", "falls forward", "falls or rocks back", "stands still or rocks",
-    "ends otherwise", "no such start",
-)  # fmt: skip
-REACHES, WALKS_ON, FORWARD, BACK, STILL, OTHERWISE, NO_START = range(len(ENDINGS))
-
-
-@dataclass(frozen=True)
-class Basin:
-    """Map over angle and rate of the stance leg just after heel strike, the other section coordinates as the gait's."""
-
-    stance_angle: np.ndarray = quantity(
-        "rad", "stance angle at the start, foot ahead positive, (n,)", dimensions=("stance_angle",))
-    stance_rate: np.ndarray = quantity("rad/s", "stance rate at the start, (m,)", dimensions=("stance_rate",))
-    steps: np.ndarray = quantity(
-        "1", "steps made until the walk reaches a gait or ends, at most `most_steps`, (n, m)",
-        dimensions=("stance_angle", "stance_rate"))
-    reached: np.ndarray = quantity(
-        "1", "number of the gait that is reached, -1: none, (n, m)", dimensions=("stance_angle", "stance_rate"))
-    ending: np.ndarray = quantity(
-        "1", "how the walk ends, the place in `endings`, (n, m)", dimensions=("stance_angle", "stance_rate"))
-    gait_angle: float = quantity("rad", "stance angle of the first gait, foot ahead positive")
-    gait_rate: float = quantity("rad/s", "stance rate of the first gait")
-    most_steps: int = quantity("1", "most steps of a walk")
-    near: float = quantity("1", "a walk is at a gait within this, in all section coordinates")
-    endings: tuple[str, ...] = quantity("-", "how a walk ends, in words", default=ENDINGS)
-
-    @property
-    def share(self) -> float:
-        """Part of the starts that reach a gait."""
-        return float((self.ending == REACHES).mean())
 
 
 @compiled

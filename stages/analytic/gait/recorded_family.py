@@ -3,57 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
+from stages.analytic.explored import RecordedFamily, Turn
 from stages.analytic.gait.continuation import Branch, BranchPoint
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.poincare import poincare_map
-from stages.biped.quantity import quantity
-
-#: Multipliers as near to the unit circle as this are on it.
-ON_CIRCLE = 1e-7
-
-
-@dataclass(frozen=True)
-class Turn:
-    """A gait where its family turns back, doubles its period, or is left by a torus."""
-
-    kind: str = quantity("-", "turning point, period doubling or torus")
-    value: float = quantity("1", "value of the parameter, in its unit")
-    multiplier: float = quantity("1", "real part of the multiplier that is nearest to the one of its kind: 1, -1")
-    step_duration: np.ndarray = quantity("s", "duration of each step of the cycle, (cycle,)")
-    stance_angle: np.ndarray = quantity("rad", "stance angle at heel strike, foot ahead positive, (cycle,)")
-
-
-@dataclass(frozen=True)
-class RecordedFamily:
-    """Gaits of `cycle` steps over a parameter, n in order along the curve.
-
-    Where the legs differ, steps are counted in pairs: a gait has `cycle` strides.
-    """
-
-    cycle: int = quantity("1", "steps after which the gait repeats")
-    ended: str = quantity("-", "why the family ends, down and up the parameter, or away from the doubling")
-    value: np.ndarray = quantity("1", "value of the parameter, in its unit, (n,)", dimensions=("gait",))
-    step_duration: np.ndarray = quantity(
-        "s", "duration of each step of the cycle, (n, cycle)", dimensions=("gait", "step"))
-    stance_angle: np.ndarray = quantity(
-        "rad", "stance angle at each heel strike, foot ahead positive, (n, cycle)", dimensions=("gait", "step"))
-    double_stance: np.ndarray = quantity(
-        "s", "time of each step with both feet on the ground, (n, cycle)", dimensions=("gait", "step"))
-    floquet_multipliers: np.ndarray = quantity(
-        "1", "multipliers of the whole cycle, largest first, rows of real and imaginary part, (n, j, 2)",
-        dimensions=("gait", "multiplier", "part"))
-    turns: tuple[Turn, ...] = quantity("-", "turning points, period doublings and tori")
-
-    @property
-    def stable(self) -> np.ndarray:
-        """Whether every multiplier lies inside the unit circle, (n,); at a turn one is on it."""
-        magnitude = np.hypot(self.floquet_multipliers[..., 0], self.floquet_multipliers[..., 1])
-        inside: np.ndarray = magnitude.max(axis=1) < 1.0 - ON_CIRCLE
-        return inside
 
 
 def recorded(design: DesignPoint, branch: Branch, tolerance: float) -> RecordedFamily:

@@ -28,7 +28,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Walk from every start of the grid. Raises NoGait."""
     import numpy as np
 
-    from stages.analytic.gait.basin import ENDINGS, basin_of_attraction
+    from stages.analytic.explored import ENDINGS
+    from stages.analytic.gait.basin import basin_of_attraction
     from stages.analytic.gait.gait_search import find_gait
 
     tolerance = parameters.settings.tolerance

@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from stages.analytic.gait.basin import NO_START, REACHES
+from stages.analytic.explored import NO_START, REACHES
 from stages.analytic.pictures import basin_map
 from stages.drawing import style
 

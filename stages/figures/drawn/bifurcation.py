@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from stages.analytic.gait.recorded_family import RecordedFamily, Turn
+from stages.analytic.explored import RecordedFamily, Turn
 from stages.analytic.pictures import bifurcation
 
 if TYPE_CHECKING:
