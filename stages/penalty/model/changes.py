@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from stages.analytic.derivatives.numbers import sizes
-from stages.biped.design import Biped
+from stages.biped.design import DETAILS, Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.penalty.model.varied import VariedPenalty
@@ -80,6 +80,8 @@ def owner(name: str, sections: tuple[Biped, Slope, ContactLaw]) -> Biped | Slope
     file, _, key = name.partition(".")
     for section in sections:
         if file == section.FILE and isinstance(getattr(section, key, None), float | int):
+            if key in DETAILS and not sections[0].detailed:
+                raise KeyError(f"{name}: a detail, of which the walker of this design knows nothing")
             return section
     raise KeyError(f"{name}: no number of the design, its slope or its ground")
 
