@@ -269,9 +269,10 @@ def test_a_map_of_legs_that_differ_has_the_gaits_that_the_search_finds(biped):
         assert columns["largest_multiplier"][row] == pytest.approx(by_stability(point), abs=2e-5)
 
 
-def test_a_map_over_the_friction_of_a_hip_begins_without_it():
+@pytest.mark.parametrize("biped", [TABLE_1_RIGID, TABLE_1])
+def test_a_map_over_the_friction_of_a_hip_begins_without_it(biped):
     """Of a hip that does not rub a walker has a number less."""
-    base = DesignPoint(TABLE_1_RIGID, SLOPE)
+    base = DesignPoint(biped, SLOPE)
     box = boxes.read({"kind": "grid", "vary": {"biped.hip_friction": {"low": 0.0, "high": 2e-3, "steps": 5}}}, base)
     task = Task(box, base, TOLERANCE, "complete")
     known = [each for each in anchors_of(task, 0, 2) if each]

@@ -52,7 +52,7 @@ def draw(given: Given) -> Figure:
     left.set_xlim(-reach, reach)
     left.set_xlabel("difference from the drawing [%]")
     left.plot([], [], "o", color="#777777", markerfacecolor="none", markersize=4, label="found by the constraint model")
-    left.plot([], [], "o-", color="#777777", markersize=4, label="corrected by the twin, 95 %")
+    left.plot([], [], "o-", color="#777777", markersize=4, label="corrected, 95 %")
     left.plot([], [], "x", color="#777777", markersize=5, label="true")
     style.panel_label(left, "a")
     draw_correlations(right, result.robots[0], names)
@@ -113,7 +113,8 @@ def robot_words(robot: Robot) -> str:
     held = sum(one.holds_truth(HALF_WIDTH) for one in known)
     runs = "1 run" if robot.runs == 1 else f"{robot.runs} runs"
     truth = f"; {held} of {len(known)} intervals hold the truth" if known else ""
-    return (f"The robot {robot.kind}, from {runs}, {robot.corrected_runs} of them corrected by the Exudyn twin{truth}. "
+    return (f"The robot {robot.kind}, from {runs}, {robot.corrected_runs} of them corrected by the Exudyn twin{truth}; "
+            f"intervals are told by {robot.by_what}. "
             f"It walks at {robot.frequency:.4f} ± {HALF_WIDTH * robot.frequency_sd:.4f} Hz on the nominal ramp.")
 
 
