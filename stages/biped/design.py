@@ -176,7 +176,7 @@ GIVEN_OR_ZERO = tuple(sorted(DETAILS - {*GIVEN_OR_NONE}))
 
 
 #: The models of a detailed design, as a refusal names them.
-KNOWING = "the constraint model and Exudyn's planar model"
+KNOWING = "the constraint model and the planar models on penalty ground"
 
 
 class BeyondModel(ValueError):
