@@ -12,7 +12,7 @@ import numpy as np
 from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.errors import NoGait
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.gait.gait_search import gait_near
 from stages.analytic.model.walker import Vector
 from stages.calibrated_twin.result import Number, Pair, Robot
 from stages.calibration.estimation.correction import Corrected
@@ -76,10 +76,12 @@ def design_of(drawn: DesignPoint, names: Sequence[str], values: Vector) -> Desig
     return DesignPoint(biped, drawn.slope).with_values(dict(zip(names, values.tolist(), strict=True)))
 
 
-def frequency(design: DesignPoint, names: Sequence[str], covariance: np.ndarray) -> tuple[float, float]:
-    """Step frequency [Hz] of a design's gait, and its standard error; NaN where it has none."""
+def frequency(
+    design: DesignPoint, names: Sequence[str], covariance: np.ndarray, near: Vector
+) -> tuple[float, float]:
+    """Step frequency [Hz] of the gait of a design `near` another's, and its standard error; NaN where it has none."""
     try:
-        walker, point = find_gait(design.biped, design.slope, FINE, None)
+        walker, point = gait_near(design, near, FINE)
     except NoGait:
         return math.nan, math.nan
     value = len(point.steps) / (sum(step.period for step in point.steps) * walker.time)
@@ -88,8 +90,9 @@ def frequency(design: DesignPoint, names: Sequence[str], covariance: np.ndarray)
     return value, float(np.sqrt(slope @ covariance @ slope))
 
 
-def robot_of(fitted: Fitted, names: Sequence[str]) -> Robot:
-    """A robot's numbers, as Table 1 counts them: frames belong to the hip."""
+def robot_of(fitted: Fitted, names: Sequence[str], near: Vector) -> Robot:
+    """A robot's numbers, as Table 1 counts them: frames belong to the hip. `near` is where a similar one's gait begins.
+    """
     drawn, corrected, covariance = fitted.drawn, fitted.found - fitted.bias, fitted.covariance
     by_twin = fitted.found - fitted.by_twin
     truth = np.mean([one.truth for one in fitted.fits], axis=0)
@@ -101,8 +104,9 @@ def robot_of(fitted: Fitted, names: Sequence[str]) -> Robot:
         of = [times * float(each[row]) + more for each in (values, fitted.found, by_twin, corrected, truth)]
         numbers.append(Number(HIP if name == FRAME else name, drawn.unit(name), of[0], of[1], of[2],
                               of[3], times * float(sd[row]), of[4]))
-    value, value_sd = frequency(design_of(drawn, names, corrected), names, covariance)
-    true = frequency(design_of(drawn, names, truth), names, covariance)[0] if np.isfinite(truth).all() else math.nan
+    value, value_sd = frequency(design_of(drawn, names, corrected), names, covariance, near)
+    known = np.isfinite(truth).all()
+    true = frequency(design_of(drawn, names, truth), names, covariance, near)[0] if known else math.nan
     first = fitted.fits[0].covariance
     biases = np.array([one.bias for one in fitted.corrections.values()]).reshape(-1, len(names))
     spread = np.sqrt(np.diag(first))
@@ -111,8 +115,8 @@ def robot_of(fitted: Fitted, names: Sequence[str]) -> Robot:
                  first / np.outer(spread, spread), biases, value, value_sd, true)
 
 
-def pairs_of(usual: Fitted, bare: Fitted, names: Sequence[str]) -> tuple[Pair, ...]:
-    """What the outsole does, by each run that was made with it and without.
+def pairs_of(usual: Fitted, bare: Fitted, names: Sequence[str], near: Vector) -> tuple[Pair, ...]:
+    """What the outsole does, by each run that was made with it and without. `near` as for `robot_of`.
 
     What is wrong in both alike is not in the difference. How much else is, three other pairs of known machines tell;
     where there are fewer, all that the corrections differ by counts, beside the errors of both fits.
@@ -135,11 +139,11 @@ def pairs_of(usual: Fitted, bare: Fitted, names: Sequence[str]) -> tuple[Pair, .
             shared = one.covariance + bare.fits[other].covariance + np.outer(apart, apart)
         drawn = usual.drawn, bare.drawn
         (with_it, sd), (without_it, _) = (
-            frequency(design_of(of, names, each), names, shared) for of, each in zip(drawn, ends, strict=True))
+            frequency(design_of(of, names, each), names, shared, near) for of, each in zip(drawn, ends, strict=True))
         true = [one.truth, bare.fits[other].truth]
         known = np.isfinite(true).all()
         designs = [design_of(of, names, each) for of, each in zip(drawn, true, strict=True)] if known else []
-        real = [frequency(each, names, shared)[0] for each in designs] or [math.nan, math.nan]
+        real = [frequency(each, names, shared, near)[0] for each in designs] or [math.nan, math.nan]
         found.append(Pair(
             name=one.name, longer=float((ends[0] - ends[1])[length]), longer_sd=float(np.sqrt(shared[length, length])),
             true_longer=float((true[0] - true[1])[length]), heavier=float((ends[0] - ends[1])[mass]),

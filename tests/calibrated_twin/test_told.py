@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from stages.analytic.gait.gait_search import find_gait, gait_near
 from stages.calibrated_twin.told import Fitted, design_of, frequency, pairs_of, robot_of
 from stages.calibration.intervals.discrepancy import Discrepancy
 from stages.calibration.result import HALF_WIDTH, FittedRun, Trace
@@ -14,6 +15,7 @@ from tests.calibration.runs import DESIGN
 
 NAMES = ("biped.foot_mass", "biped.leg_length", "biped.foot_radius", "biped.foot_com")
 VALUES = np.array([DESIGN.value(name) for name in NAMES])
+NEAR = find_gait(DESIGN.biped, DESIGN.slope, 1e-6)[1].z
 NONE = Trace(np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3)))
 SD = np.array([3e-4, 2e-4, 1e-4, 1e-4])
 BIAS = np.array([3e-3, 1e-3, -2e-3, 5e-4])
@@ -30,7 +32,7 @@ def corrections(bias=BIAS):
 
 def test_a_correction_takes_the_bias_off_and_all_of_it_counts_where_nothing_tells_what_it_leaves():
     fitted = Fitted("with outsole", DESIGN, [fit("run 01", "with outsole", VALUES)], corrections(), VALUES)
-    robot = robot_of(fitted, NAMES)
+    robot = robot_of(fitted, NAMES, NEAR)
     assert "whole of what the correction took off" in robot.by_what
     for row, number in enumerate(robot.numbers):
         assert number.corrected == pytest.approx(number.truth, rel=1e-12)
@@ -45,7 +47,7 @@ def test_a_correction_takes_the_bias_off_and_all_of_it_counts_where_nothing_tell
 
 def test_without_a_correction_intervals_stay_widened():
     found = dataclasses.replace(fit("run 01", "lab", np.full(4, math.nan)), design=VALUES)
-    robot = robot_of(Fitted("lab", DESIGN, [found], {}, VALUES), NAMES)
+    robot = robot_of(Fitted("lab", DESIGN, [found], {}, VALUES), NAMES, NEAR)
     assert robot.by_what == "the fit's noise and residuals alone"
     for row, number in enumerate(robot.numbers):
         assert number.corrected == number.found
@@ -68,7 +70,7 @@ def test_where_other_machines_tell_what_fits_miss_that_is_taken_off_and_its_scat
     shares = BIAS / VALUES + 1e-3 * rng.normal(size=(12, 4)) + np.outer(pulls, [1.0, 0.0, -5.0, 0.0])
     term = Discrepancy.of(NAMES, shares, pulls)
     one = fit("run 01", "with outsole", VALUES)
-    robot = robot_of(Fitted("with outsole", DESIGN, [one], corrections(), VALUES, 1e-3, term), NAMES)
+    robot = robot_of(Fitted("with outsole", DESIGN, [one], corrections(), VALUES, 1e-3, term), NAMES, NEAR)
     expected, half = term.expected(VALUES, 1e-3), term.half_widths(VALUES, 1e-3)
     for row, number in enumerate(robot.numbers):
         assert number.corrected == pytest.approx(one.design[row] - expected[row])
@@ -82,9 +84,9 @@ def test_a_frequencys_error_is_that_of_differences():
     """Along one parameter alone: the slope that carries its error is the gait's own."""
     covariance = np.zeros((4, 4))
     covariance[1, 1] = 1e-8
-    value, sd = frequency(design_of(DESIGN, NAMES, VALUES), NAMES, covariance)
+    value, sd = frequency(design_of(DESIGN, NAMES, VALUES), NAMES, covariance, NEAR)
     step = np.array([0.0, 1e-5, 0.0, 0.0])
-    ends = [frequency(design_of(DESIGN, NAMES, VALUES + part * step), NAMES, covariance)[0] for part in (1, -1)]
+    ends = [frequency(design_of(DESIGN, NAMES, VALUES + part * step), NAMES, covariance, NEAR)[0] for part in (1, -1)]
     assert sd == pytest.approx(1e-4 * abs(ends[0] - ends[1]) / 2e-5, rel=1e-4)
     assert value == pytest.approx(np.mean(ends), rel=1e-6)
 
@@ -95,18 +97,18 @@ def test_a_pair_tells_what_the_outsole_does():
     usual = Fitted("with outsole", DESIGN, [with_it], corrections(), VALUES)
     without = fit("synthetic bare run 01", "without outsole", VALUES)
     bare = Fitted("without outsole", DESIGN, [without], corrections(0.9 * BIAS), VALUES)
-    (pair,) = pairs_of(usual, bare, NAMES)
+    (pair,) = pairs_of(usual, bare, NAMES, NEAR)
     assert pair.name == "synthetic run 01"
     assert pair.longer == pytest.approx(0.002 - 0.1 * BIAS[1])
     assert pair.true_longer == pytest.approx(0.002)
     assert pair.longer_sd == pytest.approx(math.sqrt(8 * SD[1] ** 2 + (0.1 * BIAS[1]) ** 2))
     assert pair.heavier == pytest.approx(0.01 - 0.1 * BIAS[0])
-    ends = [frequency(design_of(DESIGN, NAMES, each), NAMES, np.eye(4))[0] for each in (VALUES + longer, VALUES)]
+    ends = [frequency(design_of(DESIGN, NAMES, each), NAMES, np.eye(4), NEAR)[0] for each in (VALUES + longer, VALUES)]
     assert pair.true_slower == pytest.approx(ends[0] / ends[1] - 1, rel=1e-9)
     assert pair.slower == pytest.approx(pair.true_slower, abs=2 * pair.slower_sd)
     assert pair.slower_sd < 5e-3
     alone = Fitted("with outsole", DESIGN, [fit("synthetic run 09", "with outsole", VALUES)], corrections(), VALUES)
-    assert pairs_of(alone, bare, NAMES) == ()
+    assert pairs_of(alone, bare, NAMES, NEAR) == ()
 
 
 def test_other_pairs_tell_how_far_a_pair_can_be_trusted():
@@ -116,10 +118,17 @@ def test_other_pairs_tell_how_far_a_pair_can_be_trusted():
                                             for n in range(4)], {}, VALUES)  # fmt: skip
     bare = Fitted("without outsole", DESIGN, [fit(f"synthetic bare run 0{n}", "without outsole", VALUES)
                                               for n in range(4)], {}, VALUES)  # fmt: skip
-    first = pairs_of(usual, bare, NAMES)[0]
+    first = pairs_of(usual, bare, NAMES, NEAR)[0]
     assert first.longer == pytest.approx(2e-4 - np.mean([4e-4, 3e-4, 3e-4]))
     misses = np.array([off[n] for n in (1, 2, 3)])
     assert first.longer_sd == pytest.approx(np.sqrt(Discrepancy.of(NAMES, misses).spread(np.ones(4))[1, 1]))
+
+
+def test_the_gait_near_anothers_is_the_one_that_a_search_finds():
+    other = design_of(DESIGN, NAMES, VALUES * 1.02)
+    _, found = find_gait(other.biped, other.slope, 1e-9)
+    for near in (NEAR, np.zeros(5), np.zeros(3)):  # from its neighbour's; from where nobody walks; of another walker
+        assert gait_near(other, near, 1e-9)[1].z == pytest.approx(found.z, abs=1e-8)
 
 
 def test_frames_belong_to_the_hip_as_table_1_counts_it():
@@ -128,7 +137,7 @@ def test_frames_belong_to_the_hip_as_table_1_counts_it():
     names = ("biped.frame_mass",)
     one = dataclasses.replace(fit("run", "lab", VALUES, wider=1.0), design=np.array([0.151]), truth=np.array([0.15]),
                               covariance=np.array([[1e-8]]))  # fmt: skip
-    (number,) = robot_of(Fitted("lab", design, [one], {}, one.design), names).numbers
+    (number,) = robot_of(Fitted("lab", design, [one], {}, one.design), names, NEAR).numbers
     assert number.name == "biped.hip_mass"
     assert (number.drawn, number.found, number.truth) == pytest.approx((0.316, 0.318, 0.316))
     assert number.sd == pytest.approx(2e-4)

@@ -18,7 +18,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.neighbours import Followed, from_neighbours
 from stages.analytic.gait.newton import FEW_STARTS, SEARCH_TOLERANCE, converge, is_new
 from stages.analytic.gait.newton import by_stability as by_stability
-from stages.analytic.gait.poincare import FixedPoint, poincare_map
+from stages.analytic.gait.poincare import FixedPoint, fixed_point, poincare_map
 from stages.analytic.gait.search_starts import (
     ANGLES,
     GRID_RATE,
@@ -219,6 +219,16 @@ def find_gait(
     if isinstance(found, FixedPoint):
         return walker, found
     raise NoGait("; ".join([why_no_gait(walker), *map(str, found)]))
+
+
+def gait_near(design: DesignPoint, near: Vector, tolerance: float) -> tuple[Walker, FixedPoint]:
+    """The stable gait that Newton's method reaches from section coordinates of a similar design's; else `find_gait`."""
+    walker = design.walker()
+    if near.size == walker.section_size:
+        found = fixed_point(walker, near, attainable_tolerance(walker.p, tolerance))
+        if found is not None and by_stability(found) < 1:
+            return walker, found
+    return find_gait(design.biped, design.slope, tolerance, design.friction)
 
 
 def search(design: DesignPoint, walker: Walker, tolerance: float) -> FixedPoint | list[Followed]:

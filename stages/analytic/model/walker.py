@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -40,7 +41,7 @@ class Walker:
     length: float
     time: float
 
-    @property
+    @cached_property
     def exchanged(self) -> Walker:
         """The walker in its next step, in which the other leg stands."""
         if isinstance(self.p, Plain):

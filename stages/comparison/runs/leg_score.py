@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 
+from stages.biped.integral import running_integral
 from stages.biped.quantity import quantity
 from stages.calibration.result import HALF_WIDTH
 from stages.campaign.result import RunTruth
@@ -92,8 +92,8 @@ def way_by_acceleration(run: Run, strikes: np.ndarray, gravity: float) -> float:
     along = np.cos(angle) * felt[known, 0] - np.sin(angle) * felt[known, 1] + down
     still = at < strikes[0] - BEFORE_S
     along = np.where(still, 0.0, along - (along[still].mean() if still.any() else 0.0))
-    speed = cumulative_trapezoid(along, at, initial=0.0)
-    return float(np.diff(np.interp(strikes, at, cumulative_trapezoid(speed, at, initial=0.0)))[0])
+    speed = running_integral(along, at)
+    return float(np.diff(np.interp(strikes, at, running_integral(speed, at)))[0])
 
 
 def true_times(truth: RunTruth, skipped: int) -> np.ndarray:

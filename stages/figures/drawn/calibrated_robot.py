@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -12,7 +13,9 @@ from matplotlib.figure import Figure
 from stages.calibrated_twin.result import Check, Result, Robot
 from stages.calibration.result import HALF_WIDTH
 from stages.drawing import style
-from stages.figures.inputs import Given
+
+if TYPE_CHECKING:
+    from stages.figures.inputs import Given
 
 TITLE = "Calibration: the robots that were found"
 PLACE = 42
