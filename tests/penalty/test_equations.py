@@ -6,10 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stages.biped.design import DETAILS
 from stages.engines.drawn import drawn_designs
 from stages.penalty.model import equations
-from stages.penalty.model.changes import changes_of
+from stages.penalty.model.changes import changes_of, names_of
 from stages.penalty.model.generate import KINDS, module_source
 from stages.penalty.model.walker import SIZE, build_penalty
 from stages.penalty.motion.accelerations import accelerations
@@ -93,8 +92,7 @@ def test_changes_of_the_numbers_follow_the_rates(machine, slope, contact, law):
     """The rates of variations by every parameter against central differences of the rates of changed walkers."""
     ground = dataclasses.replace(contact, normal_force=law)
     model = machine, slope, ground
-    names = [f"{part.FILE}.{field.name}" for part in model for field in dataclasses.fields(part)
-             if isinstance(getattr(part, field.name), float) and (machine.detailed or field.name not in DETAILS)]
+    names = names_of(*model)
     changes, p = changes_of(*model, names), build_penalty(machine, slope.gravity_vector, ground, 0.5)
     for y in states(9, 4, machine):
         whole = np.concatenate([y, np.zeros(SIZE * len(names))])

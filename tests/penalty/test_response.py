@@ -104,9 +104,9 @@ def test_a_detailed_steps_derivatives_are_those_of_reruns(biped, slope, contact,
 def test_dimensions_demand_sums(found, contact, biped, slope, start):
     """Similar walkers: T in times, s in lengths; k_c in N/m^e, the multipliers without unit."""
     exponent, names = contact.contact_exponent, found.changes.names
-    multipliers, errors = of_multipliers(biped, slope, contact, start, found)
-    table = np.column_stack([found.elasticities(), multipliers])
-    assert errors.max() < 1e-7
+    multipliers = of_multipliers(biped, slope, contact, start, found)
+    table = np.column_stack([found.elasticities(), multipliers.elasticities])
+    assert multipliers.errors.max() < 1e-7 and not multipliers.refused
     mass = dict.fromkeys(("biped.hip_mass", "biped.foot_mass", "biped.stiffness", "biped.damping",
                           "ground.contact_stiffness", "ground.contact_damping"), 1.0)  # fmt: skip
     assert (np.abs(total(table, names, mass)) < LEFT).all()

@@ -75,6 +75,16 @@ def changes_of(biped: Biped, slope: Slope, contact: ContactLaw, names: Sequence[
     return Changes(tuple(names), np.array(scales), rows, np.array(laws).reshape(-1, len(fresh)), at_start)
 
 
+def names_of(biped: Biped, slope: Slope, contact: ContactLaw) -> tuple[str, ...]:
+    """Every parameter that moves the numbers of this walker; of the details those that the design has."""
+    every = [f"{section.FILE}.{field.name}" for section in (biped, slope, contact)
+             for field in dataclasses.fields(section) if isinstance(getattr(section, field.name), float)
+             and (section is not biped or getattr(section, field.name) != field.default)]
+    changes = changes_of(biped, slope, contact, every)
+    moves = (changes.along != 0.0).any(axis=1) | (changes.laws.imag != 0.0).any(axis=1)
+    return tuple(name for name, moved in zip(every, moves, strict=True) if moved)
+
+
 def owner(name: str, sections: tuple[Biped, Slope, ContactLaw]) -> Biped | Slope | ContactLaw:
     """Which of the three holds a number of this name. Raises KeyError."""
     file, _, key = name.partition(".")
