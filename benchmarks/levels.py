@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.cache import artefact
-from pipeline.cache.differences import differences
+from pipeline.cache.hdf5.differences import differences
 from pipeline.commands.claims import markdown_table
 from stages.about import MEASURED, computed_how
 from stages.analytic.result import Result as Analytic

@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 
 from pipeline.cache.artefact import encode
-from pipeline.cache.differences import differences
+from pipeline.cache.hdf5.differences import differences
 from stages.about import computed_how
 
 ABOUT = '''
