@@ -6,7 +6,7 @@
 Results lie in results/levels/<level>. Errors are differences from the level `reference`; those of `reference` itself
 are differences of its three walks from walks at settings that are tighter again. Kept are
 stages/tradeoff/accuracy/levels.json, errors of the walks, which --accuracy reads,
-stages/about/numerical_errors.json, errors of the stages' numbers, which their artefacts carry, and
+stages/about/numerical_errors.json, errors of the stages' numbers, arrays and columns, which their artefacts carry, and
 stages/comparison/claims/accuracy/numerical_errors.json, errors of the claims' numbers, which verdicts are held against.
 """
 
@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.cache import artefact
+from pipeline.cache.hdf5.differences import differences
 from pipeline.commands.claims import markdown_table
 from stages.about import MEASURED, computed_how
 from stages.analytic.result import Result as Analytic
@@ -108,26 +109,16 @@ def claim_errors(level: str) -> dict[str, dict[str, float]]:
 
 
 def stage_errors() -> dict[str, dict[str, dict[str, float]]]:
-    """Stage -> how it computed -> path of a number -> its difference from the reference; those that differ at all."""
+    """Stage -> how it computed -> path of a number, an array or a column -> its largest difference from the reference.
+    """
     found: dict[str, dict[str, dict[str, float]]] = {}
     for path in sorted((PLACE / REFERENCE).glob("*.h5")):
-        exact = numbers(path)
         for level in LEVELS[:-1]:
             content = (PLACE / level / path.name).read_bytes()
             how = computed_how(artefact.provenance(content, path.name)["parameters"])
-            here = numbers(PLACE / level / path.name)
-            errors = {name: float(f"{abs(value - exact[name]):.2g}") for name, value in here.items()
-                      if exact.get(name, value) != value}  # fmt: skip
-            if errors:
+            if errors := differences(content, path.read_bytes()):
                 found.setdefault(path.stem, {})[how] = errors
     return found
-
-
-def numbers(path: Path) -> dict[str, float]:
-    """The single finite numbers of an artefact that are not whole, by path."""
-    fields = artefact.tree(path.read_bytes(), path.name)
-    return {field.path: field.value for field in fields
-            if field.shape == () and isinstance(field.value, float) and math.isfinite(field.value)}  # fmt: skip
 
 
 def pairs(level: str) -> Iterator[tuple[Claim, Claim]]:

@@ -25,8 +25,9 @@ from pipeline.errors import ArtefactError
 #: The form of artefacts: a program reads those of its own number.
 _FORM, _NUMBER = "bipedstudy artefact", 2
 FORMAT = f"{_FORM} {_NUMBER}"
-_PROVENANCE = "provenance"
-#: Attribute of a number: an estimate of how far it is from what the finest computation gives.
+PROVENANCE = "provenance"
+#: Attribute of a number, an array or a column: an estimate of how far it is at most from what the finest computation
+#: gives.
 _ERROR = "numerical_error"
 _SHORT = 8
 T = TypeVar("T")
@@ -39,7 +40,7 @@ def encode(
     """The HDF5 file of a result dataclass. `provenance` becomes the attributes of the group `provenance`.
 
     `about` (title, source, license, ...) are further attributes of the file, `errors` (by path) become attributes of
-    single numbers, in their units. Raises `TypeError` for what cannot be stored.
+    what lies there, in its units. Raises `TypeError` for what cannot be stored.
     """
     with h5py.File(
         "artefact", "w", driver="core", backing_store=False, libver=("v110", "v110"), track_order=True
@@ -51,7 +52,7 @@ def encode(
         for path, error in (errors or {}).items():
             if isinstance(file.get(path), h5py.Dataset):
                 file[path].attrs[_ERROR] = error
-        group = file.create_group(_PROVENANCE)
+        group = file.create_group(PROVENANCE)
         for name in sorted(provenance):
             group.attrs[name] = provenance[name]
         file.flush()
@@ -60,7 +61,7 @@ def encode(
 
 def decode(content: bytes, cls: type[T], name: str) -> T:
     """The result of class `cls` in an artefact's bytes. Raises `ArtefactError`; `name` is how it names the file."""
-    with _opened(content, name) as file:
+    with opened(content, name) as file:
         try:
             return typing.cast(T, tables.read_fields(file, cls))
         except (KeyError, TypeError, ValueError, OSError, RuntimeError) as error:
@@ -79,14 +80,14 @@ def load(path: Path, cls: type[T]) -> T:
 
 def provenance(content: bytes, name: str) -> dict[str, str]:
     """What the artefact says of its making: stage, key, parameters, versions, inputs."""
-    with _opened(content, name) as file:
-        return {key: str(value) for key, value in file[_PROVENANCE].attrs.items()}
+    with opened(content, name) as file:
+        return {key: str(value) for key, value in file[PROVENANCE].attrs.items()}
 
 
 @dataclasses.dataclass(frozen=True)
 class Field:
     """One line of an artefact's tree: its path, unit, symbol, description, shape, value where it is short, and the
-    estimate of its numerical error where there is one.
+    estimate of its largest numerical error where there is one.
     """
 
     path: str
@@ -103,9 +104,9 @@ def tree(content: bytes, name: str) -> list[Field]:
 
     Raises `ArtefactError` for text that cannot be read.
     """
-    with _opened(content, name) as file:
+    with opened(content, name) as file:
         try:
-            return [field for key in dimensions.fields(file) if key != _PROVENANCE
+            return [field for key in dimensions.fields(file) if key != PROVENANCE
                     for field in _branch(file[key], key)]  # fmt: skip
         except UnicodeDecodeError:
             raise ArtefactError(f"{name}: holds text that is not UTF-8; artefacts do not") from None
@@ -124,7 +125,7 @@ def _branch(item: Any, path: str) -> Iterator[Field]:
         yield Field(path, unit, symbol, description, item.shape or (), value, error)
 
 
-def _opened(content: bytes, name: str) -> Any:
+def opened(content: bytes, name: str) -> Any:
     try:
         file = h5py.File(io.BytesIO(content), "r")
     except OSError:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +14,7 @@ from pipeline import completion, layout, requests
 from pipeline.cache import regular
 from pipeline.commands import options
 from pipeline.errors import StudyError, nearest
-from pipeline.stage_modules import result_class
+from pipeline.stage_modules import numerical_errors, result_class
 from pipeline.study import Study, shown
 
 if TYPE_CHECKING:
@@ -41,8 +43,8 @@ def command(study: Study, artefact: str, where: str | None, as_json: bool, as_cs
     path = _path(study, artefact)
     content = regular.content(path, shown(path))
     links.check(content, shown(path))
-    fields = artefacts.tree(content, shown(path))
     about = artefacts.provenance(content, shown(path))
+    fields = _with_errors(study, artefacts.tree(content, shown(path)), about)
     if where is not None:
         chosen = where.replace(".", "/").strip("/")
         inside = [field for field in fields if field.path == chosen or field.path.startswith(f"{chosen}/")]
@@ -67,6 +69,15 @@ def command(study: Study, artefact: str, where: str | None, as_json: bool, as_cs
         click.echo(_line(field))
     for title, columns, rows in _tables(study, content, about.get("stage", ""), shown(path)):
         options.print_table(title, columns, rows)
+
+
+def _with_errors(study: Study, fields: list[Field], about: Mapping[str, str]) -> list[Field]:
+    """The fields with the errors that are known today, which an artefact computed before they were does not carry."""
+    stage = about.get("stage", "")
+    if stage not in study.graph.stages:
+        return fields
+    known = numerical_errors(study.package, study.code_root, stage, about.get("parameters", ""))
+    return [replace(field, error=known.get(field.path, field.error)) for field in fields]
 
 
 def _path(study: Study, name: str) -> Path:
@@ -174,13 +185,13 @@ def _line(field: Field, above: int = 0) -> str:
     if field.shape is None:
         return layout.beside(f"{name:<{_NAMES}} ", field.description)
     unit = f" {_unit(field)}".rstrip()
+    near = "" if field.error is None else f" +- {field.error:.0e}"
     if field.value is not None:
-        near = "" if field.error is None else f" +- {field.error:.0e}"
         content = f"{layout.short(field.value)}{near}{unit}"
     elif field.shape == ():
         content = "none"
     else:
-        content = f"array {_size(field.shape)}{unit}"
+        content = f"array {_size(field.shape)}{near}{unit}"
     start = len(name) + 1 if len(name) > _NAMES else _NAMES + 1
     head = f"{name:<{start}}{content}"
     if len(head) <= _VALUES:

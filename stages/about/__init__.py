@@ -27,7 +27,8 @@ def computed_how(parameters: str) -> str:
 
 
 def numerical_errors(stage: str, parameters: str) -> dict[str, float]:
-    """Errors of a stage's single numbers, by their paths in its artefact, in their units; none where nobody measured.
+    """Errors of a stage's numbers, by their paths in its artefact, in their units; none where nobody measured. Of an
+    array and of a table's column, the largest over all rows.
 
     They are differences from the level reference on the study's own biped and ground; of another, estimates.
     """

@@ -176,7 +176,7 @@ GIVEN_OR_ZERO = tuple(sorted(DETAILS - {*GIVEN_OR_NONE}))
 
 
 #: The models of a detailed design, as a refusal names them.
-KNOWING = "the constraint model and Exudyn's planar model"
+KNOWING = "the constraint model and the planar models on penalty ground"
 
 
 class BeyondModel(ValueError):
@@ -188,3 +188,10 @@ def require_plain(biped: Biped, model: str) -> None:
     if biped.detailed:
         keys = ", ".join(biped.details)
         raise BeyondModel(f"{model} does not know {keys}; only {KNOWING} do")
+
+
+def require_alike(biped: Biped, what: str) -> None:
+    """What compares steps one by one goes no further with legs that differ. Raises BeyondModel."""
+    if not biped.alike:
+        keys = ", ".join(key for key in biped.details if key.startswith("other_") or key == "hip_rest_angle")
+        raise BeyondModel(f"{what} does not know {keys}: its legs are alike")

@@ -1,4 +1,4 @@
-"""Contact sets drawn by a seed, for checks of one engine against the other; hard ones are among them."""
+"""Contact sets and designs drawn by a seed, for checks of one engine against the other; hard ones are among them."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from stages.biped.design import Biped
+from stages.biped.leg import Leg
 from stages.ground.contact_law import ContactLaw
 from stages.ground.laws import NORMAL_FORCES
 
@@ -33,3 +35,33 @@ def drawn_sets(like: ContactLaw, seed: int, count: int, normal_force: str) -> It
         values["contact_stiffness"] = FORCE / depth ** values["contact_exponent"]
         values["friction_velocity"] = 10.0 * values["stiction_velocity"]
         yield dataclasses.replace(like, normal_force=normal_force, **values)  # type: ignore[arg-type]
+
+
+#: Ranges of what a detailed design adds, SI units, around what builds of the twin have; the share by which legs differ.
+DETAIL_RANGES = {
+    "foot_offset": (-8e-3, 8e-3),
+    "leg_inertia": (0.0, 1e-3),
+    "frame_mass": (0.02, 0.1),
+    "frame_com": (0.01, 0.08),
+    "frame_offset": (-8e-3, 8e-3),
+    "frame_inertia": (0.0, 4e-4),
+    "hip_stiffness": (0.0, 0.5),
+    "hip_damping": (0.0, 5e-3),
+    "hip_friction": (0.0, 5e-3),
+    "hip_rest_angle": (-0.05, 0.05),
+    "hip_gravity_mass": (0.25, 0.35),
+}
+LEGS_DIFFER = 0.02
+
+
+def drawn_designs(like: Biped, seed: int, count: int) -> Iterator[Biped]:
+    """So many detailed designs: every detail there is, and every number of the other leg another one."""
+    generator = np.random.default_rng(seed)
+    names = [field.name for field in dataclasses.fields(Leg)]
+    for _ in range(count):
+        details = {key: float(generator.uniform(*ends)) for key, ends in DETAIL_RANGES.items()}
+        first = dataclasses.replace(like, **details)  # type: ignore[arg-type]
+        other = {f"other_{name}": getattr(first, name) * (1.0 + LEGS_DIFFER * float(generator.uniform(-1.0, 1.0)))
+                 for name in names}  # fmt: skip
+        other["other_leg_length"] = first.leg_length + 1e-3 * float(generator.uniform(-1.0, 1.0))
+        yield dataclasses.replace(first, **other)

@@ -23,7 +23,7 @@ from stages.penalty.model.changes import Changes, changes_of, owner
 from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
 from stages.planar.cycle import LimitCycle
-from stages.planar.section import section_state
+from stages.planar.section import NoLimitCycle, section_state
 from stages.planar.state import PlanarState
 
 #: A design on its slope and ground.
@@ -71,23 +71,35 @@ def responses(
     return Response(changes, gait, matrix, moved, period, length)
 
 
-def of_multipliers(
-    biped: Biped, slope: Slope, contact: ContactLaw, start: PlanarState, found: Response
-) -> tuple[np.ndarray, np.ndarray]:
+@dataclass(frozen=True)
+class OfMultipliers:
     """Elasticities (n, 2) of the magnitudes of the two leading multipliers, and what extrapolation leaves of them (n,).
 
-    Raises NoLimitCycle if a walker beside does not take the step.
+    They are NaN by a parameter of which a changed walker falls; `refused` says so.
     """
+
+    elasticities: np.ndarray
+    errors: np.ndarray
+    refused: tuple[str, ...]
+
+
+def of_multipliers(
+    biped: Biped, slope: Slope, contact: ContactLaw, start: PlanarState, found: Response
+) -> OfMultipliers:
+    """How a gait's multipliers answer to the parameters of `found`."""
     values, left, right = eigensystem(found.matrix)
     values, left, right = values[:LEADING], left[:LEADING], right[:, :LEADING]
     standing = section_state(found.gait.section_state, start)
-    rows, errors = [], []
-    for row in range(len(found.changes.names)):
+    names, refused = found.changes.names, []
+    shares, errors = np.full((len(names), LEADING), np.nan), np.full(len(names), np.nan)
+    for row, name in enumerate(names):
         of_row = partial(matrix_slope, (biped, slope, contact), standing, found, row)
-        moved, error = along_the_gait(of_row, left, right)
-        rows.append(np.real(moved / values))
-        errors.append(error)
-    return np.array(rows), np.array(errors)
+        try:
+            moved, errors[row] = along_the_gait(of_row, left, right)
+            shares[row] = np.real(moved / values)
+        except NoLimitCycle as reason:
+            refused.append(f"by {name} the multipliers have no derivative: beside the design {reason}")
+    return OfMultipliers(shares, errors, tuple(refused))
 
 
 def matrix_slope(model: Model, start: PlanarState, found: Response, row: int, share: float) -> np.ndarray:

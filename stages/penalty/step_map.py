@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stages.biped.design import Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.penalty.model.changes import Changes
 from stages.penalty.model.varied import VariedPenalty
 from stages.penalty.model.walker import ANGLE, SIZE, X
 from stages.penalty.settings import Settings
@@ -17,6 +17,9 @@ from stages.penalty.walk import Ongoing, begin, numbers_of
 from stages.planar.run import COMPLETED
 from stages.planar.section import NoLimitCycle, SectionStep, section_numbers, section_state
 from stages.planar.state import PlanarState
+
+if TYPE_CHECKING:
+    from stages.penalty.model.changes import Changes
 
 #: Places in the state of the section's numbers: with leg 0 standing, and with leg 1.
 PLACES = np.array([[1, 3, 4, 5, 6, 7, 8, 9, 10, 11], [1, 2, 5, 4, 6, 7, 9, 8, 11, 10]])

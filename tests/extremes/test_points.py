@@ -125,6 +125,15 @@ def test_detailed_points_have_every_detail_and_kind(full, parameters):
         assert not list(faults(biped)) and (biped.detailed or point.axis == TOGETHER)
 
 
+def test_the_compiled_penalty_walker_is_asked_of_a_detailed_design(parameters):
+    design = dataclasses.replace(
+        parameters.biped, frame_mass=0.03, frame_com=0.04, frame_inertia=1e-4, hip_damping=5e-4)
+    given = dataclasses.replace(parameters, biped=design)
+    point = next(point for point in points(given) if point.engine == COMPILED)
+    found = evaluate(given, point)
+    assert found.status == RIGHT and "tree" in found.reference
+
+
 @pytest.mark.parametrize("kind", range(len(KINDS)))
 def test_detailed_draws_are_right_or_have_no_gait(parameters, kind):
     """Of each kind of walker, so many that some have a gait; those with one are as near to the reference as others."""

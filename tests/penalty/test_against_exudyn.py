@@ -5,13 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.engines.drawn import drawn_sets
+from stages.engines.drawn import drawn_designs, drawn_sets
 from stages.engines.walks import COMPILED, Machine, between_cycles, over_a_walk
 from stages.multibody.parameters import Settings as ExudynSettings
 from stages.multibody.walking.walk import simulate as exudyn_walk
 from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
-from stages.penalty.walk import simulate
+from stages.penalty.walk import foot_acceleration, simulate
 from stages.planar.limit_cycle import gait_near
 from stages.planar.section import NoLimitCycle
 from stages.planar.state import rolling_state
@@ -44,6 +44,49 @@ def test_rigid_legs_and_legs_with_inertia_are_the_same_too(placed, contact):
     for changed in ({"legs": "rigid"}, {"leg_inertia": 5e-4}):
         distance = over_a_walk("a step", *placed(contact, **changed), duration=0.3)
         assert distance.fine, (changed, distance)
+
+
+@pytest.mark.parametrize("legs", ["compliant", "rigid"])
+def test_detailed_designs_are_the_same_too(biped, slope, contact, rough, legs):
+    """Frames, masses off the line, legs that differ, the hip's spring, damper, friction and weight; drawn by a seed."""
+    for design, ground in zip(drawn_designs(dataclasses.replace(biped, legs=legs), SEED, 3),
+                              drawn_sets(contact, SEED, 3, "impact"), strict=True):  # fmt: skip
+        assert design.detailed and not design.alike
+        lengths = [design.leg(leg).leg_length for leg in (0, 1)]
+        stance = rough if legs == "compliant" else dataclasses.replace(
+            rough, stance_length=lengths[0], swing_length=lengths[1])
+        state = rolling_state(design, ground, stance, 9.4)
+        duration = None if legs == "compliant" else 0.3
+        distance = over_a_walk("a step", Machine(design, slope, ground), state, duration=duration)
+        assert distance.fine and distance.distance < 1e-9, (design, ground, distance)
+
+
+def test_the_sensor_of_a_foot_off_its_line_is_the_same(biped, slope, contact, rough):
+    design = next(drawn_designs(biped, SEED, 1))
+    state = rolling_state(design, contact, rough, 9.4)
+    other = exudyn_walk(design, slope, contact, state, ExudynSettings.of_one_step(1e-10, 2e-4), steps=1)
+    ours = simulate(design, slope, contact, state, Settings(COMPILED), steps=1)
+    time = np.linspace(1e-3, 0.25, 400)
+    one, two = (
+        np.array([np.interp(time, run.trajectory.time, column) for column in run.trajectory.foot_acceleration.T])
+        for run in (ours, other)
+    )
+    plain = dataclasses.replace(design, foot_offset=0.0)
+    shifted = foot_acceleration(ours.trajectory.position, ours.trajectory.velocity, ours.trajectory.acceleration, plain)
+    assert np.median(np.abs(one - two)) < 1e-5 * np.abs(one).max()
+    assert np.abs(shifted - ours.trajectory.foot_acceleration).max() > 1e-3 * np.abs(one).max()
+
+
+def test_the_cycle_of_legs_that_differ_is_the_same(biped, slope, contact, rough):
+    design = dataclasses.replace(
+        next(drawn_designs(biped, SEED, 1)), hip_stiffness=0.0, hip_rest_angle=0.0, hip_friction=0.0,
+        other_leg_length=biped.leg_length + 1e-4, other_foot_mass=None, other_frame_mass=None)
+    state = rolling_state(design, contact, rough, 9.4)
+    stepper = PenaltyStepper(design, slope, contact, state, Settings(1e-12))
+    cycle = gait_near(stepper, state, 1e-9)
+    assert stepper.steps_a_cycle == 2
+    distance = between_cycles("a cycle", Machine(design, slope, contact), state, cycle.section_state)
+    assert distance.fine and distance.distance < 1e-7, distance
 
 
 def test_forces_and_the_foot_sensor_are_the_same(placed, contact, biped, slope):

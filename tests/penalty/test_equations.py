@@ -6,13 +6,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stages.engines.drawn import drawn_designs
 from stages.penalty.model import equations
-from stages.penalty.model.generate import module_source
+from stages.penalty.model.changes import changes_of, names_of
+from stages.penalty.model.generate import KINDS, module_source
 from stages.penalty.model.walker import SIZE, build_penalty
 from stages.penalty.motion.accelerations import accelerations
 from stages.penalty.motion.feet import AWAITED, LANDED, OUT, phase_of
-from stages.penalty.motion.flow import penalty_rates
-from stages.planar.energy import kinetic_energy, mass_moment, spring_energy
+from stages.penalty.motion.flow import penalty_rates, varied_rates
+from stages.penalty.motion.hip import hip_load
+from stages.penalty.response import changed
+from stages.planar.energy import damper_power, kinetic_energy, mass_moment, spring_energy
 
 #: Step of the differences in time [s].
 STEP = 1e-5
@@ -30,14 +34,21 @@ def states(seed, count, biped):
         yield np.array([generator.uniform(), lowest[0] - generator.uniform(2e-5, 2e-4), *angle, *length, *rates])
 
 
-def test_the_generated_file_is_what_the_derivation_gives():
-    assert Path(equations.__file__).read_text() == module_source()
+@pytest.fixture(params=["plain", "with inertia", "detailed"])
+def machine(request, biped):
+    """Table 1's biped, with inertia of its legs, and a design with every detail."""
+    if request.param == "detailed":
+        return next(drawn_designs(biped, 12, 1))
+    return dataclasses.replace(biped, leg_inertia=0.0 if request.param == "plain" else 2e-4)
 
 
-@pytest.mark.parametrize("inertia", [0.0, 2e-4])
-def test_in_the_air_momentum_changes_by_weight_and_energy_by_dampers(biped, slope, contact, inertia):
+@pytest.mark.parametrize("called", KINDS)
+def test_the_generated_files_are_what_the_derivation_gives(called):
+    assert (Path(equations.__file__).parent / f"{called}.py").read_text() == module_source(KINDS[called])
+
+
+def test_in_the_air_momentum_changes_by_weight_and_energy_by_dampers(machine, slope, contact):
     """By central differences along the motion, of sums over the masses that `stages.planar.energy` writes down."""
-    machine = dataclasses.replace(biped, leg_inertia=inertia)
     p, gravity = build_penalty(machine, slope.gravity_vector, contact, 0.5), np.array(slope.gravity_vector)
     for y in states(3, 20, machine):
         qdd = np.array(accelerations(FLYING, y, p)[0])
@@ -49,19 +60,19 @@ def test_in_the_air_momentum_changes_by_weight_and_energy_by_dampers(biped, slop
             return (ahead - behind) / 2e-6
 
         before, after = moment(places, motions)
-        assert (after - before) / (2 * STEP) == pytest.approx(machine.total_mass * gravity, abs=2e-5)
+        assert (after - before) / (2 * STEP) == pytest.approx(machine.weighed_mass * gravity, abs=2e-5)
         energy = kinetic_energy(machine, places, motions) + spring_energy(machine, places)
-        energy -= mass_moment(machine, places) @ gravity
-        lost = machine.damping * float(np.sum(y[10:] ** 2))
+        energy -= mass_moment(dataclasses.replace(machine, hip_mass=machine.weighed_hip), places) @ gravity
+        lost = float(damper_power(machine, y[None, 6:])[0])
         assert np.diff(energy)[0] / (2 * STEP) == pytest.approx(-lost, abs=2e-6)
 
 
 @pytest.mark.parametrize("law", ["impact", "restitution"])
-def test_variations_follow_the_rates(biped, slope, contact, law):
+def test_variations_follow_the_rates(machine, slope, contact, law):
     """Carried variations against central differences of the rates, one and both feet in the ground."""
     ground = dataclasses.replace(contact, normal_force=law)
-    p = build_penalty(biped, slope.gravity_vector, ground, 0.5)
-    for y in states(5, 12, biped):
+    p = build_penalty(machine, slope.gravity_vector, ground, 0.5)
+    for y in states(5, 12, machine):
         whole = np.concatenate([y, np.eye(SIZE).ravel()])
         rates = np.empty_like(whole)
         penalty_rates(STANDING, whole, p, rates)
@@ -76,23 +87,51 @@ def test_variations_follow_the_rates(biped, slope, contact, law):
             assert own == pytest.approx(numeric, rel=2e-5, abs=2e-5 * np.abs(rates[SIZE:]).max())
 
 
+@pytest.mark.parametrize("law", ["impact", "restitution"])
+def test_changes_of_the_numbers_follow_the_rates(machine, slope, contact, law):
+    """The rates of variations by every parameter against central differences of the rates of changed walkers."""
+    ground = dataclasses.replace(contact, normal_force=law)
+    model = machine, slope, ground
+    names = names_of(*model)
+    changes, p = changes_of(*model, names), build_penalty(machine, slope.gravity_vector, ground, 0.5)
+    for y in states(9, 4, machine):
+        whole = np.concatenate([y, np.zeros(SIZE * len(names))])
+        rates = np.empty_like(whole)
+        varied_rates(STANDING, whole, changes.walker(p, len(names)), rates)
+        for name, scale, own in zip(names, changes.scales, rates[SIZE:].reshape(-1, SIZE), strict=True):
+            ends = []
+            for by in (1e-4, -1e-4):
+                one, other, third = changed(*model, name, by * scale)
+                ends.append(np.empty(SIZE))
+                penalty_rates(STANDING, y, build_penalty(one, other.gravity_vector, third, 0.5), ends[-1])
+            numeric, noise = (ends[0] - ends[1]) / 2e-4, 1e-15 * np.abs(rates[:SIZE]).max() / 1e-4
+            assert own == pytest.approx(numeric, rel=2e-5, abs=2e-5 * np.abs(numeric).max() + 2 * noise), name
+
+
 @pytest.mark.parametrize("legs", ["compliant", "rigid"])
-def test_elimination_solves_the_whole_system(biped, slope, contact, legs):
+def test_elimination_solves_the_whole_system(machine, slope, contact, legs):
     """Against the assembled matrix; rigid legs are the same without the rows and columns of the lengths."""
-    p = build_penalty(dataclasses.replace(biped, legs=legs, leg_inertia=2e-4), slope.gravity_vector, contact, 0.5)
+    design = dataclasses.replace(machine, legs=legs)
+    gravity = np.array(slope.gravity_vector)
+    p, hip = build_penalty(design, slope.gravity_vector, contact, 0.5), design.weighed_hip * gravity
     kept = [0, 1, 2, 3, 4, 5] if legs == "compliant" else [0, 1, 2, 3]
     pressed = 0
-    for y in states(7, 10, biped):
+    for y in states(7, 10, machine):
         qdd, force, _, *terms = accelerations(STANDING, y, p)
         pressed += force[0] > 0.0
-        mass, load = np.diag([p.M, p.M, 0.0, 0.0, 0.0, 0.0]), np.array([p.M * p.g_x, p.M * p.g_y, 0.0, 0.0, 0.0, 0.0])
-        for leg, t in enumerate(terms):
-            part = np.diag([p.m, p.m, t[4], p.m])
+        mass, load = np.diag([p.M, p.M, 0.0, 0.0, 0.0, 0.0]), np.array([*hip, 0.0, 0.0, 0.0, 0.0])
+        load[2] += hip_load(y, p)[2]
+        load[3] -= hip_load(y, p)[2]
+        for number, t in enumerate(terms):
+            leg = design.leg(number)
+            along = leg.foot_mass + leg.frame_mass
+            part = np.diag([along, along, t[4], leg.foot_mass])
+            part[2, 3] = part[3, 2] = t[16]
             part[:2, 2:] = np.reshape(t[:4], (2, 2))
             part[2:, :2] = part[:2, 2:].T
-            normal, friction = force[2 * leg : 2 * leg + 2]
+            normal, friction = force[2 * number : 2 * number + 2]
             push = friction * np.array([1.0, 0.0, *t[14:16]]) + normal * np.array([0.0, 1.0, *t[12:14]])
-            rows = [0, 1, 2 + leg, 4 + leg]
+            rows = [0, 1, 2 + number, 4 + number]
             mass[np.ix_(rows, rows)] += part
             load[rows] += np.array(t[5:9]) + push
         found = np.zeros(6)

@@ -81,7 +81,12 @@ def free(name: str, members: Mapping[str, Any]) -> str:
 
 def fields(group: Any) -> list[str]:
     """What is in an HDF5 group beside dimensions that have a length alone."""
-    return [name for name in group if not bytes(group[name].attrs.get("NAME", b"")).startswith(_LENGTH_ALONE)]
+    return [name for name in group if not has_length_alone(group[name])]
+
+
+def has_length_alone(item: Any) -> bool:
+    """Whether it is a dimension without values."""
+    return bytes(item.attrs.get("NAME", b"")).startswith(_LENGTH_ALONE)
 
 
 def _coordinate(dataset: Any) -> Any:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from stages.analytic.derivatives.numbers import sizes
-from stages.biped.design import Biped
+from stages.biped.design import DETAILS, Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.penalty.model.varied import VariedPenalty
@@ -75,11 +75,23 @@ def changes_of(biped: Biped, slope: Slope, contact: ContactLaw, names: Sequence[
     return Changes(tuple(names), np.array(scales), rows, np.array(laws).reshape(-1, len(fresh)), at_start)
 
 
+def names_of(biped: Biped, slope: Slope, contact: ContactLaw) -> tuple[str, ...]:
+    """Every parameter that moves the numbers of this walker; of the details those that the design has."""
+    every = [f"{section.FILE}.{field.name}" for section in (biped, slope, contact)
+             for field in dataclasses.fields(section) if isinstance(getattr(section, field.name), float)
+             and (section is not biped or getattr(section, field.name) != field.default)]
+    changes = changes_of(biped, slope, contact, every)
+    moves = (changes.along != 0.0).any(axis=1) | (changes.laws.imag != 0.0).any(axis=1)
+    return tuple(name for name, moved in zip(every, moves, strict=True) if moved)
+
+
 def owner(name: str, sections: tuple[Biped, Slope, ContactLaw]) -> Biped | Slope | ContactLaw:
     """Which of the three holds a number of this name. Raises KeyError."""
     file, _, key = name.partition(".")
     for section in sections:
         if file == section.FILE and isinstance(getattr(section, key, None), float | int):
+            if key in DETAILS and not sections[0].detailed:
+                raise KeyError(f"{name}: a detail, of which the walker of this design knows nothing")
             return section
     raise KeyError(f"{name}: no number of the design, its slope or its ground")
 

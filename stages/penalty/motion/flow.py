@@ -84,7 +84,7 @@ def penalty_rates(phase: int, y: Vector, p: Walker, rates: Vector) -> None:
             b = leg_variation(k, u, second, y, start, 1)
             turned = torque_variation(y, start, p)
             store(rates, y, start, solve(
-                factors, a[0] + b[0], a[1] + b[1], a[2] + turned, b[2] - turned, a[3], b[3]))
+                factors, a[0] + b[0], a[1] + b[1], a[2] + turned, b[2] - turned, a[3], b[3], p))
 
 
 @compiled
@@ -122,7 +122,7 @@ def varied_rates(phase: int, y: Vector, v: VariedPenalty, rates: Vector) -> None
         b = leg_response(leg_change(by1, v.along, row, leg_place(1, p), leg_of(p, 1)), u, second, of_law1)
         x, upward, torque = hip_change(y, v.along, row, qdd[0], qdd[1], p)
         change = solve(
-            factors, a[0] + b[0] + x, a[1] + b[1] + upward, a[2] + torque, b[2] - torque, a[3], b[3])
+            factors, a[0] + b[0] + x, a[1] + b[1] + upward, a[2] + torque, b[2] - torque, a[3], b[3], p)
         start = y.size - 12 * (rows - row) + 6
         for i in range(6):
             rates[start + i] += change[i]

@@ -1,0 +1,101 @@
+"""How far the numbers of one artefact are from those of another of the same stage, which computed more finely."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import h5py
+import numpy as np
+
+from pipeline.cache import artefact
+from pipeline.cache.hdf5 import dimensions, tables, values
+
+#: Coordinates are the same where they are to so many decimals.
+_DECIMALS = 12
+Rows = tuple[np.ndarray, np.ndarray]
+
+
+def differences(content: bytes, exact: bytes) -> dict[str, float]:
+    """Path of a number, an array or a table's column -> largest difference, in its unit, to two digits; only of those
+    that differ at all.
+
+    Arrays and columns are compared over the rows that both have. Those of a table are the same where their words are,
+    those of an array that lies along a coordinate where the coordinate is, all others where the sizes are equal. What
+    has no row in both is left out.
+    """
+    with artefact.opened(content, "the first artefact") as one, artefact.opened(exact, "the other") as other:
+        return {path: float(f"{size:.2g}") for path, size in _of_groups(one, other, "") if size > 0.0}
+
+
+def _of_groups(one: Any, other: Any, above: str) -> Iterator[tuple[str, float]]:
+    names = [name for name in dimensions.fields(one) if name in other and above + name != artefact.PROVENANCE]
+    table = tables.ROWS in one.attrs
+    same = _same_rows(one, other, names) if table else None
+    for name in names:
+        here, there, path = one[name], other[name], above + name
+        if isinstance(here, h5py.Group) and isinstance(there, h5py.Group):
+            if same is None or (same[0] == same[1]).all():
+                yield from _of_groups(here, there, f"{path}/")
+        elif _is_of_floats(here) and _is_of_floats(there):
+            found = _largest(here, there, same if table else _same_places(here, there))
+            if found is not None:
+                yield path, found
+
+
+def _largest(here: Any, there: Any, same: Rows | None) -> float | None:
+    """The largest difference of finite numbers in rows that are the same, or of two single numbers."""
+    one, other = np.asarray(values.read(here), dtype=float), np.asarray(values.read(there), dtype=float)
+    if one.shape[1:] != other.shape[1:] or one.ndim != other.ndim or (one.ndim and same is None):
+        return None
+    if one.ndim and same is not None:
+        one, other = one[same[0]], other[same[1]]
+    with np.errstate(invalid="ignore"):
+        apart = np.abs(one - other)
+    known = apart[np.isfinite(apart)]
+    return float(known.max()) if known.size else None
+
+
+def _same_rows(one: Any, other: Any, names: list[str]) -> Rows | None:
+    """Rows of two tables that have the same words in the same places, or, of tables that are not equally long, of which
+    each has one alone.
+    """
+    words = [_words(group, names) for group in (one, other)]
+    if len(words[0]) == len(words[1]):
+        pairs = [(place, place) for place, row in enumerate(words[0]) if row == words[1][place]]
+    else:
+        pairs = [(words[0].index(row), words[1].index(row)) for row in words[0]
+                 if words[0].count(row) == 1 == words[1].count(row)]  # fmt: skip
+    first, second = np.array(pairs, dtype=int).reshape(-1, 2).T
+    return (first, second) if pairs else None
+
+
+def _words(group: Any, names: list[str]) -> list[tuple[str, ...]]:
+    """The words in each row of a table."""
+    columns = [group[name].asstr()[()].tolist() for name in names
+               if isinstance(group[name], h5py.Dataset) and h5py.check_string_dtype(group[name].dtype) is not None]
+    return list(zip(*columns)) if columns else [()] * int(group.attrs[tables.ROWS])
+
+
+def _same_places(here: Any, there: Any) -> Rows | None:
+    """Rows of two arrays along the same values of a coordinate, or in the same places."""
+    if not here.shape or not there.shape:
+        return None
+    along = [np.round(each, _DECIMALS) for each in map(_coordinate, (here, there)) if each is not None]
+    if len(along) < 2:
+        places = np.arange(here.shape[0])
+        return (places, places) if here.shape == there.shape else None
+    _, one, other = np.intersect1d(along[0], along[1], return_indices=True)
+    return (one, other) if len(one) > 1 else None
+
+
+def _coordinate(item: Any) -> np.ndarray | None:
+    """The values along the first axis of an array, where it has some that are no numbers of rows."""
+    scale = item.dims[0][0] if item.dims and len(item.dims[0]) else None
+    if scale is None or scale == item or dimensions.has_length_alone(scale):
+        return None
+    return np.asarray(scale[()], dtype=float) if scale.dtype.kind == "f" else None
+
+
+def _is_of_floats(item: Any) -> bool:
+    return isinstance(item, h5py.Dataset) and item.shape is not None and item.dtype.kind == "f"
