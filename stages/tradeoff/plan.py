@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from stages.analytic.phases.flow import DOUBLE_STANCE, SINGLE_STANCE
 from stages.analytic.result import Result as Analytic
-from stages.biped.design import BeyondModel, Biped
+from stages.biped.design import BeyondModel, Biped, require_own_strikes
 from stages.tradeoff import constraint_ways, penalty_ways, twin_ways
 from stages.tradeoff.parameters import Parameters
 from stages.tradeoff.scipy_walk import readable_rates
@@ -46,6 +46,7 @@ def plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
     """
     if parameters.biped.hip_friction > 0:
         raise BeyondModel("SciPy's ways, beside which the constraint model's are measured, do not know hip_friction")
+    require_own_strikes(parameters.biped, "the study of speed against accuracy")
     if parameters.biped.detailed:
         yield detailed_plan(parameters, parameters.biped)
         return
