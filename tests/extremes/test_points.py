@@ -174,6 +174,17 @@ def test_derivatives_of_a_detailed_design_are_confirmed_but_beside_a_fold(parame
     assert finding.status == status and ("do not settle" in finding.reason) == (status == UNCONFIRMED)
 
 
+def test_feet_put_down_at_a_given_time_are_right_or_refused(parameters):
+    """Their time grows with the size; what lands by itself in Exudyn is another machine."""
+    biped = dataclasses.replace(parameters.biped, legs="rigid", feet_retract=True, strike_time=0.485)
+    timed = dataclasses.replace(parameters, biped=biped)
+    large = timed.changed(changes(biped, SIZE, 4.0 * biped.leg_length)).biped
+    assert large.strike_time == pytest.approx(2.0 * 0.485) and large.feet_retract is True
+    found = {engine: evaluate(timed, Point(engine, "none", 4.0, ())) for engine in (GAIT, DERIVATIVES, TREE)}
+    assert [found[engine].status for engine in found] == [RIGHT, RIGHT, REFUSED]
+    assert "does not know strike_time" in found[TREE].reason
+
+
 @pytest.mark.parametrize("values", [{"hip_friction": 1e-3}, {"legs": "rigid", "hip_friction": 1e-3}])
 def test_a_hip_that_rubs_is_right_or_refused_with_a_sentence(parameters, values):
     rubs = dataclasses.replace(parameters, biped=dataclasses.replace(parameters.biped, **values))
