@@ -25,7 +25,7 @@ from stages.multibody.walking.walk import build as build_planar
 from stages.multibody.walking.walk import simulate
 from stages.planar.state import rolling_state
 from stages.twin.machine.connectors import ConnectorTree
-from stages.twin.machine.contact import clearances, generalized_force
+from stages.twin.machine.contact import clearances
 from stages.twin.machine.machine import build
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import Parameters
@@ -90,8 +90,7 @@ def main() -> None:
     counting = CountingTree(machine, slope, contact)
     simulate_twin(machine, slope, contact, start, settings, steps=STEPS, tree=counting)
     q, v = start.position.tolist(), start.velocity.tolist()
-    law, play = counting.law, counting.in_play
-    force, _ = best(lambda: [generalized_force(np.array(q), np.array(v), play, machine.feet, law) for _ in range(2000)])
+    force, _ = best(lambda: [counting.ground(None, 0.0, 0, q, v) for _ in range(2000)])
     look, _ = best(lambda: [clearances(start.position, machine.feet) for _ in range(2000)])
     ground, watch = counting.calls * force / 2000, watched * look / 2000
     print("-" * 72)

@@ -15,8 +15,9 @@ FILE_NAME = "dvc.yaml"
 _KEYS = ("cmd", "deps", "params", "outs")
 _RESULTS = "results"
 _FORBIDDEN = '\\:*?"<>|\0'
+REPORT = "report.html"
 #: Files and folders in results/ that no stage makes.
-OWN = ("differences", "drawn", "log", "log.jsonl", "report.html", "sweeps", "README.md")
+OWN = ("differences", "drawn", "log", "log.jsonl", REPORT, "sweeps", "README.md")
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,14 @@ class Graph:
             if name in wanted:
                 wanted.update(self.upstream(name))
         return tuple(name for name in self.stages if name in wanted)
+
+    def chains(self) -> dict[str, int]:
+        """Of each stage how many must run one after another once it has: the longest chain that follows on it."""
+        found = dict.fromkeys(self.stages, 0)
+        for name in reversed(list(self.stages)):
+            for above in self.upstream(name):
+                found[above] = max(found[above], 1 + found[name])
+        return found
 
     def stage(self, name: str) -> Stage:
         """The stage called `name`; raises `StudyError` with the nearest name if there is none."""

@@ -53,7 +53,8 @@ def bring_up_to_date(
     """
     run = _Run(study, Planner(study, values), display, frozenset(force), max(1, jobs))
     try:
-        run.all(list(values))
+        chains = study.graph.chains()  # what most stages wait for begins first
+        run.all(sorted(values, key=lambda name: -chains[name]))
     finally:
         run.close()
     if run.failures:
@@ -88,7 +89,7 @@ class _Run:
         self.log = Log(study.results / "log.jsonl")
 
     def all(self, pending: list[str]) -> None:
-        """Go through the graph: start what is ready, take in what has finished."""
+        """Go through the graph: start what is ready, in the order given, and take in what has finished."""
         self._begin_ready(pending)
         while self.running:
             self._take_event()

@@ -9,7 +9,7 @@ import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.gait.gait_search import gait_near
 from stages.analytic.model.walker import Vector
 from stages.biped.gait import StanceState
 from stages.biped.sampling_times import uniform_times
@@ -96,12 +96,14 @@ class TwinRobot:
             raise StepFailed(f"the twin does not walk to the end: {record.reason}")
         return record
 
-    def settled(self, design: DesignPoint, steps: int, beliefs: Beliefs) -> Walk:
+    def settled(self, design: DesignPoint, near: Vector, steps: int, beliefs: Beliefs) -> Walk:
         """A walk of the twin begun at the mid-stance of the design's gait, as its sensors at hip and feet feel it.
+
+        `near` are section coordinates of the gait of a similar design.
 
         Raises NoGait, StepFailed.
         """
-        walker, point = find_gait(design.biped, design.slope, FINE, None)
+        walker, point = gait_near(design, near, FINE)
         start = layout_of(walker, mid_stance(walker, point.z, FINE), beliefs).middle
         record = self.walk(design, start, steps)
         times = uniform_times(float(record.time[-1]), self.twin.sampling_rate_hz)

@@ -7,14 +7,13 @@ for each change of the numbers that is asked for.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from stages.analytic.derivatives import walking
 from stages.analytic.derivatives.section import coordinate_changes, section_change
 from stages.analytic.gait.poincare import Step, advance, start_state
-from stages.analytic.model.kinds import Plain, with_legs_exchanged
+from stages.analytic.model.kinds import Plain, exchange
 from stages.analytic.model.varied import varied
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_coordinates, section_derivative, section_tangent
@@ -99,5 +98,7 @@ def exchanged_rows(walker: Walker, along: np.ndarray) -> np.ndarray:
     """Changes (n, fields) of the walker's numbers as those of its numbers in the next step."""
     if isinstance(walker.p, Plain):
         return along
-    kind: Any = type(walker.p)
-    return np.array([with_legs_exchanged(kind(*row)) for row in along]).reshape(along.shape)
+    order, hinge = exchange(walker.p._fields)
+    rows = along[:, order]
+    rows[:, hinge] *= -1.0
+    return np.asarray(rows)

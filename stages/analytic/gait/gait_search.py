@@ -249,6 +249,16 @@ def find_gait(
     raise NoGait("; ".join([why_no_gait(walker), *map(str, found)]))
 
 
+def gait_near(design: DesignPoint, near: Vector, tolerance: float) -> tuple[Walker, FixedPoint]:
+    """The stable gait that Newton's method reaches from section coordinates of a similar design's; else `find_gait`."""
+    walker = design.walker()
+    if near.size == walker.section_size:
+        found = fixed_point(walker, near, attainable_tolerance(walker.p, tolerance))
+        if found is not None and by_stability(found) < 1:
+            return walker, found
+    return find_gait(design.biped, design.slope, tolerance, design.friction)
+
+
 def search(design: DesignPoint, walker: Walker, tolerance: float) -> FixedPoint | list[Followed]:
     """The design's most stable gait, or how far the gaits of its neighbours could be followed towards it."""
     found = find_gaits(walker, tolerance, unstable=False)

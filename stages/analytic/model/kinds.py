@@ -11,6 +11,7 @@ do their numbers (`terms.exchanged`).
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
 
@@ -218,11 +219,19 @@ def with_legs_exchanged(p: Kind) -> Kind:
     """The walker in its next step: the legs change roles, and their numbers with them."""
     if isinstance(p, Plain):
         return p
-    numbers = p._asdict()
-    partners = {name: f"{name}_2" if f"{name}_2" in numbers else name.removesuffix("_2") for name in numbers}
-    values = {name: numbers[partner] for name, partner in partners.items()}
-    exchanged: Kind = type(p)(**{**values, "phi_h": -p.phi_h})
+    order, hinge = exchange(p._fields)
+    values = [p[place] for place in order]
+    values[hinge] = -values[hinge]
+    exchanged: Kind = type(p)(*values)
     return exchanged
+
+
+@cache
+def exchange(names: tuple[str, ...]) -> tuple[list[int], int]:
+    """Of each number of a detailed kind, by `names`, its place among those of the step before, and the place of
+    `phi_h`, which changes its sign."""
+    partners = [f"{name}_2" if f"{name}_2" in names else name.removesuffix("_2") for name in names]
+    return [names.index(partner) for partner in partners], names.index("phi_h")
 
 
 def radii(p: Kind) -> tuple[float, float]:

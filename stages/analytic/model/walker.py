@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -48,7 +49,7 @@ class Walker:
         """Whether its feet are put down at a given time of the step, wherever they are then."""
         return isinstance(self.p, TimedRigid)
 
-    @property
+    @cached_property
     def exchanged(self) -> Walker:
         """The walker in its next step, in which the other leg stands."""
         if isinstance(self.p, Plain):

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from stages.analytic.design.search import DesignSearch
     from stages.analytic.gait.design_point import DesignPoint
     from stages.analytic.parameters import Parameters
-    from stages.analytic.walk.validity import Validity
+    from stages.analytic.result import Validity
 
 VARIED = ("biped.foot_radius", "biped.foot_com", "biped.stiffness", "biped.damping")
 MEASURES = ("step_frequency_hz", "step_length_m", "speed_m_s")

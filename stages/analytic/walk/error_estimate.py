@@ -29,6 +29,7 @@ from stages.analytic.phases.flow import flow
 from stages.analytic.phases.section import section_coordinates, section_derivative, section_state, section_tangent
 from stages.analytic.phases.succession import ends_step, first_phase, succeed
 from stages.analytic.phases.transitions import heel_strike_reset
+from stages.analytic.result import NumericalError
 from stages.analytic.walk.carried_error import CarriedError, along, carried_error
 from stages.analytic.walk.recording import Segment, is_last, record, up_to_mid_stance, vaulting, walk_on
 from stages.biped.quantity import quantity
@@ -46,25 +47,6 @@ class GaitError:
     period: float | None = quantity("s", "estimated error of the period, exact minus computed")
     step_length: float | None = quantity("m", "estimated error of the step length, exact minus computed")
     checked: str = quantity("-", "what the estimates rest on")
-
-
-@dataclass(frozen=True)
-class NumericalError:
-    """Estimated errors of the numbers computed, from the errors of the integrator's steps; NaN where none can be given.
-
-    Period and step length are those of the gait, the hip's path and the steps' durations those of the walk.
-    """
-
-    period: float = quantity("s", "error of the gait's period, exact minus computed")
-    step_length: float = quantity("m", "error of the gait's step length, exact minus computed")
-    hip_position: float = quantity("m", "largest error of the hip over the walk")
-    step_duration: float = quantity("s", "largest error of a step's duration over the walk")
-    checked: str = quantity("-", "why the estimates are given, or why they are not")
-
-    @property
-    def given(self) -> bool:
-        """Whether the estimates are given, but for a number whose leading terms cancel."""
-        return bool(np.isfinite(self.hip_position))
 
 
 @dataclass(frozen=True)

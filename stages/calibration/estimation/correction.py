@@ -15,7 +15,7 @@ import numpy as np
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
 from stages.calibration.estimation.equations import Model
-from stages.calibration.estimation.fit import RunFit, fit_run
+from stages.calibration.estimation.fit import RunFit, fit_near
 from stages.calibration.estimation.known import Known
 from stages.calibration.observation.measured_run import MeasuredRun
 
@@ -47,7 +47,7 @@ def corrected(
     made = simulate(there, fit.unknowns, run)
     read = {name: (there.value(name), sd) for name, (_, sd) in run.own.items()}  # its ramp and its weight are known to
     weighed = [replace(one, value=one.of(there)) for one in known]  # be what they are, as well as the robot's were
-    again = fit_run(there, replace(made, own=read), model, weighed)
+    again = fit_near(there, fit.unknowns, replace(made, own=read), model, weighed)
     bias, own_bias = again.design - fit.design, again.own - fit.own
     unknowns_bias = again.unknowns - fit.unknowns
     return Corrected(fit.design - bias, fit.own - own_bias, fit.unknowns - unknowns_bias, np.asarray(bias),

@@ -7,6 +7,7 @@ than it is at first, so that a wrong event does not outweigh what is believed of
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -49,7 +50,7 @@ SOME = 12
 class RunFit:
     """A run's fit: `design` (d,) values of the shared parameters, `own` (o,), `unknowns` (k,), and its equations there.
 
-    `converged`, or `why` not; `evaluations` of how many walks.
+    `converged`, or `why` not; `evaluations` of how many walks; `approach` the cost where the last horizon began.
     """
 
     design: Vector
@@ -59,6 +60,7 @@ class RunFit:
     evaluations: int
     converged: bool
     why: str
+    approach: float = np.nan
 
 
 def design_sizes(design: DesignPoint, names: Sequence[str]) -> Vector:
@@ -102,6 +104,20 @@ def known_equations(
     return information_of(known, names), right, cost
 
 
+def fit_near(
+    design: DesignPoint, begin: Vector, run: MeasuredRun, model: Model, known: Sequence[Known]
+) -> RunFit:
+    """Fit a run whose design and unknowns (k,) are known but for what a model puts wrong; `fit_run` if that fails.
+
+    Raises StepFailed as that does.
+    """
+    with contextlib.suppress(StepFailed):
+        fit = _fit(design, begin, [(run.duration, one) for one in WHOLE], run, model, known)
+        if fit.converged:
+            return fit
+    return fit_run(design, run, model, known)
+
+
 def fit_run(design: DesignPoint, run: MeasuredRun, model: Model, known: Sequence[Known]) -> RunFit:
     """Fit a run from a first guess of the design, its start from its heel strikes, the rest from what is believed.
 
@@ -114,7 +130,7 @@ def fit_run(design: DesignPoint, run: MeasuredRun, model: Model, known: Sequence
     for start, louder, least in (*((begin, one, 0.0) for one in ATTEMPTS), (begin, 1.0, LEAST),
                                  (model.layout.middle, 1.0, LEAST)):
         try:
-            fit = _fit(design, start, horizons(run, louder, least), run, model, known)
+            fit = _fit(design, start, horizons(run, louder, least), run, model, known, found)
         except StepFailed as reason:
             failure = reason
             continue
@@ -132,9 +148,12 @@ def fit_run(design: DesignPoint, run: MeasuredRun, model: Model, known: Sequence
 
 def _fit(
     design: DesignPoint, begin: Vector, ends: Sequence[tuple[float, float]], run: MeasuredRun, model: Model,
-    known: Sequence[Known],
+    known: Sequence[Known], other: RunFit | None = None,
 ) -> RunFit:
-    """One attempt of `fit_run`, the run's unknowns from `begin` (k,), on the horizons `ends`."""
+    """One attempt of `fit_run`, the run's unknowns from `begin` (k,), on the horizons `ends`.
+
+    One that comes to where the last horizon of an `other` began, which came to rest, is that.
+    """
     d, k = len(model.shared), len(model.layout.names)
     names = (*model.shared, *model.own)
     own = [run.own[name][0] if name in run.own else design.value(name) for name in model.own]
@@ -143,7 +162,7 @@ def _fit(
     sizes = np.concatenate([all_sizes[:d], model.layout.sizes, all_sizes[d:]])
     all_low = lowest(design, names)
     low = np.concatenate([all_low[:d], np.full(k, -np.inf), all_low[d:]])
-    first, evaluations = x[:d].copy(), 0
+    first, evaluations, approach = x[:d].copy(), 0, np.nan
     waiting, reached, again = list(ends), 0.0, 0
     while waiting:
         horizon, louder = waiting.pop(0)
@@ -183,4 +202,8 @@ def _fit(
             waiting = [(reached, nearer), (0.5 * (reached + horizon), nearer), (horizon, louder), *waiting]
             continue
         x, evaluations, reached = ended.point.x, evaluations + ended.evaluations, horizon
-    return RunFit(x[:d], x[d + k :], x[d : d + k], ended.point.state, evaluations, ended.converged, ended.why)
+        if waiting == [(run.duration, 1.0)]:
+            approach = ended.point.cost
+            if other is not None and other.converged and abs(approach - other.approach) < ALIKE * other.approach:
+                return replace(other, evaluations=evaluations)
+    return RunFit(x[:d], x[d + k :], x[d : d + k], ended.point.state, evaluations, ended.converged, ended.why, approach)

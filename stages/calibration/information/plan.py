@@ -11,7 +11,8 @@ from stages.analytic.derivatives.numbers import sensitive_names
 from stages.analytic.errors import NoGait
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
-from stages.analytic.model.walker import Vector
+from stages.analytic.gait.poincare import FixedPoint
+from stages.analytic.model.walker import Vector, Walker
 from stages.calibration.estimation.equations import Equations, Model, run_equations
 from stages.calibration.observation.beliefs import Beliefs
 from stages.calibration.observation.measured_run import MeasuredRun, usable
@@ -80,12 +81,14 @@ def planned_equations(plan: Plan, parameters: Parameters) -> tuple[Equations, Mo
     return run_equations(design, own, layout.middle, run, model), model
 
 
-def first_model(design: DesignPoint, names: Sequence[str], parameters: Parameters) -> Model:
+def first_model(
+    design: DesignPoint, names: Sequence[str], parameters: Parameters, gait: tuple[Walker, FixedPoint] | None = None
+) -> Model:
     """The model in which the parameters `names` of a design are looked for, some of them for each run by itself.
 
-    Raises NoGait.
+    Raises NoGait where the design's `gait` has to be looked for and there is none.
     """
-    walker, point = find_gait(design.biped, design.slope, FINE, None)
+    walker, point = gait or find_gait(design.biped, design.slope, FINE, None)
     layout = layout_of(walker, mid_stance(walker, point.z, FINE), parameters.beliefs)
     own = (SLOPE, *(name for name in names if name in EACH_RUNS and name != SLOPE))
     return Model(tuple(name for name in names if name not in own), own, layout, parameters.noise,

@@ -10,8 +10,9 @@ The laws are the texts of `stages.ground`. One call from Exudyn costs about 6 us
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from struct import Struct
 from typing import Any, cast
 
 import numba
@@ -99,38 +100,54 @@ def feet_forces(
 
 
 @compiled
-def generalized_force(
-    q: np.ndarray, v: np.ndarray, in_play: np.ndarray, feet: np.ndarray, law: PointLaw
-) -> np.ndarray:
-    """Only the generalized forces of `feet_forces`, for the solver."""
-    return feet_forces(q, v, in_play, feet, law)[0]
+def generalized_force(state: np.ndarray, feet: np.ndarray, law: PointLaw, total: np.ndarray) -> None:
+    """The generalized forces of `feet_forces` into `total` (11,), for the solver.
+
+    state (24,): coordinates, rates, and whether the ground acts on each pair. An array for the answer costs less than
+    a new one, which takes as long as the forces.
+    """
+    force = feet_forces(state[:11], state[11:22], state[22:], feet, law)[0]
+    for row in range(11):
+        total[row] = force[row]
 
 
 @compiled
-def rigid_generalized_force(
-    q: np.ndarray, v: np.ndarray, in_play: np.ndarray, feet: np.ndarray, law: PointLaw
-) -> np.ndarray:
-    """The same for rigid legs: coordinates, rates and generalized forces are those of `RIGID_ROWS`, (7,)."""
-    place, motion, total = np.zeros(11), np.zeros(11), np.zeros(7)
+def rigid_generalized_force(state: np.ndarray, feet: np.ndarray, law: PointLaw, total: np.ndarray) -> None:
+    """The same for rigid legs: coordinates, rates and generalized forces are those of `RIGID_ROWS`, state (16,)."""
+    place, motion = np.zeros(11), np.zeros(11)
     for row in range(7):
         wide = row if row < 6 else 8
-        place[wide], motion[wide] = q[row], v[row]
-    force = feet_forces(place, motion, in_play, feet, law)[0]
+        place[wide], motion[wide] = state[row], state[7 + row]
+    force = feet_forces(place, motion, state[14:], feet, law)[0]
     for row in range(7):
         total[row] = force[row if row < 6 else 8]
-    return total
 
 
 def solver_force(
-    in_play: np.ndarray, feet: np.ndarray, law: PointLaw, rigid: bool = False
-) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
-    """`generalized_force` of coordinates and rates, found once: numba's search by type would take twice the call."""
-    state = np.zeros(len(RIGID_ROWS) if rigid else COUNT)
-    force = rigid_generalized_force if rigid else generalized_force
-    force(state, state, np.zeros(2), feet, law)
-    typeof, dispatcher = cast(Any, numba.typeof), cast(Any, force)
-    found = dispatcher.get_overload(tuple(typeof(argument) for argument in (state, state, in_play, feet, law)))
-    return lambda q, v: found(q, v, in_play, feet, law)
+    state: np.ndarray, feet: np.ndarray, law: PointLaw, rigid: bool = False
+) -> Callable[[Sequence[float], Sequence[float]], np.ndarray]:
+    """`generalized_force` of coordinates and rates, which are put into `state`; the array is the same in every answer.
+
+    The compiled function is found once: numba's search by type would take twice the call.
+    """
+    rows = len(RIGID_ROWS) if rigid else COUNT
+    total, view, put = np.zeros(rows), state.data, Struct(f"{2 * rows}d").pack_into
+    force = found(rigid_generalized_force if rigid else generalized_force, state, feet, law, total)
+
+    def answer(q: Sequence[float], v: Sequence[float]) -> np.ndarray:
+        put(view, 0, *q, *v)
+        force(state, feet, law, total)
+        return total
+
+    return answer
+
+
+def found(function: Callable[..., Any], *arguments: object) -> Callable[..., Any]:
+    """The compiled function for arguments of such types, as numba's own search for it takes longer than some calls."""
+    function(*arguments)
+    dispatcher, typeof = cast(Any, function), cast(Any, numba.typeof)
+    one: Callable[..., Any] = dispatcher.get_overload(tuple(typeof(argument) for argument in arguments))
+    return one
 
 
 @compiled

@@ -54,10 +54,11 @@ class Watch:
             many = f"the solver took {self.most_calls} steps without a heel strike"
             self._end(STEP_FLOOR, "the solver's step became too small" if self.stuck > STUCK else many)
             raise RuntimeError(self.reason)  # an explicit solver ignores False here
-        q = self.tree.position()
-        if not math.isfinite(float(q.sum())):
+        place = self.tree.position()
+        q = place.tolist()
+        if not math.isfinite(sum(q)):
             return self._end(DIVERGED, "the state is not finite")
-        angles = float(q[PITCH]), float(q[PITCH] + q[HINGE])
+        angles = q[PITCH], q[PITCH] + q[HINGE]
         if q[Y] < FALLEN * self.tree.machine.length[0] or max(map(abs, angles)) > 0.5 * math.pi:
             return self._end(FELL, f"fell in step {self.heel_strikes + 1}")
         if abs(q[ROLL]) > TOPPLED:
@@ -66,7 +67,7 @@ class Watch:
             return self._end(FELL, f"turned away from the walking direction in step {self.heel_strikes + 1}")
         if time - self.last_heel_strike > self.longest_step:
             return self._end(STALLED, f"no heel strike for {self.longest_step:g} s after step {self.heel_strikes}")
-        self._switch(time, q)
+        self._switch(time, place)
         if self.outcome != RUNNING:
             return False
         if self.heel_strikes >= self.steps_wanted and angles[self.last_landed] <= 0.0:

@@ -1,0 +1,37 @@
+"""Whole studies of robots that are not Table 1's come to an end: every stage, every figure, the report."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.mark.parametrize("changes", [
+    ["biped.legs=rigid", "ground.slope_deg=0.8"],
+    ["biped.stiffness=9000", "biped.damping=120"],
+    ["ground.slope_deg=4.5"],
+    ["ground.normal_force=restitution"],
+    ["analytic.transition=coulomb", "biped.foot_radius=0.05"],
+    ["twin.inertia=planar", "biped.hip_mass=1.0", "biped.foot_com=0.06"],
+])
+def test_a_study_of_another_robot_comes_to_its_end(tmp_path, changes):
+    program = [sys.executable, "-m", "bipedstudy"]
+    subprocess.run([*program, "init", "study"], cwd=tmp_path, check=True)
+    settings = [word for change in changes for word in ("--set", change)]
+    done = subprocess.run([*program, "run-all", "--accuracy", "draft", *settings], cwd=tmp_path / "study", text=True,
+                          capture_output=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert (tmp_path / "study/results/report.html").stat().st_size > 100_000
+
+
+def test_a_ramp_too_flat_to_walk_on_is_an_honest_no(tmp_path):
+    program = [sys.executable, "-m", "bipedstudy"]
+    subprocess.run([*program, "init", "study"], cwd=tmp_path, check=True)
+    done = subprocess.run([*program, "run-all", "--accuracy", "draft", "--set", "ground.slope_deg=0.2"],
+                          cwd=tmp_path / "study", text=True, capture_output=True)
+    assert done.returncode == 3
+    assert "no periodic gait" in done.stderr and "Traceback" not in done.stderr
