@@ -11,7 +11,7 @@ GAIT, COULOMB, DETAILED, STEP, MARCH, DERIVATIVES, ESTIMATE, COMPILED, TREE, JOI
     "gait", "gait, coulomb", "gait, detailed", "step", "steps in a row", "derivatives", "error estimate",
     "penalty, compiled", "tree", "joints", "rigid limit", "twin")  # fmt: skip
 #: Those that know a design with details.
-KNOWING_DETAILS = (GAIT, COULOMB, DETAILED, STEP, MARCH, DERIVATIVES, ESTIMATE, TREE)
+KNOWING_DETAILS = (GAIT, COULOMB, DETAILED, STEP, MARCH, DERIVATIVES, ESTIMATE, COMPILED, TREE)
 #: What is asked of a gait besides itself, wherever the full map asks for one.
 OF_A_GAIT = (DERIVATIVES, ESTIMATE)
 #: What lies on no axis: draws of all parameters, and the study's own parameters.
