@@ -52,7 +52,7 @@ def plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
         return
     yield from constraint_plans(parameters, analytic)
     if parameters.settings.resolution == "full":
-        yield detailed_plan(parameters, project(build(parameters.biped, parameters.twin)))
+        yield projected_plan(parameters)
     yield from penalty_plans(parameters, analytic)
     yield twin_plan(parameters, analytic)
 
@@ -78,8 +78,13 @@ def constraint_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Pla
         yield Plan(tight[0], tight[1], independent, tuple(compiled))
 
 
+def projected_plan(parameters: Parameters) -> Plan:
+    """A design with frames and legs that differ, whose steps alternate: the twin as it projects into the plane."""
+    return detailed_plan(parameters, project(build(parameters.biped, parameters.twin)))
+
+
 def detailed_plan(parameters: Parameters, biped: Biped) -> Plan:
-    """A design with details: the study's own, or the twin as it projects into the plane, whose steps alternate."""
+    """The constraint model of a design with details, by its own ways."""
     usual, dop = parameters.constraint.tolerance, constraint_ways.everywhere("DOP853")
     at = constraint_ways.detailed_scene(biped, parameters.slope, parameters.settings.walked_steps)
     tolerances = sorted({usual, *(10.0**-n for n in range(3, 14))}, reverse=True)

@@ -12,12 +12,10 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
 from stages.biped.design import BeyondModel
 from stages.tradeoff import penalty_ways, twin_ways
-from stages.tradeoff.plan import constraint_plans, detailed_plan, plans
+from stages.tradeoff.plan import constraint_plans, plans, projected_plan
 from stages.tradeoff.result import Errors, Row, cost_at, front, gain
 from stages.tradeoff.run import measure, row_of
 from stages.tradeoff.way import WayFailed
-from stages.twin.machine.machine import build
-from stages.twin.machine.projection import project
 from tests.analytic.test_detailed import LAME, LAME_RIGID
 
 NAN = math.nan
@@ -84,7 +82,7 @@ def test_what_no_way_knows_is_said(parameters, values, words):
 
 def test_a_stride_of_a_detailed_design_is_confirmed_and_converges(parameters):
     """The twin as it projects into the plane: its steps alternate, and the readable path knows it."""
-    plan = detailed_plan(parameters, project(build(parameters.biped, parameters.twin)))
+    plan = projected_plan(parameters)
     reference, rows = measure(dataclasses.replace(plan, ways=plan.ways[:10]))
     assert reference.independent_differs.hip_position < 1e-10 and reference.second_differs.hip_position < 1e-12
     assert reference.independent_differs.period < 1e-10 and math.isnan(reference.independent_differs.multiplier)
