@@ -100,7 +100,7 @@ def renewed(engine: str) -> Result:
             kept[row["engine"], row["axis"], row["value"], row["changes"]] = found
     asked = points(parameters)
     anew = [point for point in asked if point.engine == engine]
-    compile_once(parameters)
+    compile_once(parameters, ENGINES)
     computed = iter(compute(evaluate, parameters, anew, processes=parameters.settings.processes,
                             longest_s=parameters.settings.longest_s))
     findings = []

@@ -31,7 +31,7 @@ from stages.figures.drawn import tradeoff
 from stages.tradeoff import constraint_ways
 from stages.tradeoff.accuracy.choice import MARGIN
 from stages.tradeoff.parameters import Parameters
-from stages.tradeoff.plan import constraint_plans, detailed_plan, penalty_plans, twin_plan
+from stages.tradeoff.plan import constraint_plans, penalty_plans, projected_plan, twin_plan
 from stages.tradeoff.result import ERRORS, Errors, Reference, Result, Row, cells, front, gain
 from stages.tradeoff.run import measure
 
@@ -53,7 +53,7 @@ def spent(call: Callable[[], Any], rounds: int = 5) -> float:
 
 
 #: The kinds of models, by the first word of their names.
-KINDS = {"constraint": constraint_plans, "detailed": lambda parameters, _: [detailed_plan(parameters)],
+KINDS = {"constraint": constraint_plans, "detailed": lambda parameters, _: [projected_plan(parameters)],
          "penalty": penalty_plans, "twin": lambda *given: [twin_plan(*given)]}  # fmt: skip
 
 

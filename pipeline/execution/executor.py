@@ -94,7 +94,8 @@ class _Run:
         while self.running:
             self._take_event()
             self._begin_ready(pending)
-        # what is left waits for a stage that failed
+        if pending and self.failures:
+            self.display.note(f"not computed, as they stand on what failed: {', '.join(pending)}")
 
     def _begin_ready(self, pending: list[str]) -> None:
         """Begin with every stage that waits for nothing; what is current makes more of them ready."""

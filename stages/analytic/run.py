@@ -26,7 +26,7 @@ from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.parameters import FINEST, Parameters, Settings
 from stages.analytic.result import Elasticities, NumericalError, Result, Uncertainty
 from stages.analytic.walk.error_estimate import estimate_errors, not_given
-from stages.analytic.walk.recording import constraint_drift, crossing_state, walk_on
+from stages.analytic.walk.recording import constraint_drift, crossing, walk_on
 from stages.analytic.walk.sampling import sample_walk
 from stages.analytic.walk.without_impact import without_impact
 from stages.biped.accuracy.asked import CUSTOM
@@ -121,8 +121,8 @@ def solve(walker: Walker, z: Vector, settings: Settings) -> FixedPoint:
 def solved(walker: Walker, point: FixedPoint, friction: float, settings: Settings) -> Solved:
     """The gait with its measures on ground with this static friction, and a walk on it. Raises StepFailed."""
     tolerance = settings.tolerance
-    upright = crossing_state(walker, point.z, tolerance)
-    segments = walk_on(walker, upright, settings.steps, tolerance)
+    upright, elapsed = crossing(walker, point.z, tolerance)
+    segments = walk_on(walker, upright, settings.steps, tolerance, elapsed)
     walk = sample_walk(walker, segments, settings.sampling_rate_hz)
     if settings.integrator == "scipy":
         error = not_given("the gait is SciPy's, the estimate is of compiled steps")

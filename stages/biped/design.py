@@ -75,6 +75,12 @@ class Biped:
         "kg", "the hip's mass for gravity, where a counterweight makes it differ from hip_mass", symbol="M_g",
         default=None)
 
+    feet_retract: bool = parameter(
+        "-", "whether a foot is drawn in while it swings, so that it touches nothing", default=False)
+    strike_time: float | None = parameter(
+        "s", "time of a step at which a foot that retracts is put down, wherever it is then; without it, it lands by "
+        "itself", symbol="T", bound=Bound(above=0, maximum=10), default=None)
+
     other_foot_mass: float | None = _alike("foot_mass", "mass", "kg", "m_2", Bound(above=0))
     other_leg_length: float | None = _alike("leg_length", "natural length", "m", "L_nat_2", Bound(above=0))
     other_foot_radius: float | None = _alike("foot_radius", "foot's radius", "m", "r_2", Bound(minimum=0))
@@ -100,6 +106,8 @@ class Biped:
     def number(self, key: str) -> float:
         """A number of the design; of one that is not given, what it then is."""
         value = getattr(self, key)
+        if value is None and key == "strike_time":
+            return float("nan")
         if value is None:
             value = self.hip_mass if key == "hip_gravity_mass" else getattr(self, key.removeprefix("other_"))
         return float(value)
@@ -160,6 +168,17 @@ class Biped:
             )
         if self.hip_rest_angle != 0 and self.hip_stiffness == 0:
             yield Broken("hip_rest_angle", "0 rad without hip_stiffness (no spring is there to rest)")
+        if self.strike_time is not None:
+            yield from self._of_timed_strike()
+
+    def _of_timed_strike(self) -> Iterator[Broken]:
+        """What a strike at a given time goes with."""
+        if not self.feet_retract:
+            yield Broken("strike_time", "none without feet_retract: true (a foot is drawn in until it is put down)")
+        if self.legs != "rigid":
+            yield Broken("strike_time", "none with compliant legs (rigid legs can be put down at any time)")
+        if self.hip_friction > 0:
+            yield Broken("strike_time", "none with hip_friction (not known together)")
 
     @property
     def total_mass(self) -> float:
@@ -176,11 +195,25 @@ GIVEN_OR_ZERO = tuple(sorted(DETAILS - {*GIVEN_OR_NONE}))
 
 
 #: The models of a detailed design, as a refusal names them.
-KNOWING = "the constraint model and the planar models on penalty ground"
+KNOWING = "the planar models"
 
 
 class BeyondModel(ValueError):
     """A design has a detail that a model does not know; the message says which, and which model knows it."""
+
+
+def require_own_strikes(biped: Biped, model: str) -> None:
+    """A model whose feet land by themselves goes no further with others. Raises BeyondModel."""
+    if biped.strike_time is not None:
+        raise BeyondModel(f"{model} does not know strike_time; only the constraint model's gaits do")
+
+
+def require_alike(biped: Biped, model: str) -> None:
+    """A model of gaits that repeat after one step goes no further with legs that differ. Raises BeyondModel."""
+    if not biped.alike:
+        keys = [key for key in biped.details if key.startswith("other_") or key == "hip_rest_angle"]
+        raise BeyondModel(f"{model} is of gaits that repeat after one step, and with {', '.join(keys)} they repeat "
+                          "after two")
 
 
 def require_plain(biped: Biped, model: str) -> None:
@@ -188,10 +221,3 @@ def require_plain(biped: Biped, model: str) -> None:
     if biped.detailed:
         keys = ", ".join(biped.details)
         raise BeyondModel(f"{model} does not know {keys}; only {KNOWING} do")
-
-
-def require_alike(biped: Biped, what: str) -> None:
-    """What compares steps one by one goes no further with legs that differ. Raises BeyondModel."""
-    if not biped.alike:
-        keys = ", ".join(key for key in biped.details if key.startswith("other_") or key == "hip_rest_angle")
-        raise BeyondModel(f"{what} does not know {keys}: its legs are alike")

@@ -140,7 +140,7 @@ def reference_step(walker: Walker, z: Vector, used: float) -> tuple[str, Step]:
     tolerance than that `used` for the answer; the energy audit then is what is independent.
     """
     rate, decay = (0.0, 0.0) if isinstance(walker.p, Rigid) else axial_rates(walker.p)
-    readable_path = walker.rolls and not isinstance(walker.p, Rubbing)
+    readable_path = walker.rolls and not walker.timed and not isinstance(walker.p, Rubbing)
     if readable_path and (rate <= EXPLICIT_RATE or decay * RINGING >= rate):
         method = "DOP853" if rate <= EXPLICIT_RATE else "Radau"
         with suppress(readable.TooSlow):

@@ -10,7 +10,7 @@ import numpy as np
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.walk.recording import crossing_state, walk_on
 from stages.analytic.walk.sampling import sample_walk
-from stages.biped.design import Biped
+from stages.biped.design import BeyondModel, Biped, require_own_strikes
 from stages.biped.gait import StanceState
 from stages.biped.walk import Walk
 from stages.extremes.constraint_points import usual_gait
@@ -71,7 +71,10 @@ def evaluate(parameters: Parameters, point: Point) -> Finding:
     try:
         if point.engine == LIMIT:
             return rigid_limit(here, point.value, settings.right_within)
+        require_own_strikes(here.biped, "the model")
         stance, force = mid_stance(here.biped, here.slope)
+    except BeyondModel as reason:
+        return refused(str(reason))
     except (NoGait, StepFailed) as reason:
         return refused(f"no gait to start from: {reason}")
     answer = answer_of(here, point.engine, stance, force)

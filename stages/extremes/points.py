@@ -37,7 +37,7 @@ SEED = 7
 #: Axes that are no part of the draws.
 #: Powers of size by which what has a unit grows in designs that walk alike, of the same material.
 OF_SIZE = {"m": 1.0, "kg": 3.0, "N/m": 2.0, "N s/m": 2.5, "kg m^2": 5.0, "N m/rad": 4.0, "N m s/rad": 4.5, "N m": 4.0,
-           "rad": 0.0}
+           "rad": 0.0, "s": 0.5}
 ALONE = (LEG_LENGTH, SIZE, RIGID_LEGS, RESTITUTION, "ground.contact_exponent")
 
 
@@ -141,7 +141,8 @@ def changes(biped: Biped, axis: str, value: float) -> tuple[tuple[str, Any], ...
         powers = {"leg_length": 1.0, "foot_radius": 1.0, "foot_com": 1.0}
         if axis == SIZE:  # as of the same material, walking alike
             powers |= {"hip_mass": 3.0, "foot_mass": 3.0, "stiffness": 2.0, "damping": 2.5, "leg_inertia": 5.0}
-        powers |= {key: OF_SIZE[unit] for key in biped.details if (unit := unit_of(key)) == "m" or axis == SIZE}
+        wanted = ("m",) if axis == LEG_LENGTH else OF_SIZE
+        powers |= {key: OF_SIZE[unit] for key in biped.details if (unit := unit_of(key)) in wanted}
         return tuple((f"biped.{key}", getattr(biped, key) * scale**power) for key, power in powers.items())
     if axis == RIGID_LEGS:
         return ("biped.legs", "rigid"), ("ground.slope_deg", value)

@@ -9,6 +9,7 @@ import numpy as np
 
 from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.estimate import ErrorEstimate, to_accuracy, walk_differences
+from stages.biped.design import require_own_strikes
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import Walk
 from stages.ground.blocks import lanes
@@ -39,8 +40,10 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     stepping blocks, the step length.
 
     A fall or a failed solver is a result whose `outcome` says so, with the walk up to there. Raises NotMet if an
-    accuracy is asked for that the walk does not keep with the finest settings.
+    accuracy is asked for that the walk does not keep with the finest settings, BeyondModel for a strike at a given
+    time.
     """
+    require_own_strikes(parameters.biped, "Exudyn's planar model")
     analytic = inputs.analytic
     biped, slope, contact = parameters.biped, parameters.slope, parameters.contact
     progress(0.0, f"walking {parameters.settings.steps} steps in Exudyn ({parameters.settings.assembly})")

@@ -79,7 +79,7 @@ def starts_around(
     walker: Walker, z: Vector, settings: Settings, progress: Callable[[float], None] = lambda share: None
 ) -> Basin:
     """Walks from a grid of angles and rates of the stance leg around the gait's own."""
-    rate = z[1 if walker.rigid else 3] / walker.time
+    rate = z[walker.rate_entry] / walker.time
     return basin_of_attraction(
         walker, [z],
         np.linspace(settings.angle_from, settings.angle_to, settings.starts) * -z[0],

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from stages.analytic.phases.flow import DOUBLE_STANCE, SINGLE_STANCE
 from stages.analytic.result import Result as Analytic
-from stages.biped.design import BeyondModel, Biped
+from stages.biped.design import BeyondModel, Biped, require_own_strikes
 from stages.tradeoff import constraint_ways, penalty_ways, twin_ways
 from stages.tradeoff.parameters import Parameters
 from stages.tradeoff.scipy_walk import readable_rates
@@ -46,12 +46,13 @@ def plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
     """
     if parameters.biped.hip_friction > 0:
         raise BeyondModel("SciPy's ways, beside which the constraint model's are measured, do not know hip_friction")
+    require_own_strikes(parameters.biped, "the study of speed against accuracy")
     if parameters.biped.detailed:
         yield detailed_plan(parameters, parameters.biped)
         return
     yield from constraint_plans(parameters, analytic)
     if parameters.settings.resolution == "full":
-        yield detailed_plan(parameters, project(build(parameters.biped, parameters.twin)))
+        yield projected_plan(parameters)
     yield from penalty_plans(parameters, analytic)
     yield twin_plan(parameters, analytic)
 
@@ -77,8 +78,13 @@ def constraint_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Pla
         yield Plan(tight[0], tight[1], independent, tuple(compiled))
 
 
+def projected_plan(parameters: Parameters) -> Plan:
+    """A design with frames and legs that differ, whose steps alternate: the twin as it projects into the plane."""
+    return detailed_plan(parameters, project(build(parameters.biped, parameters.twin)))
+
+
 def detailed_plan(parameters: Parameters, biped: Biped) -> Plan:
-    """A design with details: the study's own, or the twin as it projects into the plane, whose steps alternate."""
+    """The constraint model of a design with details, by its own ways."""
     usual, dop = parameters.constraint.tolerance, constraint_ways.everywhere("DOP853")
     at = constraint_ways.detailed_scene(biped, parameters.slope, parameters.settings.walked_steps)
     tolerances = sorted({usual, *(10.0**-n for n in range(3, 14))}, reverse=True)

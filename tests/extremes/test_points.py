@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pipeline.parameters.loading import load
+from stages.analytic.gait.gait_search import find_gait
 from stages.biped.design import Biped
 from stages.biped.quantity import faults
 from stages.extremes import constraint_points, penalty_points
@@ -13,10 +14,13 @@ from stages.extremes.detailed_points import BLOCK, DETAILED_AXES, KINDS, detaile
 from stages.extremes.engines import (
     COMPILED,
     COULOMB,
+    DERIVATIVES,
     DETAILED,
     ENGINES,
+    ESTIMATE,
     GAIT,
     JOINTS,
+    KNOWING_DETAILS,
     MARCH,
     OF_A_GAIT,
     STEP,
@@ -25,9 +29,10 @@ from stages.extremes.engines import (
     TWIN,
 )
 from stages.extremes.parameters import Parameters
-from stages.extremes.points import Point, points
+from stages.extremes.points import SIZE, Point, changes, points
 from stages.extremes.run import as_result, evaluate
 from stages.extremes.verdict import CRASHED, FAILED, INACCURATE, REFUSED, RIGHT, UNCONFIRMED, WRONG, Finding, judged
+from tests.analytic.test_detailed import LAME
 
 
 @pytest.fixture(scope="module")
@@ -141,6 +146,61 @@ def test_detailed_draws_are_right_or_have_no_gait(parameters, kind):
              for draw in range(6)]  # fmt: skip
     assert {finding.status for finding in found} <= {RIGHT, REFUSED} and any(each.status == RIGHT for each in found)
     assert all(each.error < 1e-6 and each.audit < 1e-6 for each in found if each.status == RIGHT)
+
+
+@pytest.fixture(scope="module")
+def lame(parameters):
+    """The stage's parameters of a study whose own design has details and legs that differ."""
+    return dataclasses.replace(parameters, biped=LAME)
+
+
+def test_a_detailed_design_is_asked_of_the_models_that_know_it(lame):
+    full = dataclasses.replace(lame, settings=dataclasses.replace(lame.settings, resolution="full"))
+    assert {point.engine for point in points(full)} == set(KNOWING_DETAILS)
+
+
+def test_a_detailed_design_of_another_size_walks_alike(lame):
+    """All that has a unit grows with it, the details too."""
+    own = find_gait(lame.biped, lame.slope, 1e-10)
+    large = lame.changed(changes(lame.biped, SIZE, 3.0 * lame.biped.leg_length))
+    walker, point = find_gait(large.biped, large.slope, 1e-10)
+    assert point.period == pytest.approx(own[1].period, rel=1e-8)
+    assert walker.time == pytest.approx(np.sqrt(3.0) * own[0].time)
+
+
+@pytest.mark.parametrize("engine", [GAIT, STEP, MARCH, ESTIMATE])
+def test_a_detailed_design_s_own_point_is_right(lame, engine):
+    finding = evaluate(lame, Point(engine, "none", 4.0, ()))
+    assert (finding.status, finding.reason.startswith("the last step")) == (RIGHT, engine == MARCH)
+
+
+@pytest.mark.parametrize(("own", "status"), [({"frame_mass": 0.01, "hip_stiffness": 0.02}, RIGHT), (None, UNCONFIRMED)])
+def test_derivatives_of_a_detailed_design_are_confirmed_but_beside_a_fold(parameters, lame, own, status):
+    """Differences of two parts in a thousand are too wide for legs that differ by as much as the lame design's."""
+    here = lame if own is None else dataclasses.replace(
+        parameters, biped=dataclasses.replace(parameters.biped, **own))
+    finding = evaluate(here, Point(DERIVATIVES, "none", 4.0, ()))
+    assert finding.status == status and ("do not settle" in finding.reason) == (status == UNCONFIRMED)
+
+
+def test_feet_put_down_at_a_given_time_are_right_or_refused(parameters):
+    """Their time grows with the size; what lands by itself in Exudyn is another machine."""
+    biped = dataclasses.replace(parameters.biped, legs="rigid", feet_retract=True, strike_time=0.485)
+    timed = dataclasses.replace(parameters, biped=biped)
+    large = timed.changed(changes(biped, SIZE, 4.0 * biped.leg_length)).biped
+    assert large.strike_time == pytest.approx(2.0 * 0.485) and large.feet_retract is True
+    found = {engine: evaluate(timed, Point(engine, "none", 4.0, ())) for engine in (GAIT, DERIVATIVES, TREE)}
+    assert [found[engine].status for engine in found] == [RIGHT, RIGHT, REFUSED]
+    assert "does not know strike_time" in found[TREE].reason
+
+
+@pytest.mark.parametrize("values", [{"hip_friction": 1e-3}, {"legs": "rigid", "hip_friction": 1e-3}])
+def test_a_hip_that_rubs_is_right_or_refused_with_a_sentence(parameters, values):
+    rubs = dataclasses.replace(parameters, biped=dataclasses.replace(parameters.biped, **values))
+    found = {engine: evaluate(rubs, Point(engine, "none", 4.0, ())) for engine in (GAIT, COULOMB, MARCH)}
+    known = values.get("legs") == "rigid"
+    assert [found[engine].status for engine in found] == [RIGHT, RIGHT if known else REFUSED, RIGHT]
+    assert known or "together with a trailing foot that may slip" in found[COULOMB].reason
 
 
 @pytest.mark.slow

@@ -39,6 +39,12 @@ def test_a_failing_stage_is_one_sentence_and_leaves_the_rest_valid(done, behavio
     assert done.run() == {"fall": "current", "bounce": "current", "side": "current", "picture": "computed"}
 
 
+def test_what_stands_on_a_failed_stage_is_named(done, capsys):
+    with pytest.raises(StageFailed):
+        done.run("fall.behaviour=answer")
+    assert "not computed, as they stand on what failed: bounce, picture" in capsys.readouterr().err
+
+
 def test_the_full_account_holds_the_traceback(done):
     with pytest.raises(StageFailed):
         done.run("fall.behaviour=raise")

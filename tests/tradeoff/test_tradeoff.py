@@ -10,11 +10,13 @@ import pytest
 
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
+from stages.biped.design import BeyondModel
 from stages.tradeoff import penalty_ways, twin_ways
-from stages.tradeoff.plan import constraint_plans, detailed_plan
+from stages.tradeoff.plan import constraint_plans, plans, projected_plan
 from stages.tradeoff.result import Errors, Row, cost_at, front, gain
 from stages.tradeoff.run import measure, row_of
 from stages.tradeoff.way import WayFailed
+from tests.analytic.test_detailed import LAME, LAME_RIGID
 
 NAN = math.nan
 #: A rerun may differ by this factor: errors of adaptive steps change with the last bits, as on another machine.
@@ -57,9 +59,30 @@ def test_rigid_legs_are_walked_once_and_confirmed(parameters):
     assert reference.independent_differs.multiplier < 1e-5, "central differences"
 
 
+@pytest.mark.parametrize("biped", [LAME, LAME_RIGID])
+def test_a_study_s_own_detailed_design_is_measured_by_the_constraint_model_alone(parameters, biped):
+    """As its own reference at two tolerances, and beside SciPy on readable equations."""
+    [plan] = plans(dataclasses.replace(parameters, biped=biped), None)
+    some = dataclasses.replace(plan, ways=tuple(way for way in plan.ways if way.setting["tolerance"] in (1e-4, 1e-8)))
+    reference, rows = measure(some)
+    assert reference.model == "detailed constraint model" and all(row.completed for row in rows)
+    assert reference.second_differs.hip_position < 1e-11 and reference.independent_differs.hip_position < 1e-9
+    found = {(row.way, row.tolerance): row.errors.hip_position for row in rows}
+    assert found["compiled", 1e-8] < 1e-3 * found["compiled", 1e-4]
+
+
+@pytest.mark.parametrize(("values", "words"), [
+    ({"hip_friction": 1e-3}, "do not know hip_friction"),
+    ({"legs": "rigid", "feet_retract": True, "strike_time": 0.5}, "does not know strike_time")])
+def test_what_no_way_knows_is_said(parameters, values, words):
+    own = dataclasses.replace(parameters, biped=dataclasses.replace(parameters.biped, **values))
+    with pytest.raises(BeyondModel, match=words):
+        next(plans(own, None))
+
+
 def test_a_stride_of_a_detailed_design_is_confirmed_and_converges(parameters):
     """The twin as it projects into the plane: its steps alternate, and the readable path knows it."""
-    plan = detailed_plan(parameters)
+    plan = projected_plan(parameters)
     reference, rows = measure(dataclasses.replace(plan, ways=plan.ways[:10]))
     assert reference.independent_differs.hip_position < 1e-10 and reference.second_differs.hip_position < 1e-12
     assert reference.independent_differs.period < 1e-10 and math.isnan(reference.independent_differs.multiplier)

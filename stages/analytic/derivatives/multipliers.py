@@ -29,6 +29,8 @@ APART = 1e-3
 #: Largest step of the differences, a share of a parameter, halved twice; where the map bends too much for the first,
 #: the next. Tolerance of the matrices.
 STEPS, TOLERANCE = (4e-3, 1e-3, 2.5e-4), 1e-13
+#: A multiplier whose imaginary part is a smaller share of it is real: what a complex solver leaves of it.
+ROUND_OFF = 1e-12
 #: What the extrapolation may leave, as a share of the largest derivative by the parameter, or of one.
 SURE = 1e-6
 
@@ -134,4 +136,5 @@ def matrix_slope(gait: VariedGait, row: int, share: float) -> np.ndarray:
 
 def shown(value: complex) -> str:
     """A multiplier in words."""
-    return f"{value.real:.6g}" if value.imag == 0 else f"{value.real:.6g}{value.imag:+.6g}j"
+    real = abs(value.imag) <= ROUND_OFF * abs(value)
+    return f"{value.real:.6g}" if real else f"{value.real:.6g}{value.imag:+.6g}j"

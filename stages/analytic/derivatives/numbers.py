@@ -97,7 +97,7 @@ def _row(design: DesignPoint, walker: Walker, field: dataclasses.Field[Any], cha
     units = {"M": mass, "M_g": mass, "m": mass, "m_f": mass, "L_nat": length, "r": length, "l": length, "e": length,
              "l_f": length, "e_f": length, "k": mass / time**2, "b": mass / time, "I": inertia, "I_f": inertia,
              "k_h": inertia / time**2, "b_h": inertia / time, "tau_h": inertia / time**2, "phi_h": -1.0,
-             "mu_s": 1.0, "mu_d": 1.0}
+             "mu_s": 1.0, "mu_d": 1.0, "T": time}
     if symbol == "a":
         turn = math.radians(change)
         moved = {"g_x": turn * math.cos(slope.angle), "g_y": turn * math.sin(slope.angle)}

@@ -21,6 +21,7 @@ from stages.analytic.model.varied import (
     VariedRigid,
     VariedRubbing,
     VariedRubbingRolling,
+    VariedTimed,
 )
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.compliant_hip import rubbed_acceleration, rubbing_rolling_rates
@@ -51,7 +52,7 @@ def add(vector: Vector, start: int, change: Four) -> None:
 
 
 @compiled
-def rigid_varied_rates(phase: int, y: Vector, p: VariedRigid, rates: Vector) -> None:
+def rigid_varied_rates(phase: int, y: Vector, p: VariedRigid | VariedTimed, rates: Vector) -> None:
     """`flow` of rigid legs."""
     rigid_rates(phase, y, p.plain, rates)
     qdd, inverse = rigid_acceleration(y, p.plain)

@@ -12,16 +12,16 @@ from stages.analytic.derivatives.equations import terms as ep
 from stages.analytic.derivatives.response import change_of, clearance_change, contact_rate_change
 from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot
-from stages.analytic.model.kinds import DetailedRigid, PlainRigid, RubbingRigid
+from stages.analytic.model.kinds import DetailedRigid, PlainRigid, RubbingRigid, TimedRigid
 from stages.analytic.model.varied import Varied, VariedCompliant, VariedLimited, VariedRigidLegs
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import contact_directions, row4_times
-from stages.analytic.phases.section import ENTRIES, RIGID_ENTRIES, limited_coordinates
+from stages.analytic.phases.section import entries_of, limited_coordinates
 
 
 @compiled
-def no_trailing_change(y: Vector, p: PlainRigid, d: PlainRigid) -> float:
-    """`trailing_angle_change` of equal legs: their states on the section are the coordinates."""
+def no_trailing_change(y: Vector, p: PlainRigid | TimedRigid, d: PlainRigid | TimedRigid) -> float:
+    """`trailing_angle_change` where states on the section are the coordinates."""
     return 0.0
 
 
@@ -34,7 +34,7 @@ def detailed_trailing_angle_change(y: Vector, p: DetailedRigid, d: DetailedRigid
 
 #: Change of the trailing leg's angle for a change of the numbers, both legs rigid: trailing_angle_change(y, p, d).
 trailing_angle_change: Callable[..., float] = ByKind({
-    PlainRigid: no_trailing_change, DetailedRigid | RubbingRigid: detailed_trailing_angle_change})
+    PlainRigid | TimedRigid: no_trailing_change, DetailedRigid | RubbingRigid: detailed_trailing_angle_change})
 
 
 @compiled
@@ -93,7 +93,7 @@ def limited_speed_changes(y: Vector, p: VariedLimited, changes: np.ndarray) -> N
 
 def coordinate_changes(y: Vector, p: Varied) -> np.ndarray:
     """Changes (j, n) of the section coordinates from the last n variations of the state in y, at the end of a step."""
-    size, entries = (4, RIGID_ENTRIES) if isinstance(p, VariedRigidLegs) else (8, ENTRIES)
+    size, entries = 4 if isinstance(p, VariedRigidLegs) else 8, entries_of(p.plain)
     rows = p.along.shape[0]
     moved = y[y.size - size * rows :].reshape(rows, size)
     changes = np.zeros((7 if isinstance(p, VariedLimited) else len(entries), rows))

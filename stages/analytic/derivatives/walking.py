@@ -36,6 +36,7 @@ from stages.analytic.model.varied import (
     VariedRolling,
     VariedRubbing,
     VariedRubbingRolling,
+    VariedTimed,
 )
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import flow
@@ -73,8 +74,9 @@ def plain_exchanged(p: Varied) -> Kind:
 
 extend(exchanged, {Varied: plain_exchanged})
 extend(flow, {
-    VariedRigid: rigid_varied_rates, VariedRubbing: rubbing_varied_rates, VariedRolling: rolling_varied_rates,
-    VariedRubbingRolling: rubbing_rolling_varied_rates, VariedLimited: limited_varied_rates})
+    VariedRigid | VariedTimed: rigid_varied_rates, VariedRubbing: rubbing_varied_rates,
+    VariedRolling: rolling_varied_rates, VariedRubbingRolling: rubbing_rolling_varied_rates,
+    VariedLimited: limited_varied_rates})
 extend(guard, {
     VariedRigidLegs: rigid_varied_guard, VariedRolling: rolling_varied_guard,
     VariedRubbingRolling: rubbing_rolling_varied_guard, VariedLimited: limited_varied_guard})
@@ -82,7 +84,7 @@ extend(heel_strike_reset, {
     VariedRigidLegs: rigid_varied_reset, VariedRolling | VariedRubbingRolling: rolling_varied_reset,
     VariedLimited: limited_varied_reset})
 extend(succeed, {
-    VariedRigid: rigid_succession, VariedRubbing: rubbing_succession, VariedRolling: rolling_succession,
+    VariedRigid | VariedTimed: rigid_succession, VariedRubbing: rubbing_succession, VariedRolling: rolling_succession,
     VariedRubbingRolling: rubbing_rolling_succession, VariedLimited: limited_varied_succession})
 extend(first_phase, {Varied: plain_first_phase})
 extend(failure, {Varied: plain_failure})

@@ -84,7 +84,7 @@ def basin_of_attraction(
     be stable ones, else a walk that passes an unstable gait ends there. The result does not depend on `workers`.
     """
     grid = np.repeat(np.asarray(gaits[0])[None, :], angles.size * rates.size, axis=0)
-    rate = 1 if walker.rigid else 3
+    rate = walker.rate_entry
     grid[:, 0] = -np.repeat(angles, rates.size)
     grid[:, rate] = np.tile(rates, angles.size) * walker.time
     kept = np.zeros((3, len(grid)), dtype=np.int64)

@@ -12,7 +12,7 @@ from stages.analytic.model.walker import Walker
 from stages.analytic.phases.section import section_state
 from stages.analytic.result import EnergyAudit, Validity
 from stages.analytic.walk.energy import audit
-from stages.analytic.walk.recording import Segment, record
+from stages.analytic.walk.recording import Segment, is_last, record, rise
 from stages.analytic.walk.validity import assess
 from stages.biped.gait import Gait
 from stages.biped.quantity import quantity
@@ -37,6 +37,24 @@ def limp_of(walker: Walker, point: FixedPoint) -> Limp | None:
 
 
 @dataclass(frozen=True)
+class PutDown:
+    """Where feet come to stand that are put down at a given time, and the slope of the path that they walk so."""
+
+    rise_m: np.ndarray = quantity(
+        "m", "height over the other foot's ground at which each foot is put down", dimensions=("step",))
+    slope_walked_deg: float = quantity("deg", "slope of the way from foot to foot, downhill positive")
+
+
+def put_down(walker: Walker, segments: list[Segment], advance: float) -> PutDown | None:
+    """Where the feet come to stand in steps that advance by `advance` leg lengths; None where they land themselves."""
+    if not walker.timed:
+        return None
+    rises = np.array([rise(walker, segment) for segment in segments if is_last(segment)])
+    slope = np.arctan2(walker.p.g_x, -walker.p.g_y) - np.arctan2(rises.sum(), advance)
+    return PutDown(rises * walker.length, float(np.degrees(slope)))
+
+
+@dataclass(frozen=True)
 class GaitReport:
     """One gait, with the segments of its steps that it was read from, heel strike to heel strike."""
 
@@ -45,6 +63,7 @@ class GaitReport:
     validity: Validity
     segments: list[Segment]
     limp: Limp | None
+    put_down: PutDown | None = None
 
 
 def record_steps(walker: Walker, point: FixedPoint, tolerance: float) -> list[Segment]:
@@ -56,6 +75,7 @@ def record_steps(walker: Walker, point: FixedPoint, tolerance: float) -> list[Se
 def report_gait(walker: Walker, point: FixedPoint, tolerance: float, friction: float) -> GaitReport:
     """Measures, audit and validity of a gait on ground with this static friction."""
     segments = record_steps(walker, point, tolerance)
-    energy = audit(walker, segments, sum(step_lengths(walker, point)))
-    return GaitReport(describe(walker, point), energy, assess(walker, segments, friction), segments,
-                      limp_of(walker, point))
+    advance = sum(step_lengths(walker, point))
+    return GaitReport(
+        describe(walker, point), audit(walker, segments, advance), assess(walker, segments, friction), segments,
+        limp_of(walker, point), put_down(walker, segments, advance))

@@ -43,16 +43,20 @@ from stages.analytic.model.kinds import (
     Limited,
     PlainRigid,
     PlainRolling,
+    TimedRigid,
     natural_lengths,
     radii,
 )
 from stages.analytic.model.stiffness import attainable_tolerance, compliant, fastest_rate
 from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.phases.section import section_state
 from stages.biped.design import Biped
 from stages.biped.gait import Gait
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 
+#: Largest share by which the time of a step is changed at once.
+TIME_SHARE = 0.01
 #: Factor from one stage of stiffness to the next.
 STAGE = 3.0
 
@@ -120,6 +124,8 @@ def find_gaits(walker: Walker, tolerance: float, *, unstable: bool) -> list[Fixe
     found: list[FixedPoint] = []
     if walker.p.g_x <= 0.0:
         return found
+    if isinstance(walker.p, TimedRigid):
+        return timed_gaits(walker, walker.p, tolerance)
     tolerance = attainable_tolerance(walker.p, tolerance)
     met: list[Vector] = []
     for starts in sources(walker, quick=not unstable):
@@ -130,12 +136,34 @@ def find_gaits(walker: Walker, tolerance: float, *, unstable: bool) -> list[Fixe
     return sorted(found, key=by_stability)
 
 
+def timed_gaits(walker: Walker, p: TimedRigid, tolerance: float) -> list[FixedPoint]:
+    """Gaits of feet that are put down at a given time: followed from those of feet that land by themselves."""
+    landing = dataclasses.replace(walker, p=DetailedRigid(*p[: len(DetailedRigid._fields)]))
+    found: list[FixedPoint] = []
+    for point in find_gaits(landing, SEARCH_TOLERANCE, unstable=True):
+        here: FixedPoint | None = None
+        z, parts = section_state(point.z, landing.p), max(1, int(np.ceil(abs(p.T / point.period - 1.0) / TIME_SHARE)))
+        for part in range(1, parts + 1):
+            time = point.period + (p.T - point.period) * part / parts
+            there = dataclasses.replace(walker, p=TimedRigid(*p[:-1], time if part < parts else p.T))
+            here = fixed_point(there, z, tolerance)
+            if here is None:
+                break
+            z = here.z
+        if here is not None and is_new(found, here):
+            found.append(here)
+    return sorted(found, key=by_stability)
+
+
 def why_no_gait(walker: Walker) -> str:
     """Reason why the search found nothing."""
     if walker.p.g_x <= 0.0:
         return "no periodic gait: on level ground gravity does no work, and every heel strike loses energy"
     if isinstance(walker.p, Limited) and (reason := why_no_step(walker, walker.p)):
         return f"no periodic gait found: from the gait of the same biped with rolling feet, {reason}"
+    if walker.timed:
+        return ("no periodic gait found with steps of this time: from the gaits of the same biped whose feet land by "
+                "themselves, if it has some, none leads there")
     rigid = "" if is_quick(walker.p) else "the gaits of the same biped with rigid legs lead to none"
     if not is_searched(walker.p):
         return (f"no periodic gait found: the legs are too stiff for a search on a grid; {rigid}, and neither do those "
@@ -236,4 +264,6 @@ def search(design: DesignPoint, walker: Walker, tolerance: float) -> FixedPoint 
     found = find_gaits(walker, tolerance, unstable=False)
     if found:
         return found[0]
+    if walker.timed:
+        return []
     return from_neighbours(design, attainable_tolerance(walker.p, tolerance)) if design.slope.angle > 0.0 else []

@@ -65,6 +65,8 @@ def require_landing(walker: Walker, y: Vector, status: int, phase: int) -> None:
         raise StepFailed(step_failure(status, phase))
     if y[1 if walker.rigid else 2] >= 0.0:
         raise StepFailed("the walker rocks back: at heel strike the hip is behind both feet")
+    if walker.timed and y[0] + y[1] >= 0.0:
+        raise StepFailed("when its time has come the swing foot is behind the stance foot")
 
 
 def start_state(walker: Walker, z: Vector) -> Vector:

@@ -17,6 +17,7 @@ from stages.analytic.model.kinds import (
     RubbingRolling,
     StiffDetailedLimited,
     StiffDetailedRolling,
+    TimedRigid,
 )
 
 
@@ -1116,6 +1117,12 @@ def exchanged_limited(p: DetailedLimited) -> DetailedLimited:
 def exchanged_rubbing_rolling(p: RubbingRolling) -> RubbingRolling:
     """The walker with its legs exchanged."""
     return RubbingRolling(p.M, p.M_g, p.m_2, p.L_nat_2, p.r_2, p.l_2, p.k_2, p.b_2, p.I_2, p.e_2, p.m_f_2, p.l_f_2, p.e_f_2, p.I_f_2, p.m, p.L_nat, p.r, p.l, p.k, p.b, p.I, p.e, p.m_f, p.l_f, p.e_f, p.I_f, p.k_h, p.b_h, -p.phi_h, p.g_x, p.g_y, p.tau_h)
+
+
+@compiled
+def exchanged_timed(p: TimedRigid) -> TimedRigid:
+    """The walker with its legs exchanged."""
+    return TimedRigid(p.M, p.M_g, p.m_2, p.L_nat_2, p.r_2, p.l_2, p.I_2, p.e_2, p.m_f_2, p.l_f_2, p.e_f_2, p.I_f_2, p.m, p.L_nat, p.r, p.l, p.I, p.e, p.m_f, p.l_f, p.e_f, p.I_f, p.k_h, p.b_h, -p.phi_h, p.g_x, p.g_y, p.T)
 
 
 @compiled

@@ -12,7 +12,7 @@ do their numbers (`terms.exchanged`).
 from __future__ import annotations
 
 from functools import cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 
 class PlainRigid(NamedTuple):
@@ -104,39 +104,6 @@ class DetailedRigid(NamedTuple):
     g_y: float
 
 
-class RubbingRigid(NamedTuple):
-    """`DetailedRigid` with Coulomb friction of torque tau_h at the hip."""
-
-    M: float
-    M_g: float
-    m: float
-    L_nat: float
-    r: float
-    l: float  # noqa: E741
-    I: float  # noqa: E741
-    e: float
-    m_f: float
-    l_f: float
-    e_f: float
-    I_f: float
-    m_2: float
-    L_nat_2: float
-    r_2: float
-    l_2: float
-    I_2: float
-    e_2: float
-    m_f_2: float
-    l_f_2: float
-    e_f_2: float
-    I_f_2: float
-    k_h: float
-    b_h: float
-    phi_h: float
-    g_x: float
-    g_y: float
-    tau_h: float
-
-
 class DetailedRolling(NamedTuple):
     """`PlainRolling` with frames, hip and legs of their own."""
 
@@ -173,79 +140,49 @@ class DetailedRolling(NamedTuple):
     g_y: float
 
 
-class RubbingRolling(NamedTuple):
-    """`DetailedRolling` with Coulomb friction of torque tau_h at the hip."""
+#: Numbers that kinds have beside those of another: friction's torque at the hip, coefficients of friction at the foot,
+#: the time of the step.
+TORQUE, COEFFICIENTS, TIME = ("tau_h",), ("mu_s", "mu_d"), ("T",)
 
-    M: float
-    M_g: float
-    m: float
-    L_nat: float
-    r: float
-    l: float  # noqa: E741
-    k: float
-    b: float
-    I: float  # noqa: E741
-    e: float
-    m_f: float
-    l_f: float
-    e_f: float
-    I_f: float
-    m_2: float
-    L_nat_2: float
-    r_2: float
-    l_2: float
-    k_2: float
-    b_2: float
-    I_2: float
-    e_2: float
-    m_f_2: float
-    l_f_2: float
-    e_f_2: float
-    I_f_2: float
-    k_h: float
-    b_h: float
-    phi_h: float
-    g_x: float
-    g_y: float
-    tau_h: float
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
+    class Extended:
+        """Takes the numbers of another kind and more."""
 
-class DetailedLimited(NamedTuple):
-    """`PlainLimited` with frames, hip and legs of their own."""
+        def __new__(cls, *numbers: float) -> Self: ...
 
-    M: float
-    M_g: float
-    m: float
-    L_nat: float
-    r: float
-    l: float  # noqa: E741
-    k: float
-    b: float
-    I: float  # noqa: E741
-    e: float
-    m_f: float
-    l_f: float
-    e_f: float
-    I_f: float
-    m_2: float
-    L_nat_2: float
-    r_2: float
-    l_2: float
-    k_2: float
-    b_2: float
-    I_2: float
-    e_2: float
-    m_f_2: float
-    l_f_2: float
-    e_f_2: float
-    I_f_2: float
-    k_h: float
-    b_h: float
-    phi_h: float
-    g_x: float
-    g_y: float
-    mu_s: float
-    mu_d: float
+    class RubbingRigid(Extended, DetailedRigid):
+        """`DetailedRigid` with Coulomb friction of torque tau_h at the hip."""
+
+        tau_h: float
+
+    class TimedRigid(Extended, DetailedRigid):
+        """`DetailedRigid` with feet that retract and are put down at the time T of a step, wherever they are then."""
+
+        T: float
+
+    class RubbingRolling(Extended, DetailedRolling):
+        """`DetailedRolling` with Coulomb friction of torque tau_h at the hip."""
+
+        tau_h: float
+
+    class DetailedLimited(Extended, DetailedRolling):
+        """`PlainLimited` with frames, hip and legs of their own."""
+
+        mu_s: float
+        mu_d: float
+
+else:  # a subclass of a NamedTuple adds no fields
+
+    def extended(name: str, kind: type, more: tuple[str, ...]) -> type:
+        """A kind with the numbers of another one and more."""
+        return NamedTuple(name, [(each, float) for each in (*kind._fields, *more)])
+
+    RubbingRigid = extended("RubbingRigid", DetailedRigid, TORQUE)
+    TimedRigid = extended("TimedRigid", DetailedRigid, TIME)
+    RubbingRolling = extended("RubbingRolling", DetailedRolling, TORQUE)
+    DetailedLimited = extended("DetailedLimited", DetailedRolling, COEFFICIENTS)
 
 
 class StiffDetailedRolling(DetailedRolling):
@@ -261,11 +198,11 @@ class StiffDetailedLimited(DetailedLimited):
 
 
 DetailedCompliant = DetailedRolling | RubbingRolling | DetailedLimited
-Detailed = DetailedRigid | RubbingRigid | DetailedCompliant
+Detailed = DetailedRigid | RubbingRigid | TimedRigid | DetailedCompliant
 PlainCompliant = PlainRolling | PlainLimited
 Plain = PlainRigid | PlainCompliant
 #: Kinds by what their feet and legs do, whether plain or detailed.
-Rigid = PlainRigid | DetailedRigid | RubbingRigid
+Rigid = PlainRigid | DetailedRigid | RubbingRigid | TimedRigid
 Rolling = PlainRolling | DetailedRolling | RubbingRolling
 Limited = PlainLimited | DetailedLimited
 Compliant = Rolling | Limited
@@ -275,7 +212,7 @@ Rubbing = RubbingRigid | RubbingRolling
 SmoothRigid = PlainRigid | DetailedRigid
 SmoothRolling = PlainRolling | DetailedRolling
 Smooth = SmoothRigid | SmoothRolling | Limited
-Kind = Smooth | Rubbing
+Kind = Smooth | Rubbing | TimedRigid
 
 
 def with_legs_exchanged(p: Kind) -> Kind:

@@ -21,6 +21,7 @@ from stages.analytic.model.kinds import (
     RubbingRolling,
     StiffDetailedLimited,
     StiffDetailedRolling,
+    TimedRigid,
 )
 
 
@@ -93,6 +94,7 @@ def the_same(p: Plain) -> Plain:
 exchanged: Callable[..., Any] = ByKind({
     Plain: the_same, DetailedRigid: detailed_equations.exchanged_rigid,
     RubbingRigid: detailed_equations.exchanged_rubbing, RubbingRolling: detailed_equations.exchanged_rubbing_rolling,
+    TimedRigid: detailed_equations.exchanged_timed,
     StiffDetailedRolling: detailed_equations.exchanged_stiff_rolling,
     StiffDetailedLimited: detailed_equations.exchanged_stiff_limited,
     DetailedRolling: detailed_equations.exchanged_rolling, DetailedLimited: detailed_equations.exchanged_limited})

@@ -23,6 +23,7 @@ from stages.analytic.model.kinds import (
     StiffDetailedRolling,
     StiffLimited,
     StiffRolling,
+    TimedRigid,
 )
 from stages.analytic.model.walker import Vector
 
@@ -42,6 +43,14 @@ class VariedRubbing(NamedTuple):
     """The same with friction at the hip."""
 
     plain: RubbingRigid
+    along: np.ndarray
+    delays: Vector
+
+
+class VariedTimed(NamedTuple):
+    """The same with feet that are put down at a given time."""
+
+    plain: TimedRigid
     along: np.ndarray
     delays: Vector
 
@@ -85,14 +94,14 @@ class StiffVariedLimited(VariedLimited):
 StiffVaried = StiffVariedRolling | StiffVariedLimited
 VariedCompliant = VariedRolling | VariedRubbingRolling | VariedLimited
 #: Rigid legs, whatever their hip does; kinds without friction at the hip; all of them.
-VariedRigidLegs = VariedRigid | VariedRubbing
+VariedRigidLegs = VariedRigid | VariedRubbing | VariedTimed
 VariedSmooth = VariedRigid | VariedRolling | VariedLimited
 Varied = VariedRigidLegs | VariedCompliant
 #: The varied kind of each kind.
 VARIED: dict[Any, type[Varied]] = {
     StiffRolling | StiffDetailedRolling: StiffVariedRolling, StiffLimited | StiffDetailedLimited: StiffVariedLimited,
-    RubbingRigid: VariedRubbing, RubbingRolling: VariedRubbingRolling, Rigid: VariedRigid, Rolling: VariedRolling,
-    Limited: VariedLimited}
+    RubbingRigid: VariedRubbing, RubbingRolling: VariedRubbingRolling, TimedRigid: VariedTimed, Rigid: VariedRigid,
+    Rolling: VariedRolling, Limited: VariedLimited}
 
 
 def varied(p: Kind, along: np.ndarray, columns: int) -> Varied:

@@ -20,6 +20,7 @@ from stages.analytic.model.kinds import (
     PlainRigid,
     Rigid,
     RubbingRigid,
+    TimedRigid,
     with_legs_exchanged,
 )
 from stages.analytic.model.stiffness import compliant
@@ -40,6 +41,13 @@ class Walker:
     mass: float
     length: float
     time: float
+    #: Whether a foot is drawn in while it swings, so that it touches nothing.
+    retracts: bool = False
+
+    @property
+    def timed(self) -> bool:
+        """Whether its feet are put down at a given time of the step, wherever they are then."""
+        return isinstance(self.p, TimedRigid)
 
     @cached_property
     def exchanged(self) -> Walker:
@@ -81,8 +89,15 @@ class Walker:
     def section_size(self) -> int:
         """Number of section coordinates just after heel strike."""
         if self.rigid:
-            return 3
+            return 4 if self.timed else 3
         return 5 if self.rolls else 7
+
+    @property
+    def rate_entry(self) -> int:
+        """Place of the stance leg's rate among the section coordinates."""
+        if self.rigid:
+            return 2 if self.timed else 1
+        return 3
 
     @property
     def force(self) -> float:
@@ -136,9 +151,12 @@ def build_walker(
         values = (*detailed_numbers(biped, mass, length, time), *gravity, *coefficients)
         if biped.hip_friction > 0:
             values = (*values, biped.hip_friction * (time / length) ** 2 / mass)
-        p = compliant(values) if not rigid else RubbingRigid(*values) if biped.hip_friction > 0 else DetailedRigid(
-            *values)
-        return Walker(p, mass, length, time)
+        if biped.strike_time is not None:
+            p = TimedRigid(*values, biped.strike_time / time)
+        else:
+            p = compliant(values) if not rigid else RubbingRigid(*values) if biped.hip_friction > 0 else DetailedRigid(
+                *values)
+        return Walker(p, mass, length, time, biped.feet_retract)
     geometry = (biped.hip_mass / mass, biped.foot_mass / mass, 1.0, biped.foot_radius / length, biped.foot_com / length)
     inertia = biped.leg_inertia / (mass * length**2)
     if rigid:

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from stages.analytic.compiled import ByKind, Constrained, Four, Jacobians, Numbers, compiled, inlined
 from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot, factor_constrained, solve, solve_constrained
-from stages.analytic.model.kinds import Compliant, Limited, Rigid, SmoothRigid, SmoothRolling
+from stages.analytic.model.kinds import Compliant, Limited, Rigid, SmoothRigid, SmoothRolling, TimedRigid
 from stages.analytic.model.walker import Vector
 
 RIGID, SINGLE_STANCE, DOUBLE_STANCE = 0, 1, 2
@@ -237,4 +237,4 @@ def limited_rates(phase: int, y: Vector, p: Limited, rates: Vector) -> None:
 
 #: Write dy/dt of the phase into `rates`: flow(phase, y, p, rates). Friction at the hip adds its own (`hip_friction`).
 flow: Callable[..., None] = ByKind({
-    SmoothRigid: rigid_rates, SmoothRolling: rolling_rates, Limited: limited_rates})
+    SmoothRigid | TimedRigid: rigid_rates, SmoothRolling: rolling_rates, Limited: limited_rates})

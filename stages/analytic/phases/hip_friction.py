@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 from stages.analytic.compiled import ByKind, compiled, extend
 from stages.analytic.model import terms as eq
-from stages.analytic.model.kinds import Rigid, RubbingRigid, Smooth
+from stages.analytic.model.kinds import Rigid, RubbingRigid, Smooth, TimedRigid
 from stages.analytic.model.varied import VariedRubbing, plain
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import (
@@ -125,13 +125,13 @@ def hip_decides(phase: int, y: Vector, p: RubbingRigid) -> bool:
 
 
 @compiled
-def no_hip_event(phase: int, y: Vector, p: Smooth) -> bool:
+def no_hip_event(phase: int, y: Vector, p: Smooth | TimedRigid) -> bool:
     """`of_hip` of a hip without friction."""
     return False
 
 
 #: Whether the event that ended `phase`, at state `y`, is the hip's: it stops, or lets go: of_hip(phase, y, p).
-of_hip: Callable[..., bool] = ByKind({Smooth: no_hip_event, RubbingRigid: hip_decides})
+of_hip: Callable[..., bool] = ByKind({Smooth | TimedRigid: no_hip_event, RubbingRigid: hip_decides})
 
 
 @compiled

@@ -1,6 +1,7 @@
 """The section just after heel strike: coordinates z of the states there, the states, and both derivatives.
 
-Rigid legs: z = (theta, dtheta, dpsi). Compliant: z = (theta, L_1, L_2, dtheta, dL_1); the trailing foot's angle and two
+Rigid legs: z = (theta, dtheta, dpsi), or all of (theta, psi, dtheta, dpsi) where the foot was put down at a given time,
+at any height. Compliant: z = (theta, L_1, L_2, dtheta, dL_1); the trailing foot's angle and two
 rates follow from its constraints, eqs. (3) and (4). Limited friction: z goes on with the rate of the trailing foot's
 clearance and its slip velocity, (..., v_N, v_T), zero for a foot that rolls. A foot on the ground has v_N = 0, and the
 map does not ask for v_N below zero; where it is at rest, v_T = 0 has no neighbour either. Their columns of the
@@ -21,12 +22,14 @@ from stages.analytic.model.kinds import (
     Compliant,
     DetailedCompliant,
     DetailedRigid,
+    Kind,
     Limited,
     PlainCompliant,
     PlainRigid,
     Rigid,
     Rolling,
     RubbingRigid,
+    TimedRigid,
 )
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.coulomb_guard import slip_speed
@@ -35,7 +38,7 @@ from stages.analytic.phases.flow import contact_directions, row4_times
 #: Slower than this, in leg lengths and pendulum times, the trailing foot is at rest: round-off of an impact.
 AT_REST = 1e-11
 #: Entries of the state (q, qd) that the section coordinates hold as they are.
-RIGID_ENTRIES, ENTRIES = (0, 2, 3), (0, 1, 3, 4, 5)
+RIGID_ENTRIES, TIMED_ENTRIES, ENTRIES = (0, 2, 3), (0, 1, 2, 3), (0, 1, 3, 4, 5)
 
 
 @compiled
@@ -75,6 +78,12 @@ def rigid_state(z: Vector, p: Rigid) -> Vector:
 
 
 @compiled
+def timed_state(z: Vector, p: TimedRigid) -> Vector:
+    """`section_state` of feet that are put down at a given time."""
+    return z.copy()
+
+
+@compiled
 def compliant_state(z: Vector, p: Compliant) -> Vector:
     """`section_state` of compliant legs; NaN where the trailing foot is out of reach."""
     y = np.empty(8)
@@ -92,13 +101,20 @@ def compliant_state(z: Vector, p: Compliant) -> Vector:
 
 
 #: State y just after heel strike from its section coordinates: section_state(z, p).
-section_state: Callable[..., Vector] = ByKind({Rigid: rigid_state, Compliant: compliant_state})
+section_state: Callable[..., Vector] = ByKind({
+    TimedRigid: timed_state, Rigid: rigid_state, Compliant: compliant_state})
 
 
 @compiled
 def rigid_coordinates(y: Vector, p: Rigid) -> Vector:
     """`section_coordinates` of rigid legs."""
     return np.array([y[0], y[2], y[3]])
+
+
+@compiled
+def timed_coordinates(y: Vector, p: TimedRigid) -> Vector:
+    """`section_coordinates` of feet that are put down at a given time."""
+    return y[:4].copy()
 
 
 @compiled
@@ -117,7 +133,8 @@ def limited_coordinates(y: Vector, p: Limited) -> Vector:
 
 #: Section coordinates of a state just after heel strike: section_coordinates(y, p).
 section_coordinates: Callable[..., Vector] = ByKind({
-    Rigid: rigid_coordinates, Rolling: rolling_coordinates, Limited: limited_coordinates})
+    TimedRigid: timed_coordinates, Rigid: rigid_coordinates, Rolling: rolling_coordinates,
+    Limited: limited_coordinates})
 
 
 @compiled
@@ -147,6 +164,12 @@ def rigid_tangent(z: Vector, y: Vector, p: Rigid) -> Vector:
 
 
 @compiled
+def timed_tangent(z: Vector, y: Vector, p: TimedRigid) -> Vector:
+    """`section_tangent` of feet that are put down at a given time."""
+    return np.eye(4).ravel()
+
+
+@compiled
 def compliant_tangent(z: Vector, y: Vector, p: Compliant) -> Vector:
     """`section_tangent` of compliant legs: the clearance fixes dpsi, then both constraint rates two rates."""
     normal, roll, _, _ = contact_directions(y, p)
@@ -170,7 +193,8 @@ def compliant_tangent(z: Vector, y: Vector, p: Compliant) -> Vector:
 
 
 #: Derivative of `section_state` at its value y, columns one after another, (j * size,): section_tangent(z, y, p).
-section_tangent: Callable[..., Vector] = ByKind({Rigid: rigid_tangent, Compliant: compliant_tangent})
+section_tangent: Callable[..., Vector] = ByKind({
+    TimedRigid: timed_tangent, Rigid: rigid_tangent, Compliant: compliant_tangent})
 
 
 @compiled
@@ -189,9 +213,16 @@ def limited_speeds(y: Vector, p: Limited, derivative: np.ndarray) -> None:
             derivative[6, j] = dot(roll, rates) + row4_times(by_state[8:12], y, s)
 
 
+def entries_of(p: Kind) -> tuple[int, ...]:
+    """Entries of the state that the section coordinates hold as they are."""
+    if isinstance(p, TimedRigid):
+        return TIMED_ENTRIES
+    return RIGID_ENTRIES if isinstance(p, Rigid) else ENTRIES
+
+
 def section_derivative(y: Vector, p: Rigid | Compliant) -> np.ndarray:
     """Derivative (j, n) of the j section coordinates from the state and its n variations in y ((1 + n) * size,)."""
-    size, entries = (4, RIGID_ENTRIES) if isinstance(p, Rigid) else (8, ENTRIES)
+    size, entries = 4 if isinstance(p, Rigid) else 8, entries_of(p)
     variations = y.reshape(-1, size)[1:]
     derivative = np.zeros((7 if isinstance(p, Limited) else len(entries), len(variations)))
     derivative[: len(entries)] = variations[:, entries].T

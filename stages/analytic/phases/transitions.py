@@ -23,6 +23,7 @@ from stages.analytic.model.kinds import (
     Rigid,
     Rolling,
     RubbingRigid,
+    TimedRigid,
 )
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.coulomb_impact import limited_reset
@@ -83,7 +84,7 @@ def detailed_clearance(y: Vector, p: DetailedCompliant, dy: Vector, start: int) 
 #: and its advance on the stance foot, eq. (3): foot_clearance(y, p, dy, start).
 foot_clearance: Callable[..., Clearance] = ByKind({
     PlainRigid: rigid_clearance, PlainCompliant: compliant_clearance,
-    DetailedRigid | RubbingRigid: detailed_rigid_clearance, DetailedCompliant: detailed_clearance})
+    DetailedRigid | RubbingRigid | TimedRigid: detailed_rigid_clearance, DetailedCompliant: detailed_clearance})
 
 
 @inlined

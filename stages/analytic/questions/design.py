@@ -55,6 +55,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     design = DesignPoint(parameters.biped, parameters.slope, friction)
     known = sensitive_names(design)
     vary = options.vary or tuple(name for name in VARIED if name in known)
+    if options.goal == "scuff" and parameters.biped.feet_retract:
+        raise WrongOption("--goal scuff: biped.feet_retract is true, and feet that retract touch nothing in swing")
     bounds = dict(bounds_of(design, text, options.share, known) for text in vary)
     held = dict(target_of(text, TARGETS) for text in options.target)
     _, point = find_gait(parameters.biped, parameters.slope, tolerance, friction)

@@ -49,11 +49,13 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     for number, (each, error) in enumerate(zip(found, errors, strict=True), 1):
         if options.every:
             lines.append(f"gait {number} of {len(found)}, {'stable' if each.gait.stable else 'unstable'}")
-        records = (each.gait, *([each.limp] if each.limp else []), error, each.energy, each.validity)
+        own = [record for record in (each.limp, each.put_down) if record]
+        records = (each.gait, *own, error, each.energy, each.validity)
         lines += [line for record in records for line in field_lines(record)]
     plain: list[dict[str, Any]] = [
         {**as_plain(each.gait), "numerical_error": as_plain(error), "energy": as_plain(each.energy),
-         "validity": as_plain(each.validity), **({"limp": as_plain(each.limp)} if each.limp else {})}
+         "validity": as_plain(each.validity), **({"limp": as_plain(each.limp)} if each.limp else {}),
+         **({"put_down": as_plain(each.put_down)} if each.put_down else {})}
         for each, error in zip(found, errors, strict=True)
     ]
     cycle_plain = None

@@ -16,7 +16,7 @@ from stages.analytic.phases.flow import DOUBLE_STANCE, HIP_STICKS
 from stages.analytic.phases.hip_friction import sign_of
 from stages.analytic.phases.succession import in_contact, succeed
 from stages.analytic.result import EnergyAudit
-from stages.analytic.walk.recording import Segment, is_last, states_at
+from stages.analytic.walk.recording import Segment, is_last, rise, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
 
 #: Gauss-Legendre nodes between two integrator steps; the damper power is smooth there.
@@ -82,6 +82,8 @@ def friction_loss(walker: Walker, segment: Segment) -> float:
 def audit(walker: Walker, segments: list[Segment], advance: float) -> EnergyAudit:
     """Audit of the segments of all steps of a gait that advances by `advance` leg lengths in them, the mean step's."""
     work = walker.p.g_x * advance * weight_of(walker.p)  # all moves down the slope by so much; heights above it repeat
+    if walker.timed:  # but for feet that are put down above it or below
+        work += walker.p.g_y * weight_of(walker.p) * sum(rise(walker, each) for each in segments if is_last(each))
     dampers = sum(damper_loss(walker.on(segment.stance_leg), segment) for segment in segments)
     sliding = sum(friction_loss(walker.on(segment.stance_leg), segment) for segment in segments)
     impact = 0.0

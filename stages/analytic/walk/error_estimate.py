@@ -70,6 +70,8 @@ def estimate_errors(walker: Walker, point: FixedPoint, steps: int, tolerance: fl
     They are checked against a tenth of the tolerance; where round-off hides what that changes, against ten times the
     tolerance, at which they lead less.
     """
+    if walker.timed:
+        return not_given("the estimate knows no strike at a given time")
     tolerance = attainable_tolerance(walker.p, tolerance)
     try:
         one = estimated(walker, point, steps, tolerance)

@@ -43,7 +43,8 @@ class Segment:
     """One phase of a walk (dimensionless): its nodes, when and where it starts, who stands, and its end state.
 
     `times` (n,) and `states` (n, size) are the accepted step starts; `origin` is x_0 of eq. (7). `last` tells whether
-    it ends with heel strike.
+    it ends with heel strike. `height` is that of the standing foot's ground, zero but for feet put down at a given
+    time.
     """
 
     phase: int
@@ -55,6 +56,7 @@ class Segment:
     states: np.ndarray
     end: np.ndarray
     last: bool
+    height: float = 0.0
 
 
 def integrate_segment(
@@ -91,46 +93,64 @@ def next_origin(walker: Walker, segment: Segment) -> float:
     return float(centre + radius * psi)
 
 
+def rise(walker: Walker, segment: Segment) -> float:
+    """Height over the standing foot's ground at which a foot is put down at a given time; zero where it lands."""
+    if not walker.timed:
+        return 0.0
+    y = segment.end
+    return float(foot_clearance(y, walker.on(segment.stance_leg).p, y, 2)[0])
+
+
 def record(
-    walker: Walker, y: Vector, heel_strikes: int, tolerance: float, phase: int | None = None
+    walker: Walker, y: Vector, heel_strikes: int, tolerance: float, phase: int | None = None, elapsed: float = 0.0
 ) -> list[Segment]:
     """Segments of a walk that starts at state `y` with leg 0 standing, up to the given heel strike.
 
     `walker` is the one in whose step leg 0 stands. The walk starts in `phase`, by default the one that follows a heel
-    strike. Raises StepFailed if the walker does not get there.
+    strike; `elapsed` of the step's time is over. Raises StepFailed if the walker does not get there.
     """
     tolerance = attainable_tolerance(walker.p, tolerance)
     segments: list[Segment] = []
-    start, leg, origin, strikes, decided = 0.0, 0, 0.0, 0, True
+    start, leg, origin, height, strikes, decided = 0.0, 0, 0.0, 0.0, 0, True
     if phase is None:
         phase, decided = first_phase(y, walker.p)
     while True:
         if not decided:
             raise StepFailed(step_failure(WEDGED, phase))
         standing = walker.on(leg)
-        segment = integrate_segment(standing, phase, y, start, leg, origin, tolerance)
+        begun = standing if segments or not standing.timed else shortened(standing, elapsed)
+        segment = replace(integrate_segment(begun, phase, y, start, leg, origin, tolerance), height=height)
         segments.append(segment)
         start += segment.duration
         if is_last(segment):
             strikes += 1
             if strikes == heel_strikes:
                 return segments
-            origin, leg = next_origin(walker, segment), 1 - leg
+            origin, height, leg = next_origin(walker, segment), height + rise(walker, segment), 1 - leg
         elif len(segments) > MOST_PHASES and not any(map(is_last, segments[-MOST_PHASES:])):
             raise StepFailed(step_failure(CHATTER, phase))
         y = segment.end.copy()
         phase, decided = succeed(phase, y, standing.p)
 
 
-def walk_on(walker: Walker, upright: Vector, steps: int, tolerance: float) -> list[Segment]:
-    """Segments of a walk from mid-stance, see `crossing_state`, over `steps` whole steps and the begun one.
+def shortened(walker: Walker, elapsed: float) -> Walker:
+    """The walker in a step of which so much of its given time is over."""
+    p: Any = walker.p
+    return replace(walker, p=p._replace(T=p.T - elapsed))
 
-    Raises StepFailed if the walker does not get there.
+
+def walk_on(
+    walker: Walker, upright: Vector, steps: int, tolerance: float, elapsed: float = 0.0
+) -> list[Segment]:  # fmt: skip
+    """Segments of a walk from mid-stance, see `crossing`, over `steps` whole steps and the begun one.
+
+    `elapsed` is the time of the begun step up to there, which counts where a foot is put down at a given time. Raises
+    StepFailed if the walker does not get there.
     """
     phase = first_phase(upright, walker.p)[0] if walker.rigid else SINGLE_STANCE
     if isinstance(walker.p, RubbingRolling):
         phase = compliant_hip_phase(False, upright, walker.p)
-    return record(walker, upright, steps + 1, tolerance, phase)
+    return record(walker, upright, steps + 1, tolerance, phase, elapsed)
 
 
 def is_last(segment: Segment) -> bool:
@@ -157,13 +177,19 @@ def states_at(phase: int, node_times: Vector, node_states: np.ndarray, times: Ve
     return states
 
 
-def crossing_state(walker: Walker, z: Vector, tolerance: float) -> np.ndarray:
-    """State at mid-stance, stance angle zero in single stance, on the step from section coordinates `z`.
+def crossing(walker: Walker, z: Vector, tolerance: float) -> tuple[Vector, float]:
+    """State at mid-stance, stance angle zero in single stance, on the step from section coordinates `z`, and its time.
 
     Raises StepFailed if the walker does not vault over its stance leg.
     """
     segments = record(walker, section_state(z, walker.p), 1, tolerance)
-    return up_to_mid_stance(walker, segments[vaulting(segments)]).end
+    begun = up_to_mid_stance(walker, segments[vaulting(segments)])
+    return begun.end, begun.start + begun.duration
+
+
+def crossing_state(walker: Walker, z: Vector, tolerance: float) -> np.ndarray:
+    """The state of `crossing`. Raises StepFailed like it."""
+    return crossing(walker, z, tolerance)[0]
 
 
 def vaulting(step: list[Segment]) -> int:

@@ -141,6 +141,8 @@ def sample_segment(walker: Walker, segment: Segment, times: np.ndarray) -> dict[
     radius, com = walker.p.r, heights_of_mass(walker.p)[segment.stance_leg]
     origin = np.full(times.size, segment.origin)
     hip = hip_motion(theta, stance_length, radius, origin)
+    if segment.height != 0.0:
+        hip.position[..., 1] += segment.height
     foot: Motion
     if segment.stance_leg == 0:
         foot = stance_mass_motion(theta, com, radius, origin)

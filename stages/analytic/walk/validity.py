@@ -177,7 +177,7 @@ def assess_step(walker: Walker, segments: list[Segment], friction: float) -> Val
         impulse_friction_landing=friction_used(landing[None, :]),
         impulse_friction_trailing=friction_used(trailing[None, :]),
         impulse_normal_trailing=float(trailing[1] * walker.mass * walker.length / walker.time),
-        deepest_scuff=float(max(-clearance[lowest], 0.0) * walker.length),
+        deepest_scuff=0.0 if walker.retracts else float(max(-clearance[lowest], 0.0) * walker.length),
         deepest_scuff_angle=float(states[lowest, 0]),
         feet_push_only=bool(
             min(alone[:, 1].min(), both[:, 1].min(initial=0.0), landing[1]) >= -1e-9 and trailing[1] >= -1e-9

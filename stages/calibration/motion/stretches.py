@@ -72,8 +72,8 @@ def walk_stretches(
     not tell it from the time of the strike. Columns: the entries of `upright`, then the changes of the walker's numbers
     `along` (n, fields of `walker.p`), in whose own step leg 0 stands. Raises StepFailed like `poincare_map`.
     """
-    if isinstance(walker.p, Rubbing):
-        raise StepFailed("the walk of a calibration knows no Coulomb friction at the hip")
+    if isinstance(walker.p, Rubbing) or walker.timed:
+        raise StepFailed("the walk of a calibration knows no Coulomb friction at the hip and no strike at a given time")
     tolerance = attainable_tolerance(walker.p, tolerance)
     size = walker.size
     free = size - 1

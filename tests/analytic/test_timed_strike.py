@@ -1,0 +1,172 @@
+"""Feet that retract, and are put down at a given time of the step: map, derivatives, gaits, energy, refusals."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stages.analytic.derivatives.dimensions import left_by_dimensions
+from stages.analytic.derivatives.gait import gait_derivatives
+from stages.analytic.derivatives.numbers import moved, sensitive_names
+from stages.analytic.derivatives.step_map import varied_step
+from stages.analytic.errors import StepFailed
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.gait_report import report_gait
+from stages.analytic.gait.gait_search import find_gait, step_length
+from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poincare_map
+from stages.analytic.model.kinds import TimedRigid, with_legs_exchanged
+from stages.analytic.model.terms import exchanged
+from stages.analytic.model.walker import build_walker
+from stages.analytic.phases.section import section_state
+from stages.analytic.walk.error_estimate import estimate_errors
+from stages.analytic.walk.recording import crossing, record, walk_on
+from stages.analytic.walk.sampling import sample_walk
+from stages.biped.quantity import faults
+from tests.analytic.designs import SLOPE, TABLE_1, TABLE_1_RIGID, changed
+from tests.analytic.differences import map_slope
+from tests.analytic.test_detailed import LAME_RIGID
+
+FREE = changed(TABLE_1_RIGID, frame_mass=0.01, frame_com=0.02)
+SIZES = (4e-6,) * 4
+TOLERANCE = 1e-12
+
+
+@pytest.fixture(scope="module")
+def free():
+    return find_gait(FREE, SLOPE, TOLERANCE)
+
+
+def timed(time, **values):
+    return changed(FREE, feet_retract=True, strike_time=time, **values)
+
+
+@pytest.fixture(scope="module")
+def later(free):
+    """A gait whose feet are put down two per cent later than they would land."""
+    walker, point = free
+    design = DesignPoint(timed(1.02 * point.period * walker.time), SLOPE)
+    return design, *find_gait(design.biped, SLOPE, TOLERANCE)
+
+
+def test_put_down_when_they_would_land_the_gait_is_that_of_feet_that_land(free):
+    walker, point = free
+    own, found = find_gait(timed(point.period * walker.time), SLOPE, TOLERANCE)
+    assert isinstance(own.p, TimedRigid) and own.section_size == 4 == len(found.z)
+    assert found.z == pytest.approx(section_state(point.z, walker.p), abs=1e-10)
+    report = report_gait(own, found, TOLERANCE, 1.1)
+    assert np.abs(report.put_down.rise_m).max() < 1e-11
+    assert report.put_down.slope_walked_deg == pytest.approx(SLOPE.slope_deg, abs=1e-8)
+    assert report_gait(*free, TOLERANCE, 1.1).put_down is None
+
+
+def test_the_clock_changes_what_is_stable(free):
+    """The gait is the same, its multipliers are not: a strike at a time has no shift for a change of the state."""
+    walker, point = free
+    _, found = find_gait(timed(point.period * walker.time), SLOPE, TOLERANCE)
+    assert np.abs(np.abs(found.floquet_multipliers[0]) - np.abs(point.floquet_multipliers[0])) > 1e-2
+
+
+def test_the_map_and_its_derivatives_are_exact(later):
+    """By the state, by every number of the walker, and by the time of the step, which is the period."""
+    _, walker, point = later
+    start = point.z + np.array([1e-3, -2e-3, 3e-3, 1e-3])
+    _, derivative = poincare_derivative(walker, start, 1e-13)
+    assert np.abs(derivative - map_slope(walker, start, SIZES)).max() < 1e-7
+    names = ("T", "l", "m_2", "l_f_2", "r_2", "g_x", "k_h", "L_nat_2")
+    along = np.zeros((len(names), len(walker.p)))
+    for row, name in enumerate(names):
+        along[row, walker.p._fields.index(name)] = max(abs(getattr(walker.p, name)), 1e-3)
+    exact = varied_step(walker, start, along, 1e-13)
+    assert exact.period_along[0] == pytest.approx(walker.p.T, rel=1e-15)
+    assert np.abs(exact.period_along[1:]).max() == 0.0 == np.abs(exact.period_by_state).max()
+    for row, name in enumerate(names):
+        slopes = [(poincare_map(moved(walker, h * along[row]), start, 1e-13).z
+                   - poincare_map(moved(walker, -h * along[row]), start, 1e-13).z) / (2 * h) for h in (4e-5, 2e-5)]
+        wanted = (4 * slopes[1] - slopes[0]) / 3
+        assert exact.along[:, row] == pytest.approx(wanted, rel=0, abs=1e-8 * max(1.0, np.abs(wanted).max())), name
+
+
+def test_a_gait_s_derivatives_are_those_of_differences_and_keep_dimensions(later):
+    design, _, point = later
+    names = sensitive_names(design)
+    assert "biped.strike_time" in names
+    gait = gait_derivatives(design, point, names, 1e-13)
+
+    def length(name, value):
+        there = design.with_value(name, value).walker()
+        return step_length(there, fixed_point(there, point.z, 1e-13)) * there.length
+
+    for name in ("biped.strike_time", "biped.foot_com", "ground.slope_deg"):
+        row, value = names.index(name), design.value(name)
+        slopes = [(length(name, value * (1 + h)) - length(name, value * (1 - h))) / (2 * h) for h in (2e-4, 1e-4)]
+        assert gait.step_length[row] * gait.walker.length == pytest.approx((4 * slopes[1] - slopes[0]) / 3, rel=1e-6)
+    there = [row for row, value in enumerate(gait.changes.values) if value != 0.0]
+    units = [gait.changes.units[row] for row in there]
+    for measure, unit in (("period_s", "s"), ("step_length_m", "m")):
+        assert np.abs(left_by_dimensions(gait.elasticities()[measure][there], units, unit)).max() < 1e-8
+
+
+def test_energy_is_kept_over_the_ground_that_is_found(later):
+    """Feet put down above or below the slope change what gravity does; the audit closes, the path's slope says so."""
+    _, walker, point = later
+    report = report_gait(walker, point, TOLERANCE, 1.1)
+    down = report.put_down
+    assert abs(down.rise_m[0]) > 1e-4 and abs(report.energy.residual) < 1e-9
+    advance = step_length(walker, point) * walker.length
+    assert down.slope_walked_deg == pytest.approx(SLOPE.slope_deg - np.degrees(np.arctan2(down.rise_m[0], advance)))
+    assert report.energy.gravity_work == pytest.approx(
+        FREE.total_mass * SLOPE.gravity * np.hypot(advance, down.rise_m[0]) * np.sin(np.radians(down.slope_walked_deg)),
+        rel=1e-9)
+    assert report.validity.deepest_scuff == 0.0
+
+
+def test_a_walk_from_mid_stance_keeps_the_clock_and_climbs(later):
+    _, walker, point = later
+    upright, elapsed = crossing(walker, point.z, TOLERANCE)
+    walk = sample_walk(walker, walk_on(walker, upright, 3, TOLERANCE, elapsed), 5000.0)
+    assert np.diff(walk.heel_strike_time) == pytest.approx(walker.p.T * walker.time, abs=1e-12)
+    assert walk.heel_strike_time[0] == pytest.approx((walker.p.T - elapsed) * walker.time, abs=1e-12)
+    assert np.abs(np.diff(walk.hip_position[:, 1])).max() < 2e-3  # no jump where feet change
+    rise = report_gait(walker, point, TOLERANCE, 1.1).put_down.rise_m[0]
+    amid = walk.heel_strike_time[1:] - 0.3 * walker.p.T * walker.time
+    assert np.diff(np.interp(amid, walk.time, walk.hip_position[:, 1])) == pytest.approx(rise, abs=1e-6)
+
+
+def test_legs_that_differ_are_put_down_each_in_its_time():
+    walker, point = find_gait(LAME_RIGID, SLOPE, TOLERANCE)
+    biped = changed(LAME_RIGID, feet_retract=True, strike_time=point.period * walker.time)
+    own, found = find_gait(biped, SLOPE, TOLERANCE)
+    assert exchanged(own.p) == with_legs_exchanged(own.p) != own.p
+    periods = [step.period for step in found.steps]
+    assert periods == pytest.approx([own.p.T] * 2, rel=1e-15)
+    report = report_gait(own, found, TOLERANCE, 1.1)
+    assert report.limp.limp == pytest.approx(0.0, abs=1e-12) and np.ptp(report.put_down.rise_m) > 1e-6
+    assert abs(report.energy.residual) < 1e-9
+
+
+def test_feet_that_retract_and_land_themselves_scuff_nothing(free):
+    walker, point = find_gait(changed(FREE, feet_retract=True), SLOPE, TOLERANCE)
+    assert np.array_equal(point.z, free[1].z) and walker.retracts
+    assert report_gait(walker, point, TOLERANCE, 1.1).validity.deepest_scuff == 0.0
+    assert report_gait(*free, TOLERANCE, 1.1).validity.deepest_scuff > 1e-5
+
+
+def test_a_time_without_a_step_is_refused(free):
+    walker, point = free
+    early = build_walker(timed(0.2 * point.period * walker.time), SLOPE)
+    with pytest.raises(StepFailed, match=r"swing foot is behind|rocks back"):
+        poincare_map(early, section_state(point.z, walker.p), TOLERANCE)
+    own, found = find_gait(timed(point.period * walker.time), SLOPE, TOLERANCE)
+    assert "no strike at a given time" in estimate_errors(own, found, 2, TOLERANCE).checked
+    assert len(record(own, section_state(found.z, own.p), 2, TOLERANCE)) == 2
+
+
+@pytest.mark.parametrize(("values", "words"), [
+    ({"feet_retract": False}, "feet_retract: true"), ({"legs": "compliant"}, "rigid legs can"),
+    ({"hip_friction": 1e-3}, "not known together")])
+def test_what_a_timed_strike_goes_with_is_said(values, words):
+    biped = dataclasses.replace(timed(0.5), **values)
+    assert any(broken.key == "strike_time" and words in broken.allowed for broken in faults(biped))
+    assert not list(faults(timed(0.5))) and not TABLE_1.detailed
