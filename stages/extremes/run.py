@@ -5,6 +5,8 @@ Inputs: none. Settings: params/extremes.yaml. Output: `Result`, a row a point.
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
 from stages.biped.progress import Progress, ignore
@@ -31,15 +33,15 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
         progress(count / len(asked), f"{count} of {len(asked)} points")
 
     progress(0.0, "compiling")
-    compile_once(parameters)
+    compile_once(parameters, {point.engine for point in asked})
     found = compute(evaluate, parameters, asked, processes=settings.processes, longest_s=settings.longest_s, done=done)
     return as_result(settings.resolution, asked, found)
 
 
-def compile_once(parameters: Parameters) -> None:
+def compile_once(parameters: Parameters, engines: Collection[str]) -> None:
     """Leave compiled code on the disk before the clock of a point runs: compiling takes longer than any point."""
     full = parameters.settings.resolution == "full"
-    for engine in (GAIT, COULOMB, STEP, *(OF_A_GAIT if full else ()), COMPILED, TWIN):
+    for engine in sorted({GAIT, COULOMB, STEP, *OF_A_GAIT, COMPILED, TWIN}.intersection(engines)):
         evaluate(parameters, Point(engine, "none", 0.0, ()))
     for kind in range(len(KINDS)) if full else ():
         evaluate(parameters, Point(DETAILED, "none", 0.0, detailed_draw(parameters.biped, kind * BLOCK)))
