@@ -118,15 +118,17 @@ def fit_near(
     return fit_run(design, run, model, known)
 
 
-def fit_run(design: DesignPoint, run: MeasuredRun, model: Model, known: Sequence[Known]) -> RunFit:
+def fit_run(
+    design: DesignPoint, run: MeasuredRun, model: Model, known: Sequence[Known], begin: Vector | None = None
+) -> RunFit:
     """Fit a run from a first guess of the design, its start from its heel strikes, the rest from what is believed.
 
-    Where that leads nowhere it is tried again with other noises and horizons on the way. Raises StepFailed where the
-    guess does not walk through the first horizon.
+    `begin` (k,) is that start, where `first_guess` has told it. Where that leads nowhere it is tried again with other
+    noises and horizons on the way. Raises StepFailed where the guess does not walk through the first horizon.
     """
     found: RunFit | None = None
     spent, failure = 0, StepFailed("no fit was tried")
-    begin = first_guess(design, run.strikes, run.sampling.first_leg, model.layout)
+    begin = first_guess(design, run.strikes, run.sampling.first_leg, model.layout) if begin is None else begin
     for start, louder, least in (*((begin, one, 0.0) for one in ATTEMPTS), (begin, 1.0, LEAST),
                                  (model.layout.middle, 1.0, LEAST)):
         try:

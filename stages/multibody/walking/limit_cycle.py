@@ -34,7 +34,8 @@ def limit_cycle(
 
     Raises NoLimitCycle. For the defaults the integration's own tolerance should be 1e-10 or less.
     """
-    return gait_near(SectionWalker(biped, slope, contact, state, settings, difference), state, tolerance, central=central)
+    walker = SectionWalker(biped, slope, contact, state, settings, difference)
+    return gait_near(walker, state, tolerance, central=central)
 
 
 class SectionWalker:
