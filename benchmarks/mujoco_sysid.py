@@ -16,7 +16,7 @@ import os
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -48,6 +48,35 @@ def scaled(names: tuple[str, ...], kind: str, field: str, drawn: dict[str, Any])
     return modify
 
 
+class Robots:
+    """Robots of MuJoCo's own: the export of a study's twin with masses, springs and dampers off by some percent."""
+
+    LOOKED: ClassVar = {"foot masses": (FEET, "body", "mass"), "stiffness": (SPRINGS, "joint", "stiffness"),
+                        "damping": (SPRINGS, "joint", "damping")}
+
+    def __init__(self, twin: Any, seed: int) -> None:
+        self.seed, self.exported = seed, exported(twin)
+        self._text = mjcf.write(self.exported, GROUND).decode()
+        self.spec = self._new()
+        self.drawn = {(name, field): np.array(getattr(getattr(self.spec, kind)(name), field))
+                      for names, kind, field in self.LOOKED.values() for name in names}  # fmt: skip
+
+    def _new(self) -> Any:
+        return mujoco.MjSpec.from_string(self._text)
+
+    def truth(self, trial: int) -> np.ndarray:
+        """Factors of foot masses, springs and dampers of a robot, (3,)."""
+        return 1 + SPREAD * np.random.default_rng([self.seed, trial]).normal(size=len(self.LOOKED))
+
+    def model(self, trial: int) -> Any:
+        """The robot, compiled."""
+        robot = self._new()
+        for value, what in zip(self.truth(trial), self.LOOKED.values(), strict=True):
+            scaled(*what, self.drawn)(robot, sysid.Parameter("truth", nominal=float(value), min_value=0.5,
+                                                             max_value=1.5))  # fmt: skip
+        return robot.compile()
+
+
 def main() -> None:
     """Print a table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -56,28 +85,20 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=7000)
     asked = parser.parse_args()
     every = Study(ROOT, ROOT / "params", ROOT / "results", ()).parameters(["twin", "calibration"])
-    text = mjcf.write(exported(every["twin"]), GROUND).decode()
+    robots = Robots(every["twin"], asked.seed)
     noise = np.repeat([every["calibration"].noise[0], every["calibration"].noise[2]] * 2, 3)
-    spec = mujoco.MjSpec.from_string(text)
-    looked = {"foot masses": (FEET, "body", "mass"),
-              "stiffness": (SPRINGS, "joint", "stiffness"), "damping": (SPRINGS, "joint", "damping")}
-    drawn = {(name, field): np.array(getattr(getattr(spec, kind)(name), field))
-             for names, kind, field in looked.values() for name in names}  # fmt: skip
 
     def parameters() -> Any:
         found = sysid.ParameterDict()
-        for name, what in looked.items():
-            found.add(sysid.Parameter(name, nominal=1.0, min_value=0.7, max_value=1.3, modifier=scaled(*what, drawn)))
+        for name, what in Robots.LOOKED.items():
+            found.add(sysid.Parameter(name, nominal=1.0, min_value=0.7, max_value=1.3,
+                                      modifier=scaled(*what, robots.drawn)))  # fmt: skip
         return found
 
     held, errors, spent, begun = [], [], [], time.process_time()
     for trial in range(asked.trials):
-        rng = np.random.default_rng([asked.seed, trial])
-        truth = 1 + SPREAD * rng.normal(size=len(looked))
-        robot = mujoco.MjSpec.from_string(text)
-        for value, what in zip(truth, looked.values(), strict=True):
-            scaled(*what, drawn)(robot, sysid.Parameter("truth", nominal=float(value), min_value=0.5, max_value=1.5))
-        model = robot.compile()
+        rng, truth, model = np.random.default_rng([asked.seed, trial]), robots.truth(trial), robots.model(trial)
+        rng.normal(size=len(truth))  # the truth's own
         data = mujoco.MjData(model)
         mujoco.mj_resetDataKeyframe(model, data, 0)
         count = round(asked.steps * STEP_S / model.opt.timestep)
@@ -88,7 +109,7 @@ def main() -> None:
         every_so_many = round(1 / RATE_HZ / model.opt.timestep)
         times, shown = state[::every_so_many, 0], shown[::every_so_many]
         seen = sysid.TimeSeries.from_names(times, shown + noise * rng.normal(size=shown.shape), model)
-        sequence = sysid.ModelSequences("twin", spec, "run", start, control, seen)
+        sequence = sysid.ModelSequences("twin", robots.spec, "run", start, control, seen)
         residual = sysid.build_residual_fn(models_sequences=[sequence])
         first = time.process_time()
         found, result = sysid.optimize(parameters(), residual, optimizer="mujoco", verbose=False, eps=DIFFERENCE)
@@ -100,11 +121,11 @@ def main() -> None:
         print(f"trial {trial}: {spent[-1]:.1f} s, errors % {np.round(100 * errors[-1], 2).tolist()}, "
               f"half widths % {np.round(100 * half, 3).tolist()}", flush=True)
     print("| parameter | 95 % intervals that hold | error, median, % |\n|---|---|---|")
-    for row, name in enumerate(looked):
+    for row, name in enumerate(Robots.LOOKED):
         print(f"| {name} | {sum(one[row] for one in held)} of {len(held)} | "
               f"{100 * np.median(np.abs([one[row] for one in errors])):.3f} |")
-    print(f"\n{asked.steps} steps of {STEP_S} s, {len(looked)} unknowns: {np.median(spent):.1f} s of processor time a "
-          f"fit (median), {time.process_time() - begun:.0f} s in all.")
+    print(f"\n{asked.steps} steps of {STEP_S} s, {len(Robots.LOOKED)} unknowns: {np.median(spent):.1f} s of processor "
+          f"time a fit (median), {time.process_time() - begun:.0f} s in all.")
 
 
 if __name__ == "__main__":

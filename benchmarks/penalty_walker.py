@@ -5,11 +5,13 @@
 Twenty sets for each law of the normal force, drawn by a seed, hard ones among them. Of each: the distance over one step
 (allowed: 1e-9 m) and between solved cycles (allowed: three times the larger own error), and of some the distance over
 ten steps (the same). Then, in the same run, processor times at settings of about equal error: one step, the step with
-its derivative, and a solved cycle with its multipliers.
+its derivative, and a solved cycle with its multipliers; and what the gait's derivatives by all numbers of design, slope
+and ground take, exact and by extrapolated differences of steps.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import sys
 import time
 from collections.abc import Callable
@@ -29,6 +31,8 @@ from stages.multibody.parameters import Settings as ExudynSettings
 from stages.multibody.walking.limit_cycle import SectionWalker, limit_cycle
 from stages.multibody.walking.walk import build
 from stages.multibody.walking.walk import simulate as exudyn_walk
+from stages.penalty.model.changes import changes_of
+from stages.penalty.response import changed, responses
 from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
 from stages.penalty.walk import simulate
@@ -97,6 +101,47 @@ def times(given: Parameters) -> None:
         print(f"{name:30}{1e3 * one:15.2f}{1e3 * two:15.1f}{two / one:9.0f}", flush=True)
 
 
+def derivatives(given: Parameters) -> None:
+    """Period and step length of the gait by every number: one step with variations, or eight steps for each number.
+
+    Differences walk to the gait of each changed walker in first order: four steps tell how the section's numbers move,
+    four from there how period and length do.
+    """
+    model = given.biped, given.slope, given.contact
+    start = rolling_state(given.biped, given.contact, START, FORCE)
+    gait = gait_near(PenaltyStepper(*model, start, Settings(1e-12)), start, 1e-10)
+    names = [f"{part.FILE}.{field.name}" for part in model for field in dataclasses.fields(part)
+             if field.default is dataclasses.MISSING and isinstance(getattr(part, field.name), float)]  # fmt: skip
+
+    def by_differences() -> np.ndarray:
+        left, found = np.linalg.inv(np.eye(10) - gait.monodromy_matrix), []
+        scales = changes_of(*model, names).scales
+
+        def slope(name: str, scale: float, moved: np.ndarray) -> np.ndarray:
+            rates = []
+            for share in (2e-4, 1e-4):
+                ends = []
+                for by in (share, -share):
+                    stepper = PenaltyStepper(*changed(*model, name, by * scale), start, Settings(1e-13))
+                    step = stepper.step(gait.section_state + by * moved)
+                    ends.append(np.array([*step.numbers, np.log(step.duration), np.log(step.length)]))
+                rates.append((ends[0] - ends[1]) / (2 * share))
+            return np.asarray((4 * rates[1] - rates[0]) / 3)
+
+        for name, scale in zip(names, scales, strict=True):
+            moved = left @ slope(name, scale, np.zeros(10))[:10]
+            found.append(slope(name, scale, moved)[10:])
+        return np.array(found)
+
+    def exact() -> np.ndarray:
+        return responses(*model, start, gait, names).elasticities()
+
+    apart = np.abs(exact() - by_differences()).max()
+    one, two = seconds(exact, 5), seconds(by_differences, 2)
+    print(f"\n{len(names)} numbers, elasticities of period and length: exact {1e3 * one:.0f} ms, by differences "
+          f"{1e3 * two:.0f} ms, {two / one:.1f} times as long; {apart:.1e} apart")  # fmt: skip
+
+
 def main() -> None:
     sets, seed = (int(text) for text in (*sys.argv[1:3], *(20, 20)[len(sys.argv) - 1 :]))
     given = load(locate().params, [], {"contact_study": Parameters}, [Parameters])["contact_study"]
@@ -109,6 +154,7 @@ def main() -> None:
             print(f"{law + ', ' + what:24}{len(own):7}{np.median(sizes):12.1e}{max(sizes):13.1e}{max(shares):12.2f}"
                   f"{sum(not one.fine for one in own):10}", flush=True)  # fmt: skip
     times(given)
+    derivatives(given)
 
 
 if __name__ == "__main__":

@@ -15,8 +15,9 @@ FILE_NAME = "dvc.yaml"
 _KEYS = ("cmd", "deps", "params", "outs")
 _RESULTS = "results"
 _FORBIDDEN = '\\:*?"<>|\0'
+REPORT = "report.html"
 #: Files and folders in results/ that no stage makes.
-OWN = ("differences", "drawn", "log", "log.jsonl", "report.html", "sweeps", "README.md")
+OWN = ("differences", "drawn", "log", "log.jsonl", REPORT, "sweeps", "README.md")
 
 
 @dataclass(frozen=True)

@@ -87,16 +87,15 @@ def is_unfinished(path: Path) -> bool:
 
 
 def write_sealed(path: Path, body: object) -> None:
-    """Put `body` as JSON at `path`, with a seal that tells damage."""
-    text = json.dumps(body, sort_keys=True)
-    write(path, json.dumps({"seal": digest(text.encode()), "body": body}, sort_keys=True).encode())
+    """Put `body` as JSON at `path`, behind a line with a seal that tells damage."""
+    text = json.dumps(body, sort_keys=True).encode()
+    write(path, (f"{digest(text)}\n".encode(), text))
 
 
 def read_sealed(path: Path) -> object:
     """What `write_sealed` wrote; None if there is no such file or it was damaged."""
-    try:
-        stored = json.loads(read(path, MEMO) or b"")
-        text = json.dumps(stored["body"], sort_keys=True)
-        return stored["body"] if stored["seal"] == digest(text.encode()) else None
-    except (ValueError, KeyError, TypeError, OSError, RecursionError):
-        return None
+    with contextlib.suppress(ValueError, OSError, RecursionError):
+        seal, _, text = (read(path, MEMO) or b"").partition(b"\n")
+        if seal == digest(text).encode():
+            return json.loads(text)
+    return None

@@ -17,7 +17,7 @@ import shutil
 import stat
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -167,6 +167,10 @@ class Store:
         """Where the out `results/...` lies in this results folder."""
         return self.results / path.removeprefix(_RESULTS)
 
+    def vouchers(self, entry: Entry) -> tuple[Path, Path]:
+        """The files that say of an entry what was made and that it was put in place."""
+        return self.folder / entry.key / _MANIFEST, self._record(entry.stage)
+
     def _record(self, stage: str) -> Path:
         return self.folder / CURRENT / f"{stage}.json"
 
@@ -201,7 +205,9 @@ def _manifest(entry: Entry) -> bytes:
     return json.dumps({"seal": _seal(body), "entry": body}, indent=1).encode()
 
 
+@lru_cache(maxsize=64)
 def _entry(content: bytes | None, key: str) -> Entry | None:
+    """What a manifest says of an entry: looked at once, as a run asks several times for the same ones."""
     try:
         stored = json.loads(content or b"")
         body = stored["entry"]

@@ -7,6 +7,7 @@ import contextlib
 import hashlib
 import sys
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -32,13 +33,16 @@ class SyntaxMemo:
     def __init__(self, path: Path | None) -> None:
         self._path = path
         self._known: dict[str, Meaning] = {}
-        self._stored: dict[str, Any] = {}
         self._grown = False
-        stored: Any = durable.read_sealed(path) if path else None
-        if stored:
-            with contextlib.suppress(TypeError, KeyError):
-                if stored["for"] == _INTERPRETER:
-                    self._stored = dict(stored["files"])
+
+    @cached_property
+    def _stored(self) -> dict[str, Any]:
+        """What was kept, read when the first source is asked for."""
+        stored: Any = durable.read_sealed(self._path) if self._path else None
+        with contextlib.suppress(TypeError, KeyError):
+            if stored["for"] == _INTERPRETER:
+                return dict(stored["files"])
+        return {}
 
     def meaning(self, source: bytes) -> Meaning:
         """Meaning of a source file's bytes. A file that does not parse means its own bytes."""

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from pipeline.commands import options
+from pipeline.graph import REPORT
 from pipeline.study import Study, shown
 
 
@@ -30,6 +31,6 @@ def command(study: Study, into: Path | None, no_times: bool) -> None:
     stale = {item.name: "; ".join(item.reasons) for item in survey if item.state is not State.CURRENT}
     if stale:
         click.echo(f"note: not current: {', '.join(stale)}; the page says so (see bipedstudy status)", err=True)
-    path = into or study.results / page.NAME
+    path = into or study.results / REPORT
     durable.write(path, page.render(study, made, not no_times, stale))
     click.echo(f"written: {shown(path)}")

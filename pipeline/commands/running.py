@@ -34,7 +34,7 @@ def run_stages(
     as_json: bool,
     verbose: bool,
     afterwards: Callable[[Study], Path | None] | None = None,
-) -> None:
+) -> list[Outcome]:
     """Bring `names` up to date under the results folder's lock, or say what that would take.
 
     `afterwards` follows under the same lock; it returns the file it wrote, if any.
@@ -45,7 +45,7 @@ def run_stages(
     if dry_run:
         survey = Planner(study, values).survey(names)
         print_survey(study, survey, as_json, frozenset(forced))
-        return
+        return []
     began = time.perf_counter()
     shows = display.for_terminal(verbose, as_json)
     command = " ".join(["bipedstudy", *sys.argv[1:]])
@@ -67,6 +67,7 @@ def run_stages(
     seconds = time.perf_counter() - began
     if as_json:
         print_json({"stages": [_plain(outcome) for outcome in outcomes], "seconds": round(seconds, 3)})
+    return outcomes
 
 
 def _say_what_gives_way(study: Study, values: Mapping[str, Any], shows: display.Display) -> None:

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pipeline.cache import durable
+from pipeline.cache import artefact, durable, regular
 from pipeline.cache.closure import Closure
 from pipeline.cache.distributions import versions
 from pipeline.cache.store import QUESTIONS
@@ -24,6 +24,7 @@ from pipeline.execution.job import Function, Job, engine_code
 from pipeline.parameters import loading
 from pipeline.parameters.rewriting import rewritten
 from pipeline.questions.block_table import BlockTable
+from pipeline.stage_modules import result_class
 from pipeline.study import Study, shown
 from pipeline.sweep import pool
 from pipeline.sweep.chunks import Chunks
@@ -163,6 +164,23 @@ class Asked:
             from pipeline.sweep import cluster
 
             yield from cluster.compute(self._client, job, chunks, uuid.uuid4().hex)
+
+    def result(self) -> tuple[Any, str]:
+        """The stage's own result as it lies among the study's, and its file; None, and a clause why, without one.
+
+        Whatever made it: who asks says which parameters it must have been made with.
+        """
+        out = f"results/{self._stage}.h5"
+        if out not in self._study.graph.stages[self._stage].outs:
+            return None, f"{out} is no result of this study"
+        file = self._study.store.place(out)
+        if not file.exists():
+            return None, f"{shown(file)} is not there"
+        try:
+            regular.check(file, shown(file), regular.ARTEFACT)
+            return artefact.load(file, result_class(self._study.package, self._stage)), shown(file)
+        except StudyError as unfit:
+            return None, str(unfit)
 
     @contextlib.contextmanager
     def new_file(self, path: Path) -> Iterator[Path]:

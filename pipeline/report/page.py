@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.cache import durable
 from pipeline.cache.store import Entry
+from pipeline.graph import REPORT
 from pipeline.parameters import levels
 from pipeline.study import Study
 
 if TYPE_CHECKING:
     from pipeline.report.content import Content
 
-NAME = "report.html"
 _TEMPLATE = Path(__file__).with_name("page.html")
 _SEAL = '<meta name="made-from" content="{}">'
 _WHOLE = '<meta name="whole" content="{}">'
@@ -79,7 +79,7 @@ def refresh(study: Study) -> Path | None:
     from pipeline.report.content import entries
 
     made = entries(study)
-    path = study.results / NAME
+    path = study.results / REPORT
     if is_current(path, seal(study, made, True, {})):
         return None
     durable.write(path, render(study, made, True, {}))

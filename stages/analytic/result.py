@@ -6,17 +6,157 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.analytic.derivatives.uncertainty import Elasticities, Uncertainty
-from stages.analytic.gait.outsole_effect import OutsoleEffect
-from stages.analytic.gait.sensitivity import Variation
-from stages.analytic.walk.energy import EnergyAudit
-from stages.analytic.walk.error_estimate import NumericalError
-from stages.analytic.walk.validity import Validity
-from stages.analytic.walk.without_impact import WithoutImpact
 from stages.biped.accuracy.estimate import ErrorEstimate
 from stages.biped.gait import Gait, StanceState
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
+
+#: A sliding foot uses all the friction there is, up to this share.
+ROUND_OFF = 1e-9
+
+
+@dataclass(frozen=True)
+class EnergyAudit:
+    """Energies of one step of a periodic gait [J]; `residual` is what does not close, relative to gravity's work."""
+
+    gravity_work: float = quantity("J", "work of gravity over one step", symbol="W_g")
+    damper_loss: float = quantity("J", "energy taken by the leg dampers over one step")
+    impact_loss: float = quantity("J", "kinetic energy lost in impacts")
+    friction_loss: float = quantity("J", "energy taken by sliding of the trailing foot over one step")
+    residual: float = quantity("1", "(work - losses) / work; zero if the audit closes")
+
+
+@dataclass(frozen=True)
+class Elasticities:
+    """How the gait answers to one parameter: change in a share for a share of it, d ln measure / d ln parameter.
+
+    For a parameter that is zero, a share is one of `scale`, a size it could have.
+    """
+
+    parameter: str = quantity("-", "parameter, as file.key")
+    unit: str = quantity("-", "its unit")
+    value: float = quantity("-", "its value, in that unit")
+    half_width: float = quantity("-", "how far it may be off, in that unit; 0: exact")
+    scale: float = quantity("-", "what a share is of, in that unit: the value, unless that is zero")
+    period: float = quantity("1", "elasticity of the duration of a step")
+    step_length: float = quantity("1", "elasticity of the step length")
+    speed: float = quantity("1", "elasticity of the speed")
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """How far one number of the gait may be off, in its own unit; NaN where it has no derivative."""
+
+    name: str = quantity("-", "which number: a field of Gait, of its fixed point, or the magnitude of a multiplier")
+    unit: str = quantity("-", "its unit")
+    value: float = quantity("-", "the number")
+    worst: float = quantity("-", "all values of the design off by their half-widths, at the worst")
+    independent: float = quantity("-", "the same as independent errors: root of the sum of squares")
+    decisive: str = quantity("-", "the parameter of the design that may move it most")
+    decisive_part: float = quantity("-", "by how much that one may move it")
+    slope_least: float = quantity("-", "its least on slopes within the slope's half-width; NaN: no gait on some")
+    slope_most: float = quantity("-", "its most there")
+
+
+@dataclass(frozen=True)
+class OutsoleEffect:
+    """The gait on an outsole; NaN where there is none."""
+
+    thickness: float = quantity("m", "thickness of the outsole")
+    mass: float = quantity("kg", "mass of a leg's rubber")
+    frequency_without_mass: float = quantity("Hz", "step frequency on a layer without mass")
+    frequency_with_mass: float = quantity("Hz", "step frequency on a layer with its mass")
+    turning_mass: float = quantity("kg", "mass a leg of a layer that leaves the step frequency as it is; NaN: none")
+
+
+@dataclass(frozen=True)
+class Variation:
+    """One design parameter changed alone, by the same share down and up."""
+
+    name: str = quantity("-", "design parameter")
+    change: float = quantity("1", "relative change")
+    multiplier_below: float = quantity("1", "largest multiplier with the parameter lowered; NaN without a gait")
+    multiplier_above: float = quantity("1", "largest multiplier with the parameter raised; NaN without a gait")
+    frequency_below: float = quantity("Hz", "step frequency with the parameter lowered; NaN without a gait")
+    frequency_above: float = quantity("Hz", "step frequency with the parameter raised; NaN without a gait")
+
+
+@dataclass(frozen=True)
+class NumericalError:
+    """Estimated errors of the numbers computed, from the errors of the integrator's steps; NaN where none can be given.
+
+    Period and step length are those of the gait, the hip's path and the steps' durations those of the walk.
+    """
+
+    period: float = quantity("s", "error of the gait's period, exact minus computed")
+    step_length: float = quantity("m", "error of the gait's step length, exact minus computed")
+    hip_position: float = quantity("m", "largest error of the hip over the walk")
+    step_duration: float = quantity("s", "largest error of a step's duration over the walk")
+    checked: str = quantity("-", "why the estimates are given, or why they are not")
+
+    @property
+    def given(self) -> bool:
+        """Whether the estimates are given, but for a number whose leading terms cancel."""
+        return bool(np.isfinite(self.hip_position))
+
+
+@dataclass(frozen=True)
+class Validity:
+    """Forces the gait asks of the ground, and its scuffing. Friction is |tangential| / normal; infinite for a pull.
+
+    In double stance friction has no largest value: towards toe-off the trailing foot's normal force vanishes before the
+    tangential one. So it is told how long the foot is outside of the friction cone, and what it needs while loaded.
+    """
+
+    least_normal_force_stance: float = quantity("N", "least normal force of the leading or only stance foot")
+    least_normal_force_trailing: float = quantity("N", "least normal force of the trailing foot in double stance")
+    friction_single_stance: float = quantity("1", "largest friction used in single stance")
+    friction_double_stance_loaded: float = quantity(
+        "1", "largest friction used in double stance by a foot that bears a tenth of its largest normal force there"
+    )
+    friction_there_is: float = quantity("1", "static friction of the ground, by which the next two are judged")
+    time_outside_cone: float = quantity("1", "part of double stance in which the trailing foot needs more friction")
+    impulse_outside_cone: float = quantity("1", "part of its tangential impulse in double stance that falls in then")
+    impulse_friction_landing: float = quantity("1", "friction the impulse needs at the landing foot")
+    impulse_friction_trailing: float = quantity("1", "friction the impulse needs at the trailing foot")
+    impulse_normal_trailing: float = quantity("N s", "normal impulse on the trailing foot; negative is a pull")
+    deepest_scuff: float = quantity("m", "depth of the swing foot below ground at mid-swing")
+    deepest_scuff_angle: float = quantity("rad", "stance angle at the deepest scuff")
+    feet_push_only: bool = quantity("1", "whether every normal force and impulse pushes")
+
+    def broken_assumptions(self) -> list[str]:
+        """The assumptions that do not hold on this ground, in words."""
+        broken, friction = [], self.friction_there_is
+        if self.least_normal_force_stance < 0:
+            broken.append(f"the ground would pull the stance foot with {-self.least_normal_force_stance:.3g} N")
+        if self.impulse_normal_trailing < 0:
+            broken.append("the impact would need the ground to pull the trailing foot")
+        for needed, where in (
+            (self.friction_single_stance, "single stance"),
+            (self.impulse_friction_landing, "the impulse on the landing foot"),
+            (self.impulse_friction_trailing, "the impulse on the trailing foot"),
+        ):
+            if needed > friction * (1 + ROUND_OFF):
+                broken.append(f"{where} needs friction {needed:.3g}, the ground has {friction:.3g}")
+        if self.time_outside_cone > 0:
+            share = 100 * self.time_outside_cone
+            broken.append(f"in {share:.3g} % of double stance the trailing foot needs friction beyond {friction:.3g}")
+        if self.deepest_scuff > 0:
+            depth = 1e3 * self.deepest_scuff
+            broken.append(f"the swing foot passes {depth:.2g} mm below ground: it needs stepping blocks")
+        return broken
+
+
+@dataclass(frozen=True)
+class WithoutImpact:
+    """The landing foot at acceleration level without an impact; zero for legs without double stance."""
+
+    duration: float = quantity("s", "time integrated, that of the gait's double stance")
+    slip_at_landing: float = quantity("m/s", "slip of the landing foot just before heel strike, downhill positive")
+    descent_at_landing: float = quantity("m/s", "descent of the landing foot just before heel strike")
+    slip_at_end: float = quantity("m/s", "its slip after double stance, were there no impact")
+    descent_at_end: float = quantity("m/s", "its descent after double stance, were there no impact")
+    depth_at_end: float = quantity("m", "how far it has come into the ground by then")
 
 
 @dataclass(frozen=True)

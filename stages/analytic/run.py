@@ -13,7 +13,7 @@ import numpy as np
 
 from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.derivatives.numbers import sensitive_names
-from stages.analytic.derivatives.uncertainty import Elasticities, Uncertainty, elasticities_of, uncertainties_of
+from stages.analytic.derivatives.uncertainty import elasticities_of, uncertainties_of
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import GaitReport, report_gait
@@ -24,8 +24,8 @@ from stages.analytic.gait.sensitivity import Neighbours, vary_design
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.parameters import FINEST, Parameters, Settings
-from stages.analytic.result import Result
-from stages.analytic.walk.error_estimate import NumericalError, estimate_errors, not_given
+from stages.analytic.result import Elasticities, NumericalError, Result, Uncertainty
+from stages.analytic.walk.error_estimate import estimate_errors, not_given
 from stages.analytic.walk.recording import constraint_drift, crossing_state, walk_on
 from stages.analytic.walk.sampling import sample_walk
 from stages.analytic.walk.without_impact import without_impact

@@ -176,19 +176,11 @@ GIVEN_OR_ZERO = tuple(sorted(DETAILS - {*GIVEN_OR_NONE}))
 
 
 #: The models of a detailed design, as a refusal names them.
-KNOWING = "analytic and multibody"
+KNOWING = "the constraint model and Exudyn's planar model"
 
 
 class BeyondModel(ValueError):
     """A design has a detail that a model does not know; the message says which, and which model knows it."""
-
-
-def unknown_details(biped: Biped, model: str) -> Iterator[Broken]:
-    """What of a design a model of Table 1's biped does not know, as broken rules of a stage's parameters."""
-    for key in biped.details:
-        field = next(field for field in dataclasses.fields(biped) if field.name == key)
-        nothing = f"{field.default:g} {field.metadata['unit']}" if field.default is not None else "none"
-        yield Broken(f"{Biped.FILE}.{key}", f"{nothing} in {model} (only {KNOWING} know it)")
 
 
 def require_plain(biped: Biped, model: str) -> None:
@@ -196,14 +188,3 @@ def require_plain(biped: Biped, model: str) -> None:
     if biped.detailed:
         keys = ", ".join(biped.details)
         raise BeyondModel(f"{model} does not know {keys}; only {KNOWING} do")
-
-
-@dataclass(frozen=True)
-class OfPlainBiped:
-    """Parameters of a stage that knows Table 1's biped only: a detail is refused, not passed over."""
-
-    biped: Biped
-
-    def broken_rules(self) -> Iterator[Broken]:
-        """The design has no details."""
-        yield from unknown_details(self.biped, type(self).__module__.split(".")[-2])

@@ -75,9 +75,11 @@ class Asking(Protocol):
         Answers are kept, so a question that is stopped goes on where it was.
         """
 
+    def result(self) -> tuple[Any, str]:
+        """The stage's own result as it lies among the study's, and the file it is from; None, and why, without one."""
+
     def new_file(self, path: Path) -> AbstractContextManager[Path]:
         """A path to write to; what stands there at the end of the context appears as `path`, whole or not at all."""
-
 
     def new_table(
         self, path: Path | None, columns: Sequence[Column], size: int, about: Mapping[str, str]

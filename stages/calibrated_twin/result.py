@@ -23,8 +23,9 @@ class Number:
     unit: str = quantity("-", "its unit")
     drawn: float = quantity("SI", "value as drawn")
     found: float = quantity("SI", "by the constraint model, mean of the runs")
-    corrected: float = quantity("SI", "after one correction step with the twin; as found where there was none")
-    sd: float = quantity("SI", "standard error of the corrected value: noise, spread of runs, what a correction leaves")
+    by_twin: float = quantity("SI", "after one correction step with the twin; as found where there was none")
+    corrected: float = quantity("SI", "less what fits of other machines' runs miss; by the twin where none tell it")
+    sd: float = quantity("SI", "standard error of the corrected value, what the model puts wrong in it")
     truth: float = quantity("SI", "the robot's, mean of the runs; NaN where nobody knows it")
 
     def interval(self, half_width: float) -> tuple[float, float]:
@@ -44,6 +45,7 @@ class Robot:
     kind: str = quantity("-", "with outsole, without outsole, lab")
     runs: int = quantity("1", "runs that were fitted")
     corrected_runs: int = quantity("1", "runs that the twin corrected")
+    other_runs: int = quantity("1", "runs of other machines that tell what the model puts wrong; 0: none")
     numbers: tuple[Number, ...] = quantity("-", "a row for each parameter")
     correlations: np.ndarray = quantity(
         "1", "of the parameters, by the first run's fit, (n, n)", dimensions=("parameter", "parameter_too"))
@@ -53,6 +55,14 @@ class Robot:
     frequency: float = quantity("Hz", "step frequency of the corrected robot's gait on the nominal ramp")
     frequency_sd: float = quantity("Hz", "its standard error")
     true_frequency: float = quantity("Hz", "that of the true robot's gait; NaN where nobody knows it")
+
+    @property
+    def by_what(self) -> str:
+        """What its intervals are told by."""
+        if self.other_runs:
+            return f"what fits of {self.other_runs} other machines' runs miss"
+        return "the fit's noise and the whole of what the correction took off" if self.corrected_runs else (
+            "the fit's noise and residuals alone")
 
     def number(self, name: str) -> Number:
         """One row. Raises StopIteration."""
@@ -109,12 +119,12 @@ class Result:
         tables: list[Table] = []
         for robot in self.robots:
             rows: list[tuple[str, ...]] = [
-                (one.name, f"{one.drawn:.6g} {one.unit}", f"{one.found:.6g}", f"{one.corrected:.6g}", f"{one.sd:.2g}",
-                 f"{one.truth:.6g}" if np.isfinite(one.truth) else "not known")
+                (one.name, f"{one.drawn:.6g} {one.unit}", f"{one.found:.6g}", f"{one.by_twin:.6g}",
+                 f"{one.corrected:.6g}", f"{one.sd:.2g}", f"{one.truth:.6g}" if np.isfinite(one.truth) else "not known")
                 for one in robot.numbers
             ]
-            tables.append((f"Robot {robot.kind}, {robot.runs} runs",
-                           ("parameter", "drawn", "found", "corrected", "sd", "truth"), rows))
+            tables.append((f"Robot {robot.kind}, {robot.runs} runs; sd by {robot.by_what}",
+                           ("parameter", "drawn", "found", "corrected by the twin", "corrected", "sd", "truth"), rows))
         tables += _of_pairs(self.pairs) + _of_checks(self.checks)
         return tables
 

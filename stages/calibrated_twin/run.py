@@ -20,12 +20,13 @@ from stages.biped.walk import Walk
 from stages.calibrated_twin.parameters import Parameters
 from stages.calibrated_twin.result import CORRECTED, Check, Result
 from stages.calibrated_twin.robot import TwinRobot
-from stages.calibrated_twin.told import Fitted, Left, design_of, pairs_of, robot_of
+from stages.calibrated_twin.told import Fitted, design_of, pairs_of, robot_of
 from stages.calibration.estimation.correction import Corrected, corrected
 from stages.calibration.estimation.equations import Model, run_equations
 from stages.calibration.estimation.fit import fit_near
 from stages.calibration.estimation.foretold import rms_of
 from stages.calibration.information.plan import FINE, SLOPE, first_model
+from stages.calibration.intervals.discrepancy import Discrepancy
 from stages.calibration.observation.unknowns import SIDES
 from stages.calibration.result import HeldOut
 from stages.calibration.result import Result as Calibration
@@ -61,10 +62,9 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         fitted, why = work.corrected(kind)
         robots.append(fitted)
         reasons += why
-    left = Left(parameters.settings.left_alone, parameters.settings.left_between)
     names = work.model.shared
     by_kind = {one.kind: one for one in robots}
-    pairs = (pairs_of(by_kind[WITH_OUTSOLE], by_kind[WITHOUT], names, left, work.near)
+    pairs = (pairs_of(by_kind[WITH_OUTSOLE], by_kind[WITHOUT], names, work.near)
              if WITH_OUTSOLE in by_kind and WITHOUT in by_kind else ())
     checks: list[Check] = []
     for one in inputs.calibration.held_out:
@@ -73,7 +73,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         checks += done
         reasons += why
     walk, why = work.walk(robots[0]) if robots else (None, [])
-    return Result(tuple(robot_of(one, names, left, work.near) for one in robots), pairs, tuple(checks),
+    return Result(tuple(robot_of(one, names, work.near) for one in robots), pairs, tuple(checks),
                   tuple(reasons + why), walk)
 
 
@@ -130,7 +130,10 @@ class _Work:
                 reasons.append(f"{fit.name}: not corrected: {reason}")
                 continue
             corrections[place] = found
-        return Fitted(kind, drawn, fits, corrections), reasons
+        told = self.inputs.calibration
+        pull = float(np.mean([self.model.layout.pull(fit.unknowns) for fit in fits]))
+        return Fitted(kind, drawn, fits, corrections, told.drawn, pull,
+                      Discrepancy.told(self.model.shared, told.misses)), reasons
 
     def checked(self, held: HeldOut, fitted: Fitted) -> tuple[list[Check], list[str]]:
         """A held-out run walked by the twin: with numbers and start as the model has them, then with both corrected.
@@ -146,7 +149,7 @@ class _Work:
             done.append(self._check(AS_FOUND, found, held.unknowns, held, one))
             if fitted.corrections:
                 own_bias = np.mean([each.own_bias for each in fitted.corrections.values()], axis=0)
-                better = self._design(fitted, fitted.found - fitted.bias, own - own_bias)
+                better = self._design(fitted, fitted.found - fitted.by_twin, own - own_bias)
                 made = self.robot.run(better, held.unknowns, one.run)
                 alone = replace(self.model, shared=(), own=(SLOPE,))
                 sure = {SLOPE: (better.value(SLOPE), SURE_DEG)}

@@ -17,6 +17,7 @@ from stages.analytic.model.walker import Vector
 from stages.calibrated_twin.result import Number, Pair, Robot
 from stages.calibration.estimation.correction import Corrected
 from stages.calibration.information.plan import FINE
+from stages.calibration.intervals.discrepancy import SPARE, Discrepancy
 from stages.calibration.result import FittedRun
 from stages.campaign.result import BARE
 
@@ -24,43 +25,49 @@ HIP, FRAME = "biped.hip_mass", "biped.frame_mass"
 
 
 @dataclass(frozen=True)
-class Left:
-    """What a correction step leaves of the bias that it takes off, as a share of it: of a robot's own numbers, and of
-    the difference between two robots that are alike but for one thing."""
-
-    alone: float
-    between: float
-
-
-@dataclass(frozen=True)
 class Fitted:
-    """Fits of one kind of robot as `drawn`, and the corrections of some of them, by their places."""
+    """Fits of one kind of robot as `drawn`, the corrections of some of them by their places, and what fits of other
+    machines' runs miss, where enough tell it, in shares of `scales` (d,)."""
 
     kind: str
     drawn: DesignPoint
     fits: Sequence[FittedRun]
     corrections: dict[int, Corrected]
+    scales: Vector
+    pull: float = 0.0
+    discrepancy: Discrepancy | None = None
+
+    @property
+    def by_twin(self) -> Vector:
+        """What the model puts wrong, (d,), mean of the corrected runs; zero where there is none."""
+        if not self.corrections:
+            return np.zeros(len(self.scales))
+        return np.asarray(np.mean([one.bias for one in self.corrections.values()], axis=0))
 
     @property
     def bias(self) -> Vector:
-        """What the model puts wrong, (d,), mean of the corrected runs; zero where there is none."""
-        if not self.corrections:
-            return np.zeros(len(self.fits[0].design))
-        return np.asarray(np.mean([one.bias for one in self.corrections.values()], axis=0))
+        """What the model puts wrong, (d,): by the other machines' runs, else by the twin's correction."""
+        return self.by_twin if self.discrepancy is None else self.discrepancy.expected(self.scales, self.pull)
 
     def corrected(self, place: int) -> Vector:
-        """A run's parameters less the bias, (d,)."""
-        return np.asarray(self.fits[place].design - self.bias)
+        """A run's parameters less the bias by the twin, (d,)."""
+        return np.asarray(self.fits[place].design - self.by_twin)
 
     @property
     def found(self) -> Vector:
         """Mean of the runs' parameters, (d,)."""
         return np.asarray(np.mean([one.design for one in self.fits], axis=0))
 
-    def covariance(self, left: float) -> np.ndarray:
-        """Of the mean of the corrected parameters, (d, d): of the fits, and a share of the bias, which moves as one."""
+    @property
+    def covariance(self) -> np.ndarray:
+        """Of the mean of the corrected parameters, (d, d): what fits of other machines' runs scatter, noise with it.
+
+        Where they do not tell it: that of the fits, and the whole of the bias, which moves as one.
+        """
+        if self.discrepancy is not None:
+            return self.discrepancy.spread(self.scales, self.pull)
         noise = np.sum([one.covariance for one in self.fits], axis=0) / len(self.fits) ** 2
-        return np.asarray(noise + left**2 * np.outer(self.bias, self.bias))
+        return np.asarray(noise + np.outer(self.bias, self.bias))
 
 
 def design_of(drawn: DesignPoint, names: Sequence[str], values: Vector) -> DesignPoint:
@@ -83,41 +90,53 @@ def frequency(
     return value, float(np.sqrt(slope @ covariance @ slope))
 
 
-def robot_of(fitted: Fitted, names: Sequence[str], left: Left, near: Vector) -> Robot:
+def robot_of(fitted: Fitted, names: Sequence[str], near: Vector) -> Robot:
     """A robot's numbers, as Table 1 counts them: frames belong to the hip. `near` is where a similar one's gait begins.
     """
-    drawn, corrected, covariance = fitted.drawn, fitted.found - fitted.bias, fitted.covariance(left.alone)
+    drawn, corrected, covariance = fitted.drawn, fitted.found - fitted.bias, fitted.covariance
+    by_twin = fitted.found - fitted.by_twin
     truth = np.mean([one.truth for one in fitted.fits], axis=0)
     sd = np.sqrt(np.diag(covariance))
     values = np.array([drawn.value(name) for name in names])
     numbers = []
     for row, name in enumerate(names):
         times, more = (2.0, drawn.biped.hip_mass) if name == FRAME else (1.0, 0.0)
-        of = [times * float(each[row]) + more for each in (values, fitted.found, corrected, truth)]
+        of = [times * float(each[row]) + more for each in (values, fitted.found, by_twin, corrected, truth)]
         numbers.append(Number(HIP if name == FRAME else name, drawn.unit(name), of[0], of[1], of[2],
-                              times * float(sd[row]), of[3]))
+                              of[3], times * float(sd[row]), of[4]))
     value, value_sd = frequency(design_of(drawn, names, corrected), names, covariance, near)
     known = np.isfinite(truth).all()
     true = frequency(design_of(drawn, names, truth), names, covariance, near)[0] if known else math.nan
     first = fitted.fits[0].covariance
     biases = np.array([one.bias for one in fitted.corrections.values()]).reshape(-1, len(names))
     spread = np.sqrt(np.diag(first))
-    return Robot(fitted.kind, len(fitted.fits), len(fitted.corrections), tuple(numbers),
+    others = fitted.discrepancy.count if fitted.discrepancy else 0
+    return Robot(fitted.kind, len(fitted.fits), len(fitted.corrections), others, tuple(numbers),
                  first / np.outer(spread, spread), biases, value, value_sd, true)
 
 
-def pairs_of(usual: Fitted, bare: Fitted, names: Sequence[str], left: Left, near: Vector) -> tuple[Pair, ...]:
-    """What the outsole does, by each run that was made with it and without. `near` as for `robot_of`."""
+def pairs_of(usual: Fitted, bare: Fitted, names: Sequence[str], near: Vector) -> tuple[Pair, ...]:
+    """What the outsole does, by each run that was made with it and without. `near` as for `robot_of`.
+
+    What is wrong in both alike is not in the difference. How much else is, three other pairs of known machines tell;
+    where there are fewer, all that the corrections differ by counts, beside the errors of both fits.
+    """
     without = {one.name.replace(BARE, ""): place for place, one in enumerate(bare.fits)}
     length, mass = names.index("biped.leg_length"), names.index("biped.foot_mass")
+    both = [(place, without[one.name]) for place, one in enumerate(usual.fits) if one.name in without]
+    missed = {pair: (usual.corrected(pair[0]) - usual.fits[pair[0]].truth)
+              - (bare.corrected(pair[1]) - bare.fits[pair[1]].truth) for pair in both}
     found = []
-    for place, one in enumerate(usual.fits):
-        if one.name not in without:
-            continue
-        other = without[one.name]
+    for place, other in both:
+        one = usual.fits[place]
         ends = usual.corrected(place), bare.corrected(other)
-        stays = left.between * 0.5 * (usual.bias + bare.bias)
-        shared = one.covariance + bare.fits[other].covariance + np.outer(stays, stays)
+        others = np.array([miss for pair, miss in missed.items() if pair != (place, other) and np.isfinite(miss).all()])
+        if len(others) > SPARE:
+            term = Discrepancy.of(tuple(names), others)
+            ends, shared = (ends[0] - term.mean, ends[1]), term.spread(np.ones(len(names)))
+        else:
+            apart = usual.by_twin - bare.by_twin
+            shared = one.covariance + bare.fits[other].covariance + np.outer(apart, apart)
         drawn = usual.drawn, bare.drawn
         (with_it, sd), (without_it, _) = (
             frequency(design_of(of, names, each), names, shared, near) for of, each in zip(drawn, ends, strict=True))

@@ -49,13 +49,12 @@ class Settings:
     fitted_steps: int = parameter("1", "steps of a run that it uses", bound=Bound(minimum=3))
     outsole: float = parameter("m", "thickness of the outsole, as a caliper shows it", bound=NOT_NEGATIVE)
     corrected_runs: int = parameter("1", "runs of each robot that the twin corrects", bound=Bound(minimum=0))
+    discrepancy_runs: int = parameter(
+        "1", "next runs of further machines whose fits tell what the model puts wrong; fewer than three tell nothing",
+        bound=Bound(minimum=0))
     begun_s: float = parameter("s", "beginning of a run from which it is foretold", bound=POSITIVE)
     weighed_mass: float | None = parameter(
         "kg", "mass of a lab's own robot as weighed; null: not weighed", bound=POSITIVE)
-    left_alone: float = parameter(
-        "1", "part of the model's bias that a correction by the twin leaves in a robot's numbers", bound=NOT_NEGATIVE)
-    left_between: float = parameter(
-        "1", "part of it that stays in the difference between two robots that are nearly alike", bound=NOT_NEGATIVE)
     weighed_sd: float = parameter("1", "standard error of the scale, relative", bound=POSITIVE)
 
 

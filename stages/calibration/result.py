@@ -74,6 +74,20 @@ class HeldOut:
     noise_rate: float = quantity("rad/s", "noise of the rate")
     own: np.ndarray = quantity("deg", "the run's ramp, shape (1,)")
     unknowns: np.ndarray = quantity("SI", "start, times and sensors' errors, shape (k,)", dimensions=("unknown",))
+    hip: Trace = quantity("-", "hip sensor, foretold; no samples where it falls")
+    foot: Trace = quantity("-", "foot sensor, foretold; no samples where it falls")
+    strikes: np.ndarray = quantity("s", "measured heel strikes since the first one used, shape (s,)")
+
+
+@dataclass(frozen=True)
+class Misses:
+    """What fits of other machines' runs miss, whose truth is known as the study made them: the model's discrepancy."""
+
+    runs: tuple[str, ...] = quantity("-", "their names; none where the study has none to spare")
+    shares: np.ndarray = quantity(
+        "1", "found less truth, in shares of the values as drawn, (m, d)", dimensions=("other_run", "parameter"))
+    pulls: np.ndarray = quantity(
+        "1", "rate by which a fit moved the sensors' clocks, mean of both, shape (m,)", dimensions=("other_run",))
 
 
 @dataclass(frozen=True)
@@ -99,6 +113,7 @@ class Result:
     unknown_names: tuple[str, ...] = quantity("-", "a run's other unknowns")
     fits: tuple[FittedRun, ...] = quantity("-", "runs that were fitted, each alone")
     held_out: tuple[HeldOut, ...] = quantity("-", "runs that were not, explained and foretold")
+    misses: Misses = quantity("-", "what fits of runs of further machines miss")
     failed: tuple[Failed, ...] = quantity("-", "runs that could not be fitted or walked")
 
     def of_kind(self, kind: str) -> list[FittedRun]:
@@ -132,6 +147,14 @@ class Result:
         ]
         tables.append(("Fitted blind by the constraint model, each run alone; what it leaves out is not in the sd",
                        ("run", "parameter", "drawn", "found", "sd", "truth"), found))
+        if len(self.misses.shares) > 1:
+            off = 100 * self.misses.shares
+            spread: list[tuple[str, ...]] = [
+                (name, f"{mean:+.2f}", f"{sd:.2f}")
+                for name, mean, sd in zip(self.names, off.mean(axis=0), off.std(axis=0, ddof=1), strict=True)
+            ]
+            tables.append((f"What such fits miss, by {len(off)} runs of other machines",
+                           ("parameter", "mean %", "sd %"), spread))
         told: list[tuple[str, ...]] = [
             (one.name, f"{one.sigmas:.2f}", f"{one.fit_force:.3f}", f"{one.fit_rate:.4f}", f"{one.foretold_force:.3f}",
              f"{one.foretold_rate:.4f}")

@@ -24,7 +24,7 @@ from stages.calibration.information.plan import first_model, plan_of, planned_eq
 from stages.calibration.information.words import described
 from stages.calibration.parameters import Parameters
 from stages.calibration.result import Failed, FittedRun, HeldOut, Result, Told
-from stages.calibration.study.blind_fit import fitted_run, held_out
+from stages.calibration.study.blind_fit import fitted_run, held_out, misses_of, side_by_side
 from stages.calibration.study.drawing import LAB, WITH_OUTSOLE, WITHOUT, drawn_design, looked_for, table_value
 from stages.calibration.study.recorded import Recorded, recorded
 from stages.campaign.result import Result as Campaign
@@ -49,6 +49,8 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     model = first_model(design, looked_for(design), parameters)
     fits: list[FittedRun] = []
     out: list[HeldOut] = []
+    missed: list[FittedRun] = []
+    truths = {one.name: one for one in (*inputs.campaign.runs, *inputs.campaign.bare)}
     failed: list[Failed] = []
     robots = list(_robots(parameters, inputs, design, model))
     for number, runs in enumerate(robots):
@@ -67,12 +69,16 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
                 failed.append(tell)
             else:
                 out.append(tell)
-    truths = {one.name: one for one in (*inputs.campaign.runs, *inputs.campaign.bare)}
+        if number == 0:  # the runs of the other robots are of the same machines
+            more = [one for one in islice(runs, parameters.settings.discrepancy_runs) if one.run.name in truths]
+            missed = [_judged(fit, truths[fit.name], model.shared) for fit in side_by_side(
+                more, drawn_design(parameters, more[0].kind), model)] if more else []
     return Result(
         parameters.settings.planned_runs, told, not_seen, model.shared,
         tuple(design.unit(name) for name in model.shared),
         np.array([design.value(name) for name in model.shared]), model.own, model.layout.names,
-        tuple(_judged(fit, truths.get(fit.name), model.shared) for fit in fits), tuple(out), tuple(failed))
+        tuple(_judged(fit, truths.get(fit.name), model.shared) for fit in fits), tuple(out),
+        misses_of(missed, design, model), tuple(failed))
 
 
 def _told(parameters: Parameters) -> tuple[tuple[Told, ...], tuple[str, ...]]:

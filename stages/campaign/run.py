@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from stages.biped.design import require_plain
 from stages.biped.gait import StanceState
 from stages.biped.processes import each_in_a_process
 from stages.biped.progress import Progress, ignore
@@ -57,12 +58,14 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     """Walk, sense, send, store. The twin gives the state in which its own walk begins.
 
     The result is the truth; its file is what a lab would have. Where a lab's own database is named there is neither:
-    the result says so, and its file has no rows. Raises NoWalk if the twin falls at every attempt.
+    the result says so, and its file has no rows. Raises NoWalk if the twin falls at every attempt, BeyondModel for a
+    design with details.
     """
     devices = [device(place, parameters) for place in MOUNTING]
     if parameters.measured.database is not None:
         empty = database_bytes(devices, ())
         return Result(NOT_NEEDED, (), (), (), {WITH_OUTSOLE: empty, WITHOUT: empty})
+    require_plain(parameters.biped, "the twin, which walks the synthetic runs,")
     state, normal_force = first_state(inputs.twin.walk)
     truths: dict[int, RunTruth] = {}
     stored: dict[int, tuple[Experiment, tuple[Transmitted, ...]]] = {}

@@ -18,7 +18,8 @@ from stages.campaign.virtual_sensor import SensorMotion
 from stages.ground.slope import Slope
 from stages.twin.machine.machine import build
 from stages.twin.parameters import IMU_IN_SPACE
-from stages.twin.walking.signals import Signals, sample
+from stages.twin.result import Signals
+from stages.twin.walking.signals import sample
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 
 MOST_ATTEMPTS = 10

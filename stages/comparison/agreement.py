@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import trapezoid
 
 from stages.analytic.result import Result as Analytic
 from stages.biped.quantity import quantity
@@ -85,5 +84,5 @@ def compare_twin(twin: Twin, strides: Mapping[str, Stride]) -> TwinAgreement:
         peak_specific_force=float(hip.max()),
         peak_foot_specific_force=float(foot.max()),
         peak_rate=float(np.abs(walk.hip_angular_velocity[last]).max()),
-        time_above_range=float(trapezoid(above.astype(float), walk.time[last]) / steps),
+        time_above_range=float(np.trapezoid(above.astype(float), walk.time[last]) / steps),
     )

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from stages.analytic.derivatives.uncertainty import Uncertainty
+from stages.analytic.result import Uncertainty
 from stages.biped.quantity import quantity
 from stages.comparison.determinants import Determinants
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from stages.analytic.parameters import Settings as ConstraintSettings
 from stages.biped.accuracy.level import Level
-from stages.biped.design import OfPlainBiped
+from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
 from stages.calibration.parameters import Settings as CalibrationSettings
 from stages.campaign.parameters import RadioSettings, RunSettings, SensorSettings
@@ -63,9 +63,10 @@ class Settings(Limits):
 
 
 @dataclass(frozen=True)
-class Parameters(OfPlainBiped):
+class Parameters:
     """Parameters of the comparison stage: its own, and those that claims rest on and name."""
 
+    biped: Biped
     slope: Slope
     contact: ContactLaw
     constraint: ConstraintSettings

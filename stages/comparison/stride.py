@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 
+from stages.biped.integral import running_integral
 from stages.biped.walk import Walk
 
 
@@ -77,7 +77,7 @@ def means(time: np.ndarray, signals: np.ndarray, start: np.ndarray, end: np.ndar
     known = np.unique(np.concatenate((time, start, end)))
     found = []
     for signal in signals.T:
-        integral = cumulative_trapezoid(np.interp(known, time, signal), known, initial=0.0)
+        integral = running_integral(np.interp(known, time, signal), known)
         found.append((integral[np.searchsorted(known, end)] - integral[np.searchsorted(known, start)]) / (end - start))
     return np.column_stack(found)
 

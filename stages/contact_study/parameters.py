@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.accuracy.level import Level
-from stages.biped.design import OfPlainBiped
+from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.default_set import DefaultSet
@@ -89,9 +89,10 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Parameters(OfPlainBiped):
+class Parameters:
     """All parameters the stage uses. Of `contact` the choice of laws and the coefficients of friction are kept."""
 
+    biped: Biped
     slope: Slope
     contact: ContactLaw
     default_set: DefaultSet
@@ -100,7 +101,6 @@ class Parameters(OfPlainBiped):
 
     def broken_rules(self) -> Iterator[Broken]:
         """The transition velocities are in order, in the default set and in all that it is varied to."""
-        yield from super().broken_rules()
         default, settings = self.default_set, self.settings
         highest = max(
             (default.default_stiction_velocity, *settings.stiction_velocity_values,

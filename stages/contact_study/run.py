@@ -16,6 +16,7 @@ import numpy as np
 
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.result import Result as Analytic
+from stages.biped.design import require_plain
 from stages.biped.progress import Progress, ignore
 from stages.contact_study.checked import checked
 from stages.contact_study.friction import laws_of, vary_friction
@@ -43,7 +44,8 @@ class Inputs:
 
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
-    """Vary one parameter at a time, then search. A step that fails is a row with its reason."""
+    """Vary one parameter at a time, then search. A step that fails is a row with its reason. Raises BeyondModel."""
+    require_plain(parameters.biped, "the study of contact sets")
     analytic, settings = inputs.analytic, parameters.settings
     scene = Scene(
         parameters.biped,

@@ -7,6 +7,7 @@ Settings: params/error_budget.yaml, the contact set of ground.yaml. Output: `Res
 from __future__ import annotations
 
 from stages.analytic.errors import NoGait, StepFailed
+from stages.biped.design import require_plain
 from stages.biped.progress import Progress, ignore
 from stages.error_budget.checked import checked
 from stages.error_budget.cycles import cycle_budget
@@ -19,8 +20,9 @@ from stages.error_budget.result import COMPLETED, CycleBudget, Result, StepBudge
 def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore) -> Result:
     """Split the difference over one step, then between cycles. A model that does not walk is a result that says so.
 
-    Raises EnginesDisagree if the compiled penalty walker is not Exudyn's.
+    Raises EnginesDisagree if the compiled penalty walker is not Exudyn's, BeyondModel for a design with details.
     """
+    require_plain(parameters.biped, "the error budget")
     step, cycle, engines, outcome = None, None, None, COMPLETED
     try:
         progress(0.0, "one step with one effect at a time")

@@ -16,7 +16,6 @@ from stages.analytic.gait.poincare import (
     Step,
     fixed_point,
     iterate,
-    poincare_derivative,
     poincare_map,
 )
 from stages.analytic.gait.search_starts import lengths_after_heel_strike
@@ -25,7 +24,7 @@ from stages.analytic.model.kinds import Rigid, Rubbing
 from stages.analytic.model.stiffness import attainable_tolerance, axial_rates
 from stages.analytic.model.walker import Vector, Walker, build_walker
 from stages.analytic.phases.section import section_coordinates
-from stages.biped.design import Biped
+from stages.biped.design import BeyondModel, Biped
 from stages.extremes.engines import COULOMB, DETAILED, MARCH, STEP
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import Point
@@ -70,7 +69,7 @@ def gait(here: Parameters, friction: Friction | None, limit: float) -> Finding:
     tolerance = here.analytic.tolerance
     try:
         walker, point = find_gait(here.biped, here.slope, tolerance, friction)
-    except NoGait as reason:
+    except (NoGait, BeyondModel) as reason:
         return refused(str(reason))
     try:
         audit = abs(report_gait(walker, point, tolerance, here.friction.static_friction).energy.residual)
@@ -185,12 +184,15 @@ def march(here: Parameters, steps: int, limit: float) -> Finding:
     if tolerance > 1e-10:
         point = fixed_point(walker, point.z, tolerance) or point
     z, farthest = point.z, 0.0
-    for number in range(steps):
+    around = len(point.steps)
+    for number in range(0, steps, around):
         try:
-            z = poincare_map(walker, z, tolerance).z
+            standing = walker
+            for _ in range(around):
+                z, standing = poincare_map(standing, z, tolerance).z, standing.exchanged
         except StepFailed as reason:
             return failed(f"step {number + 1}: {reason}")
         farthest = max(farthest, float(np.abs(z - point.z).max()))
-    change = float(np.abs(poincare_derivative(walker, z, tolerance)[0].z - z).max())
+    change = float(np.abs(iterate(walker, z, around, tolerance)[0][-1].z - z).max())
     finding = judged(farthest, np.nan, tolerance, limit, "the gait it started from")
     return dataclasses.replace(finding, reason=f"the last step moves it by {change:.1e}")

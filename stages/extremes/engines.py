@@ -10,6 +10,8 @@ from typing import Any
 GAIT, COULOMB, DETAILED, STEP, MARCH, DERIVATIVES, ESTIMATE, COMPILED, TREE, JOINTS, LIMIT, TWIN = ENGINES = (
     "gait", "gait, coulomb", "gait, detailed", "step", "steps in a row", "derivatives", "error estimate",
     "penalty, compiled", "tree", "joints", "rigid limit", "twin")  # fmt: skip
+#: Those that know a design with details.
+KNOWING_DETAILS = (GAIT, COULOMB, DETAILED, STEP, MARCH, DERIVATIVES, ESTIMATE, TREE)
 #: What is asked of a gait besides itself, wherever the full map asks for one.
 OF_A_GAIT = (DERIVATIVES, ESTIMATE)
 #: What lies on no axis: draws of all parameters, and the study's own parameters.

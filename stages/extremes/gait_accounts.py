@@ -77,7 +77,7 @@ def difference(design: DesignPoint, found: FixedPoint, name: str, share: float, 
         moved = fixed_point(walker, found.z, tolerance)
         if moved is None:
             return np.nan
-        logarithms.append(np.log(moved.steps[0].period * walker.time))
+        logarithms.append(np.log(moved.period * walker.time))
     return float((logarithms[0] - logarithms[1]) / (np.log1p(share) - np.log1p(-share)))
 
 

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from stages.analytic.parameters import Settings as AnalyticSettings
 from stages.biped.accuracy.level import Level
-from stages.biped.design import OfPlainBiped
+from stages.biped.design import Biped
 from stages.biped.quantity import Bound, faults, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction
@@ -43,9 +43,10 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Parameters(OfPlainBiped):
+class Parameters:
     """All parameters the stage uses: those of every engine, which the points depart from."""
 
+    biped: Biped
     slope: Slope
     friction: Friction
     contact: ContactLaw

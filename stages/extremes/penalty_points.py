@@ -8,8 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from stages.analytic.errors import NoGait, StepFailed
-from stages.analytic.phases.flow import SINGLE_STANCE
-from stages.analytic.walk.recording import crossing_state, record
+from stages.analytic.walk.recording import crossing_state, walk_on
 from stages.analytic.walk.sampling import sample_walk
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
@@ -168,7 +167,7 @@ def step_of(biped: Biped, slope: Slope, friction: Friction | None) -> tuple[Walk
     """The gait from one mid-stance to the one after the next, its period [s], and its state at the start."""
     walker, point = usual_gait(biped, slope, friction)
     upright = crossing_state(walker, point.z, 1e-10)
-    walk = sample_walk(walker, record(walker, upright, 2, 1e-10, SINGLE_STANCE), 2000.0)
+    walk = sample_walk(walker, walk_on(walker, upright, 1, 1e-10), 2000.0)
     return walk, point.steps[0].period * walker.time, walker.stance_state(upright)
 
 

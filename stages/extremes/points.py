@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +19,7 @@ from stages.extremes.engines import (
     ESTIMATE,
     GAIT,
     JOINTS,
+    KNOWING_DETAILS,
     LIMIT,
     MARCH,
     OF_A_GAIT,
@@ -33,6 +35,9 @@ MASS_RATIO, SIZE, LEG_LENGTH, FRICTION = "hip to foot mass", "size, similar", "l
 RIGID_LEGS, RESTITUTION = "slope_deg, rigid legs", "ground.restitution"
 SEED = 7
 #: Axes that are no part of the draws.
+#: Powers of size by which what has a unit grows in designs that walk alike, of the same material.
+OF_SIZE = {"m": 1.0, "kg": 3.0, "N/m": 2.0, "N s/m": 2.5, "kg m^2": 5.0, "N m/rad": 4.0, "N m s/rad": 4.5, "N m": 4.0,
+           "rad": 0.0}
 ALONE = (LEG_LENGTH, SIZE, RIGID_LEGS, RESTITUTION, "ground.contact_exponent")
 
 
@@ -101,7 +106,10 @@ LIMITS = {"few": (), "coarse": (1e2,), "full": (1.0, 10.0, 1e2, 1e3, 1e4)}
 
 
 def points(parameters: Parameters) -> tuple[Point, ...]:
-    """All points of the resolution that the settings ask for, engine by engine."""
+    """All points of the resolution that the settings ask for, engine by engine.
+
+    From a design with details they depart with those models alone that know them.
+    """
     resolution = parameters.settings.resolution
     full = resolution == "full"
     found = [Point(engine, USUAL, 1.0, ()) for engine in (FULL if full else COARSE) if engine != DETAILED]
@@ -118,7 +126,9 @@ def points(parameters: Parameters) -> tuple[Point, ...]:
         found += drawn(parameters.biped, engine, number)
     found += [Point(MARCH, f"steps, tolerance {t:g}", n, (("analytic.tolerance", t),)) for n, t in MARCHES[resolution]]
     found += [Point(LIMIT, "stiffer contact", factor, ()) for factor in LIMITS[resolution]]
-    return tuple(sorted(found, key=lambda point: ENGINES.index(point.engine)))
+    engines = KNOWING_DETAILS if parameters.biped.detailed else ENGINES
+    return tuple(sorted((point for point in found if point.engine in engines),
+                        key=lambda point: ENGINES.index(point.engine)))
 
 
 def changes(biped: Biped, axis: str, value: float) -> tuple[tuple[str, Any], ...]:
@@ -131,6 +141,7 @@ def changes(biped: Biped, axis: str, value: float) -> tuple[tuple[str, Any], ...
         powers = {"leg_length": 1.0, "foot_radius": 1.0, "foot_com": 1.0}
         if axis == SIZE:  # as of the same material, walking alike
             powers |= {"hip_mass": 3.0, "foot_mass": 3.0, "stiffness": 2.0, "damping": 2.5, "leg_inertia": 5.0}
+        powers |= {key: OF_SIZE[unit] for key in biped.details if (unit := unit_of(key)) == "m" or axis == SIZE}
         return tuple((f"biped.{key}", getattr(biped, key) * scale**power) for key, power in powers.items())
     if axis == RIGID_LEGS:
         return ("biped.legs", "rigid"), ("ground.slope_deg", value)
@@ -143,6 +154,11 @@ def changes(biped: Biped, axis: str, value: float) -> tuple[tuple[str, Any], ...
     if axis == "multibody.rolling_step":
         return (axis, value), ("multibody.impact_step", min(1e-5, value))
     return ((axis, value),)
+
+
+def unit_of(key: str) -> str:
+    """Unit of a number of the biped."""
+    return next(str(field.metadata["unit"]) for field in dataclasses.fields(Biped) if field.name == key)
 
 
 def drawn(biped: Biped, engine: str, number: int) -> list[Point]:

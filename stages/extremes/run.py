@@ -41,11 +41,13 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
 def compile_once(parameters: Parameters, engines: Collection[str]) -> None:
     """Leave compiled code on the disk before the clock of a point runs: compiling takes longer than any point."""
     full = parameters.settings.resolution == "full"
-    for engine in sorted({GAIT, COULOMB, STEP, *OF_A_GAIT, COMPILED, TWIN}.intersection(engines)):
+    for engine in (GAIT, COULOMB, STEP, *(OF_A_GAIT if full else ()), COMPILED, TWIN):
+        if engine not in engines:
+            continue
         evaluate(parameters, Point(engine, "none", 0.0, ()))
     for kind in range(len(KINDS)) if full else ():
         evaluate(parameters, Point(DETAILED, "none", 0.0, detailed_draw(parameters.biped, kind * BLOCK)))
-    if full:
+    if full and COMPILED in engines:
         evaluate(parameters, Point(COMPILED, "none", 0.0, (("ground.normal_force", "restitution"),)))
 
 

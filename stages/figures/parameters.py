@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stages.biped.accuracy.level import Level
-from stages.biped.design import OfPlainBiped
+from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
 from stages.comparison.limits import Limits
 from stages.ground.contact_law import ContactLaw
@@ -22,9 +22,10 @@ class Settings(Limits):
 
 
 @dataclass(frozen=True)
-class Parameters(OfPlainBiped):
+class Parameters:
     """Parameters of the figures."""
 
+    biped: Biped
     slope: Slope
     contact: ContactLaw
     twin: Twin

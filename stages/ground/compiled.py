@@ -15,6 +15,7 @@ import numba
 import numpy as np
 from numba import types
 from numba.extending import overload_method
+from numba.np.unsafe import ndarray
 
 from stages.biped import quantity
 from stages.biped.machine_code import MachineCode, folder_of
@@ -26,6 +27,7 @@ GROUND = Path(__file__).parent
 #: Numba's own annotations are partly wrong.
 njit: Any = numba.njit
 compiled_method: Any = overload_method
+to_fixed_tuple: Any = ndarray.to_fixed_tuple
 
 
 def sources(folder: Path) -> tuple[Path, ...]:
@@ -51,6 +53,17 @@ def _coefficient(self: Any, speed: Any, ops: Any) -> Any:
     return getattr(self.instance_class, "coefficient", None)
 
 
+def _like(self: Any, numbers: Any, start: Any) -> Any:
+    kind, size = self.instance_class, len(self)
+
+    def like(self: Any, numbers: Any, start: Any) -> Any:
+        return kind(*to_fixed_tuple(numbers[start : start + size], size))
+
+    return like
+
+
+#: law.like(numbers, start): a law of the same kind with other numbers, of an array from `start`.
+compiled_method(types.BaseNamedTuple, "like", strict=False)(_like)
 compiled_method(types.BaseNamedTuple, "force", strict=False, inline="always")(_force)
 compiled_method(types.BaseNamedTuple, "coefficient", strict=False, inline="always")(_coefficient)
 
@@ -106,10 +119,14 @@ def _tangent_rise(x: complex, width: float, height: complex) -> complex:
     return height * (0.5 * u * (3.0 - u * u))
 
 
-def _tangent_power(x: complex, exponent: float) -> complex:
+def _tangent_power(x: complex, exponent: complex) -> complex:
     if x.real <= 0.0:
         return complex(0.0, 0.0)
-    return complex(x.real**exponent, exponent * x.real ** (exponent - 1.0) * x.imag)
+    value, slope = x.real**exponent.real, exponent.real * x.real ** (exponent.real - 1.0)
+    change = slope * x.imag
+    if exponent.imag != 0.0:
+        change += value * math.log(x.real) * exponent.imag
+    return complex(value, change)
 
 
 def _tangent_creep(x: complex, width: float, height: complex) -> complex:
@@ -118,7 +135,8 @@ def _tangent_creep(x: complex, width: float, height: complex) -> complex:
 
 
 #: Operations on numbers x + i dx with a dx so small that its square is lost: the imaginary part of a result is its
-#: derivative times dx, exact to round-off (complex step; Squire and Trapp, SIAM Review 40, 1998).
+#: derivative times dx, exact to round-off (complex step; Squire and Trapp, SIAM Review 40, 1998). A law whose own
+#: numbers are of this kind gives its derivative by them.
 TANGENTS = Operations(
     sqrt=njit(lambda x: x**0.5),
     sign=njit(lambda x: complex(math.copysign(1.0, x.real) if x.real != 0.0 else 0.0, 0.0)),

@@ -60,7 +60,8 @@ class ContactLaw:
     @property
     def stiffness_si(self) -> float:
         """Contact stiffness in N/m^e."""
-        return float(self.contact_stiffness * 1000.0**self.contact_exponent)
+        stiffness: float = self.contact_stiffness * 1000.0**self.contact_exponent
+        return stiffness
 
     @property
     def numbers(self) -> PointLaw:

@@ -7,10 +7,29 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.quantity import quantity
-from stages.imu.reports.run_report import RunReport, Table, tables
+from stages.imu.reports.run_report import RunReport, StepTimes, Table, tables
 from stages.imu.reports.sensor_report import SensorReport
 from stages.imu.trial.ensemble import Ensemble
-from stages.imu.trial.leg_motion import LegMotion
+
+
+@dataclass(frozen=True)
+class LegMotion:
+    """What the leg with the sensors did; standard errors beside the values. Empty where there is no rate."""
+
+    time: np.ndarray = quantity("s", "even times, shape (m,)", symbol="t")
+    angle: np.ndarray = quantity("rad", "leg's angle from the slope normal, foot ahead positive, (m,)", symbol="phi")
+    angle_error: np.ndarray = quantity("rad", "standard error of the angle, shape (m,)")
+    stance_start: np.ndarray = quantity("s", "landings of this leg, shape (k,)", dimensions=("step",))
+    stance_end: np.ndarray = quantity("s", "the other leg's landings that follow, shape (k,)", dimensions=("step",))
+    step_length: np.ndarray = quantity(
+        "m", "travel of the hip in between: the other leg's step, shape (k,)", dimensions=("step",)
+    )
+    step_length_error: np.ndarray = quantity("m", "standard error of each, shape (k,)", dimensions=("step",))
+    hip_path: np.ndarray = quantity(
+        "m", "hip along and above the slope over each of these steps, shape (k, p, 2)",
+        dimensions=("step", "phase", "direction")
+    )
+    times: StepTimes = quantity("-", "step, stance and swing of both legs")
 
 
 @dataclass(frozen=True)

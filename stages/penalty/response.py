@@ -1,78 +1,112 @@
-"""How the penalty walker's gait answers to a parameter of the design, the slope or the ground.
+"""How the penalty walker's gait answers to parameters of the design, the slope and the ground: exact derivatives.
 
-A gait P(z, p) = z moves by dz = (1 - dP/dz)^-1 dP/dp, with the exact dP/dz that the variations give. dP/dp, and along
-the gaits' tangent (dz, dp) period, step length and multipliers, are central differences of steps, extrapolated to none
-(Richardson): the constraint model's derivatives by parameters are exact, these are not, and carry what the
-extrapolation leaves.
+A gait P(z, p) = z moves by dz = (1 - dP/dz)^-1 dP/dp; its period and step length move with z and with p. One step
+carries them all as variations. Multipliers are had as those of the constraint model are, see
+`stages.analytic.derivatives.multipliers`: the matrix is exact, and so is the tangent along which it is differenced.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from stages.analytic.derivatives.multipliers import along_the_gait, eigensystem
 from stages.biped.design import Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
+from stages.penalty.model.changes import Changes, changes_of, owner
 from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
-from stages.planar.limit_cycle import LimitCycle, floquet_multipliers
+from stages.planar.cycle import LimitCycle
 from stages.planar.section import section_state
 from stages.planar.state import PlanarState
 
-#: Share of a parameter by which it is changed, then half of that; tolerance of the steps.
-SHARE, TOLERANCE = 2e-4, 1e-13
+#: A design on its slope and ground.
+Model = tuple[Biped, Slope, ContactLaw]
+#: Tolerance of the steps, and of those whose derivatives are subtracted.
+TOLERANCE, OF_MATRICES = 1e-12, 1e-13
+#: Multipliers whose derivatives are asked for: the others die out within a step.
+LEADING = 2
 
 
 @dataclass(frozen=True)
 class Response:
-    """Elasticities: shares by which period, step length and the magnitudes of the two leading multipliers change for a
-    share of a parameter, (4,), and what the extrapolation leaves of them, (4,).
+    """A gait's derivatives for whole shares of n parameters.
+
+    `section` (10, n) of the section's numbers, `period` (n,) [s], `length` (n,) of the step [m], means of a cycle's;
+    `matrix` (10, 10), the derivative of the cycle.
     """
 
-    name: str
-    elasticities: np.ndarray
-    errors: np.ndarray
+    changes: Changes
+    gait: LimitCycle
+    matrix: np.ndarray
+    section: np.ndarray
+    period: np.ndarray
+    length: np.ndarray
+
+    def elasticities(self) -> np.ndarray:
+        """Shares by which period and step length change for a share of each parameter, (n, 2)."""
+        return np.column_stack([self.period / self.gait.period_s, self.length / self.gait.step_length_m])
 
 
 def responses(
-    biped: Biped, slope: Slope, contact: ContactLaw, start: PlanarState, gait: LimitCycle, names: Sequence[str]
-) -> list[Response]:
+    biped: Biped, slope: Slope, contact: ContactLaw, start: PlanarState, gait: LimitCycle, names: Sequence[str],
+    tolerance: float = TOLERANCE,
+) -> Response:  # fmt: skip
     """Of a gait found from the mid-stance `start`, by parameters named as in their files: "biped.damping".
 
-    Raises NoLimitCycle if a changed walker does not take the step, KeyError for a name that none of the three has.
+    Raises KeyError for a name that is no number of the three, NoLimitCycle if the walker does not take the step.
     """
-    sections = biped, slope, contact
-    left = np.linalg.inv(np.eye(10) - gait.monodromy_matrix)
-
-    def changed(name: str, share: float) -> PenaltyStepper:
-        file, _, key = name.partition(".")
-        owners = [section for section in sections if file == section.FILE and hasattr(section, key)]
-        if not owners:
-            raise KeyError(name)
-        value = (1.0 + share) * getattr(owners[0], key)
-        new: list[Any] = [dataclasses.replace(one, **{key: value}) if one is owners[0] else one for one in sections]
-        return PenaltyStepper(new[0], new[1], new[2], section_state(gait.section_state, start), Settings(TOLERANCE))
-
-    def answer(name: str) -> Response:
-        moved = left @ extrapolated(lambda share: changed(name, share).step(gait.section_state).numbers)[0]
-
-        def measures(share: float) -> np.ndarray:
-            stepper, numbers = changed(name, share), gait.section_state + share * moved
-            step, derivative = stepper.step(numbers), stepper.derivative(numbers)
-            leading = np.hypot(*floquet_multipliers(derivative)[:2].T)
-            return np.log([step.duration, step.length, *leading])
-
-        return Response(name, *extrapolated(measures))
-
-    return [answer(name) for name in names]
+    changes = changes_of(biped, slope, contact, names)
+    stepper = PenaltyStepper(biped, slope, contact, section_state(gait.section_state, start), Settings(tolerance))
+    step = stepper.varied_step(gait.section_state, changes)
+    matrix = step.numbers[:, :10]
+    moved = np.linalg.solve(np.eye(10) - matrix, step.numbers[:, 10:])
+    period, length = ((row[10:] + row[:10] @ moved) / stepper.steps_a_cycle for row in (step.duration, step.length))
+    return Response(changes, gait, matrix, moved, period, length)
 
 
-def extrapolated(function: Callable[[float], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Derivative of a function of a share at none of it, and what extrapolating it changes."""
-    far, near = (0.5 * (function(share) - function(-share)) / share for share in (SHARE, 0.5 * SHARE))
-    return (4.0 * near - far) / 3.0, np.abs(near - far) / 3.0
+def of_multipliers(
+    biped: Biped, slope: Slope, contact: ContactLaw, start: PlanarState, found: Response
+) -> tuple[np.ndarray, np.ndarray]:
+    """Elasticities (n, 2) of the magnitudes of the two leading multipliers, and what extrapolation leaves of them (n,).
+
+    Raises NoLimitCycle if a walker beside does not take the step.
+    """
+    values, left, right = eigensystem(found.matrix)
+    values, left, right = values[:LEADING], left[:LEADING], right[:, :LEADING]
+    standing = section_state(found.gait.section_state, start)
+    rows, errors = [], []
+    for row in range(len(found.changes.names)):
+        of_row = partial(matrix_slope, (biped, slope, contact), standing, found, row)
+        moved, error = along_the_gait(of_row, left, right)
+        rows.append(np.real(moved / values))
+        errors.append(error)
+    return np.array(rows), np.array(errors)
+
+
+def matrix_slope(model: Model, start: PlanarState, found: Response, row: int, share: float) -> np.ndarray:
+    """Central difference (10, 10) of the exact derivative of the step over a share of a parameter along the gaits."""
+    sides = []
+    for by in (share, -share):
+        parts = changed(*model, found.changes.names[row], by * float(found.changes.scales[row]))
+        stepper = PenaltyStepper(*parts, start, Settings(OF_MATRICES))
+        numbers = found.gait.section_state + by * found.section[:, row]
+        sides.append(stepper.varied_step(numbers, changes_of(*parts, ())).numbers)
+    slope: np.ndarray = (sides[0] - sides[1]) / (2 * share)
+    return slope
+
+
+def changed(biped: Biped, slope: Slope, contact: ContactLaw, name: str, by: float) -> Model:
+    """The three with one of their numbers changed by so much. Raises KeyError."""
+    section: Any = owner(name, (biped, slope, contact))
+    key = name.partition(".")[2]
+    new = dataclasses.replace(section, **{key: getattr(section, key) + by})
+    if section is biped:
+        return new, slope, contact
+    return (biped, new, contact) if section is slope else (biped, slope, new)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from stages.biped.design import Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
+from stages.penalty.model.changes import Changes
+from stages.penalty.model.varied import VariedPenalty
 from stages.penalty.model.walker import ANGLE, SIZE, X
 from stages.penalty.settings import Settings
 from stages.penalty.walk import Ongoing, begin, numbers_of
@@ -20,8 +24,31 @@ PLACES = np.array([[1, 3, 4, 5, 6, 7, 8, 9, 10, 11], [1, 2, 5, 4, 6, 7, 9, 8, 11
 LENGTHS = [2, 3, 8, 9]
 
 
+@dataclass(frozen=True)
+class VariedStep:
+    """A step with derivatives: of the section's numbers (10, c), its duration [s] (c,) and its length [m] (c,).
+
+    The first ten of c are by the section's numbers at its start, the others by whole shares of parameters.
+    """
+
+    step: SectionStep
+    numbers: np.ndarray
+    duration: np.ndarray
+    length: np.ndarray
+
+
+def section_columns() -> np.ndarray:
+    """Variations (10, 12) of the state by the section's numbers."""
+    columns = np.zeros((10, SIZE))
+    columns[np.arange(10), PLACES[0]] = 1.0
+    return columns
+
+
 class PenaltyStepper:
-    """Takes steps from mid-stance to mid-stance, and counts them; `start` tells which feet are in play there."""
+    """Takes steps from mid-stance to mid-stance, and counts them; `start` tells which feet are in play there.
+
+    A cycle is one step, or two where the legs differ: leg 0 stands at its start and its end.
+    """
 
     def __init__(
         self, biped: Biped, slope: Slope, contact: ContactLaw, start: PlanarState, settings: Settings
@@ -29,39 +56,56 @@ class PenaltyStepper:
         self.start, self.settings = start, settings
         self.p = numbers_of(biped, slope, contact)
         self.rigid = biped.legs == "rigid"
-        self.steps_walked, self.steps_a_cycle = 0, 1
+        self.steps_walked, self.steps_a_cycle = 0, 1 if biped.alike else 2
 
     def walk(self, start: PlanarState, steps: int) -> SectionStep:
         """Walk from a mid-stance to the one after `steps` steps. Raises NoLimitCycle."""
         return self._ended(self._walked(start, steps), start)
 
     def step(self, numbers: np.ndarray) -> SectionStep:
-        """One step from section numbers (10,). Raises NoLimitCycle."""
-        return self.walk(section_state(numbers, self.start), 1)
+        """One cycle from section numbers (10,). Raises NoLimitCycle."""
+        return self.walk(section_state(numbers, self.start), self.steps_a_cycle)
 
     def derivative(self, numbers: np.ndarray, after: SectionStep | None = None) -> np.ndarray:
-        """Exact derivative (10, 10) of the step from section numbers (10,): by variations that walk along.
+        """Exact derivative (10, 10) of the cycle from section numbers (10,): by variations that walk along.
 
         Columns and rows of what rigid legs do not have are zero. Raises NoLimitCycle.
         """
-        walk = self._walked(section_state(numbers, self.start), 1, varied=True)
-        columns = walk.y[SIZE:].reshape(10, SIZE)
-        found = columns[:, PLACES[self._standing(walk)]].T
-        if self.rigid:
-            found[LENGTHS], found[:, LENGTHS] = 0.0, 0.0
-        return found
+        walk = self._walked(section_state(numbers, self.start), self.steps_a_cycle, section_columns())
+        return self._on_section(walk, walk.y[SIZE:].reshape(-1, SIZE))
 
-    def _walked(self, start: PlanarState, steps: int, varied: bool = False) -> Ongoing:
+    def varied_step(self, numbers: np.ndarray, changes: Changes) -> VariedStep:
+        """One cycle from section numbers (10,), with its derivatives by them and by the parameters of `changes`.
+
+        Raises NoLimitCycle.
+        """
+        start = section_state(numbers, self.start)
+        columns = np.concatenate([section_columns(), changes.at_start])
+        walk = self._walked(start, self.steps_a_cycle, columns, changes.walker(self.p, len(columns)))
+        assert walk.varied is not None
+        moved = walk.y[SIZE:].reshape(-1, SIZE)
+        return VariedStep(self._ended(walk, start), self._on_section(walk, moved), walk.varied.delays, moved[:, X])
+
+    def _walked(
+        self, start: PlanarState, steps: int, columns: np.ndarray | None = None, varied: VariedPenalty | None = None
+    ) -> Ongoing:
         self.steps_walked += steps
         walk = begin(self.p, start, self.settings, steps)
-        if varied:
-            columns = np.zeros((10, SIZE))
-            columns[np.arange(10), PLACES[0]] = 1.0
-            walk.y = np.concatenate([walk.y, columns.ravel()])
+        if columns is not None:
+            walk.y, walk.varied = np.concatenate([walk.y, columns.ravel()]), varied
         walk.go_on()
         if walk.outcome != COMPLETED:
             raise NoLimitCycle(walk.message or walk.outcome)
         return walk
+
+    def _on_section(self, walk: Ongoing, columns: np.ndarray) -> np.ndarray:
+        """Changes (10, n) of the section's numbers at the end of a walk, from variations (n, 12) of which the first ten
+        are by these numbers; those that rigid legs do not have are zero.
+        """
+        found = columns[:, PLACES[self._standing(walk)]].T
+        if self.rigid:
+            found[LENGTHS, :10], found[:, LENGTHS] = 0.0, 0.0
+        return found
 
     def _ended(self, walk: Ongoing, start: PlanarState) -> SectionStep:
         y, stance = walk.y[:SIZE], self._standing(walk)

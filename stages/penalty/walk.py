@@ -11,10 +11,11 @@ import numpy as np
 
 from stages.analytic.integration.phase import EVENT, FALL, STEP_LIMIT, TIME_LIMIT
 from stages.biped.design import Biped
-from stages.biped.kinematics import Coordinate, Motion, shifted, swing_point_motion
+from stages.biped.kinematics import Coordinate, Motion, constant, shifted, swing_point_motion
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.penalty.model.walker import ANGLE, LENGTH, RATES, SIZE, Penalty, X, Y, build_penalty
+from stages.penalty.model.varied import VariedPenalty
+from stages.penalty.model.walker import ANGLE, LENGTH, RATES, SIZE, Walker, X, Y, build_penalty, natural_lengths
 from stages.penalty.motion import feet
 from stages.penalty.motion.engine import integrate, readings, states_at
 from stages.penalty.settings import Settings
@@ -35,9 +36,9 @@ EVALUATIONS, END = 12, 2
 
 
 @lru_cache(maxsize=64)
-def numbers_of(biped: Biped, slope: Slope, contact: ContactLaw) -> Penalty:
+def numbers_of(biped: Biped, slope: Slope, contact: ContactLaw) -> Walker:
     """The walker's numbers."""
-    return build_penalty(biped, slope, contact, FALLEN)
+    return build_penalty(biped, slope.gravity_vector, contact, FALLEN)
 
 
 @dataclass
@@ -45,10 +46,10 @@ class Ongoing:
     """A walk on its way: what the watch over an Exudyn run knows as well.
 
     `y`: state (12,), followed by any variations, changed in place. `record`: rows of time [s], phase and state at the
-    start of every step, or None if none are kept.
+    start of every step, or None if none are kept. `varied`: the walker as the last variations change its numbers.
     """
 
-    p: Penalty
+    p: Walker
     y: np.ndarray
     phase: int
     settings: Settings
@@ -65,6 +66,7 @@ class Ongoing:
     outcome: str = RUNNING
     message: str = ""
     switches: list[tuple[float, int, bool]] = field(default_factory=list)
+    varied: VariedPenalty | None = None
 
     @property
     def in_play(self) -> tuple[bool, bool]:
@@ -88,7 +90,7 @@ class Ongoing:
         while True:
             nodes = np.empty((room, 2 + SIZE)) if room else NO_ROOM
             status, taken, length, count, evaluations = integrate(
-                self.phase, self.y, self.p, settings.tolerance, limit, steps, length, nodes)
+                self.phase, self.y, self.varied or self.p, settings.tolerance, limit, steps, length, nodes)
             if count < room or not room:
                 break
             self.y[:] = before
@@ -198,14 +200,14 @@ def simulate(
         walk.outcome, walk.message, trajectory, walk.heel_strikes, walk.steps, walk.evaluations, 0.0)
 
 
-def begin(p: Penalty, state: PlanarState, settings: Settings, steps: float) -> Ongoing:
+def begin(p: Walker, state: PlanarState, settings: Settings, steps: float) -> Ongoing:
     """A walk about to begin from a state, through so many heel strikes. Rigid legs have their natural length."""
     y = np.array([
         *state.hip_position, *state.leg_angle, *state.leg_length, *state.hip_velocity, *state.leg_rate,
         *state.leg_length_rate,
     ])  # fmt: skip
     if p.slide == 0.0:
-        y[LENGTH:RATES], y[RATES + LENGTH :] = p.L_nat, 0.0
+        y[LENGTH:RATES], y[RATES + LENGTH :] = natural_lengths(p), 0.0
     statuses = []
     for leg, acts in enumerate(state.in_play):
         standing = feet.height(y, p, leg, y, 0)[0] <= 0.0
@@ -237,4 +239,7 @@ def foot_acceleration(place: np.ndarray, motion: np.ndarray, change: np.ndarray,
     """Acceleration of the inner foot's mass centre, (n, 2) [m/s^2]."""
     hip = Motion(*(rows[:, [X, Y]] for rows in (place, motion, change)))
     angle, length = (Coordinate(place[:, i], motion[:, i], change[:, i]) for i in (2, 4))
-    return swing_point_motion(hip, angle, shifted(length, biped.foot_com)).acceleration
+    centre = swing_point_motion(hip, angle, shifted(length, biped.foot_com))
+    if biped.foot_offset:
+        centre = swing_point_motion(centre, shifted(angle, -0.5 * math.pi), constant(biped.foot_offset, angle))
+    return centre.acceleration

@@ -8,7 +8,7 @@ from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
-from stages.biped.quantity import quantity
+from stages.planar.cycle import LimitCycle
 from stages.planar.section import SCALES, NoLimitCycle, SectionStep, section_numbers
 from stages.planar.state import PlanarState
 
@@ -19,27 +19,6 @@ NEWTON_STEPS = 16
 SLOW, PATIENCE, MOST_RENEWALS = 0.8, 2, 4
 #: Times a change of the state is halved if the model does not take a step from it.
 HALVINGS = 4
-
-
-@dataclass(frozen=True)
-class LimitCycle:
-    """A gait at mid-stance; rows and columns are the numbers of `section_numbers`.
-
-    Where the legs differ, derivative and multipliers are those of two steps, period and length the means of both.
-    """
-
-    section_state: np.ndarray = quantity(
-        "1", "hip y, swing angle, both lengths, then the rates, shape (10,)", dimensions=("coordinate",)
-    )
-    period_s: float = quantity("s", "duration of one step", symbol="T")
-    step_length_m: float = quantity("m", "advance of the hip in one step", symbol="s")
-    monodromy_matrix: np.ndarray = quantity("1", "derivative of the step map, shape (10, 10)")
-    floquet_multipliers: np.ndarray = quantity(
-        "1", "eigenvalues, largest first, real and imaginary part, (10, 2)", dimensions=("multiplier", "part")
-    )
-    residual: float = quantity("1", "how far the fixed point moves in one step, in the scales of the section")
-    solver_steps: int = quantity("1", "solver steps of one step")
-    steps_walked: int = quantity("1", "steps walked to find the gait and its derivative")
 
 
 class After(Protocol):

@@ -10,6 +10,10 @@ from stages.biped.gait import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.normal_force import static_penetration
 
+#: Coulomb's friction at the hip is proportional to the hip's rate below this rate [rad/s], or it would jump: a hip that
+#: should stick creeps, at this rate at most.
+HIP_CREEP = 1e-3
+
 
 @dataclass(frozen=True)
 class PlanarState:

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from stages.analytic.parameters import Settings as ConstraintSettings
 from stages.biped.accuracy.level import Level
-from stages.biped.design import OfPlainBiped
+from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
@@ -28,9 +28,10 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Parameters(OfPlainBiped):
+class Parameters:
     """All parameters the stage uses; the settings of the three models say which way is their default."""
 
+    biped: Biped
     slope: Slope
     contact: ContactLaw
     constraint: ConstraintSettings

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from stages.analytic.phases.flow import DOUBLE_STANCE, SINGLE_STANCE
 from stages.analytic.result import Result as Analytic
+from stages.biped.design import BeyondModel, Biped
 from stages.tradeoff import constraint_ways, penalty_ways, twin_ways
 from stages.tradeoff.parameters import Parameters
 from stages.tradeoff.scipy_walk import readable_rates
@@ -39,10 +40,18 @@ class Plan:
 
 
 def plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
-    """All plans; `analytic` gives the mid-stance and the force of its first sample. Raises WayFailed."""
+    """All plans; `analytic` gives the mid-stance and the force of its first sample.
+
+    Of a design with details the constraint model's alone. Raises WayFailed, BeyondModel for a hip that rubs.
+    """
+    if parameters.biped.hip_friction > 0:
+        raise BeyondModel("SciPy's ways, beside which the constraint model's are measured, do not know hip_friction")
+    if parameters.biped.detailed:
+        yield detailed_plan(parameters, parameters.biped)
+        return
     yield from constraint_plans(parameters, analytic)
     if parameters.settings.resolution == "full":
-        yield detailed_plan(parameters)
+        yield detailed_plan(parameters, project(build(parameters.biped, parameters.twin)))
     yield from penalty_plans(parameters, analytic)
     yield twin_plan(parameters, analytic)
 
@@ -68,9 +77,8 @@ def constraint_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Pla
         yield Plan(tight[0], tight[1], independent, tuple(compiled))
 
 
-def detailed_plan(parameters: Parameters) -> Plan:
-    """A design with frames and legs that differ, whose steps alternate: the twin as it projects into the plane."""
-    biped = project(build(parameters.biped, parameters.twin))
+def detailed_plan(parameters: Parameters, biped: Biped) -> Plan:
+    """A design with details: the study's own, or the twin as it projects into the plane, whose steps alternate."""
     usual, dop = parameters.constraint.tolerance, constraint_ways.everywhere("DOP853")
     at = constraint_ways.detailed_scene(biped, parameters.slope, parameters.settings.walked_steps)
     tolerances = sorted({usual, *(10.0**-n for n in range(3, 14))}, reverse=True)

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from stages.biped.accuracy.asked import Accuracy, accuracy
 from stages.biped.accuracy.level import Level
-from stages.biped.design import OfPlainBiped
+from stages.biped.design import Biped
 from stages.biped.outsole.rubber import Rubber
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
@@ -111,9 +111,10 @@ def block_fault(settings: Settings, step: float) -> Broken | None:
 
 
 @dataclass(frozen=True)
-class Parameters(OfPlainBiped):
+class Parameters:
     """All parameters the stage uses."""
 
+    biped: Biped
     slope: Slope
     contact: ContactLaw
     settings: Settings
@@ -121,7 +122,6 @@ class Parameters(OfPlainBiped):
 
     def broken_rules(self) -> Iterator[Broken]:
         """The bill of parts is possible and adds up to the design; point masses need no bill."""
-        yield from super().broken_rules()
         if self.settings.inertia == "parts":
             for fault in faults(self.settings.parts, self.settings.materials, self.biped):
                 yield Broken("twin.parts", fault)

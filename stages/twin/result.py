@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import nan
+
+import numpy as np
 
 from stages.biped.accuracy.estimate import ErrorEstimate
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.multibody.assembly.inventory import Inventory
-from stages.twin.walking.energy import EnergyBalance
-from stages.twin.walking.settling import Settling
-from stages.twin.walking.signals import Signals
-from stages.twin.walking.snapshots import Snapshots
 
 Table = tuple[str, list[str], list[list[str]]]
 
@@ -41,6 +40,102 @@ class SumRow:
     what: str = quantity("-", "what is summed, with its unit")
     found: float = quantity("1", "sum of the bill")
     table_1: float = quantity("1", "value of Table 1")
+
+
+@dataclass(frozen=True)
+class EnergyBalance:
+    """Work and losses over a span of the walk; the residual is what does not add up."""
+
+    gravity_work: float = quantity("J", "work of gravity")
+    leg_damper_loss: float = quantity("J", "energy lost in the legs' dampers and sliders")
+    bearing_loss: float = quantity("J", "energy lost in the bearings")
+    ground_loss: float = quantity("J", "energy given to the ground: damping, friction, its spring")
+    stored: float = quantity("J", "increase of kinetic energy and of the energy in the legs' springs")
+    residual: float = quantity("J", "work of gravity less losses and stored energy")
+
+    @property
+    def relative_residual(self) -> float:
+        """Residual as a part of the work of gravity."""
+        return abs(self.residual / self.gravity_work)
+
+
+@dataclass(frozen=True)
+class Settling:
+    """Measures of each step, from heel strike to heel strike, and of the settled gait; NaN if the walk is too short."""
+
+    step_period: np.ndarray = quantity("s", "duration of each step, shape (s - 1,)", symbol="T", dimensions=("step",))
+    step_length: np.ndarray = quantity(
+        "m", "advance of the hip in each step, shape (s - 1,)", symbol="s", dimensions=("step",)
+    )
+    steps_to_settle: int = quantity("1", "steps until period and length stay within 1% of the settled gait; -1: never")
+    period_s: float = quantity("s", "settled duration of a step", symbol="T", default=nan)
+    step_frequency_hz: float = quantity("Hz", "settled steps per second", symbol="f", default=nan)
+    step_length_m: float = quantity("m", "settled advance of the hip in a step", symbol="s", default=nan)
+    speed_m_s: float = quantity("m/s", "settled mean speed", symbol="v", default=nan)
+    double_stance_s: float = quantity(
+        "s", "settled time with both pairs on the ground in a step", symbol="t_DSP", default=nan
+    )
+    inner_outer_difference: float = quantity(
+        "1", "limp: settled duration of inner pair's less outer pair's stance step, over the mean", default=nan
+    )
+    largest_roll: float = quantity("rad", "largest roll in the settled steps", default=nan)
+    yaw_change: float = quantity("rad", "change of yaw over the walk", default=nan)
+    lateral_drift: float = quantity("m", "sideways drift of the hip over the walk", default=nan)
+
+
+@dataclass(frozen=True)
+class Signals:
+    """What is sampled of a walk in space; times as in `walk.time`. A signal that is not asked for has no rows."""
+
+    walk: Walk = quantity("-", "planar projection: leg 0 the inner pair, leg 1 the outer pair, feet of a pair averaged")
+    hip_imu_specific_force: np.ndarray = quantity(
+        "m/s^2", "specific force at the hip socket: forward, up the leg, lateral, (n, 3)", symbol="f_hip",
+        dimensions=("time", "body_axis")
+    )
+    hip_imu_angular_velocity: np.ndarray = quantity(
+        "rad/s", "angular velocity at the hip socket on the same axes, (n, 3)", symbol="omega_hip",
+        dimensions=("time", "body_axis")
+    )
+    foot_imu_specific_force: np.ndarray = quantity(
+        "m/s^2", "specific force at the inner foot's socket on the same axes, (n, 3)", symbol="f_foot",
+        dimensions=("time", "body_axis")
+    )
+    foot_imu_angular_velocity: np.ndarray = quantity(
+        "rad/s", "angular velocity at the inner foot's socket on the same axes, (n, 3)", symbol="omega_foot",
+        dimensions=("time", "body_axis")
+    )
+    roll: np.ndarray = quantity("rad", "roll about the forward axis, shape (n,)", dimensions=("time",))
+    yaw: np.ndarray = quantity("rad", "yaw about the slope's normal, shape (n,)", dimensions=("time",))
+    lateral: np.ndarray = quantity(
+        "m", "place of the hip across the slope, shape (n,)", symbol="z_hip", dimensions=("time",)
+    )
+    coordinates: np.ndarray = quantity(
+        "m, rad", "x, y, z, yaw, roll, pitch, slides inner left and right, hinge, slides outer left and right, (n, 11)",
+        dimensions=("time", "coordinate")
+    )
+    foot_force: np.ndarray = quantity(
+        "N", "force of the ground on each foot, x, y, z, shape (n, 4, 3)", dimensions=("time", "foot", "direction")
+    )
+
+
+@dataclass(frozen=True)
+class Snapshots:
+    """Poses at k times; legs: inner left, inner right, outer left, outer right; feet are cylinders about `hip_axis`."""
+
+    time: np.ndarray = quantity("s", "times, shape (k,)", symbol="t")
+    hip: np.ndarray = quantity("m", "middle of the hip axis, shape (k, 3)", dimensions=("time", "direction"))
+    hip_axis: np.ndarray = quantity("1", "direction of the hip axis, shape (k, 3)", dimensions=("time", "direction"))
+    leg_top: np.ndarray = quantity(
+        "m", "where each leg meets the hip axis, shape (k, 4, 3)", dimensions=("time", "leg", "direction")
+    )
+    leg_up: np.ndarray = quantity(
+        "1", "direction up each leg, shape (k, 4, 3)", dimensions=("time", "leg", "direction")
+    )
+    foot_centre: np.ndarray = quantity(
+        "m", "centre of each foot's cylinder, shape (k, 4, 3)", dimensions=("time", "leg", "direction")
+    )
+    foot_radius: np.ndarray = quantity("m", "radius of each foot, shape (4,)", dimensions=("leg",))
+    foot_width: float = quantity("m", "width of each foot")
 
 
 @dataclass(frozen=True)

@@ -19,12 +19,12 @@ from stages.twin.machine.table_one import sums
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import Parameters, Settings
 from stages.twin.ramp import lay_blocks
-from stages.twin.result import PartRow, Result, SumRow
-from stages.twin.walking.energy import EnergyBalance, energy_balance
+from stages.twin.result import EnergyBalance, PartRow, Result, Signals, SumRow
+from stages.twin.walking.energy import energy_balance
 from stages.twin.walking.events import find_events
 from stages.twin.walking.record import Record
 from stages.twin.walking.settling import settling
-from stages.twin.walking.signals import Signals, sample
+from stages.twin.walking.signals import sample
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 from stages.twin.walking.snapshots import snapshots
 

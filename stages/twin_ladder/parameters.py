@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from stages.analytic.parameters import Settings as AnalyticSettings
 from stages.biped.accuracy.level import Level
-from stages.biped.design import OfPlainBiped
+from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction
@@ -36,9 +36,10 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Parameters(OfPlainBiped):
+class Parameters:
     """All parameters the stage uses."""
 
+    biped: Biped
     slope: Slope
     contact: ContactLaw
     friction: Friction

@@ -15,11 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.analytic.result import Result as Analytic
+from stages.biped.design import require_plain
 from stages.biped.progress import Progress, ignore
 from stages.multibody.parameters import Settings as PlanarSettings
 from stages.multibody.result import Result as Multibody
 from stages.multibody.walking.walk import simulate
-from stages.planar.limit_cycle import LimitCycle
+from stages.planar.cycle import LimitCycle
 from stages.planar.section import SCALES, NoLimitCycle, section_state
 from stages.planar.state import PlanarState
 from stages.twin.machine.machine import Machine
@@ -52,8 +53,10 @@ class Inputs:
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
     """Find the gait of every rung, from that of the planar model; `inputs.twin` holds the twin's own walk.
 
-    A machine without a gait is a row that says so. Raises ValueError if the parts do not add up to the design.
+    A machine without a gait is a row that says so. Raises ValueError if the parts do not add up to the design,
+    BeyondModel for a design with details.
     """
+    require_plain(parameters.biped, "the ladder from the planar model to the twin")
     analytic, settled = inputs.analytic, inputs.twin.settling
     machines = rungs(parameters.biped, parameters.twin, parameters.settings.outsole)
     constrained = constraint_gaits(parameters, machines)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.accuracy.level import Level
-from stages.biped.design import OfPlainBiped
+from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
@@ -48,9 +48,10 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Parameters(OfPlainBiped):
+class Parameters:
     """All parameters the stage uses."""
 
+    biped: Biped
     slope: Slope
     contact: ContactLaw
     twin: TwinSettings

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stages.analytic.derivatives.step_map import varied_step
-from stages.analytic.errors import StepFailed
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import fixed_point, poincare_derivative
@@ -19,7 +17,6 @@ from stages.analytic.phases.compliant_hip import compliant_hip_phase, holding, w
 from stages.analytic.phases.flow import HIP_STICKS, ON_BOTH, RUBS_BACK, RUBS_FORWARD, flow
 from stages.analytic.phases.section import section_state
 from stages.analytic.phases.succession import ends_step
-from stages.analytic.walk.error_estimate import estimate_errors
 from stages.analytic.walk.recording import crossing_state, record, walk_on
 from stages.analytic.walk.sampling import sample_walk
 from stages.biped.design import BeyondModel
@@ -169,7 +166,3 @@ def test_the_search_finds_a_gait_by_itself():
 def test_what_is_not_known_is_said(free):
     with pytest.raises(BeyondModel, match="together with a trailing foot that may slip"):
         build_walker(changed(FREE, hip_friction=1e-3), SLOPE, FRICTION)
-    walker = rubbing(1e-3)
-    with pytest.raises(StepFailed, match="no derivatives by parameters"):
-        varied_step(walker, free[1].z, np.zeros((1, len(walker.p))), 1e-8)
-    assert "friction at the hip" in estimate_errors(walker, fixed_point(walker, free[1].z, 1e-10), 2, 1e-10).checked

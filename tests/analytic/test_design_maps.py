@@ -72,10 +72,14 @@ def asked(listener, given, parameters=PARAMETERS, **options):
 
 
 @pytest.fixture(scope="module")
-def grid(tmp_path_factory):
-    path = tmp_path_factory.mktemp("map") / "grid.h5"
-    answer = asked(Listener(), GRID, out=path)
-    with h5py.File(path) as file:
+def grid_file(tmp_path_factory):
+    return tmp_path_factory.mktemp("map") / "grid.h5"
+
+
+@pytest.fixture(scope="module")
+def grid(grid_file):
+    answer = asked(Listener(), GRID, out=grid_file)
+    with h5py.File(grid_file) as file:
         return answer, {name: column[()] for name, column in file["table"].items()}, dict(file["table"].attrs)
 
 
@@ -112,22 +116,21 @@ def test_the_answer_counts_what_the_file_holds(grid):
 
 
 @pytest.mark.parametrize("given", [GRID, CLOUD])
-def test_a_map_has_a_picture(given):
-    drawn = []
-    asked(Listener(), given, search="none").draw(drawn.append)
+def test_a_map_has_a_picture(given, grid):
+    answer, drawn = grid[0] if given is GRID else asked(Listener(), given, search="none"), []
+    answer.draw(drawn.append)
     assert all("[" in text for axes in drawn[0].axes for text in [axes.get_xlabel()] if text)
     plt.close(drawn[0])
 
 
-def test_a_map_opens_in_xarray_with_units_and_words(tmp_path):
+def test_a_map_opens_in_xarray_with_units_and_words(grid, grid_file):
     xarray, _ = pytest.importorskip("xarray"), pytest.importorskip("h5netcdf")
-    asked(Listener(), GRID, out=tmp_path / "map.h5")
-    with xarray.open_dataset(tmp_path / "map.h5", engine="h5netcdf", group="table") as table:
+    with xarray.open_dataset(grid_file, engine="h5netcdf", group="table") as table:
         assert set(table.dims) == {"row"} and table.row.values.tolist() == [*range(table.sizes["row"])]
         assert table.period_s.units == "s" and table.period_s.long_name
         words = table.outcome.flag_meanings.split()
         assert len(words) == len(table.outcome.flag_values) and "stable" in words
-        assert words[int(table.outcome[0])] == h5py_word(tmp_path / "map.h5")
+        assert words[int(table.outcome[0])] == h5py_word(grid_file)
 
 
 def h5py_word(path):
@@ -269,9 +272,10 @@ def test_a_map_of_legs_that_differ_has_the_gaits_that_the_search_finds(biped):
         assert columns["largest_multiplier"][row] == pytest.approx(by_stability(point), abs=2e-5)
 
 
-def test_a_map_over_the_friction_of_a_hip_begins_without_it():
+@pytest.mark.parametrize("biped", [TABLE_1_RIGID, TABLE_1])
+def test_a_map_over_the_friction_of_a_hip_begins_without_it(biped):
     """Of a hip that does not rub a walker has a number less."""
-    base = DesignPoint(TABLE_1_RIGID, SLOPE)
+    base = DesignPoint(biped, SLOPE)
     box = boxes.read({"kind": "grid", "vary": {"biped.hip_friction": {"low": 0.0, "high": 2e-3, "steps": 5}}}, base)
     task = Task(box, base, TOLERANCE, "complete")
     known = [each for each in anchors_of(task, 0, 2) if each]

@@ -7,7 +7,7 @@ import pytest
 
 from stages.analytic.gait.gait_search import find_gait, step_length
 from stages.analytic.gait.poincare import fixed_point
-from stages.analytic.model.kinds import StiffRolling
+from stages.analytic.model.kinds import Rubbing, StiffRolling
 from stages.analytic.phases.section import section_state
 from stages.analytic.walk import error_estimate
 from stages.analytic.walk.carried_error import along, carried_error
@@ -20,6 +20,7 @@ from tests.analytic.designs import SLOPE, TABLE_1
 from tests.analytic.test_detailed import LAME
 
 STEPS = 6
+FRAMES = dataclasses.replace(TABLE_1, frame_mass=0.01, frame_com=0.02)
 SLIPPERY = Friction(static_friction=1.1, dynamic_friction=0.9)
 
 
@@ -38,6 +39,24 @@ def test_the_estimate_is_the_error(design, legs, friction, tolerance):
     """Of gaits of one step, and of the strides of legs that differ."""
     walker, found = find_gait(dataclasses.replace(design, legs=legs), SLOPE, 1e-13, friction)
     assert len(found.steps) == (1 if design is TABLE_1 else 2)
+    _, period, length, exact = computed(walker, found.z, 1e-13)
+    point, coarse_period, coarse_length, walk = computed(walker, found.z, tolerance)
+    estimate = estimate_errors(walker, point, STEPS, tolerance)
+    true = walk_differences(walk, exact)
+    assert estimate.given
+    assert estimate.period == pytest.approx(period - coarse_period, rel=0.1)
+    assert estimate.step_length == pytest.approx(length - coarse_length, rel=0.1)
+    assert estimate.hip_position == pytest.approx(true["hip_position_m"], rel=0.25)
+    assert estimate.step_duration == pytest.approx(true["period_s"], rel=0.25)
+
+
+@pytest.mark.parametrize(("design", "legs"), [
+    (FRAMES, "rigid"), (FRAMES, "compliant"), (LAME, "rigid"), (LAME, "compliant")])
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-8])
+def test_the_estimate_is_the_error_of_a_hip_that_rubs(design, legs, tolerance):
+    """Through the events at which the hip turns, or comes to rest."""
+    walker, found = find_gait(dataclasses.replace(design, legs=legs, hip_friction=2e-3), SLOPE, 1e-13)
+    assert isinstance(walker.p, Rubbing)
     _, period, length, exact = computed(walker, found.z, 1e-13)
     point, coarse_period, coarse_length, walk = computed(walker, found.z, tolerance)
     estimate = estimate_errors(walker, point, STEPS, tolerance)

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from stages.analytic.gait.gait_search import find_gait, gait_near
-from stages.calibrated_twin.told import Fitted, Left, design_of, frequency, pairs_of, robot_of
-from stages.calibration.result import FittedRun, Trace
+from stages.calibrated_twin.told import Fitted, design_of, frequency, pairs_of, robot_of
+from stages.calibration.intervals.discrepancy import Discrepancy
+from stages.calibration.result import HALF_WIDTH, FittedRun, Trace
 from tests.calibration.runs import DESIGN
 
 NAMES = ("biped.foot_mass", "biped.leg_length", "biped.foot_radius", "biped.foot_com")
@@ -29,13 +30,14 @@ def corrections(bias=BIAS):
     return {0: SimpleNamespace(bias=bias)}
 
 
-def test_a_correction_takes_the_bias_off_and_leaves_its_share_in_the_interval():
-    fitted = Fitted("with outsole", DESIGN, [fit("run 01", "with outsole", VALUES)], corrections())
-    robot = robot_of(fitted, NAMES, Left(0.5, 0.1), NEAR)
+def test_a_correction_takes_the_bias_off_and_all_of_it_counts_where_nothing_tells_what_it_leaves():
+    fitted = Fitted("with outsole", DESIGN, [fit("run 01", "with outsole", VALUES)], corrections(), VALUES)
+    robot = robot_of(fitted, NAMES, NEAR)
+    assert "whole of what the correction took off" in robot.by_what
     for row, number in enumerate(robot.numbers):
         assert number.corrected == pytest.approx(number.truth, rel=1e-12)
         assert number.found == pytest.approx(number.truth + BIAS[row])
-        assert number.sd == pytest.approx(math.hypot(2.0 * SD[row], 0.5 * BIAS[row]))
+        assert number.sd == pytest.approx(math.hypot(2.0 * SD[row], BIAS[row]))
         lower, upper = number.interval(2.0)
         assert upper - lower == pytest.approx(4.0 * number.sd)
     assert robot.frequency == pytest.approx(robot.true_frequency, rel=1e-9)
@@ -44,9 +46,9 @@ def test_a_correction_takes_the_bias_off_and_leaves_its_share_in_the_interval():
 
 
 def test_without_a_correction_intervals_stay_widened():
-    fitted = Fitted("lab", DESIGN, [fit("run 01", "lab", np.full(4, math.nan))], {})
-    found = dataclasses.replace(fitted.fits[0], design=VALUES)
-    robot = robot_of(Fitted("lab", DESIGN, [found], {}), NAMES, Left(0.5, 0.1), NEAR)
+    found = dataclasses.replace(fit("run 01", "lab", np.full(4, math.nan)), design=VALUES)
+    robot = robot_of(Fitted("lab", DESIGN, [found], {}, VALUES), NAMES, NEAR)
+    assert robot.by_what == "the fit's noise and residuals alone"
     for row, number in enumerate(robot.numbers):
         assert number.corrected == number.found
         assert number.sd == pytest.approx(2.0 * SD[row])
@@ -55,11 +57,27 @@ def test_without_a_correction_intervals_stay_widened():
 
 
 def test_more_runs_tell_more_but_for_the_bias():
-    one = Fitted("lab", DESIGN, [fit("run 01", "lab", VALUES)], corrections())
-    four = Fitted("lab", DESIGN, [fit(f"run 0{number}", "lab", VALUES) for number in range(1, 5)], corrections())
-    noise = np.diag(four.covariance(0.0)) / np.diag(one.covariance(0.0))
-    np.testing.assert_allclose(noise, 0.25)
-    assert (np.diag(four.covariance(0.5)) > (0.5 * BIAS) ** 2).all()
+    one = Fitted("lab", DESIGN, [fit("run 01", "lab", VALUES)], {}, VALUES)
+    four = Fitted("lab", DESIGN, [fit(f"run 0{number}", "lab", VALUES) for number in range(1, 5)], {}, VALUES)
+    np.testing.assert_allclose(np.diag(four.covariance) / np.diag(one.covariance), 0.25)
+    twin = dataclasses.replace(four, corrections=corrections())
+    assert (np.diag(twin.covariance) > BIAS**2).all()
+
+
+def test_where_other_machines_tell_what_fits_miss_that_is_taken_off_and_its_scatter_is_the_interval():
+    rng = np.random.default_rng(4)
+    pulls = rng.normal(size=12) * 1e-3
+    shares = BIAS / VALUES + 1e-3 * rng.normal(size=(12, 4)) + np.outer(pulls, [1.0, 0.0, -5.0, 0.0])
+    term = Discrepancy.of(NAMES, shares, pulls)
+    one = fit("run 01", "with outsole", VALUES)
+    robot = robot_of(Fitted("with outsole", DESIGN, [one], corrections(), VALUES, 1e-3, term), NAMES, NEAR)
+    expected, half = term.expected(VALUES, 1e-3), term.half_widths(VALUES, 1e-3)
+    for row, number in enumerate(robot.numbers):
+        assert number.corrected == pytest.approx(one.design[row] - expected[row])
+        assert number.by_twin == pytest.approx(VALUES[row])
+        lower, upper = number.interval(HALF_WIDTH)
+        assert upper - lower == pytest.approx(2 * half[row])
+    assert robot.by_what == "what fits of 12 other machines' runs miss"
 
 
 def test_a_frequencys_error_is_that_of_differences():
@@ -75,21 +93,35 @@ def test_a_frequencys_error_is_that_of_differences():
 
 def test_a_pair_tells_what_the_outsole_does():
     longer = np.array([0.01, 0.002, 0.002, 0.0])
-    usual = Fitted("with outsole", DESIGN, [fit("synthetic run 01", "with outsole", VALUES + longer)], corrections())
+    with_it = fit("synthetic run 01", "with outsole", VALUES + longer)
+    usual = Fitted("with outsole", DESIGN, [with_it], corrections(), VALUES)
     without = fit("synthetic bare run 01", "without outsole", VALUES)
-    bare = Fitted("without outsole", DESIGN, [without], corrections(0.9 * BIAS))
-    (pair,) = pairs_of(usual, bare, NAMES, Left(0.5, 0.1), NEAR)
+    bare = Fitted("without outsole", DESIGN, [without], corrections(0.9 * BIAS), VALUES)
+    (pair,) = pairs_of(usual, bare, NAMES, NEAR)
     assert pair.name == "synthetic run 01"
     assert pair.longer == pytest.approx(0.002 - 0.1 * BIAS[1])
     assert pair.true_longer == pytest.approx(0.002)
-    assert pair.longer_sd == pytest.approx(math.sqrt(8 * SD[1] ** 2 + (0.1 * 0.95 * BIAS[1]) ** 2))
+    assert pair.longer_sd == pytest.approx(math.sqrt(8 * SD[1] ** 2 + (0.1 * BIAS[1]) ** 2))
     assert pair.heavier == pytest.approx(0.01 - 0.1 * BIAS[0])
     ends = [frequency(design_of(DESIGN, NAMES, each), NAMES, np.eye(4), NEAR)[0] for each in (VALUES + longer, VALUES)]
     assert pair.true_slower == pytest.approx(ends[0] / ends[1] - 1, rel=1e-9)
     assert pair.slower == pytest.approx(pair.true_slower, abs=2 * pair.slower_sd)
     assert pair.slower_sd < 5e-3
-    alone = Fitted("with outsole", DESIGN, [fit("synthetic run 09", "with outsole", VALUES)], corrections())
-    assert pairs_of(alone, bare, NAMES, Left(0.5, 0.1), NEAR) == ()
+    alone = Fitted("with outsole", DESIGN, [fit("synthetic run 09", "with outsole", VALUES)], corrections(), VALUES)
+    assert pairs_of(alone, bare, NAMES, NEAR) == ()
+
+
+def test_other_pairs_tell_how_far_a_pair_can_be_trusted():
+    """Four pairs: what the other three miss between them is taken off the fourth, and scatters in its interval."""
+    off = [{0: 2e-4, 1: 4e-4, 2: 3e-4, 3: 3e-4}[number] * np.array([0.0, 1.0, 0.0, 0.0]) for number in range(4)]
+    usual = Fitted("with outsole", DESIGN, [fit(f"synthetic run 0{n}", "with outsole", VALUES, off=off[n])
+                                            for n in range(4)], {}, VALUES)  # fmt: skip
+    bare = Fitted("without outsole", DESIGN, [fit(f"synthetic bare run 0{n}", "without outsole", VALUES)
+                                              for n in range(4)], {}, VALUES)  # fmt: skip
+    first = pairs_of(usual, bare, NAMES, NEAR)[0]
+    assert first.longer == pytest.approx(2e-4 - np.mean([4e-4, 3e-4, 3e-4]))
+    misses = np.array([off[n] for n in (1, 2, 3)])
+    assert first.longer_sd == pytest.approx(np.sqrt(Discrepancy.of(NAMES, misses).spread(np.ones(4))[1, 1]))
 
 
 def test_the_gait_near_anothers_is_the_one_that_a_search_finds():
@@ -105,7 +137,7 @@ def test_frames_belong_to_the_hip_as_table_1_counts_it():
     names = ("biped.frame_mass",)
     one = dataclasses.replace(fit("run", "lab", VALUES, wider=1.0), design=np.array([0.151]), truth=np.array([0.15]),
                               covariance=np.array([[1e-8]]))  # fmt: skip
-    (number,) = robot_of(Fitted("lab", design, [one], {}), names, Left(0.5, 0.1), NEAR).numbers
+    (number,) = robot_of(Fitted("lab", design, [one], {}, one.design), names, NEAR).numbers
     assert number.name == "biped.hip_mass"
     assert (number.drawn, number.found, number.truth) == pytest.approx((0.316, 0.318, 0.316))
     assert number.sd == pytest.approx(2e-4)

@@ -3,11 +3,16 @@
 import json
 import os
 
+import numpy as np
 import pytest
 import yaml
 
+from pipeline.cache import artefact
 from pipeline.study import Study
 from stages.analytic.run import run as run_analytic
+from stages.calibration.information.plan import first_model
+from stages.calibration.result import HALF_WIDTH, Misses, Result
+from stages.calibration.study.drawing import drawn_design, looked_for
 from stages.campaign.database import database_bytes
 from stages.campaign.run import MOUNTING, device, synthetic_run
 from stages.campaign.twin_run import first_state
@@ -56,3 +61,39 @@ def test_a_lab_gets_its_robot_as_a_folder_that_the_study_takes(repository, lab):
     planned = told(repository, "run-all", "--dry-run", "--params", robot, "--results", folder / "results")
     assert planned.returncode == 0, planned.stderr
     assert "analytic" in planned.stdout + planned.stderr
+
+
+def test_from_the_bill_of_parts_the_studys_own_runs_widen_the_intervals(repository, lab):
+    """What they miss is made up here: as much as fits of the twin did, so that the robot's numbers are held."""
+    folder, truth = lab
+    every = Study(repository, repository / "params", repository / "results", ()).parameters(["calibration"])
+    drawn = drawn_design(every["calibration"])
+    names = first_model(drawn, looked_for(drawn), every["calibration"]).shared
+    pulls = 1e-3 * np.array([-1.0, 0.0, 1.0, 0.5, -0.5])
+    shares = np.outer(pulls, np.full(len(names), 1.0)) + 0.02 * np.array([1.0, -1.0, 1.0, -1.0, 0.0])[:, None]
+    values = np.array([drawn.value(name) for name in names])
+    study = Result(30, (), (), names, tuple(drawn.unit(name) for name in names), values, (), (), (), (),
+                   Misses(tuple(f"run {number}" for number in range(5)), shares, pulls), ())
+    results = folder / "of_the_study"
+    results.mkdir()
+    (results / "calibration.h5").write_bytes(artefact.encode(study, {}))
+    about = yaml.safe_load((folder / "known.yaml").read_text()) | {"design": "parts"}
+    del about["fixed"]
+    (folder / "parts.yaml").write_text(yaml.safe_dump(about))
+    robot = folder / "robot_of_parts"
+    done = told(repository, "calibrate", folder / "lab.sqlite", "--with", folder / "parts.yaml", "--into", robot,
+                "--results", results, "--json")  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    answer = json.loads(done.stdout)
+    assert answer["model_error_runs"] == 5, answer["model_error"]
+    assert "made by the Exudyn twin" in answer["model_error"]
+    row = answer["parameters"]["biped.leg_length"]
+    assert abs(row["found"] - truth.robot.leg_length) < HALF_WIDTH * row["sd"]
+    assert row["sd"] > 0.02 * row["found"]
+    written = yaml.safe_load((robot / "biped.yaml").read_text())
+    assert "frame_mass" not in written
+    frame = answer["parameters"]["biped.frame_mass"]
+    assert written["hip_mass"]["value"] == pytest.approx(drawn.biped.hip_mass + 2 * frame["found"])
+    assert written["hip_mass"]["uncertainty"] == pytest.approx(2 * frame["sd"])
+    planned = told(repository, "run-all", "--dry-run", "--params", robot, "--results", folder / "results_of_parts")
+    assert planned.returncode == 0, planned.stderr

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from stages.calibration.estimation.equations import run_equations
-from stages.calibration.estimation.model_error import Discrepancy, noise_covariance, sandwich_covariance
-from stages.calibration.estimation.residual_structure import PARTS, step_parts, structure, told_structure, whiteness
 from stages.calibration.information.plan import plan_of, planned_equations
+from stages.calibration.intervals.discrepancy import Discrepancy
+from stages.calibration.intervals.residual_structure import PARTS, step_parts, structure, told_structure, whiteness
+from stages.calibration.intervals.sandwich import noise_covariance, sandwich_covariance
 from stages.calibration.observation.measured_run import MeasuredRun, usable
 from stages.calibration.observation.prediction import Sampling
 from stages.calibration.observation.unknowns import SIDES
@@ -94,17 +95,35 @@ def test_the_sandwich_is_the_noises_own_where_residuals_are_noise(planned):
     assert np.mean(ratios, axis=0) == pytest.approx(np.ones(d - 1), abs=0.35)
 
 
-def test_a_discrepancy_holds_what_it_says():
-    """Student's interval of one more draw, from few: 95 % at any number of runs."""
+@pytest.mark.parametrize("pulled", [False, True])
+@pytest.mark.parametrize("count", [5, 8, 24])
+def test_a_discrepancy_holds_what_it_says(count, pulled):
+    """Of studies with a scatter from few runs, 90 % have intervals that hold 95 % of what further runs miss."""
     rng = np.random.default_rng(2)
-    names, scales = ("a", "b"), np.array([3.0, -0.5])
-    for count in (4, 12):
-        held = []
-        for _ in range(1500):
-            misses = np.array([0.2, -1.0]) + np.array([0.05, 0.4]) * rng.normal(size=(count + 1, 2))
-            term = Discrepancy.of(names, misses[1:])
-            off = term.corrected(misses[0] * scales, scales)
-            held.append(np.abs(off) <= term.half_widths(scales))
-        assert np.mean(held) == pytest.approx(0.95, abs=0.015)
-    with pytest.raises(ValueError, match="three runs"):
-        Discrepancy.of(names, np.zeros((2, 2)))
+    names, scales, slope = ("a", "b"), np.array([3.0, -0.5]), np.array([2.0, 0.0])
+    contents = []
+    for _ in range(400):
+        pulls = rng.normal(size=count + 400)
+        misses = [0.2, -1.0] + [0.05, 0.4] * rng.normal(size=(count + 400, 2)) + pulled * np.outer(pulls, slope)
+        term = Discrepancy.of(names, misses[:count], pulls[:count] if pulled else None)
+        off = np.array([miss * scales - term.expected(scales, pull)
+                        for miss, pull in zip(misses[count:], pulls[count:], strict=True)])
+        half = np.array([term.half_widths(scales, pull) for pull in pulls[count:]])
+        contents.append((np.abs(off) <= half).mean(axis=0))
+    assert (np.array(contents) >= 0.95).mean() == pytest.approx(0.9, abs=0.06)
+
+
+def test_a_discrepancy_takes_off_what_goes_along_with_a_pull():
+    pulls = np.array([-1.0, 0.0, 2.0, 3.0])
+    misses = np.column_stack([0.1 + 0.5 * pulls, np.full(4, -0.2)])
+    term = Discrepancy.of(("a", "b"), misses, pulls)
+    scales = np.array([10.0, 2.0])
+    assert term.expected(scales, 5.0) == pytest.approx([10 * 2.6, -0.4])
+    assert term.half_widths(scales, 5.0) == pytest.approx([0.0, 0.0], abs=1e-12)
+    alone = Discrepancy.of(("a", "b"), misses)
+    assert alone.expected(scales) == pytest.approx(scales * misses.mean(axis=0))
+    np.testing.assert_allclose(alone.covariance, np.cov(misses, rowvar=False), atol=1e-15)
+    with pytest.raises(ValueError, match="4 runs"):
+        Discrepancy.of(("a", "b"), misses[:3], pulls[:3])
+    with pytest.raises(ValueError, match="3 runs"):
+        Discrepancy.of(("a", "b"), misses[:2])

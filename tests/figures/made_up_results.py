@@ -157,7 +157,8 @@ def calibration():
     fit = FittedRun("run 01", "with outsole", nothing, nothing, nothing, np.eye(2), nothing, 1.4, 2.0, 30, True, "",
                     Trace(time, measured, clean, residual), Trace(time, 1.1 * measured, 1.1 * clean, 1.1 * residual),
                     np.array([0.0, 0.5, 1.0, 1.5]))
-    held = HeldOut("run 02", "with outsole", 0.15, 1.6, 0.02, 1.5e-3, 0.2, 0.03, 0.012, 8e-4, nothing, nothing)
+    held = HeldOut("run 02", "with outsole", 0.15, 1.6, 0.02, 1.5e-3, 0.2, 0.03, 0.012, 8e-4, nothing, nothing,
+                   fit.hip, fit.foot, fit.strikes)
     return SimpleNamespace(fits=(fit,), held_out=(held,), not_seen=("not seen: the scale of mass",))
 
 
@@ -165,11 +166,12 @@ def calibrated_twin():
     """Two robots of three numbers, a pair, a run that was held out, and a walk."""
     def robot(kind, more):
         numbers = tuple(
-            Number(name, unit, value, 1.04 * value + more, 1.01 * value + more, 0.004 * value, value + more)
+            Number(name, unit, value, 1.04 * value + more, 1.015 * value + more, 1.01 * value + more,
+                   0.004 * value, value + more)
             for name, unit, value in (("biped.foot_mass", "kg", 0.335), ("biped.leg_length", "m", 0.333),
                                       ("biped.leg_inertia", "kg m^2", 8.6e-4)))
         correlations = np.array([[1.0, 0.5, -0.9], [0.5, 1.0, 0.2], [-0.9, 0.2, 1.0]])
-        return Robot(kind, 2, 1, numbers, correlations, np.zeros((1, 3)), 2.04, 1e-3, 2.041)
+        return Robot(kind, 2, 1, 6, numbers, correlations, np.zeros((1, 3)), 2.04, 1e-3, 2.041)
 
     pair = Pair("run 01", 2.1e-3, 2e-4, 2e-3, 9e-3, -8e-3, 1e-3, -8.5e-3)
     check = Check("run 02", "with outsole", "corrected by the twin", 2e-3, 0.1, 0.02)

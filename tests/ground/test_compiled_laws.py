@@ -6,10 +6,10 @@ import numba
 import numpy as np
 import pytest
 
-from stages.ground.compiled import COMPILED, TANGENTS, compiled_slope
+from stages.ground.compiled import COMPILED, TANGENTS, compiled_coefficient, compiled_slope
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import friction_slope, signed_coefficient
-from stages.ground.laws import FRICTIONS, NORMAL_FORCES
+from stages.ground.laws import FRICTIONS, NORMAL_FORCES, PointLaw
 from stages.ground.operations import ARRAYS, SCALARS
 
 LAW = ContactLaw(1e5, 2.2, 1e4, 1e-4, 1.1, 1.0, 0.1, 1.0)
@@ -120,3 +120,47 @@ def test_every_operation_has_its_derivative():
             found = getattr(TANGENTS, name)(complex(x, 1e-20), *arguments)
             assert found.real == pytest.approx(function(x, *arguments), rel=1e-12)
             assert found.imag / 1e-20 == pytest.approx(expected, rel=1e-7, abs=1e-9), (name, x)
+
+
+@numba.njit
+def normal_of_numbers(law, numbers, depth, rate):
+    return law.like(numbers, 0).force(complex(depth, 0.0), complex(rate, 0.0), TANGENTS)
+
+
+@numba.njit
+def friction_of_numbers(law, numbers, slip):
+    friction = law.friction.like(numbers, 0)
+    return compiled_coefficient(PointLaw(friction, friction, numbers[-1]), complex(slip, 0.0), TANGENTS)
+
+
+NUMBERS = ("contact_stiffness", "contact_exponent", "contact_damping", "damping_depth", "static_friction",
+           "dynamic_friction", "stiction_velocity", "friction_velocity", "restitution", "impact_speed")  # fmt: skip
+
+
+@pytest.mark.parametrize("key", NUMBERS)
+@pytest.mark.parametrize("law", [*NORMAL_FORCES, *FRICTIONS])
+def test_a_law_gives_its_derivatives_by_every_parameter(law, key):
+    """Complex steps through what makes its numbers and through its text, against central differences over floats."""
+    chosen = {"normal_force": law} if law in NORMAL_FORCES else {"friction": law}
+    contact = dataclasses.replace(LAW, **chosen)
+    value = getattr(contact, key)
+
+    def changed(by):
+        return dataclasses.replace(contact, **{key: value + by}).numbers
+
+    ends, step = [changed(sign * 1e-6 * value) for sign in (1.0, -1.0)], 2e-6 * value
+    if law in NORMAL_FORCES:
+        numbers = np.array(changed(1j * STEP).normal, dtype=complex)
+        for depth in (-1e-5, 1e-6, 3e-5, 0.99e-4, 5e-4):
+            for rate in (-1.0, -0.01, 0.0, 0.3):
+                own = normal_of_numbers(contact.numbers.normal, numbers, depth, rate).imag / STEP
+                ahead, behind = (end.normal.force(depth, rate, SCALARS) for end in ends)
+                noise = 1e-15 * abs(ahead) / step
+                assert own == pytest.approx((ahead - behind) / step, rel=1e-5, abs=1e-9 + 10 * noise)
+        return
+    varied = changed(1j * STEP)
+    numbers = np.array([*varied.friction, varied.stiction_velocity], dtype=complex)
+    for slip in (-2.0, -0.4, -0.05, 0.0, 0.03, 0.2, 0.7, 1.5):
+        own = friction_of_numbers(contact.numbers, numbers, slip).imag / STEP
+        ahead, behind = (signed_coefficient(end, slip, SCALARS) for end in ends)
+        assert own == pytest.approx((ahead - behind) / step, rel=1e-6, abs=1e-8)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stages.imu.strikes.heel_strikes import HeelStrikes
+from stages.imu.strikes.landings import HeelStrikes
 from stages.imu.strikes.step_frequency import step_frequency
 from stages.imu.trial.frames import angle_between
 from stages.imu.trial.places import FORWARD, LATERAL, UP

@@ -7,8 +7,8 @@ import pytest
 from scipy.signal import butter, sosfilt
 
 from stages.imu.judgement.evidence import spacing_of
-from stages.imu.strikes.heel_strikes import HeelStrikes
 from stages.imu.strikes.impact_onset import STRIKE, Samples, at_onsets, lift_after, responses
+from stages.imu.strikes.landings import HeelStrikes
 from stages.imu.strikes.step_frequency import step_frequency
 from stages.imu.strikes.step_times import step_times
 from tests.imu.stand_in import DRAWING

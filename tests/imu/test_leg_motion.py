@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.imu.strikes.heel_strikes import HeelStrikes
+from stages.imu.strikes.landings import HeelStrikes
 from stages.imu.strikes.step_times import UNKNOWN
 from stages.imu.trial.leg_motion import hip_at, leg_angle, leg_motion, stance_angle
 from stages.imu.trial.trial import Trial, read_trial

@@ -12,7 +12,7 @@ from stages.imu.clock.packet_index import index_samples
 from stages.imu.judgement.verdict import REFUSED
 from stages.imu.reports.sensor_report import SensorReport
 from stages.imu.sources.source_csv import CsvSource
-from stages.imu.strikes.heel_strikes import INNER
+from stages.imu.strikes.landings import INNER
 from stages.imu.trial.sensor_on_body import read_sensor
 from stages.imu.trial.trial import read_trial
 from stages.imu.trial.walking import strikes_of

@@ -11,11 +11,11 @@ from scipy.spatial.transform import Rotation
 
 from stages.imu.clock.resample import resample
 from stages.imu.sources.units import implied_acceleration_unit, implied_angular_rate_unit
-from stages.imu.strikes.heel_strikes import HeelStrikes
+from stages.imu.strikes.landings import HeelStrikes, stride_bounds
 from stages.imu.strikes.step_frequency import step_frequency
 from stages.imu.trial.ensemble import ensemble_of
 from stages.imu.trial.frames import angle_between, find_frame, gravity_on_body, mounting
-from stages.imu.trial.registration import register, stride_bounds
+from stages.imu.trial.registration import register
 from stages.imu.trial.sensor import filter_delay, mask_clipped
 from tests.imu.stand_in import device
 

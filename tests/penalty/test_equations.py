@@ -38,7 +38,7 @@ def test_the_generated_file_is_what_the_derivation_gives():
 def test_in_the_air_momentum_changes_by_weight_and_energy_by_dampers(biped, slope, contact, inertia):
     """By central differences along the motion, of sums over the masses that `stages.planar.energy` writes down."""
     machine = dataclasses.replace(biped, leg_inertia=inertia)
-    p, gravity = build_penalty(machine, slope, contact, 0.5), np.array(slope.gravity_vector)
+    p, gravity = build_penalty(machine, slope.gravity_vector, contact, 0.5), np.array(slope.gravity_vector)
     for y in states(3, 20, machine):
         qdd = np.array(accelerations(FLYING, y, p)[0])
         places = np.array([y[:6] + sign * STEP * y[6:] + 0.5 * STEP**2 * qdd for sign in (-1.0, 1.0)])
@@ -60,7 +60,7 @@ def test_in_the_air_momentum_changes_by_weight_and_energy_by_dampers(biped, slop
 def test_variations_follow_the_rates(biped, slope, contact, law):
     """Carried variations against central differences of the rates, one and both feet in the ground."""
     ground = dataclasses.replace(contact, normal_force=law)
-    p = build_penalty(biped, slope, ground, 0.5)
+    p = build_penalty(biped, slope.gravity_vector, ground, 0.5)
     for y in states(5, 12, biped):
         whole = np.concatenate([y, np.eye(SIZE).ravel()])
         rates = np.empty_like(whole)
@@ -79,7 +79,7 @@ def test_variations_follow_the_rates(biped, slope, contact, law):
 @pytest.mark.parametrize("legs", ["compliant", "rigid"])
 def test_elimination_solves_the_whole_system(biped, slope, contact, legs):
     """Against the assembled matrix; rigid legs are the same without the rows and columns of the lengths."""
-    p = build_penalty(dataclasses.replace(biped, legs=legs, leg_inertia=2e-4), slope, contact, 0.5)
+    p = build_penalty(dataclasses.replace(biped, legs=legs, leg_inertia=2e-4), slope.gravity_vector, contact, 0.5)
     kept = [0, 1, 2, 3, 4, 5] if legs == "compliant" else [0, 1, 2, 3]
     pressed = 0
     for y in states(7, 10, biped):

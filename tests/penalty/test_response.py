@@ -1,6 +1,7 @@
-"""Elasticities of the penalty walker's gait: what dimensions demand, gaits solved anew, the constraint model's."""
+"""Derivatives of steps and gaits by parameters: against differences, what dimensions demand, gaits solved anew."""
 
 import dataclasses
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -8,57 +9,119 @@ import pytest
 from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
+from stages.engines.drawn import drawn_sets
 from stages.ground.hardening import family_member
-from stages.penalty.response import responses
+from stages.penalty.model.changes import changes_of
+from stages.penalty.response import changed, of_multipliers, responses
 from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
 from stages.planar.limit_cycle import fixed_point, gait_near
+from stages.planar.section import SCALES, section_numbers
 from stages.planar.state import rolling_state
 
 DESIGN = ("biped.hip_mass", "biped.foot_mass", "biped.leg_length", "biped.foot_radius", "biped.foot_com",
-          "biped.stiffness", "biped.damping")  # fmt: skip
-GROUND = ("ground.gravity", "ground.contact_stiffness", "ground.contact_damping", "ground.damping_depth",
-          "ground.stiction_velocity", "ground.friction_velocity")  # fmt: skip
+          "biped.leg_inertia", "biped.stiffness", "biped.damping")  # fmt: skip
+SLOPE = ("ground.slope_deg", "ground.gravity")
+FRICTION = ("ground.static_friction", "ground.dynamic_friction", "ground.stiction_velocity", "ground.friction_velocity")
+SPRING = ("ground.contact_stiffness", "ground.contact_exponent")
+OF_LAW = {"impact": ("ground.contact_damping", "ground.damping_depth"),
+          "restitution": ("ground.restitution", "ground.impact_speed")}  # fmt: skip
+FINE = Settings(1e-13)
+#: What sums may leave: of period and length, and of two multipliers, whose derivatives are extrapolated.
+LEFT = np.array([1e-8, 1e-8, 1e-6, 1e-6])
 
 
 @pytest.fixture(scope="module")
 def found(biped, slope, contact, start, gait):
-    return {one.name: one for one in responses(biped, slope, contact, start, gait, (*DESIGN, *GROUND))}
+    return responses(biped, slope, contact, start, gait, (*DESIGN, *SLOPE, *SPRING, *FRICTION, *OF_LAW["impact"]))
 
 
-def total(found, weights):
-    return sum(power * found[name].elasticities for name, power in weights.items())
+def total(table, names, weights):
+    return sum(power * table[names.index(name)] for name, power in weights.items())
 
 
-def test_dimensions_demand_sums(found, contact):
+def differences(parts, state, name, scale, lift):
+    """Central differences of a step by a parameter, extrapolated (12,), and what extrapolation leaves at most.
+
+    `lift` (10,): changes of the start's section numbers that go along. Of three sizes of differences the surest.
+    """
+    numbers = section_numbers(state)
+
+    def slope(share):
+        ends = []
+        for by in (share, -share):
+            step = PenaltyStepper(*changed(*parts, name, by * scale), state, FINE).step(numbers + by * lift)
+            ends.append(np.array([*(step.numbers / SCALES), step.duration, step.length]))
+        return (ends[0] - ends[1]) / (2 * share)
+
+    answers = []
+    for first in (2e-4, 2e-5, 2e-6):
+        slopes = [slope(share) for share in (first, first / 2, first / 4)]
+        once = [(4 * fine - coarse) / 3 for coarse, fine in pairwise(slopes)]
+        answers.append(((16 * once[1] - once[0]) / 15, np.abs(once[1] - once[0]).max()))
+    return min(answers, key=lambda answer: answer[1])
+
+
+@pytest.mark.parametrize("legs", ["compliant", "rigid"])
+@pytest.mark.parametrize("law", OF_LAW)
+def test_a_steps_derivatives_are_those_of_reruns(biped, slope, contact, rough, law, legs):
+    """By every number of design, slope and law, from a start that is no gait, on ground drawn by a seed."""
+    names = (*(DESIGN if legs == "compliant" else DESIGN[:6]), *SLOPE, *SPRING, *FRICTION, *OF_LAW[law])
+    length = biped.leg_length
+    stance = rough if legs == "compliant" else dataclasses.replace(rough, stance_length=length, swing_length=length)
+    for ground in drawn_sets(contact, 4, 2 if legs == "compliant" else 1, law):
+        parts = dataclasses.replace(biped, legs=legs, leg_inertia=2e-4), slope, ground
+        state, changes = rolling_state(parts[0], ground, stance, 9.4), changes_of(*parts, names)
+        step = PenaltyStepper(*parts, state, FINE).varied_step(section_numbers(state), changes)
+        for row, name in enumerate(names):
+            lift = np.zeros(10)
+            if legs == "rigid" and name == "biped.leg_length":  # a longer rigid leg stands as deep in the ground
+                lift[0] = changes.scales[row]
+            columns = np.vstack([step.numbers / SCALES[:, None], step.duration, step.length])
+            own = columns[:, 10 + row] + columns[:, :10] @ lift
+            expected, left = differences(parts, state, name, changes.scales[row], lift)
+            size = np.abs(expected).max()
+            assert own == pytest.approx(expected, abs=1e-6 * max(size, 1.0) + 10 * left), (name, ground)
+            assert left < 1e-3 * max(size, 1.0), name
+
+
+def test_dimensions_demand_sums(found, contact, biped, slope, start):
     """Similar walkers: T in times, s in lengths; k_c in N/m^e, the multipliers without unit."""
-    exponent = contact.contact_exponent
+    exponent, names = contact.contact_exponent, found.changes.names
+    multipliers, errors = of_multipliers(biped, slope, contact, start, found)
+    table = np.column_stack([found.elasticities(), multipliers])
+    assert errors.max() < 1e-7
     mass = dict.fromkeys(("biped.hip_mass", "biped.foot_mass", "biped.stiffness", "biped.damping",
                           "ground.contact_stiffness", "ground.contact_damping"), 1.0)  # fmt: skip
-    assert total(found, mass) == pytest.approx(np.zeros(4), abs=3e-6)
+    assert (np.abs(total(table, names, mass)) < LEFT).all()
     sizes = ("biped.leg_length", "biped.foot_radius", "biped.foot_com", "ground.gravity", "ground.damping_depth")
     length = dict.fromkeys((*sizes, "ground.stiction_velocity", "ground.friction_velocity"), 1.0)
     length["ground.contact_stiffness"] = 1.0 - exponent
-    assert total(found, length) == pytest.approx([0.0, 1.0, 0.0, 0.0], abs=3e-6)
+    assert (np.abs(total(table, names, length) - [0.0, 1.0, 0.0, 0.0]) < LEFT).all()
     time = {"ground.gravity": -2.0, "ground.stiction_velocity": -1.0, "ground.friction_velocity": -1.0,
             "biped.stiffness": -2.0, "biped.damping": -1.0, "ground.contact_stiffness": -2.0,
             "ground.contact_damping": -1.0}  # fmt: skip
-    assert total(found, time) == pytest.approx([1.0, 0.0, 0.0, 0.0], abs=3e-6)
-    assert max(one.errors.max() for one in found.values()) < 1e-5
+    assert (np.abs(total(table, names, time) - [1.0, 0.0, 0.0, 0.0]) < LEFT).all()
 
 
-@pytest.mark.parametrize("name", ["biped.foot_mass", "ground.stiction_velocity"])
+def test_tighter_steps_come_nearer(found, biped, slope, contact, start, gait):
+    """Through touch-down, lift-off and the corners of friction: nothing of order one is left at any of them."""
+    errors = []
+    for tolerance in (1e-8, 1e-10):
+        other = responses(biped, slope, contact, start, gait, found.changes.names, tolerance)
+        errors.append(np.abs(other.elasticities() - found.elasticities()).max())
+    assert errors[0] < 1e-6 and errors[1] < 1e-8
+
+
+@pytest.mark.parametrize("name", ["biped.foot_mass", "ground.stiction_velocity", "ground.slope_deg"])
 def test_a_gait_solved_anew_is_where_they_say(found, biped, slope, contact, start, gait, name):
-    ends = []
+    row, ends = found.changes.names.index(name), []
     for share in (1e-3, -1e-3):
-        key = name.partition(".")[2]
-        section = biped if name.startswith("biped") else contact
-        new = dataclasses.replace(section, **{key: (1 + share) * getattr(section, key)})
-        parts = (new, slope, contact) if section is biped else (biped, slope, new)
-        stepper = PenaltyStepper(*parts, start, Settings(1e-12))
-        step = fixed_point(stepper, gait.section_state, 1e-9, gait.monodromy_matrix).step
-        ends.append(np.log([step.duration, step.length]))
-    assert (ends[0] - ends[1]) / 2e-3 == pytest.approx(found[name].elasticities[:2], abs=2e-5)
+        parts = changed(biped, slope, contact, name, share * found.changes.scales[row])
+        anew = fixed_point(PenaltyStepper(*parts, start, Settings(1e-12)), gait.section_state, 1e-9, found.matrix)
+        ends.append(np.array([*(anew.numbers / SCALES), np.log(anew.step.duration), np.log(anew.step.length)]))
+    own = [*(found.section[:, row] / SCALES), *found.elasticities()[row]]
+    assert own == pytest.approx((ends[0] - ends[1]) / 2e-3, abs=1e-4)
 
 
 def test_on_hard_ground_they_are_the_constraint_models(biped, slope, contact, rough):
@@ -67,13 +130,13 @@ def test_on_hard_ground_they_are_the_constraint_models(biped, slope, contact, ro
     start = rolling_state(biped, ground, rough, 9.4)
     gait = gait_near(PenaltyStepper(biped, slope, ground, start, Settings(1e-12)), start, 1e-9)
     _, point = find_gait(biped, slope, 1e-11)
-    names = DESIGN[:-1]
-    exact = gait_derivatives(DesignPoint(biped, slope), point, names, 1e-11).elasticities()
-    own = np.array([one.elasticities[:2] for one in responses(biped, slope, ground, start, gait, names)])
+    exact = gait_derivatives(DesignPoint(biped, slope), point, (*DESIGN, *SLOPE), 1e-11).elasticities()
+    own = responses(biped, slope, ground, start, gait, (*DESIGN, *SLOPE)).elasticities()
     assert own[:, 0] == pytest.approx(exact["period_s"], abs=0.02)
     assert own[:, 1] == pytest.approx(exact["step_length_m"], abs=0.02)
 
 
-def test_a_name_that_nothing_has_is_refused(biped, slope, contact, start, gait):
-    with pytest.raises(KeyError, match="nothing"):
-        responses(biped, slope, contact, start, gait, ["ground.nothing"])
+@pytest.mark.parametrize("name", ["ground.nothing", "ground.friction", "biped.legs", "twin.hip_mass"])
+def test_a_name_of_no_number_is_refused(biped, slope, contact, start, gait, name):
+    with pytest.raises(KeyError, match=name):
+        responses(biped, slope, contact, start, gait, [name])

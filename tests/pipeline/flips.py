@@ -18,6 +18,7 @@ from pipeline.cache import durable
 from pipeline.errors import StudyError
 from pipeline.execution.display import Display
 from pipeline.execution.planning import Planner, State
+from pipeline.graph import REPORT
 from pipeline.questions.asking import Asked
 from pipeline.report import page
 from pipeline.report.content import entries
@@ -106,7 +107,7 @@ class Flipped:
                 count.wrong.append(f"{told}: a run that ended well left something else than the right results")
             study = self.toy.study(*variant)
             page.refresh(study)
-            if (self.results / page.NAME).read_bytes() != page.render(study, entries(study), True, {}):
+            if (self.results / REPORT).read_bytes() != page.render(study, entries(study), True, {}):
                 count.wrong.append(f"{told}: the report is not what the results make")
         except StudyError as error:
             count.lost.append(f"{told}: {error}")

@@ -81,9 +81,9 @@ class Toy:
     def _environment(self) -> dict[str, str]:
         return {**os.environ, "PYTHONPATH": str(HOME), "COLUMNS": "200"}
 
-    def command(self, *arguments: str) -> tuple[int, str, str]:
-        """Run `bipedstudy` to its end: exit code, standard output, standard error."""
-        done = warm.run(self._code(), *arguments, cwd=self.root, env=self._environment())
+    def command(self, *arguments: str, before: str = "") -> tuple[int, str, str]:
+        """Run `bipedstudy` to its end, after some code: exit code, standard output, standard error."""
+        done = warm.run(before + self._code(), *arguments, cwd=self.root, env=self._environment())
         return done.returncode, done.stdout, done.stderr
 
 

@@ -12,13 +12,15 @@ from stages.analytic.derivatives.response import (
     compliant_by,
     contact_rate_change,
     double_response,
+    rubbing_response,
     sliding_response,
     sliding_system,
 )
 from stages.analytic.model.elimination import dot
 from stages.analytic.model.kinds import Compliant, Limited
-from stages.analytic.model.varied import Varied, VariedCompliant, VariedLimited, VariedRigidLegs
+from stages.analytic.model.varied import Varied, VariedCompliant, VariedLimited, VariedRigidLegs, VariedRubbingRolling
 from stages.analytic.model.walker import Vector
+from stages.analytic.phases.compliant_hip import on_both, rubbed_acceleration
 from stages.analytic.phases.flow import (
     DOUBLE_STANCE,
     HOVERING,
@@ -62,6 +64,19 @@ def rolling_varied_guard(phase: int, y: Vector, p: VariedCompliant, dy: Vector, 
     row = row_of(p, dy, start, 8)
     if row >= 0 and phase == DOUBLE_STANCE:
         change += trailing_force_change(y, p.plain, change_of(p, row))[1][0]
+    elif row >= 0:
+        change += clearance_change(y, p.plain, change_of(p, row))
+    return value, change, over
+
+
+@compiled
+def rubbing_rolling_varied_guard(phase: int, y: Vector, p: VariedRubbingRolling, dy: Vector, start: int) -> Guard:
+    """`guard` of feet that roll, with friction at the hip."""
+    value, change, over = guard(phase, y, p.plain, dy, start)
+    row = row_of(p, dy, start, 8)
+    if row >= 0 and on_both(phase):
+        qdd, force, system = rubbed_acceleration(phase, y, p.plain)
+        change += rubbing_response(phase, compliant_by(y, qdd, force, p.plain), system, change_of(p, row))[1][0]
     elif row >= 0:
         change += clearance_change(y, p.plain, change_of(p, row))
     return value, change, over

@@ -15,7 +15,7 @@ from stages.analytic.derivatives.response import change_of, contact_rate_change,
 from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot, factor_constrained, solve, solve_constrained
 from stages.analytic.model.kinds import Compliant, Limited
-from stages.analytic.model.varied import VariedLimited, VariedRigidLegs, VariedRolling
+from stages.analytic.model.varied import VariedLimited, VariedRigidLegs, VariedRolling, VariedRubbingRolling
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.coulomb_impact import LIFTS, STICKS, UNDECIDED, land, strike, trailing_impulse
 from stages.analytic.phases.flow import HOVERING, SINGLE_STANCE, push_of
@@ -53,7 +53,7 @@ def impulse_by(y: Vector, before: Four, after: Four, impulse: tuple[float, float
 
 
 @compiled
-def rolling_varied_reset(y: Vector, p: VariedRolling) -> bool:
+def rolling_varied_reset(y: Vector, p: VariedRolling | VariedRubbingRolling) -> bool:
     """`heel_strike_reset` of rolling feet."""
     old = np.empty(8)
     for i in range(8):

@@ -8,8 +8,9 @@ eigenvalue, w dD v / (w v), which needs the others at a distance.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -72,7 +73,7 @@ def multiplier_derivatives(gait: VariedGait) -> MultiplierDerivatives:
     derivatives, errors = np.full((count, len(names)), np.nan, dtype=complex), np.full(len(names), np.nan)
     for row, name in enumerate(names if single else ()):
         try:
-            found, errors[row] = along_the_gait(gait, row, left[single], right[:, single])
+            found, errors[row] = along_the_gait(partial(matrix_slope, gait, row), left[single], right[:, single])
         except StepFailed as reason:
             refused.append(f"by {name} the multipliers have no derivative: beside the design {reason}")
             continue
@@ -95,14 +96,17 @@ def eigensystem(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]
         return values, left / products[:, None], right
 
 
-def along_the_gait(gait: VariedGait, row: int, left: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, float]:
+def along_the_gait(
+    matrix_slope: Callable[[float], np.ndarray], left: np.ndarray, right: np.ndarray
+) -> tuple[np.ndarray, float]:
     """Derivatives (m,) of multipliers along the tangent (dz, dp) of one parameter, and what is left of error in them.
 
-    `left` (m, j) and `right` (j, m) are their eigenvectors. Raises StepFailed where a gait beside has no step.
+    `matrix_slope` is that below, of a share; `left` (m, j) and `right` (j, m) are their eigenvectors. Raises what it
+    raises where a gait beside has no step.
     """
     best, least = np.full(len(left), np.nan), np.inf
     for step in STEPS:
-        slopes = [matrix_slope(gait, row, share) for share in (step, step / 2, step / 4)]
+        slopes = [matrix_slope(share) for share in (step, step / 2, step / 4)]
         of_each = [np.einsum("ij,jk,ki->i", left, slope, right) for slope in slopes]
         once = [(4 * fine - coarse) / 3 for coarse, fine in pairwise(of_each)]
         found = (16 * once[1] - once[0]) / 15

@@ -17,6 +17,7 @@ import numpy as np
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector, Walker
 from stages.biped.design import Biped
+from stages.ground.slope import Slope
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ def changes_of(design: DesignPoint, names: Iterable[str]) -> Changes:
             raise KeyError(f"{name}: the gait of this design has no such parameter; it has {', '.join(known)}")
         owner, field = known[name]
         value = float(getattr(owner, field.name))
-        scale = value or _sizes(design)[field.metadata["unit"]]
+        scale = value or sizes(design.biped, design.slope)[field.metadata["unit"]]
         values.append(value)
         units.append(field.metadata["unit"])
         scales.append(scale)
@@ -80,14 +81,13 @@ def _fields(design: DesignPoint) -> list[tuple[Any, dataclasses.Field[Any]]]:
             if field.metadata["symbol"] in numbers and getattr(owner, field.name) is not None]
 
 
-def _sizes(design: DesignPoint) -> dict[str, float]:
+def sizes(biped: Biped, slope: Slope) -> dict[str, float]:
     """By unit, a size that a parameter could have which is zero."""
-    biped = design.biped
     mass, length = biped.foot_mass, biped.leg_length
-    torque = mass * design.slope.gravity * length / 10
+    torque = mass * slope.gravity * length / 10
     return {"kg": mass, "m": length, "kg m^2": mass * (length / 10) ** 2, "deg": 1.0, "1": 1.0, "rad": 1.0,
             "N s/m": math.sqrt(biped.stiffness * mass), "N m/rad": torque, "N m": torque / 10,
-            "N m s/rad": torque * math.sqrt(length / design.slope.gravity)}  # fmt: skip
+            "N m s/rad": torque * math.sqrt(length / slope.gravity)}  # fmt: skip
 
 
 def _row(design: DesignPoint, walker: Walker, field: dataclasses.Field[Any], change: float) -> Sequence[float]:

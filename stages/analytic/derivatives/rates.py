@@ -9,13 +9,21 @@ from stages.analytic.derivatives.response import (
     compliant_by,
     rigid_by,
     rigid_response,
+    rubbing_response,
     sliding_response,
     sliding_system,
 )
 from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import solve, solve_constrained
-from stages.analytic.model.varied import VariedCompliant, VariedLimited, VariedRigid, VariedRubbing
+from stages.analytic.model.varied import (
+    VariedCompliant,
+    VariedLimited,
+    VariedRigid,
+    VariedRubbing,
+    VariedRubbingRolling,
+)
 from stages.analytic.model.walker import Vector
+from stages.analytic.phases.compliant_hip import rubbed_acceleration, rubbing_rolling_rates
 from stages.analytic.phases.flow import (
     DOUBLE_STANCE,
     HIP_STICKS,
@@ -133,4 +141,15 @@ def limited_varied_rates(phase: int, y: Vector, p: VariedLimited, rates: Vector)
     rows = p.along.shape[0]
     for row in range(rows):
         change, _ = sliding_response(phase, by, force, system, roll, change_of(p, row))
+        add(rates, y.size - 8 * (rows - row) + 4, change)
+
+
+@compiled
+def rubbing_rolling_varied_rates(phase: int, y: Vector, p: VariedRubbingRolling, rates: Vector) -> None:
+    """`flow` of compliant legs with friction at the hip."""
+    rubbing_rolling_rates(phase, y, p.plain, rates)
+    qdd, force, system = rubbed_acceleration(phase, y, p.plain)
+    by, rows = compliant_by(y, qdd, force, p.plain), p.along.shape[0]
+    for row in range(rows):
+        change, _ = rubbing_response(phase, by, system, change_of(p, row))
         add(rates, y.size - 8 * (rows - row) + 4, change)

@@ -11,10 +11,12 @@ from typing import Any
 from stages.analytic.compiled import Constrained, Four, Numbers, compiled
 from stages.analytic.derivatives.equations import terms as ep
 from stages.analytic.model.elimination import dot, solve, solve_constrained
-from stages.analytic.model.kinds import Compliant, Limited, Rigid
+from stages.analytic.model.kinds import Compliant, Limited, Rigid, RubbingRolling
 from stages.analytic.model.varied import Varied
 from stages.analytic.model.walker import Vector
+from stages.analytic.phases.compliant_hip import System, on_both, plus
 from stages.analytic.phases.flow import SLIDING_FORWARD, sliding_acceleration
+from stages.analytic.phases.hip_friction import sign_of
 
 #: Derivatives of the residual and of the constraints by the walker's numbers: the same for every change of them.
 By = tuple[Numbers, Numbers]
@@ -65,6 +67,19 @@ def double_response(
     contact = ep.contact_acceleration_change(by[1], d)
     return solve_constrained(
         factors, constrained, normal, roll, free_response(by, factors, d), -contact[0], -contact[1])
+
+
+@compiled
+def rubbing_response(phase: int, by: By, system: System, d: RubbingRolling) -> tuple[Four, tuple[float, float]]:
+    """Changes of qdd and lambda of compliant legs whose hip rubs or sticks; friction's torque may change as well."""
+    factors, constrained, normal, roll, push, by_torque, each = system
+    change, force = free_response(by, factors, d), (0.0, 0.0)
+    if on_both(phase):
+        change, force = double_response(by, (factors, constrained, normal, roll), d)
+    torque = -sign_of(phase) * d.tau_h
+    if sign_of(phase) == 0:
+        torque = -(change[0] + change[2]) / each
+    return plus(change, push, torque), (force[0] + by_torque[0] * torque, force[1] + by_torque[1] * torque)
 
 
 @compiled

@@ -8,7 +8,7 @@ not exact.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import fields
 
 import numpy as np
 
@@ -18,40 +18,8 @@ from stages.analytic.derivatives.slope_range import MEASURES, SLOPE, over_slopes
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import describe
 from stages.analytic.model.walker import Vector
+from stages.analytic.result import Elasticities, Uncertainty
 from stages.biped.gait import Gait, StanceState
-from stages.biped.quantity import quantity
-
-
-@dataclass(frozen=True)
-class Elasticities:
-    """How the gait answers to one parameter: change in a share for a share of it, d ln measure / d ln parameter.
-
-    For a parameter that is zero, a share is one of `scale`, a size it could have.
-    """
-
-    parameter: str = quantity("-", "parameter, as file.key")
-    unit: str = quantity("-", "its unit")
-    value: float = quantity("-", "its value, in that unit")
-    half_width: float = quantity("-", "how far it may be off, in that unit; 0: exact")
-    scale: float = quantity("-", "what a share is of, in that unit: the value, unless that is zero")
-    period: float = quantity("1", "elasticity of the duration of a step")
-    step_length: float = quantity("1", "elasticity of the step length")
-    speed: float = quantity("1", "elasticity of the speed")
-
-
-@dataclass(frozen=True)
-class Uncertainty:
-    """How far one number of the gait may be off, in its own unit; NaN where it has no derivative."""
-
-    name: str = quantity("-", "which number: a field of Gait, of its fixed point, or the magnitude of a multiplier")
-    unit: str = quantity("-", "its unit")
-    value: float = quantity("-", "the number")
-    worst: float = quantity("-", "all values of the design off by their half-widths, at the worst")
-    independent: float = quantity("-", "the same as independent errors: root of the sum of squares")
-    decisive: str = quantity("-", "the parameter of the design that may move it most")
-    decisive_part: float = quantity("-", "by how much that one may move it")
-    slope_least: float = quantity("-", "its least on slopes within the slope's half-width; NaN: no gait on some")
-    slope_most: float = quantity("-", "its most there")
 
 
 def elasticities_of(gait: VariedGait, half_widths: Mapping[str, float]) -> tuple[Elasticities, ...]:

@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 from stages.analytic.compiled import compiled, extend
-from stages.analytic.derivatives.guards import limited_varied_guard, rigid_varied_guard, rolling_varied_guard
+from stages.analytic.derivatives.guards import (
+    limited_varied_guard,
+    rigid_varied_guard,
+    rolling_varied_guard,
+    rubbing_rolling_varied_guard,
+)
 from stages.analytic.derivatives.impacts import (
     limited_varied_reset,
     limited_varied_succession,
@@ -14,6 +19,7 @@ from stages.analytic.derivatives.rates import (
     limited_varied_rates,
     rigid_varied_rates,
     rolling_varied_rates,
+    rubbing_rolling_varied_rates,
     rubbing_varied_rates,
 )
 from stages.analytic.integration import dop853_step, radau
@@ -29,6 +35,7 @@ from stages.analytic.model.varied import (
     VariedRigidLegs,
     VariedRolling,
     VariedRubbing,
+    VariedRubbingRolling,
 )
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import flow
@@ -38,6 +45,7 @@ from stages.analytic.phases.succession import (
     first_phase,
     rigid_succession,
     rolling_succession,
+    rubbing_rolling_succession,
     rubbing_succession,
     succeed,
 )
@@ -66,14 +74,16 @@ def plain_exchanged(p: Varied) -> Kind:
 extend(exchanged, {Varied: plain_exchanged})
 extend(flow, {
     VariedRigid: rigid_varied_rates, VariedRubbing: rubbing_varied_rates, VariedRolling: rolling_varied_rates,
-    VariedLimited: limited_varied_rates})
+    VariedRubbingRolling: rubbing_rolling_varied_rates, VariedLimited: limited_varied_rates})
 extend(guard, {
-    VariedRigidLegs: rigid_varied_guard, VariedRolling: rolling_varied_guard, VariedLimited: limited_varied_guard})
+    VariedRigidLegs: rigid_varied_guard, VariedRolling: rolling_varied_guard,
+    VariedRubbingRolling: rubbing_rolling_varied_guard, VariedLimited: limited_varied_guard})
 extend(heel_strike_reset, {
-    VariedRigidLegs: rigid_varied_reset, VariedRolling: rolling_varied_reset, VariedLimited: limited_varied_reset})
+    VariedRigidLegs: rigid_varied_reset, VariedRolling | VariedRubbingRolling: rolling_varied_reset,
+    VariedLimited: limited_varied_reset})
 extend(succeed, {
     VariedRigid: rigid_succession, VariedRubbing: rubbing_succession, VariedRolling: rolling_succession,
-    VariedLimited: limited_varied_succession})
+    VariedRubbingRolling: rubbing_rolling_succession, VariedLimited: limited_varied_succession})
 extend(first_phase, {Varied: plain_first_phase})
 extend(failure, {Varied: plain_failure})
 extend(take_step, {StiffVaried: radau.take_step, Varied: dop853_step.take_step})

@@ -1,7 +1,7 @@
 """What a design can be searched for: measures of a gait with exact gradients by the design's parameters.
 
 A goal is the largest of its parts, each of which is smooth by itself: of the multipliers' magnitudes, of the values at
-the start, inside and at the end of single stance.
+the start, inside and at the end of each phase of single stance.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from stages.analytic.gait.poincare import FixedPoint
 from stages.analytic.model.walker import Vector, Walker
 
 #: Share of a parameter over which the exact monodromy matrix is differenced along the gaits' exact tangent.
-MATRIX_SHARE = 1e-4
+MATRIX_SHARE = 2e-5
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def speed_slopes(gait: VariedGait, tolerance: float) -> np.ndarray:
 def _over_stance(title: str, unit: str, quantity: Quantity, length: Callable[[Walker], float]) -> Goal:
     """The largest value of a quantity in single stance."""
     def parts(walker: Walker, point: FixedPoint, tolerance: float) -> Vector:
-        return length(walker) * extremes(walker, point, quantity, tolerance).values
+        return length(walker) * extremes(walker, point, quantity, tolerance)
 
     def slopes(gait: VariedGait, tolerance: float) -> np.ndarray:
         return length(gait.walker) * extreme_derivatives(gait, quantity, tolerance)

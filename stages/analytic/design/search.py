@@ -267,6 +267,8 @@ def curved_steps(problem: Problem, path: Path) -> None:
             there = problem.candidate(inside, path.taken[-1].point.z)
             if there is None:
                 raise StepFailed("the gait is lost")
+            if len(there.parts) != len(here.parts):
+                raise StepFailed("the hip has another number of events")
             asked[inside.tobytes()] = there
         return asked[inside.tobytes()]
 
@@ -329,7 +331,7 @@ def search_from(
     """The search from one start, and where it ended."""
     before, path = (problem.gaits, problem.derivatives), Path([start], iterations, progress)
     lost = linear_steps(problem, path, FIRST, NEAR)
-    if not lost and not meeting(path.taken[-1]) and left_to_gain(problem, path.taken[-1]) > STATIONARY:
+    if not lost and not meeting(problem, path.taken[-1]) and left_to_gain(problem, path.taken[-1]) > STATIONARY:
         curved_steps(problem, path)
     if left_to_gain(problem, path.taken[-1]) > STATIONARY:
         lost = linear_steps(problem, path, NEAR, BESIDE)
@@ -337,13 +339,12 @@ def search_from(
     x = problem.position(here)
     at = {name: "lower" if x[i] - problem.lower[i] < MET else "upper" for i, name in enumerate(problem.names)
           if min(x[i] - problem.lower[i], problem.upper[i] - x[i]) < MET}
-    kink = (here.parts > here.parts.max() - MET * problem.unit).sum() > 1
     if gain <= STATIONARY:
-        ending = "kink" if kink else "bound" if at else "maximum" if problem.sign < 0 else "minimum"
+        ending = "kink" if is_kink(problem, here) else "bound" if at else "maximum" if problem.sign < 0 else "minimum"
     elif lost:
         ending = "fold" if np.abs(here.point.floquet_multipliers - 1.0).min() < FOLD else "edge"
     else:
-        ending = "coalescence" if meeting(here) and len(path.taken) <= iterations else "unfinished"
+        ending = "coalescence" if meeting(problem, here) and len(path.taken) <= iterations else "unfinished"
     return DesignSearch(
         start, here, tuple(each.value for each in path.taken),
         np.array([[each.design.value(name) for name in problem.names] for each in path.taken]), ending, at, gain,
@@ -355,9 +356,16 @@ def left_to_gain(problem: Problem, here: Candidate) -> float:
     return linear_step(problem, here, NEAR)[0] / NEAR
 
 
-def meeting(here: Candidate) -> bool:
+def is_kink(problem: Problem, here: Candidate) -> bool:
+    """Whether parts of the goal are the largest together that change otherwise with the parameters."""
+    together, slopes = here.parts > here.parts.max() - MET * problem.unit, problem.gradients(here)
+    return slopes is not None and bool(np.ptp(slopes[0][together], axis=0).max() > MET * problem.unit)
+
+
+def meeting(problem: Problem, here: Candidate) -> bool:
     """Whether two multipliers all but meet that decide the goal, so that their derivatives have no end."""
     values = here.point.floquet_multipliers
     largest = values[np.abs(values) > (1 - TOGETHER) * np.abs(values[0])]
     apart = np.abs(largest[:, None] - largest[None, :])[np.triu_indices(largest.size, 1)]
-    return here.parts.size == values.size and bool((apart < TOGETHER * np.abs(values[0])).any())
+    of_multipliers = problem.goal is GOALS["multiplier"] and problem.sign > 0
+    return of_multipliers and bool((apart < TOGETHER * np.abs(values[0])).any())

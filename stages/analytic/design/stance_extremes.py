@@ -1,9 +1,10 @@
-"""Extremes over single stance, and their exact derivatives along a gait that moves with its parameters.
+"""Extremes over the single stances of a gait, and their exact derivatives along one that moves with its parameters.
 
 The largest value of F(y(t), p) inside of single stance is an event, dF/dt = 0. Its time moves with the parameters, but
 to first order its value does not move with its time (envelope theorem): what is left is the change of F at that time,
 F_y dy + F_p, with dy from variational equations. At the phase's start and end, which are events of their own, the
-variation at the event is taken. Times count from the start of single stance.
+variation at the event is taken. A hip with Coulomb friction ends phases inside of single stance as well, where forces
+jump. Times count from the start of the phase.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from stages.analytic.derivatives.gait import VariedGait
+from stages.analytic.derivatives.step_map import exchanged_rows
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.gait_report import record_steps
 from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, FixedPoint, step_failure
@@ -25,11 +27,12 @@ from stages.analytic.model.kinds import Kind
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.varied import Varied, varied
 from stages.analytic.model.walker import Vector, Walker
-from stages.analytic.phases.flow import SINGLE_STANCE, flow
+from stages.analytic.phases.flow import flow
 from stages.analytic.phases.guards import guard
+from stages.analytic.phases.hip_friction import hip_guard, of_hip, sign_of
 from stages.analytic.phases.section import section_state
 from stages.analytic.phases.succession import first_phase, succeed
-from stages.analytic.walk.recording import Segment, states_at
+from stages.analytic.walk.recording import Segment, in_single_stance, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
 from stages.analytic.walk.validity import SAMPLES_PER_STEP
 
@@ -54,20 +57,38 @@ def scuff_depth(phase: int, states: np.ndarray, p: Kind) -> Vector:
 
 
 @dataclass(frozen=True)
-class Extremes:
-    """A single stance and three times in it, (3,): its start, that of the largest value inside, its end; the values.
+class Piece:
+    """A phase of a gait, the walker in whose step it is, and the phase's three times, (3,): its start, that of the
+    largest value inside, its end; and the values there. Both are empty where the swing foot is not in play.
 
     Where there is no maximum inside, the end with the larger value stands for it.
     """
 
     segment: Segment
+    walker: Walker
     times: Vector
     values: Vector
 
 
-def extremes(walker: Walker, point: FixedPoint, quantity: Quantity, tolerance: float) -> Extremes:
-    """Where a quantity is largest in the single stance of a gait. Raises StepFailed."""
-    segment, p = record_steps(walker, point, tolerance)[-1], walker.p
+def pieces(walker: Walker, point: FixedPoint, quantity: Quantity, tolerance: float) -> list[Piece]:
+    """The phases of all steps of a gait, with where a quantity is largest in single stance. Raises StepFailed."""
+    return [
+        largest(walker.on(segment.stance_leg), segment, quantity) if in_single_stance(segment)
+        else Piece(segment, walker.on(segment.stance_leg), np.zeros(0), np.zeros(0))
+        for segment in record_steps(walker, point, tolerance)]
+
+
+def extremes(walker: Walker, point: FixedPoint, quantity: Quantity, tolerance: float) -> Vector:
+    """Values (3 m,) of a quantity where it may be largest in the m phases of single stance of a gait's steps.
+
+    Raises StepFailed.
+    """
+    return np.concatenate([piece.values for piece in pieces(walker, point, quantity, tolerance)])
+
+
+def largest(walker: Walker, segment: Segment, quantity: Quantity) -> Piece:
+    """Where a quantity is largest in a phase; `walker` is the one in its step."""
+    p = walker.p
     edges = np.append(segment.times, segment.duration)
     times = np.append(np.linspace(edges[:-1], edges[1:], SAMPLES_PER_STEP, endpoint=False, axis=1), segment.duration)
 
@@ -85,38 +106,62 @@ def extremes(walker: Walker, point: FixedPoint, quantity: Quantity, tolerance: f
     first, last = quantity(segment.phase, states, p)
     if rate(before) > 0.0 > rate(after):
         inside = brentq(rate, before, after, xtol=1e-13)
-        largest = quantity(segment.phase, at(inside), p)[0]
+        most = quantity(segment.phase, at(inside), p)[0]
     else:
-        inside, largest = (0.0, first) if first > last else (segment.duration, last)
-    return Extremes(segment, np.array([0.0, inside, segment.duration]), np.array([first, largest, last]))
+        inside, most = (0.0, first) if first > last else (segment.duration, last)
+    return Piece(segment, walker, np.array([0.0, inside, segment.duration]), np.array([first, most, last]))
 
 
 def extreme_derivatives(gait: VariedGait, quantity: Quantity, tolerance: float) -> np.ndarray:
-    """Derivatives (3, n) of the values of `extremes` for whole shares of the gait's parameters. Raises StepFailed."""
+    """Derivatives (3 m, n) of `extremes` for whole shares of the gait's parameters. Raises StepFailed."""
     walker, along = gait.walker, gait.changes.along
-    found, tolerance = extremes(walker, gait.point, quantity, tolerance), attainable_tolerance(walker.p, tolerance)
-    phase, start, p = to_single_stance(gait, tolerance)
-    end = start.copy()
-    finish(phase, end, p, tolerance)
-    rows = []
-    at_end = found.times[1] == found.segment.duration
-    inside = end if at_end else carried(phase, start, p, found.segment, found.times[1])
-    for y in (start, inside, end):
-        state, *moves = y.reshape(-1, walker.size)
-        pairs = zip(moves, along, strict=True)
-        rows.append([change(quantity, phase, state, walker.p, move, numbers) for move, numbers in pairs])
-    return np.array(rows).reshape(3, len(along))
-
-
-def to_single_stance(gait: VariedGait, tolerance: float) -> tuple[int, Vector, Varied]:
-    """Phase, state and its variations at the start of single stance, and the varied walker."""
-    p = varied(gait.walker.p, gait.changes.along, len(gait.changes.along))
-    y = np.concatenate([section_state(gait.point.z, gait.walker.p), gait.state.T.ravel()])
+    found, tolerance = pieces(walker, gait.point, quantity, tolerance), attainable_tolerance(walker.p, tolerance)
+    p: Any = varied(walker.p, along, len(along))
+    y = np.concatenate([section_state(gait.point.z, walker.p), gait.state.T.ravel()])
     phase, _ = first_phase(y, p)
-    while phase > SINGLE_STANCE:
+    rows: list[np.ndarray] = []
+    for piece in found:
+        if phase != piece.segment.phase:
+            raise StepFailed("an event of the hip comes and goes with the integration's steps")
+        start = y.copy()
         finish(phase, y, p, tolerance)
+        shift_to_letting_go(phase, y, p, piece.walker, along)
+        if piece.times.size:
+            inside = y if piece.times[1] == piece.segment.duration else carried(
+                phase, start, p, piece.segment, piece.times[1])
+            rows += [changes(quantity, phase, state, piece.walker, along) for state in (start, inside, y)]
         phase, _ = succeed(phase, y, p)
-    return phase, y, p
+        if piece.segment.last:
+            along = exchanged_rows(piece.walker, along)
+            p = varied(piece.walker.exchanged.p, along, len(along))
+    return np.array(rows)
+
+
+def changes(quantity: Quantity, phase: int, y: Vector, walker: Walker, along: np.ndarray) -> Vector:
+    """Change (n,) of a quantity with each variation of the state in y ((1 + n) * size,), which goes with a row (n,)."""
+    state, *moves = y.reshape(-1, walker.size)
+    pairs = zip(moves, along, strict=True)
+    return np.array([change(quantity, phase, state, walker.p, move, numbers) for move, numbers in pairs])
+
+
+def shift_to_letting_go(phase: int, y: Vector, p: Varied, walker: Walker, along: np.ndarray) -> None:
+    """Variations where a hip that stuck lets go are at a fixed time, as nothing jumps there: bring them to that event.
+
+    In place, and only there.
+    """
+    size = walker.size
+    state = y[:size].copy()
+    if not (of_hip(phase, state, walker.p) and sign_of(phase) == 0):
+        return
+
+    def left(phase: int, states: np.ndarray, numbers: Kind) -> Vector:
+        return np.array([hip_guard(phase, each, numbers) for each in states])
+
+    rates = np.empty(size)
+    flow(phase, state, walker.p, rates)
+    closing = change(left, phase, state, walker.p, rates, np.zeros(len(walker.p)))
+    delays = -changes(left, phase, y, walker, along) / closing
+    y[size:] += np.outer(delays, rates).ravel()
 
 
 def finish(phase: int, y: Vector, p: Varied, tolerance: float) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -65,11 +65,6 @@ class DesignPoint:
     def unit(self, name: str) -> str:
         """Unit of a parameter. Raises KeyError with the known names."""
         return str(self._field(name).metadata["unit"])
-
-    def alternates(self, names: Iterable[str] = ()) -> bool:
-        """Whether its legs differ, or do where the parameters `names` are changed, so that steps alternate."""
-        apart = any(name.startswith(f"{Biped.FILE}.other_") or name == "biped.hip_rest_angle" for name in names)
-        return apart or not self.biped.alike
 
     def is_legal(self) -> bool:
         """Whether every value lies in its bounds and all rules hold."""

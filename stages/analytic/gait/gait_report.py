@@ -10,9 +10,10 @@ from stages.analytic.gait.gait_search import describe, step_lengths
 from stages.analytic.gait.poincare import FixedPoint
 from stages.analytic.model.walker import Walker
 from stages.analytic.phases.section import section_state
-from stages.analytic.walk.energy import EnergyAudit, audit
+from stages.analytic.result import EnergyAudit, Validity
+from stages.analytic.walk.energy import audit
 from stages.analytic.walk.recording import Segment, record
-from stages.analytic.walk.validity import Validity, assess
+from stages.analytic.walk.validity import assess
 from stages.biped.gait import Gait
 from stages.biped.quantity import quantity
 

@@ -4,25 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from stages.analytic.gait.sensitivity import Neighbours
+from stages.analytic.result import OutsoleEffect
 from stages.biped.outsole.rubber import FEET, Rubber, soled
-from stages.biped.quantity import quantity
 
 #: Steps of the secant method: the frequency is nearly linear in the mass, each leaves less than a hundredth.
 ROUNDS = 4
-
-
-@dataclass(frozen=True)
-class OutsoleEffect:
-    """The gait on an outsole; NaN where there is none."""
-
-    thickness: float = quantity("m", "thickness of the outsole")
-    mass: float = quantity("kg", "mass of a leg's rubber")
-    frequency_without_mass: float = quantity("Hz", "step frequency on a layer without mass")
-    frequency_with_mass: float = quantity("Hz", "step frequency on a layer with its mass")
-    turning_mass: float = quantity("kg", "mass a leg of a layer that leaves the step frequency as it is; NaN: none")
 
 
 def outsole_effect(near: Neighbours, rubber: Rubber, thickness: float) -> OutsoleEffect:

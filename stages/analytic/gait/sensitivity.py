@@ -8,24 +8,12 @@ from dataclasses import dataclass
 from stages.analytic.gait.gait_search import by_stability
 from stages.analytic.gait.poincare import fixed_point
 from stages.analytic.model.walker import Vector, build_walker
+from stages.analytic.result import Variation
 from stages.biped.design import Biped
-from stages.biped.quantity import quantity
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 
 DESIGN = ("hip_mass", "foot_mass", "leg_length", "foot_radius", "foot_com", "stiffness", "damping")
-
-
-@dataclass(frozen=True)
-class Variation:
-    """One design parameter changed alone, by the same share down and up."""
-
-    name: str = quantity("-", "design parameter")
-    change: float = quantity("1", "relative change")
-    multiplier_below: float = quantity("1", "largest multiplier with the parameter lowered; NaN without a gait")
-    multiplier_above: float = quantity("1", "largest multiplier with the parameter raised; NaN without a gait")
-    frequency_below: float = quantity("Hz", "step frequency with the parameter lowered; NaN without a gait")
-    frequency_above: float = quantity("Hz", "step frequency with the parameter raised; NaN without a gait")
 
 
 @dataclass(frozen=True)

@@ -22,14 +22,14 @@ from stages.analytic.integration.phase import (
     state_size,
 )
 from stages.analytic.model.kinds import RubbingRigid, RubbingRolling
-from stages.analytic.model.varied import VariedRubbing, keep_delay, plain
+from stages.analytic.model.varied import VariedRubbing, VariedRubbingRolling, keep_delay, plain
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import HIP_STICKS, flow
 from stages.analytic.phases.guards import guard
 from stages.analytic.phases.hip_friction import AT_REST, hip_guard, hip_rate, sign_of
 from stages.analytic.phases.transitions import hidden_crossing
 
-Rubbing = RubbingRigid | RubbingRolling | VariedRubbing
+Rubbing = RubbingRigid | RubbingRolling | VariedRubbing | VariedRubbingRolling
 
 
 @compiled

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stages.analytic.compiled import ByKind, compiled
-from stages.analytic.errors import StepFailed
 from stages.analytic.model.kinds import (
     Kind,
     Limited,
@@ -55,6 +54,14 @@ class VariedRolling(NamedTuple):
     delays: Vector
 
 
+class VariedRubbingRolling(NamedTuple):
+    """The same with compliant legs, feet that roll, and friction at the hip."""
+
+    plain: RubbingRolling
+    along: np.ndarray
+    delays: Vector
+
+
 class VariedLimited(NamedTuple):
     """The same with compliant legs and limited friction."""
 
@@ -76,24 +83,20 @@ class StiffVariedLimited(VariedLimited):
 
 
 StiffVaried = StiffVariedRolling | StiffVariedLimited
-VariedCompliant = VariedRolling | VariedLimited
+VariedCompliant = VariedRolling | VariedRubbingRolling | VariedLimited
 #: Rigid legs, whatever their hip does; kinds without friction at the hip; all of them.
 VariedRigidLegs = VariedRigid | VariedRubbing
-VariedSmooth = VariedRigid | VariedCompliant
+VariedSmooth = VariedRigid | VariedRolling | VariedLimited
 Varied = VariedRigidLegs | VariedCompliant
 #: The varied kind of each kind.
 VARIED: dict[Any, type[Varied]] = {
     StiffRolling | StiffDetailedRolling: StiffVariedRolling, StiffLimited | StiffDetailedLimited: StiffVariedLimited,
-    RubbingRigid: VariedRubbing, Rigid: VariedRigid, Rolling: VariedRolling, Limited: VariedLimited}
+    RubbingRigid: VariedRubbing, RubbingRolling: VariedRubbingRolling, Rigid: VariedRigid, Rolling: VariedRolling,
+    Limited: VariedLimited}
 
 
 def varied(p: Kind, along: np.ndarray, columns: int) -> Varied:
-    """The walker with `along` (n, fields) for the last n of the `columns` variations that are carried.
-
-    Raises StepFailed for a kind that has no derivatives by its numbers.
-    """
-    if isinstance(p, RubbingRolling):
-        raise StepFailed("a gait of compliant legs with Coulomb friction at the hip has no derivatives by parameters")
+    """The walker with `along` (n, fields) for the last n of the `columns` variations that are carried."""
     numbers = np.ascontiguousarray(along, dtype=float)
     kind = next(found for kinds, found in VARIED.items() if isinstance(p, kinds))
     return kind(p, numbers, np.zeros(columns))  # type: ignore[arg-type]

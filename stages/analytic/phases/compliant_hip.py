@@ -13,6 +13,7 @@ from stages.analytic.compiled import Constrained, Four, Jacobians, compiled, ext
 from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import factor_constrained, solve, solve_constrained
 from stages.analytic.model.kinds import Compliant, RubbingRolling
+from stages.analytic.model.varied import VariedRubbingRolling, plain
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import (
     HIP_STICKS,
@@ -27,7 +28,7 @@ from stages.analytic.phases.flow import (
     store,
 )
 from stages.analytic.phases.guards import PASSING, Guard, guard, swing_guard
-from stages.analytic.phases.hip_friction import AT_REST, LANDED, hip_guard, hip_rate, sign_of
+from stages.analytic.phases.hip_friction import AT_REST, LANDED, hip_guard, hip_rate, of_hip, sign_of
 from stages.analytic.phases.transitions import foot_clearance
 
 #: A trailing foot that presses less than this, in the walker's weight, is leaving.
@@ -167,16 +168,31 @@ def compliant_first_phase(y: Vector, p: RubbingRolling) -> tuple[int, bool]:
 
 
 @compiled
-def compliant_has_landed(phase: int, y: Vector, p: RubbingRolling) -> bool:
+def compliant_has_landed(phase: int, y: Vector, p: RubbingRolling | VariedRubbingRolling) -> bool:
     """`ends_step`: the swing foot is on the ground, ahead."""
-    height, _, advance = foot_clearance(y, p, y, 4)
+    height, _, advance = foot_clearance(y, plain(p), y, 4)
     return not on_both(phase) and advance > PASSING and abs(height) < LANDED
 
 
 @compiled
-def within_a_step(phase: int, y: Vector, p: RubbingRolling) -> int:
+def leaves(phase: int, y: Vector, p: RubbingRolling) -> bool:
+    """Whether the event that ended `phase` is the trailing foot's, which leaves the ground."""
+    return on_both(phase) and rubbed_acceleration(phase, y, p)[1][0] <= LEAVING
+
+
+@compiled
+def rolling_hip_decides(phase: int, y: Vector, p: RubbingRolling) -> bool:
+    """`of_hip` of compliant legs."""
+    return not (compliant_has_landed(phase, y, p) or leaves(phase, y, p))
+
+
+extend(of_hip, {RubbingRolling: rolling_hip_decides})
+
+
+@compiled
+def within_a_step(phase: int, y: Vector, p: RubbingRolling | VariedRubbingRolling) -> int:
     """The phase after an event that ends no step: the trailing foot leaves, or the hip stops, or lets go."""
-    both, sticks = on_both(phase), sign_of(phase) == 0
-    if both and rubbed_acceleration(phase, y, p)[1][0] <= LEAVING:
-        return from_standstill(False, y, p, True) if sticks else phase - ON_BOTH
-    return from_standstill(both, y, p, not sticks)
+    both, sticks, numbers = on_both(phase), sign_of(phase) == 0, plain(p)
+    if leaves(phase, y, numbers):
+        return from_standstill(False, y, numbers, True) if sticks else phase - ON_BOTH
+    return from_standstill(both, y, numbers, not sticks)

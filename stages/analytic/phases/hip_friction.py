@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 from stages.analytic.compiled import ByKind, compiled, extend
 from stages.analytic.model import terms as eq
-from stages.analytic.model.kinds import Rigid, RubbingRigid
+from stages.analytic.model.kinds import Rigid, RubbingRigid, Smooth
 from stages.analytic.model.varied import VariedRubbing, plain
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.flow import (
@@ -116,6 +116,22 @@ def has_landed(phase: int, y: Vector, p: RubbingRigid | VariedRubbing) -> bool:
     """`ends_step` with friction at the hip: the swing foot is on the ground, ahead."""
     height, _, advance = foot_clearance(y, plain(p), y, 2)
     return advance > PASSING and abs(height) < LANDED
+
+
+@compiled
+def hip_decides(phase: int, y: Vector, p: RubbingRigid) -> bool:
+    """`of_hip` of rigid legs."""
+    return not has_landed(phase, y, p)
+
+
+@compiled
+def no_hip_event(phase: int, y: Vector, p: Smooth) -> bool:
+    """`of_hip` of a hip without friction."""
+    return False
+
+
+#: Whether the event that ended `phase`, at state `y`, is the hip's: it stops, or lets go: of_hip(phase, y, p).
+of_hip: Callable[..., bool] = ByKind({Smooth: no_hip_event, RubbingRigid: hip_decides})
 
 
 @compiled

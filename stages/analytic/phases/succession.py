@@ -14,7 +14,7 @@ from stages.analytic.compiled import ByKind, compiled, inlined
 from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot
 from stages.analytic.model.kinds import Kind, Limited, Rigid, Rolling, RubbingRigid, RubbingRolling
-from stages.analytic.model.varied import VariedRubbing
+from stages.analytic.model.varied import VariedRubbing, VariedRubbingRolling
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.compliant_hip import compliant_first_phase, compliant_has_landed, within_a_step
 from stages.analytic.phases.coulomb_guard import slip_speed, wedges
@@ -149,7 +149,8 @@ def by_phase(phase: int, y: Vector, p: Kind) -> bool:
 
 #: Whether the event that ended `phase`, at state `y`, is the heel strike that ends a step: ends_step(phase, y, p).
 ends_step: Callable[..., bool] = ByKind({
-    RubbingRigid | VariedRubbing: has_landed, RubbingRolling: compliant_has_landed, tuple: by_phase})
+    RubbingRigid | VariedRubbing: has_landed,
+    RubbingRolling | VariedRubbingRolling: compliant_has_landed, tuple: by_phase})
 
 
 @compiled

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from stages.analytic.design.search import DesignSearch
     from stages.analytic.gait.design_point import DesignPoint
     from stages.analytic.parameters import Parameters
-    from stages.analytic.walk.validity import Validity
+    from stages.analytic.result import Validity
 
 VARIED = ("biped.foot_radius", "biped.foot_com", "biped.stiffness", "biped.damping")
 MEASURES = ("step_frequency_hz", "step_length_m", "speed_m_s")
@@ -55,16 +55,6 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     design = DesignPoint(parameters.biped, parameters.slope, friction)
     known = sensitive_names(design)
     vary = options.vary or tuple(name for name in VARIED if name in known)
-    if parameters.biped.hip_friction > 0 and parameters.biped.legs == "compliant":
-        raise WrongOption("biped.hip_friction: a design search needs derivatives by parameters, which compliant legs "
-                          "with Coulomb friction at the hip do not have here")
-    if options.goal in ("friction", "scuff"):
-        if design.alternates(text.partition("=")[0] for text in vary):
-            raise WrongOption(f"--goal {options.goal}: it is known of gaits that repeat after one step, and here the "
-                              "legs differ; multiplier and speed are known of these too")
-        if parameters.biped.hip_friction > 0:
-            raise WrongOption(f"--goal {options.goal}: it is not known with Coulomb friction at the hip; multiplier "
-                              "and speed are")
     bounds = dict(bounds_of(design, text, options.share, known) for text in vary)
     held = dict(target_of(text, TARGETS) for text in options.target)
     _, point = find_gait(parameters.biped, parameters.slope, tolerance, friction)

@@ -12,8 +12,8 @@ from stages.biped.question import as_plain as plain
 if TYPE_CHECKING:
     from stages.analytic.derivatives.gait import VariedGait
     from stages.analytic.derivatives.multipliers import MultiplierDerivatives
-    from stages.analytic.derivatives.uncertainty import Uncertainty
     from stages.analytic.parameters import Parameters
+    from stages.analytic.result import Uncertainty
 
 #: Measures with a word for the head of their column, and their units.
 HEADS = {"period_s": "period", "step_frequency_hz": "freq.", "step_length_m": "length", "speed_m_s": "speed"}

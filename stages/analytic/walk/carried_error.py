@@ -21,6 +21,7 @@ from stages.analytic.model.kinds import Kind, Stiff
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.flow import flow
 from stages.analytic.phases.guards import guard
+from stages.analytic.phases.hip_friction import hip_rate, of_hip, sign_of
 from stages.analytic.phases.succession import succeed
 from stages.analytic.walk.recording import Segment, is_last
 
@@ -72,12 +73,15 @@ def along(walker: Walker, segment: Segment, error: Vector) -> np.ndarray:
 
 def at_event(walker: Walker, segment: Segment, error: Vector) -> tuple[Vector, float]:
     """Error of the state at the event that ends the segment, (size,), and by how much that event comes too early."""
+    p, phase, hips = walker.p, segment.phase, of_hip(segment.phase, segment.end, walker.p)
     y, rates = np.concatenate([segment.end, error]), np.empty(2 * walker.size)
-    if not segment.duration > 0.0:  # it ended where it began, with no event to shift
-        return error, 0.0
-    flow(segment.phase, y, walker.p, rates)
-    rate = guard(segment.phase, y, walker.p, rates, 0)[1]
-    delay = -guard(segment.phase, y, walker.p, y, walker.size)[1] / rate
+    if not segment.duration > 0.0 or (hips and sign_of(phase) == 0):
+        return error, 0.0  # it ended where it began, or a hip lets go, at which nothing jumps: no event to shift
+    flow(phase, y, p, rates)
+    if hips:
+        delay = -hip_rate(y, walker.size, p) / hip_rate(rates, 0, p)
+    else:
+        delay = -guard(phase, y, p, y, walker.size)[1] / guard(phase, y, p, rates, 0)[1]
     return error + rates[: walker.size] * delay, float(delay)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -16,23 +15,12 @@ from stages.analytic.phases.coulomb_guard import slip_speed
 from stages.analytic.phases.flow import DOUBLE_STANCE, HIP_STICKS
 from stages.analytic.phases.hip_friction import sign_of
 from stages.analytic.phases.succession import in_contact, succeed
+from stages.analytic.result import EnergyAudit
 from stages.analytic.walk.recording import Segment, is_last, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
-from stages.biped.quantity import quantity
 
 #: Gauss-Legendre nodes between two integrator steps; the damper power is smooth there.
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(8)
-
-
-@dataclass(frozen=True)
-class EnergyAudit:
-    """Energies of one step of a periodic gait [J]; `residual` is what does not close, relative to gravity's work."""
-
-    gravity_work: float = quantity("J", "work of gravity over one step", symbol="W_g")
-    damper_loss: float = quantity("J", "energy taken by the leg dampers over one step")
-    impact_loss: float = quantity("J", "kinetic energy lost in impacts")
-    friction_loss: float = quantity("J", "energy taken by sliding of the trailing foot over one step")
-    residual: float = quantity("1", "(work - losses) / work; zero if the audit closes")
 
 
 def energy(walker: Walker, y: np.ndarray) -> tuple[float, float]:

@@ -23,15 +23,15 @@ from stages.analytic.gait.poincare import (
 )
 from stages.analytic.integration.phase import EVENT, integrate
 from stages.analytic.integration.step import FIRST_LENGTH, LEAST_LENGTH, MOST_PHASES
-from stages.analytic.model.kinds import Rubbing
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.flow import flow
 from stages.analytic.phases.section import section_coordinates, section_derivative, section_state, section_tangent
 from stages.analytic.phases.succession import ends_step, first_phase, succeed
 from stages.analytic.phases.transitions import heel_strike_reset
+from stages.analytic.result import NumericalError
 from stages.analytic.walk.carried_error import CarriedError, along, carried_error
-from stages.analytic.walk.recording import Segment, is_last, record, up_to_mid_stance, walk_on
+from stages.analytic.walk.recording import Segment, is_last, record, up_to_mid_stance, vaulting, walk_on
 from stages.biped.quantity import quantity
 
 #: An estimate leads if what both differ by is off by at most this part of it.
@@ -47,25 +47,6 @@ class GaitError:
     period: float | None = quantity("s", "estimated error of the period, exact minus computed")
     step_length: float | None = quantity("m", "estimated error of the step length, exact minus computed")
     checked: str = quantity("-", "what the estimates rest on")
-
-
-@dataclass(frozen=True)
-class NumericalError:
-    """Estimated errors of the numbers computed, from the errors of the integrator's steps; NaN where none can be given.
-
-    Period and step length are those of the gait, the hip's path and the steps' durations those of the walk.
-    """
-
-    period: float = quantity("s", "error of the gait's period, exact minus computed")
-    step_length: float = quantity("m", "error of the gait's step length, exact minus computed")
-    hip_position: float = quantity("m", "largest error of the hip over the walk")
-    step_duration: float = quantity("s", "largest error of a step's duration over the walk")
-    checked: str = quantity("-", "why the estimates are given, or why they are not")
-
-    @property
-    def given(self) -> bool:
-        """Whether the estimates are given, but for a number whose leading terms cancel."""
-        return bool(np.isfinite(self.hip_position))
 
 
 @dataclass(frozen=True)
@@ -89,8 +70,6 @@ def estimate_errors(walker: Walker, point: FixedPoint, steps: int, tolerance: fl
     They are checked against a tenth of the tolerance; where round-off hides what that changes, against ten times the
     tolerance, at which they lead less.
     """
-    if isinstance(walker.p, Rubbing):
-        return not_given("the estimate knows no friction at the hip")
     tolerance = attainable_tolerance(walker.p, tolerance)
     try:
         one = estimated(walker, point, steps, tolerance)
@@ -184,9 +163,11 @@ def estimated(walker: Walker, point: FixedPoint, steps: int, tolerance: float) -
     longer = sum(longer_step(walker, cycle[index], carried[index].states[0]) for index in first) / count
 
     single = record(walker, start, 1, tolerance)
-    begin = up_to_mid_stance(walker, single[-1])
+    place = vaulting(single)
+    begin = up_to_mid_stance(walker, single[place])
     walk = walk_on(walker, begin.end, steps, tolerance)
-    path = carried_error(walker, walk, upright_error(walker, begin, carried_error(walker, single, begun)[-2].states[0]))
+    there = carried_error(walker, single, begun)[place].states[0]
+    path = carried_error(walker, walk, upright_error(walker, begin, there))
     ends = [index for index, segment in enumerate(walk) if is_last(segment)]
     return Estimated(
         np.array([*point.z, point.period, step_length(walker, point)]),

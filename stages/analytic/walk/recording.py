@@ -162,9 +162,14 @@ def crossing_state(walker: Walker, z: Vector, tolerance: float) -> np.ndarray:
 
     Raises StepFailed if the walker does not vault over its stance leg.
     """
-    segments = [each for each in record(walker, section_state(z, walker.p), 1, tolerance) if in_single_stance(each)]
-    crossing = next((each for each in segments if each.states[0, 0] < 0 < each.end[0]), segments[-1])
-    return up_to_mid_stance(walker, crossing).end
+    segments = record(walker, section_state(z, walker.p), 1, tolerance)
+    return up_to_mid_stance(walker, segments[vaulting(segments)]).end
+
+
+def vaulting(step: list[Segment]) -> int:
+    """Which segment of a step is the single stance in which the stance leg comes upright; the last if none does."""
+    crossing = (index for index, each in enumerate(step) if in_single_stance(each) and each.states[0, 0] < 0)
+    return next((index for index in crossing if step[index].end[0] > 0), len(step) - 1)
 
 
 def up_to_mid_stance(walker: Walker, single: Segment) -> Segment:

@@ -8,7 +8,7 @@ alone, which rolls whatever it takes.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,66 +20,17 @@ from stages.analytic.model.walker import Walker
 from stages.analytic.phases.coulomb_impact import land, strike, trailing_impulse
 from stages.analytic.phases.succession import in_contact
 from stages.analytic.phases.transitions import heel_strike_reset, landing_impulse
+from stages.analytic.result import ROUND_OFF, Validity
 from stages.analytic.walk.recording import Segment, in_single_stance, is_last, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
-from stages.biped.quantity import quantity
 
 SAMPLES_PER_STEP = 6
 #: With more steps than this the steps themselves are dense enough.
 ENOUGH_STEPS = 2000
-#: A sliding foot uses all the friction there is, up to this share.
-ROUND_OFF = 1e-9
 #: A foot is loaded above this part of its largest normal force. Points of a phase by which shares of it are told.
 LOADED, POINTS = 0.1, 2000
 #: Columns of the forces on the leading and on the trailing foot.
 FEET = (slice(0, 2), slice(2, 4))
-
-
-@dataclass(frozen=True)
-class Validity:
-    """Forces the gait asks of the ground, and its scuffing. Friction is |tangential| / normal; infinite for a pull.
-
-    In double stance friction has no largest value: towards toe-off the trailing foot's normal force vanishes before the
-    tangential one. So it is told how long the foot is outside of the friction cone, and what it needs while loaded.
-    """
-
-    least_normal_force_stance: float = quantity("N", "least normal force of the leading or only stance foot")
-    least_normal_force_trailing: float = quantity("N", "least normal force of the trailing foot in double stance")
-    friction_single_stance: float = quantity("1", "largest friction used in single stance")
-    friction_double_stance_loaded: float = quantity(
-        "1", "largest friction used in double stance by a foot that bears a tenth of its largest normal force there"
-    )
-    friction_there_is: float = quantity("1", "static friction of the ground, by which the next two are judged")
-    time_outside_cone: float = quantity("1", "part of double stance in which the trailing foot needs more friction")
-    impulse_outside_cone: float = quantity("1", "part of its tangential impulse in double stance that falls in then")
-    impulse_friction_landing: float = quantity("1", "friction the impulse needs at the landing foot")
-    impulse_friction_trailing: float = quantity("1", "friction the impulse needs at the trailing foot")
-    impulse_normal_trailing: float = quantity("N s", "normal impulse on the trailing foot; negative is a pull")
-    deepest_scuff: float = quantity("m", "depth of the swing foot below ground at mid-swing")
-    deepest_scuff_angle: float = quantity("rad", "stance angle at the deepest scuff")
-    feet_push_only: bool = quantity("1", "whether every normal force and impulse pushes")
-
-    def broken_assumptions(self) -> list[str]:
-        """The assumptions that do not hold on this ground, in words."""
-        broken, friction = [], self.friction_there_is
-        if self.least_normal_force_stance < 0:
-            broken.append(f"the ground would pull the stance foot with {-self.least_normal_force_stance:.3g} N")
-        if self.impulse_normal_trailing < 0:
-            broken.append("the impact would need the ground to pull the trailing foot")
-        for needed, where in (
-            (self.friction_single_stance, "single stance"),
-            (self.impulse_friction_landing, "the impulse on the landing foot"),
-            (self.impulse_friction_trailing, "the impulse on the trailing foot"),
-        ):
-            if needed > friction * (1 + ROUND_OFF):
-                broken.append(f"{where} needs friction {needed:.3g}, the ground has {friction:.3g}")
-        if self.time_outside_cone > 0:
-            share = 100 * self.time_outside_cone
-            broken.append(f"in {share:.3g} % of double stance the trailing foot needs friction beyond {friction:.3g}")
-        if self.deepest_scuff > 0:
-            depth = 1e3 * self.deepest_scuff
-            broken.append(f"the swing foot passes {depth:.2g} mm below ground: it needs stepping blocks")
-        return broken
 
 
 #: Numbers of which the lowest is the worst, and those of which the highest is.

@@ -7,8 +7,6 @@ foot moves on as it came.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from stages.analytic.integration.integrator import STAGES, take_step
@@ -17,22 +15,10 @@ from stages.analytic.model.walker import Walker
 from stages.analytic.phases.flow import DOUBLE_STANCE, contact_directions, flow
 from stages.analytic.phases.succession import in_contact
 from stages.analytic.phases.transitions import foot_clearance
+from stages.analytic.result import WithoutImpact
 from stages.analytic.walk.recording import Segment, is_last
-from stages.biped.quantity import quantity
 
 STEPS = 100
-
-
-@dataclass(frozen=True)
-class WithoutImpact:
-    """The landing foot at acceleration level without an impact; zero for legs without double stance."""
-
-    duration: float = quantity("s", "time integrated, that of the gait's double stance")
-    slip_at_landing: float = quantity("m/s", "slip of the landing foot just before heel strike, downhill positive")
-    descent_at_landing: float = quantity("m/s", "descent of the landing foot just before heel strike")
-    slip_at_end: float = quantity("m/s", "its slip after double stance, were there no impact")
-    descent_at_end: float = quantity("m/s", "its descent after double stance, were there no impact")
-    depth_at_end: float = quantity("m", "how far it has come into the ground by then")
 
 
 def without_impact(walker: Walker, segments: list[Segment]) -> WithoutImpact:

@@ -14,13 +14,15 @@ from stages.calibration.estimation.known import SUMS, TOTAL_MASS, Known
 from stages.ground.slope import Slope
 
 ENTRY = ("value", "uncertainty", "unit", "source")
-KEYS = ("known", "free", "fixed", "fitted", "held_out")
+KEYS = ("known", "free", "fixed", "fitted", "held_out", "design")
+#: What a fit begins from: the design of biped.yaml, or the bill of parts seen from the side, as the study's own fits.
+BIPED, PARTS = "biped", "parts"
 
 
 @dataclass(frozen=True)
 class Asked:
     """Known values; names of parameters that are looked for (all, if there are none) and that keep their value; names
-    of runs that are held out, and of those that are fitted (all others, if there are none).
+    of runs that are held out, and of those that are fitted (all others, if there are none); the `design` to begin from.
     """
 
     known: tuple[Known, ...] = ()
@@ -28,6 +30,7 @@ class Asked:
     fixed: tuple[str, ...] = ()
     held_out: tuple[str, ...] = ()
     fitted: tuple[str, ...] = ()
+    design: str = BIPED
 
     def looked_for(self, names: tuple[str, ...]) -> tuple[str, ...]:
         """Those of `names` that are looked for."""
@@ -53,7 +56,12 @@ def asked_of(about: Mapping[str, Any] | None) -> Asked:
     for key, runs in of_runs.items():
         if not isinstance(runs, list) or not all(isinstance(one, (str, int)) for one in runs):
             raise WrongOption(f"{place(key)}: expected a list of names of runs")
-    return Asked(tuple(known), free, fixed, *(tuple(map(str, runs)) for runs in of_runs.values()))
+    design = about.get("design") or BIPED
+    if design not in (BIPED, PARTS):
+        raise WrongOption(f"{place('design')}: {design}, must be {BIPED} (biped.yaml as it is) or {PARTS} (the bill of "
+                          "parts in twin.yaml, with its frames)")
+    held_out, fitted = (tuple(map(str, runs)) for runs in of_runs.values())
+    return Asked(tuple(known), free, fixed, held_out, fitted, str(design))
 
 
 def full_name(name: str) -> str | None:

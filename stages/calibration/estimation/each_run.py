@@ -10,6 +10,7 @@ import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
+from stages.biped.design import Biped
 from stages.calibration.estimation.equations import Model, run_equations
 from stages.calibration.estimation.fit import RunFit, fit_run
 from stages.calibration.estimation.known import Known
@@ -56,10 +57,10 @@ def from_plain(plain: Mapping[str, Any]) -> MeasuredRun:
 
 
 def fitted(
-    parameters: Parameters, names: list[str], known: list[list[Any]], plain: Mapping[str, Any]
+    parameters: Parameters, drawn: dict[str, Any], names: list[str], known: list[list[Any]], plain: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """The fit of one run, in plain values; or why there is none."""
-    design = guess(parameters)
+    """The fit of one run from the design `drawn` (its biped's fields), in plain values; or why there is none."""
+    design = DesignPoint(Biped(**drawn), parameters.slope)
     model = first_model(design, names, parameters)
     try:
         fit = fit_run(design, from_plain(plain), model, [Known(*one) for one in known])

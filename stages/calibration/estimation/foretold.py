@@ -8,7 +8,7 @@ import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
-from stages.calibration.estimation.equations import Model, run_equations
+from stages.calibration.estimation.equations import Equations, Model, run_equations
 from stages.calibration.estimation.first_guess import first_guess
 from stages.calibration.estimation.fit import RunFit, fit_run
 from stages.calibration.information.plan import SLOPE
@@ -23,13 +23,15 @@ FORCE, RATE = slice(0, 2), slice(2, 3)
 class Explained:
     """Root mean square errors of the specific force [m/s^2] and of the rate [rad/s] of both sensors: `fit` with the
     run's own start and sensors fitted on all of it, `foretold` with them from its first `begun` seconds and errors over
-    the rest; NaN where the robot does not walk so far. `sigmas`: of the fit, in sensors' noises."""
+    the rest, as the equations `ahead` have it; NaN where the robot does not walk so far. `sigmas`: of the fit, in
+    sensors' noises."""
 
     fit: tuple[float, float]
     foretold: tuple[float, float]
     sigmas: float
     begun: float
     own: RunFit
+    ahead: Equations | None
 
 
 def explained(design: DesignPoint, run: MeasuredRun, model: Model, begun: float) -> Explained:
@@ -41,14 +43,16 @@ def explained(design: DesignPoint, run: MeasuredRun, model: Model, begun: float)
     begin = first_guess(design, run.strikes, run.sampling.first_leg, model.layout)
     whole = fit_run(design, run, alone, (), begin)
     first = min(float(getattr(run.sampling, side)[0]) for side in SIDES)
+    ahead: Equations | None
     try:
         start = fit_run(design, run.upto(first + begun), alone, (), begin)
         ahead = run_equations(design, start.own, start.unknowns, run, alone)
         foretold = rms_of(ahead.residuals, run, model, first + begun)
     except StepFailed:
-        foretold = (np.nan, np.nan)
+        ahead, foretold = None, (np.nan, np.nan)
     return Explained(rms_of(whole.equations.residuals, run, model), foretold,
-                     float(np.sqrt(whole.equations.chi2 / whole.equations.count)), begun, whole)
+                     float(np.sqrt(whole.equations.chi2 / whole.equations.count)), begun, whole,
+                     ahead)
 
 
 def rms_of(

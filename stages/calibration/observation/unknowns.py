@@ -61,6 +61,10 @@ class Layout:
         """Where an unknown stands. Raises ValueError."""
         return self.names.index(name)
 
+    def pull(self, unknowns: Vector) -> float:
+        """By how much a fit moved the sensors' clocks from what the ingest knows them to be, relative, mean of both."""
+        return float(np.mean([unknowns[self.place(f"{side}_clock")] for side in SIDES]))
+
 
 def layout_of(walker: Walker, begin: MidStance, beliefs: Beliefs) -> Layout:
     """The unknowns of a run of a walker whose gait has the mid-stance `begin`."""

@@ -20,8 +20,11 @@ MARGIN = 0.3
 SIDES = (("hip", style.ANALYTIC), ("foot", style.MULTIBODY))
 
 
-def fit_picture(traces: Mapping[str, Trace], strikes: np.ndarray) -> Figure:
-    """Both sensors' `traces` by side; `strikes` (s,) [s] by the same clock. Lines below are root mean squares."""
+def fit_picture(traces: Mapping[str, Trace], strikes: np.ndarray, called: str = "fit") -> Figure:
+    """Both sensors' `traces` by side, what is `called` a fit among them; `strikes` (s,) [s] by the same clock.
+
+    Lines below are root mean squares.
+    """
     figure, grid = plt.subplots(3, 2, figsize=(style.TWO_COLUMNS, 6.2))
     end = float(strikes[min(STEPS, len(strikes) - 1)])
     for (side, column, name, unit), axes, letter in zip(PANELS, grid.flat, "abcd", strict=False):
@@ -31,7 +34,7 @@ def fit_picture(traces: Mapping[str, Trace], strikes: np.ndarray) -> Figure:
         for mask, color, label in ((counts, style.TWIN, "sample"), (~counts, style.MEASURED, "sample at an impact")):
             axes.plot(trace.time[shown & mask], trace.measured[shown & mask, column], ".", color=color, markersize=2.5,
                       label=label)
-        axes.plot(trace.time[shown], trace.fitted[shown, column], color=style.ANALYTIC, linewidth=0.9, label="fit")
+        axes.plot(trace.time[shown], trace.fitted[shown, column], color=style.ANALYTIC, linewidth=0.9, label=called)
         inside = trace.measured[shown & counts, column]
         if len(inside):
             room = MARGIN * float(np.ptp(inside))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,28 +15,31 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.biped.question import Answer, Asking, WrongOption
 from stages.calibration.errors import NotIdentified
 from stages.calibration.estimation import each_run
-from stages.calibration.estimation.asked import Asked, unit_of
+from stages.calibration.estimation.asked import PARTS, Asked, unit_of
 from stages.calibration.estimation.campaign import CampaignFit, fit_campaign
 from stages.calibration.estimation.equations import Model
 from stages.calibration.estimation.first_guess import guessed_mid_stance
 from stages.calibration.estimation.foretold import Explained, explained
-from stages.calibration.estimation.residual_structure import told_structure
-from stages.calibration.estimation.widening import widening
 from stages.calibration.information.identifiability import scales_of
 from stages.calibration.information.plan import SLOPE, first_model, free_names
 from stages.calibration.information.words import described, listed, short
+from stages.calibration.intervals.residual_structure import told_structure
+from stages.calibration.intervals.widening import widening
 from stages.calibration.observation.measured_run import MeasuredRun
 from stages.calibration.observation.unknowns import SIDES
 from stages.calibration.parameters import Parameters
 from stages.calibration.recordings.from_ingest import run_of
+from stages.calibration.reports.known_misses import Judged, judged
 from stages.calibration.result import HALF_WIDTH
 from stages.calibration.study.blind_fit import trace
+from stages.calibration.study.drawing import drawn_design, looked_for
 
 #: Residuals this many times the sensors' noise are the model's.
 NOISY = 1.2
-#: Parameters that a model without frames gets wrong, however well it fits.
 #: What a parameter folder of another robot says of the twin: the bill of parts is that of this one.
 PLANAR = {"twin.inertia": "planar"}
+FRAME = "biped.frame_mass"
+#: Parameters that a model without frames gets wrong, however well it fits.
 OF_SPRINGS = ("hip_mass", "foot_mass", "stiffness", "damping", "leg_inertia")
 
 
@@ -44,11 +48,15 @@ def calibrated(parameters: Parameters, asked: Asked, source: Path, asking: Askin
 
     Raises WrongOption, NoGait, NotIdentified.
     """
-    design = each_run.guess(parameters)
-    names = asked.looked_for((*free_names(design), *(["biped.other_leg_length"] if design.biped.detailed else [])))
+    if asked.design == PARTS:
+        design = drawn_design(parameters)
+        names = asked.looked_for(looked_for(design))
+    else:
+        design = each_run.guess(parameters)
+        names = asked.looked_for((*free_names(design), *(["biped.other_leg_length"] if design.biped.detailed else [])))
     names = tuple(dict.fromkeys(names))
     model = first_model(design, names, parameters)
-    runs, refused = _runs(source, model, parameters, asking)
+    runs, refused = _runs(source, design, model, parameters, asking)
     for name in (*asked.held_out, *asked.fitted):
         if name not in {run.name for run in runs}:
             there = ", ".join(run.name for run in runs)
@@ -60,7 +68,8 @@ def calibrated(parameters: Parameters, asked: Asked, source: Path, asking: Askin
     if not fitted:
         raise NotIdentified("every run is held out: none is left to fit")
     known = [[one.name, one.value, one.sd, one.source] for one in asked.known]
-    answers = dict(asking.each(each_run.fitted, [each_run.as_plain(run) for run in fitted], list(names), known))
+    answers = dict(asking.each(each_run.fitted, [each_run.as_plain(run) for run in fitted],
+                               dataclasses.asdict(design.biped), list(names), known))
     asking.progress(0.9, "all runs together")
     try:
         fit = fit_campaign(design, fitted, model, asked.known, lambda all_runs: (
@@ -70,18 +79,26 @@ def calibrated(parameters: Parameters, asked: Asked, source: Path, asking: Askin
     others = {name: float(np.mean(fit.own[:, place])) for place, name in enumerate(model.own) if name != SLOPE}
     found = design.with_values(dict(zip(model.shared, fit.design, strict=True)) | others)
     held = [_explained(found, run, model, parameters.settings.begun_s) for run in out]
-    return _answer(design, fit, model, refused, held, out)
+    sigmas, wider = widening(fit.equations)
+    told = judged(fit.names, fit.design, np.sqrt(np.diag(fit.covariance)) * wider, asked.known, design,
+                  float(np.mean([model.layout.pull(one) for one in fit.unknowns])), asking.result())
+    left = _left(fit.names, told.values, told.sd)
+    if asked.design == PARTS:
+        left = _as_table_1(left, design)
+    elif not design.biped.frame_mass:
+        left |= PLANAR
+    return _answer(design, fit, model, refused, held, out, (sigmas, wider), told, left)
 
 
 def _runs(
-    source: Path, model: Model, parameters: Parameters, asking: Asking
+    source: Path, design: DesignPoint, model: Model, parameters: Parameters, asking: Asking
 ) -> tuple[list[MeasuredRun], list[str]]:
     """The runs of a database, and why others cannot be used. Raises WrongOption."""
     from stages.imu.errors import SourceRefused
     from stages.imu.run import trials
     from stages.imu.sources.source_sqlite import SqliteSource
 
-    mid_stance_of = guessed_mid_stance(each_run.guess(parameters), model.layout)
+    mid_stance_of = guessed_mid_stance(design, model.layout)
     runs, refused = [], []
     try:
         with SqliteSource(source) as opened:
@@ -108,11 +125,12 @@ def _explained(design: DesignPoint, run: MeasuredRun, model: Model, begun: float
 
 def _answer(
     design: DesignPoint, fit: CampaignFit, model: Model, refused: Sequence[str], held: Sequence[Explained | None],
-    out: Sequence[MeasuredRun],
+    out: Sequence[MeasuredRun], widened: tuple[float, float], told: Judged, left: dict[str, Any],
 ) -> Answer:
-    sigmas, wider = widening(fit.equations)
+    """The answer; `widened` the residuals' size in noises and the factor on intervals, `told` values with intervals,
+    `left` what a folder of parameters keeps."""
+    (sigmas, wider), values, sd = widened, told.values, told.sd
     units = [unit_of(name) for name in fit.names]
-    sd = np.sqrt(np.diag(fit.covariance)) * wider
     lines = [f"{len(fit.runs)} runs fitted, residuals {sigmas:.2f} times the sensors' noise"
              + ("" if fit.converged else f"; not at rest: {fit.why}")]
     lines += [f"left out: {name}: {why}" for name, why in fit.left_out.items()] + list(refused)
@@ -120,11 +138,12 @@ def _answer(
     if len(blind):
         share = np.zeros(len(fit.names))
         share[blind] = 1.0
-        lines.append(described(share, fit.names, units, fit.design))
+        lines.append(described(share, fit.names, units, values))
     if wider > NOISY:
         lines.append(f"residuals are not noise alone (size {sigmas:.2f}, and neighbours hang together): intervals are "
                      f"{wider:.1f} times as wide as noise would have them")
     lines += told_structure(fit.runs, fit.equations)
+    lines.append(told.words)
     if not design.biped.frame_mass:
         springs = [short(name) for name in fit.names if short(name) in OF_SPRINGS]
         if springs:
@@ -140,9 +159,9 @@ def _answer(
     rows: list[list[Any]] = []
     for row, name in enumerate(fit.names):
         half = HALF_WIDTH * sd[row]
-        rows.append([short(name), f"{design.value(name):.6g}", f"{fit.design[row]:.6g}",
+        rows.append([short(name), f"{design.value(name):.6g}", f"{values[row]:.6g}",
                      f"+- {half:.2g}" if math.isfinite(half) else "not seen",
-                     f"{100 * (fit.design[row] - design.value(name)) / scales[row]:+.2f} %", units[row]])
+                     f"{100 * (values[row] - design.value(name)) / scales[row]:+.2f} %", units[row]])
     slopes = fit.own[:, 0]
     lines.append(f"ramp: {slopes.mean():.3f} deg on average, {slopes.std():.3f} deg apart")
     for place, name in enumerate(model.own[1:], 1):
@@ -153,23 +172,32 @@ def _answer(
         tables=[("The robot, 95 % intervals", ["parameter", "drawn", "found", "interval", "change", "unit"], rows),
                 *_tables(held, out, model)],
         plain={
-            "parameters": {name: {"drawn": design.value(name), "found": float(fit.design[row]),
+            "parameters": {name: {"drawn": design.value(name), "found": float(values[row]),
                                   "sd": float(sd[row]) if math.isfinite(sd[row]) else None, "unit": units[row]}
                            for row, name in enumerate(fit.names)},
             "runs": [run.name for run in fit.runs], "left_out": fit.left_out, "refused": list(refused),
+            "model_error": told.words, "model_error_runs": told.other_runs,
             "residuals_in_sigmas": sigmas, "intervals_widened": wider, "converged": fit.converged, "why": fit.why,
             "slopes_deg": slopes.tolist(), "walks": fit.evaluations,
             "held_out": {run.name: _plain(one) for run, one in zip(out, held, strict=True)},
         },
         draw=lambda save: _draw(fit, model, save),
-        parameters={**_left(fit, sd), **({} if design.biped.detailed and design.biped.frame_mass else PLANAR)},
+        parameters=left,
     )  # fmt: skip
 
 
-def _left(fit: CampaignFit, sd: np.ndarray) -> dict[str, Any]:
+def _left(names: Sequence[str], values: np.ndarray, sd: np.ndarray) -> dict[str, Any]:
     """Parameters as a folder keeps them: with their standard errors, where these are finite."""
     return {name: {"value": float(value), **({"uncertainty": float(own)} if math.isfinite(own) else {})}
-            for name, value, own in zip(fit.names, fit.design, sd, strict=True)}
+            for name, value, own in zip(names, values, sd, strict=True)}
+
+
+def _as_table_1(left: dict[str, Any], design: DesignPoint) -> dict[str, Any]:
+    """The same of a robot from the bill of parts as Table 1 counts it, which all stages take: frames are the hip's."""
+    frame = left.pop(FRAME, {"value": design.biped.frame_mass})
+    hip = {"value": design.biped.hip_mass + 2.0 * frame["value"]}
+    hip |= {"uncertainty": 2.0 * frame["uncertainty"]} if "uncertainty" in frame else {}
+    return {"biped.leg_inertia": design.biped.leg_inertia, "biped.hip_mass": hip, **left, **PLANAR}
 
 
 def _tables(

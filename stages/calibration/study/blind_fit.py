@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
+from stages.biped.processes import each_in_a_process
 from stages.calibration.estimation.campaign import covariance_of
 from stages.calibration.estimation.equations import Equations, Model, eliminated
 from stages.calibration.estimation.fit import RunFit, design_sizes, fit_run
 from stages.calibration.estimation.foretold import explained
 from stages.calibration.estimation.known import Known, information_of
-from stages.calibration.estimation.widening import widening
 from stages.calibration.information.plan import SLOPE
+from stages.calibration.intervals.widening import widening
 from stages.calibration.observation.measured_run import MeasuredRun
-from stages.calibration.result import Failed, FittedRun, HeldOut, Trace
+from stages.calibration.observation.unknowns import SIDES
+from stages.calibration.result import Failed, FittedRun, HeldOut, Misses, Trace
 from stages.calibration.study.recorded import Recorded
 
 
@@ -39,13 +42,33 @@ def fitted_run(design: DesignPoint, one: Recorded, model: Model) -> FittedRun | 
     )  # fmt: skip
 
 
+def side_by_side(runs: Sequence[Recorded], design: DesignPoint, model: Model) -> list[FittedRun]:
+    """Those of the runs' own fits that came to rest, in their order, each made in a process of its own."""
+    done = dict(each_in_a_process(partial(_fitted, design=design, model=model), runs))
+    return [fit for _, fit in sorted(done.items()) if isinstance(fit, FittedRun) and fit.converged]
+
+
+def _fitted(one: Recorded, design: DesignPoint, model: Model) -> FittedRun | Failed:
+    return fitted_run(design, one, model)
+
+
+def misses_of(fits: Sequence[FittedRun], design: DesignPoint, model: Model) -> Misses:
+    """By how much fits miss the truth that stands beside them, in shares of a design's values."""
+    drawn = np.array([design.value(name) for name in model.shared])
+    shares = [(fit.design - fit.truth) / drawn for fit in fits]
+    pulls = [model.layout.pull(fit.unknowns) for fit in fits]
+    return Misses(tuple(fit.name for fit in fits), np.array(shares).reshape(-1, len(drawn)), np.array(pulls))
+
+
 def information(equations: Equations, known: Sequence[Known], model: Model) -> np.ndarray:
     """What a run and what is known beside it tell of the shared parameters, (d, d)."""
     return np.asarray(eliminated(equations, len(model.shared))[0] + information_of(known, model.shared))
 
 
-def trace(run: MeasuredRun, equations: Equations, model: Model, side: str) -> Trace:
-    """What a sensor showed and what the fit says it should have."""
+def trace(run: MeasuredRun, equations: Equations | None, model: Model, side: str) -> Trace:
+    """What a sensor showed and what the fit says it should have; no samples where there is none."""
+    if equations is None:
+        return Trace(np.zeros(0), *(np.zeros((0, 3)) for _ in range(3)))
     residual = equations.residuals[side] * np.asarray(model.noise)
     return Trace(getattr(run.sampling, side), run.samples[side], equations.predicted.samples[side], residual)
 
@@ -63,8 +86,9 @@ def held_out(
         tell = explained(robot, one.run, model, begun)
     except StepFailed as reason:
         return Failed(one.run.name, one.kind, str(reason))
+    hip, foot = (trace(one.run, tell.ahead, model, side) for side in SIDES)
     return HeldOut(one.run.name, one.kind, begun, tell.sigmas, *tell.fit, *tell.foretold, model.noise[0],
-                   model.noise[2], tell.own.own, tell.own.unknowns)
+                   model.noise[2], tell.own.own, tell.own.unknowns, hip, foot, one.run.strikes)
 
 
 def mean_of(rows: Sequence[Vector]) -> Vector:

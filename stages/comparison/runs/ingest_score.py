@@ -14,7 +14,7 @@ from stages.comparison.runs.leg_score import LegScore, score_legs
 from stages.comparison.tables import Table
 from stages.imu.result import Result as Ingested
 from stages.imu.result import Run, SensorSignals
-from stages.imu.strikes.heel_strikes import HeelStrikes
+from stages.imu.strikes.landings import HeelStrikes
 from stages.imu.strikes.step_frequency import step_frequency
 from stages.imu.trial.frames import angle_between
 

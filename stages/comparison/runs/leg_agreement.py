@@ -12,8 +12,8 @@ from stages.biped.walk import Walk
 from stages.comparison.stride import stride_bounds
 from stages.imu.result import Result as Ingested
 from stages.imu.result import Run
-from stages.imu.strikes.heel_strikes import INNER, OUTER, HeelStrikes
-from stages.imu.trial.registration import stride_bounds as bounds_of_strikes
+from stages.imu.strikes.landings import INNER, OUTER, HeelStrikes
+from stages.imu.strikes.landings import stride_bounds as bounds_of_strikes
 
 RATE = "hip_lateral_rate"
 

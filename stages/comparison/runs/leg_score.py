@@ -6,14 +6,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 
+from stages.biped.integral import running_integral
 from stages.biped.quantity import quantity
+from stages.calibration.result import HALF_WIDTH
 from stages.campaign.result import RunTruth
 from stages.imu.result import Run
 
 EDGE_S = 0.1  # left out at both ends of a walk: there the low pass still feels the push or the end
-NORMAL_95 = 1.96
 BEFORE_S = 1.0  # before the first strike: until then the robot stands, however it is pushed
 
 
@@ -47,7 +47,7 @@ def _row(name: str, error: np.ndarray, said: np.ndarray, scale: float) -> tuple[
     if not known.any():
         return name, float("nan"), float("nan"), float("nan")
     rms, told = (scale * float(np.sqrt(np.mean(one[known] ** 2))) for one in (error, said))
-    return name, rms, told, float(np.mean(np.abs(error) <= NORMAL_95 * said, where=known))
+    return name, rms, told, float(np.mean(np.abs(error) <= HALF_WIDTH * said, where=known))
 
 
 def score_legs(runs: Iterable[tuple[Run, RunTruth, float]], skipped: int, gravity: float) -> LegScore:
@@ -92,8 +92,8 @@ def way_by_acceleration(run: Run, strikes: np.ndarray, gravity: float) -> float:
     along = np.cos(angle) * felt[known, 0] - np.sin(angle) * felt[known, 1] + down
     still = at < strikes[0] - BEFORE_S
     along = np.where(still, 0.0, along - (along[still].mean() if still.any() else 0.0))
-    speed = cumulative_trapezoid(along, at, initial=0.0)
-    return float(np.diff(np.interp(strikes, at, cumulative_trapezoid(speed, at, initial=0.0)))[0])
+    speed = running_integral(along, at)
+    return float(np.diff(np.interp(strikes, at, running_integral(speed, at)))[0])
 
 
 def true_times(truth: RunTruth, skipped: int) -> np.ndarray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
@@ -9,7 +11,9 @@ from matplotlib.figure import Figure
 from stages.analytic.gait.basin import NO_START, REACHES
 from stages.analytic.pictures import basin_map
 from stages.drawing import style
-from stages.figures.inputs import Given
+
+if TYPE_CHECKING:
+    from stages.figures.inputs import Given
 
 TITLE = "Basin of attraction"
 PLACE = 23

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib.figure import Figure
 
 from stages.analytic.gait.recorded_family import RecordedFamily, Turn
 from stages.analytic.pictures import bifurcation
-from stages.figures.inputs import Given
+
+if TYPE_CHECKING:
+    from stages.figures.inputs import Given
 
 TITLE = "The gait over the slope"
 PLACE = 22

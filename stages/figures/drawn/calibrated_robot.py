@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -12,7 +13,9 @@ from matplotlib.figure import Figure
 from stages.calibrated_twin.result import Check, Result, Robot
 from stages.calibration.result import HALF_WIDTH
 from stages.drawing import style
-from stages.figures.inputs import Given
+
+if TYPE_CHECKING:
+    from stages.figures.inputs import Given
 
 TITLE = "Calibration: the robots that were found"
 PLACE = 42
@@ -52,7 +55,7 @@ def draw(given: Given) -> Figure:
     left.set_xlim(-reach, reach)
     left.set_xlabel("difference from the drawing [%]")
     left.plot([], [], "o", color="#777777", markerfacecolor="none", markersize=4, label="found by the constraint model")
-    left.plot([], [], "o-", color="#777777", markersize=4, label="corrected by the twin, 95 %")
+    left.plot([], [], "o-", color="#777777", markersize=4, label="corrected, 95 %")
     left.plot([], [], "x", color="#777777", markersize=5, label="true")
     style.panel_label(left, "a")
     draw_correlations(right, result.robots[0], names)
@@ -113,7 +116,8 @@ def robot_words(robot: Robot) -> str:
     held = sum(one.holds_truth(HALF_WIDTH) for one in known)
     runs = "1 run" if robot.runs == 1 else f"{robot.runs} runs"
     truth = f"; {held} of {len(known)} intervals hold the truth" if known else ""
-    return (f"The robot {robot.kind}, from {runs}, {robot.corrected_runs} of them corrected by the Exudyn twin{truth}. "
+    return (f"The robot {robot.kind}, from {runs}, {robot.corrected_runs} of them corrected by the Exudyn twin{truth}; "
+            f"intervals are told by {robot.by_what}. "
             f"It walks at {robot.frequency:.4f} ± {HALF_WIDTH * robot.frequency_sd:.4f} Hz on the nominal ramp.")
 
 

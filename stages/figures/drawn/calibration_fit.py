@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -13,7 +14,9 @@ from stages.calibration.reports.sensor_picture import by_phase, fit_picture, rms
 from stages.calibration.result import FittedRun
 from stages.calibration.result import Result as Calibration
 from stages.drawing import style
-from stages.figures.inputs import Given
+
+if TYPE_CHECKING:
+    from stages.figures.inputs import Given
 
 TITLE = "Calibration: a run as its sensors showed it and as the fit has it"
 PLACE = 41

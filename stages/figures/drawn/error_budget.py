@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
@@ -9,7 +11,9 @@ from matplotlib.figure import Figure
 from stages.drawing import style
 from stages.error_budget.effects import CREEP, IMPACT, SLIP, UNEXPLAINED
 from stages.error_budget.split import Split
-from stages.figures.inputs import Given
+
+if TYPE_CHECKING:
+    from stages.figures.inputs import Given
 
 TITLE = "Error budget"
 PLACE = 30

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,7 +21,9 @@ from stages.error_budget.effects import (
 )
 from stages.error_budget.result import Result
 from stages.error_budget.split import POSITION, Split
-from stages.figures.inputs import Given
+
+if TYPE_CHECKING:
+    from stages.figures.inputs import Given
 
 TITLE = "What the difference is made of"
 PLACE = 29

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections import Counter
+from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -15,11 +16,13 @@ from stages.biped.design import Biped
 from stages.drawing import style
 from stages.extremes.engines import TOGETHER, USUAL
 from stages.extremes.verdict import CRASHED, FAILED, HUNG, INACCURATE, REFUSED, RIGHT, UNCONFIRMED, WRONG
-from stages.figures.inputs import Given
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings as Multibody
 from stages.twin.parameters import Settings as Twin
+
+if TYPE_CHECKING:
+    from stages.figures.inputs import Given
 
 TITLE = "The extremes"
 PLACE = 60

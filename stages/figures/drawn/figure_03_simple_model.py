@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
 from stages.biped.design import Biped
 from stages.drawing import style
-from stages.figures.inputs import Given
 from stages.figures.robot import view
 from stages.figures.robot.bodies import Faces, by_group
 from stages.twin.machine.parts import FEET, FRAMES, Part
+
+if TYPE_CHECKING:
+    from stages.figures.inputs import Given
 
 TITLE = "Figure 3: the simplified model"
 PLACE = 3

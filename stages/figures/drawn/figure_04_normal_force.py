@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
 from stages.drawing import style
-from stages.figures.inputs import Given
 from stages.ground.contact_law import ContactLaw
 from stages.ground.normal_force import normal_force
+
+if TYPE_CHECKING:
+    from stages.figures.inputs import Given
 
 TITLE = "Figure 4: law of the normal force"
 PLACE = 4

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -10,8 +11,10 @@ from matplotlib.figure import Figure
 
 from stages.drawing import style
 from stages.figures.drawn.figure_05_contact_parameters import CONSTRAINT, constraint_force, differences
-from stages.figures.inputs import Given
 from stages.ground.friction import friction_coefficient
+
+if TYPE_CHECKING:
+    from stages.figures.inputs import Given
 
 TITLE = "Figure 6: friction"
 PLACE = 6

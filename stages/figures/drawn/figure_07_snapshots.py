@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stages.drawing import style
-from stages.figures.inputs import Given
+
+if TYPE_CHECKING:
+    from stages.figures.inputs import Given
 
 TITLE = "Figure 7: snapshots"
 PLACE = 7

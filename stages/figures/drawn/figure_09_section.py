@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -12,12 +12,14 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from stages.drawing import style
-from stages.figures.inputs import Given
 from stages.figures.robot import view
 from stages.figures.robot.bodies import COLOURS, TINTS, by_group, tinted
 from stages.figures.robot.section import Cut, cuts
 from stages.twin.exports.seen import shown_parts
 from stages.twin.machine.parts import Part
+
+if TYPE_CHECKING:
+    from stages.figures.inputs import Given
 
 TITLE = "Figure 9: the design and a section of the hip"
 PLACE = 9

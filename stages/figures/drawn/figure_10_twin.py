@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -10,11 +10,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stages.drawing import style
-from stages.figures.inputs import Given
 from stages.figures.robot import view
 from stages.figures.robot.bodies import COLOURS, SMALL, by_group
 from stages.twin.exports.blocks import laid
 from stages.twin.exports.seen import shown_parts
+
+if TYPE_CHECKING:
+    from stages.figures.inputs import Given
 
 TITLE = "Figure 10: the digital twin"
 PLACE = 10

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
 from stages.biped.walk import Walk
 from stages.drawing import style
-from stages.figures.inputs import Given
 from stages.figures.robot import view
 from stages.figures.robot.bodies import SMALL, by_group
 from stages.twin.exports.blocks import laid
 from stages.twin.exports.seen import shown_parts
+
+if TYPE_CHECKING:
+    from stages.figures.inputs import Given
 
 TITLE = "Figure 13: six consecutive steps"
 PLACE = 13

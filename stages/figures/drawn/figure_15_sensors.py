@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
 from stages.drawing import style
-from stages.figures.inputs import Given
 from stages.figures.robot import view
 from stages.figures.robot.bodies import by_group
 from stages.twin.exports.seen import shown_parts
+
+if TYPE_CHECKING:
+    from stages.figures.inputs import Given
 
 TITLE = "Figure 15: axes of the sensors"
 PLACE = 15

@@ -6,7 +6,7 @@ stance, and the difference of the step frequencies.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -18,8 +18,10 @@ from stages.comparison.runs.leg_agreement import LegAgreement
 from stages.comparison.runs.measurement import MeasurementAgreement
 from stages.comparison.stride import last_stride
 from stages.drawing import style
-from stages.figures.inputs import Given
 from stages.imu.trial.agreement import Agreement, FrequencyDifference
+
+if TYPE_CHECKING:
+    from stages.figures.inputs import Given
 
 TITLE = "Figure 16: measurements and models"
 PLACE = 16

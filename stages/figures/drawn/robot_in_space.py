@@ -11,19 +11,21 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stages.biped.design import Biped
 from stages.biped.walk import Walk
 from stages.figures.drawn.gait_animation import ANGLE, FORCE, POSITION, frames
-from stages.figures.inputs import Given
 from stages.figures.oblique_view import drawing
 from stages.figures.robot.bodies import COLOURS as PAIRS
 from stages.figures.robot.bodies import TINTS
 from stages.twin.exports.seen import SOLE, shown_parts
 from stages.twin.machine.parts import FEET, FRAMES, Part
+
+if TYPE_CHECKING:
+    from stages.figures.inputs import Given
 
 TITLE = "The digital twin on its ramp"
 PLACE = -1

@@ -5,12 +5,15 @@ from __future__ import annotations
 import cmath
 import io
 import math
+from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 
 from stages.drawing import style
-from stages.figures.inputs import Given
 from stages.figures.mechanism import FAINT, DrawnLeg, Page, formula, listed, spiral, svg_for_both
+
+if TYPE_CHECKING:
+    from stages.figures.inputs import Given
 
 TITLE = "The biped and its symbols"
 PLACE = 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
@@ -12,8 +13,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from stages.drawing import style
-from stages.figures.inputs import Given
 from stages.tradeoff.result import ERRORS, Result, Row, front
+
+if TYPE_CHECKING:
+    from stages.figures.inputs import Given
 
 TITLE = "Speed against accuracy"
 PLACE = 50

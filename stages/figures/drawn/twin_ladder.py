@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -14,8 +15,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stages.drawing import style
-from stages.figures.inputs import Given
 from stages.twin_ladder.result import Result, RungGait
+
+if TYPE_CHECKING:
+    from stages.figures.inputs import Given
 
 TITLE = "From the simple model to the twin"
 PLACE = 20

@@ -19,23 +19,30 @@ if TYPE_CHECKING:
 
 @lru_cache(maxsize=64)
 def damping_factor(restitution: float, impact_speed: float) -> float:
-    """Factor a [s/m] that gives `restitution` (0.05 to 1; below, y is 1 to the last bit) at `impact_speed` [m/s]."""
-    if restitution == 1.0:
-        return 0.0
+    """Factor a [s/m] that gives `restitution` (0.05 to 1; below, y is 1 to the last bit) at `impact_speed` [m/s].
+
+    A restitution with a small imaginary part gives a factor with that part's consequence (complex step).
+    """
+    share = restitution.real
+    if share == 1.0:  # the first term of a series
+        return 1.5 * (1.0 - restitution) / impact_speed
 
     def excess(x: float) -> float:
-        return x - math.log1p(x) + restitution * x + math.log1p(-restitution * x)
+        return x - math.log1p(x) + share * x + math.log1p(-share * x)
 
     # Positive for small x (losses too small), falling to -infinity at x = 1 / restitution: bisection to the last bit.
-    low, high = 0.0, 1.0 / restitution
+    low, high = 0.0, 1.0 / share
     while True:
         middle = 0.5 * (low + high)
         if middle in (low, high):
-            return middle / impact_speed
+            break
         if excess(middle) > 0.0:
             low = middle
         else:
             high = middle
+    slope = middle / (1.0 + middle) - share**2 * middle / (1.0 - share * middle)
+    carried = share * middle**2 / (1.0 - share * middle) / slope * (restitution - share)
+    return (middle + carried) / impact_speed
 
 
 class Restitution(NamedTuple):

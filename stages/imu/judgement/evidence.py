@@ -10,13 +10,12 @@ force is gravity. None of these needs to know how the sensors were mounted or wh
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from stages.biped.quantity import quantity
-from stages.imu.strikes.heel_strikes import INNER, HeelStrikes, filled
+from stages.imu.strikes.heel_strikes import filled
+from stages.imu.strikes.landings import INNER, HeelStrikes
 
 LOW_PASS_HZ = 12.0  # both sides of the lever arm's equation: a derivative of the rate is noise above
 AROUND_STRIKE_S = (-0.06, 0.10)  # left out of it: impacts shake the sensors
@@ -24,27 +23,6 @@ HOLE_S = 0.02  # and so is what lies so near to a hole
 TURNING_HZ = 2.0  # below it gravity is most of what turns in a walking sensor
 FEWEST_POINTS = 50
 NAN = float("nan")
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """Numbers by which a trial is judged; NaN where the trial cannot tell."""
-
-    agreement: float = quantity("1", "squared correlation of the foot's and the hip's lateral rate, after the lag")
-    rate_ratio: float = quantity("1", "foot's over hip's lateral rate")
-    lever_direction_deg: float = quantity("deg", "direction of the lever arm from the leg's line, in the frames found")
-    lever_fit: float = quantity("1", "R2 of the foot's forward force from the hip's and the lever arm's")
-    rate_scale: float = quantity("1", "scale of the gyroscopes: tangential over centripetal lever arm")
-    third_moment: float = quantity("1", "skewness of the lateral rate, the hip's if there is one; positive in a swing")
-    hip_turning: float = quantity("1", "correlation of gravity's turning at the hip with its angular rate")
-    foot_turning: float = quantity("1", "correlation of gravity's turning at the foot with its angular rate")
-    strike_symmetry_deg: float = quantity("deg", "mean of the leg's angles at its own and at the other leg's landing")
-    hip_gravity: float = quantity("1", "mean specific force at the hip over whole strides, over gravity")
-    foot_gravity: float = quantity("1", "mean specific force at the foot over whole strides, over gravity")
-    hip_gravity_deg: float = quantity("deg", "direction of that mean from gravity's, at the hip")
-    foot_gravity_deg: float = quantity("deg", "direction of that mean from gravity's, at the foot")
-    spacing: float = quantity("1", "largest departure of a step's duration from the median, relative")
-    alternating: float = quantity("1", "share of steps after which the other leg lands")
 
 
 def agreement_of(hip: np.ndarray, foot: np.ndarray) -> tuple[float, float]:

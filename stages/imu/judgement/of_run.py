@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 
 from stages.imu.clock.indexed import BY_ROWS
-from stages.imu.judgement.evidence import Evidence
 from stages.imu.judgement.sensor_evidence import flat_tops, static_reading
 from stages.imu.judgement.verdict import (
     CLOCK,
@@ -23,6 +22,7 @@ from stages.imu.judgement.verdict import (
     Verdict,
 )
 from stages.imu.parameters import Limits, Settings
+from stages.imu.reports.run_report import Evidence
 from stages.imu.sources.schema import Experiment
 from stages.imu.trial.frames import Frame, is_mounting_declared
 from stages.imu.trial.sensor import SensorTrace

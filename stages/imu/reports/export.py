@@ -10,10 +10,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from stages.biped.walk import SENSOR_SIGNALS
-from stages.imu.judgement.evidence import Evidence
-from stages.imu.reports.run_report import RunReport
-from stages.imu.strikes.heel_strikes import INNER, OUTER
-from stages.imu.strikes.step_times import StepTimes
+from stages.imu.reports.run_report import Evidence, RunReport, StepTimes
+from stages.imu.strikes.landings import INNER, OUTER
 from stages.imu.trial.trial import Trial
 
 APART = ("evidence", "times")  # tables in themselves: the one beside the runs, the other in a file of its own

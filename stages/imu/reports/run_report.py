@@ -7,12 +7,56 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from stages.biped.quantity import quantity
-from stages.imu.judgement.evidence import Evidence
 from stages.imu.judgement.verdict import REFUSED
 from stages.imu.reports.sensor_report import NOT_OBSERVABLE, SensorReport
-from stages.imu.strikes.step_times import StepTimes
 
 Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Numbers by which a trial is judged; NaN where the trial cannot tell."""
+
+    agreement: float = quantity("1", "squared correlation of the foot's and the hip's lateral rate, after the lag")
+    rate_ratio: float = quantity("1", "foot's over hip's lateral rate")
+    lever_direction_deg: float = quantity("deg", "direction of the lever arm from the leg's line, in the frames found")
+    lever_fit: float = quantity("1", "R2 of the foot's forward force from the hip's and the lever arm's")
+    rate_scale: float = quantity("1", "scale of the gyroscopes: tangential over centripetal lever arm")
+    third_moment: float = quantity("1", "skewness of the lateral rate, the hip's if there is one; positive in a swing")
+    hip_turning: float = quantity("1", "correlation of gravity's turning at the hip with its angular rate")
+    foot_turning: float = quantity("1", "correlation of gravity's turning at the foot with its angular rate")
+    strike_symmetry_deg: float = quantity("deg", "mean of the leg's angles at its own and at the other leg's landing")
+    hip_gravity: float = quantity("1", "mean specific force at the hip over whole strides, over gravity")
+    foot_gravity: float = quantity("1", "mean specific force at the foot over whole strides, over gravity")
+    hip_gravity_deg: float = quantity("deg", "direction of that mean from gravity's, at the hip")
+    foot_gravity_deg: float = quantity("deg", "direction of that mean from gravity's, at the foot")
+    spacing: float = quantity("1", "largest departure of a step's duration from the median, relative")
+    alternating: float = quantity("1", "share of steps after which the other leg lands")
+
+
+@dataclass(frozen=True)
+class StepTimes:
+    """Means over the run's own steps after the transient, standard errors beside them; NaN for what is not known.
+
+    Nothing on the inner leg tells when the outer one leaves the ground: its double stance is taken to be the inner
+    leg's, with an error as large as itself.
+    """
+
+    inner_step: float = quantity("s", "from the outer leg's landing to the inner one's")
+    outer_step: float = quantity("s", "from the inner leg's landing to the outer one's")
+    step_error: float = quantity("s", "standard error of both")
+    double_stance: float = quantity("s", "from the outer leg's landing to the inner one's toe-off")
+    double_stance_error: float = quantity("s", "its standard error")
+    inner_stance: float = quantity("s", "from the inner leg's landing to its toe-off")
+    inner_swing: float = quantity("s", "from the inner leg's toe-off to its landing")
+    inner_error: float = quantity("s", "standard error of the inner leg's stance and swing")
+    outer_stance: float = quantity("s", "from the outer leg's landing to its toe-off")
+    outer_swing: float = quantity("s", "from the outer leg's toe-off to its landing")
+    outer_error: float = quantity("s", "standard error of the outer leg's stance and swing")
+    asymmetry: float = quantity("1", "inner less outer step over their mean")
+    asymmetry_error: float = quantity("1", "its standard error")
+    stance_asymmetry: float = quantity("1", "inner less outer stance over their mean")
+    stance_asymmetry_error: float = quantity("1", "its standard error")
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,12 @@ the recording is expected between its neighbours and placed by what is left of i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 from scipy.signal import find_peaks
 
-INNER, OUTER = 0, 1
+from stages.imu.strikes.landings import INNER, OUTER, HeelStrikes
+
 PULSE_S = 0.015  # about the length of the pulse a heel strike leaves behind the sensor's low pass
 WINDOW_S = (-0.05, 0.07)  # around a strike, for the template
 SHIFTS_S = np.arange(-0.025, 0.0251, 0.001)
@@ -27,14 +26,6 @@ SEARCH_STEPS = 0.3  # half width of the search around a turn, in steps
 LOBE_STEPS = 0.45  # how soon before and after a turn the leg must have moved, in steps
 FAINT = 0.6  # of a leg's median pulse: a fainter one is not the strike, which then lies in a hole
 QUIET_RATE = 0.25  # of the typical peak rate: below it the leg does not walk
-
-
-@dataclass(frozen=True)
-class HeelStrikes:
-    """Times (s,) [s] of heel strikes and the leg (s,) that lands: 0 the inner one, 1 the outer one."""
-
-    time: np.ndarray
-    leg: np.ndarray
 
 
 NO_STRIKES = HeelStrikes(np.empty(0), np.empty(0, dtype=np.int64))

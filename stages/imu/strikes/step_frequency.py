@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.imu.strikes.heel_strikes import HeelStrikes
+from stages.imu.strikes.landings import HeelStrikes
 
 
 @dataclass(frozen=True)

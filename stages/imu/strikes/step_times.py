@@ -3,40 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
-from stages.biped.quantity import quantity
 from stages.imu.parameters import Drawing
-from stages.imu.strikes.heel_strikes import INNER, OUTER, HeelStrikes
+from stages.imu.reports.run_report import StepTimes
+from stages.imu.strikes.landings import INNER, OUTER, HeelStrikes
 
 NAN = float("nan")
-
-
-@dataclass(frozen=True)
-class StepTimes:
-    """Means over the run's own steps after the transient, standard errors beside them; NaN for what is not known.
-
-    Nothing on the inner leg tells when the outer one leaves the ground: its double stance is taken to be the inner
-    leg's, with an error as large as itself.
-    """
-
-    inner_step: float = quantity("s", "from the outer leg's landing to the inner one's")
-    outer_step: float = quantity("s", "from the inner leg's landing to the outer one's")
-    step_error: float = quantity("s", "standard error of both")
-    double_stance: float = quantity("s", "from the outer leg's landing to the inner one's toe-off")
-    double_stance_error: float = quantity("s", "its standard error")
-    inner_stance: float = quantity("s", "from the inner leg's landing to its toe-off")
-    inner_swing: float = quantity("s", "from the inner leg's toe-off to its landing")
-    inner_error: float = quantity("s", "standard error of the inner leg's stance and swing")
-    outer_stance: float = quantity("s", "from the outer leg's landing to its toe-off")
-    outer_swing: float = quantity("s", "from the outer leg's toe-off to its landing")
-    outer_error: float = quantity("s", "standard error of the outer leg's stance and swing")
-    asymmetry: float = quantity("1", "inner less outer step over their mean")
-    asymmetry_error: float = quantity("1", "its standard error")
-    stance_asymmetry: float = quantity("1", "inner less outer stance over their mean")
-    stance_asymmetry_error: float = quantity("1", "its standard error")
 
 
 UNKNOWN = StepTimes(*(NAN,) * 15)

@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import stdtrit
 
 from stages.biped.quantity import quantity
 
@@ -117,5 +116,7 @@ def frequency_difference(measured: np.ndarray, simulated: float, confidence: flo
     difference = float(np.mean(runs) - simulated) if len(runs) else math.nan
     if len(runs) < 2:
         return FrequencyDifference(difference, math.nan, math.nan, confidence)
+    from scipy.special import stdtrit  # here: who reads an agreement computes none
+
     reach = float(stdtrit(len(runs) - 1, 0.5 + confidence / 2) * np.std(runs, ddof=1) / math.sqrt(len(runs)))
     return FrequencyDifference(difference, difference - reach, difference + reach, confidence)

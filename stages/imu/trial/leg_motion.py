@@ -12,39 +12,21 @@ nothing is said.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
-from stages.biped.quantity import quantity
+from stages.biped.integral import running_integral
 from stages.imu.parameters import Drawing
-from stages.imu.strikes.heel_strikes import INNER, OUTER, HeelStrikes, filled
-from stages.imu.strikes.step_times import UNKNOWN, StepTimes
+from stages.imu.reports.run_report import StepTimes
+from stages.imu.result import LegMotion
+from stages.imu.strikes.heel_strikes import filled
+from stages.imu.strikes.landings import INNER, OUTER, HeelStrikes
+from stages.imu.strikes.step_times import UNKNOWN
 
 PATH_POINTS = 51
 ROUNDED_S = 0.012  # how far a low pass rounds the corner of a landing off
 CONTINUED_S = 0.08  # from how far inside the angle is continued to a landing
 FEWEST_POINTS = 8
-
-
-@dataclass(frozen=True)
-class LegMotion:
-    """What the leg with the sensors did; standard errors beside the values. Empty where there is no rate."""
-
-    time: np.ndarray = quantity("s", "even times, shape (m,)", symbol="t")
-    angle: np.ndarray = quantity("rad", "leg's angle from the slope normal, foot ahead positive, (m,)", symbol="phi")
-    angle_error: np.ndarray = quantity("rad", "standard error of the angle, shape (m,)")
-    stance_start: np.ndarray = quantity("s", "landings of this leg, shape (k,)", dimensions=("step",))
-    stance_end: np.ndarray = quantity("s", "the other leg's landings that follow, shape (k,)", dimensions=("step",))
-    step_length: np.ndarray = quantity(
-        "m", "travel of the hip in between: the other leg's step, shape (k,)", dimensions=("step",)
-    )
-    step_length_error: np.ndarray = quantity("m", "standard error of each, shape (k,)", dimensions=("step",))
-    hip_path: np.ndarray = quantity(
-        "m", "hip along and above the slope over each of these steps, shape (k, p, 2)",
-        dimensions=("step", "phase", "direction")
-    )
-    times: StepTimes = quantity("-", "step, stance and swing of both legs")
 
 
 def leg_angle(time: np.ndarray, lateral_rate: np.ndarray, rest: np.ndarray, rest_angle: float) -> np.ndarray:
@@ -54,7 +36,7 @@ def leg_angle(time: np.ndarray, lateral_rate: np.ndarray, rest: np.ndarray, rest
     stand, in whose mean the angle is `rest_angle` [rad].
     """
     rate = filled(lateral_rate)
-    turned = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time)))
+    turned = running_integral(rate, time)
     return np.asarray(turned - (turned[rest].mean() if rest.any() else turned[0]) + rest_angle)
 
 

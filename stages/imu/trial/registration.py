@@ -5,20 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from stages.imu.clock.resample import resample
-from stages.imu.strikes.heel_strikes import INNER, HeelStrikes
-
-
-def stride_bounds(strikes: HeelStrikes, skipped: int = 0) -> np.ndarray:
-    """Start and end (k, 2) [s] of every whole stride after the first `skipped` strikes.
-
-    A stride with a strike missing inside (longer than 1.5 times the median) is left out.
-    """
-    inner = strikes.time[skipped:][strikes.leg[skipped:] == INNER]
-    bounds = np.column_stack((inner[:-1], inner[1:]))
-    if not len(bounds):
-        return bounds
-    length = bounds[:, 1] - bounds[:, 0]
-    return np.asarray(bounds[np.abs(length / np.median(length) - 1) < 0.5])
 
 
 def register(time: np.ndarray, signals: np.ndarray, bounds: np.ndarray, points: int, longest_step: float) -> np.ndarray:

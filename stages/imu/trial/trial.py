@@ -9,19 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.imu.errors import printable
-from stages.imu.judgement.evidence import Evidence
 from stages.imu.judgement.of_run import verdict_on
 from stages.imu.judgement.verdict import Refusal, Verdict
 from stages.imu.parameters import Parameters
-from stages.imu.reports.run_report import RunReport
+from stages.imu.reports.run_report import Evidence, RunReport
 from stages.imu.reports.sensor_report import SensorReport
+from stages.imu.result import LegMotion
 from stages.imu.sources.schema import Experiment, Recording
-from stages.imu.strikes.heel_strikes import HeelStrikes
+from stages.imu.strikes.landings import HeelStrikes, stride_bounds
 from stages.imu.strikes.step_frequency import StepFrequency, step_frequency
-from stages.imu.trial.leg_motion import LegMotion
 from stages.imu.trial.own_clocks import brought_together, have_own_clocks
 from stages.imu.trial.places import PLACES, BodySensor, foot_lag, lever_arm, overlap_of
-from stages.imu.trial.registration import stride_bounds
 from stages.imu.trial.sensor_on_body import place_of, read_sensor
 from stages.imu.trial.trial_evidence import evidence_of
 from stages.imu.trial.walking import leg_of, registered, strikes_of

@@ -7,7 +7,6 @@ import math
 import numpy as np
 
 from stages.imu.judgement.evidence import (
-    Evidence,
     agreement_of,
     gravity_of,
     lever_of,
@@ -17,8 +16,9 @@ from stages.imu.judgement.evidence import (
     turning_of,
 )
 from stages.imu.parameters import Settings
+from stages.imu.reports.run_report import Evidence
 from stages.imu.sources.schema import Experiment
-from stages.imu.strikes.heel_strikes import HeelStrikes
+from stages.imu.strikes.landings import HeelStrikes
 from stages.imu.trial.places import LATERAL, PLACES, BodySensor, angle_on, common_grid, on_grid
 
 

@@ -8,10 +8,12 @@ import numpy as np
 
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.imu.parameters import Parameters, Settings
-from stages.imu.strikes.heel_strikes import NO_STRIKES, OUTER, HeelStrikes, find_heel_strikes
+from stages.imu.result import LegMotion
+from stages.imu.strikes.heel_strikes import NO_STRIKES, find_heel_strikes
 from stages.imu.strikes.impact_onset import Samples, at_onsets, lift_after
+from stages.imu.strikes.landings import OUTER, HeelStrikes
 from stages.imu.strikes.step_times import step_times
-from stages.imu.trial.leg_motion import LegMotion, leg_motion, nothing
+from stages.imu.trial.leg_motion import leg_motion, nothing
 from stages.imu.trial.places import (
     FORWARD,
     LATERAL,

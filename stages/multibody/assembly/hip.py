@@ -11,13 +11,10 @@ from typing import Any
 from stages.biped.design import Biped
 from stages.ground.slope import Slope
 from stages.multibody.assembly.quiet_exudyn import items
-
-#: Coulomb's friction is proportional to the hip's rate below this rate [rad/s], or it would jump: a hip that should
-#: stick creeps, at this rate at most.
-CREEP = 1e-3
+from stages.planar.state import HIP_CREEP
 
 
-def add_hip(mbs: Any, biped: Biped, angles: tuple[Any, Any], creep: float = CREEP) -> list[Any]:
+def add_hip(mbs: Any, biped: Biped, angles: tuple[Any, Any]) -> list[Any]:
     """Connectors between the legs' angles, given as (node, coordinate) of leg 0 and of leg 1; those that were added.
 
     They act on angle 0 minus angle 1.
@@ -34,7 +31,7 @@ def add_hip(mbs: Any, biped: Biped, angles: tuple[Any, Any], creep: float = CREE
         added.append(items.ObjectConnectorCoordinateSpringDamperExt(
             markerNumbers=_coordinates(mbs, angles),
             dynamicFrictionForce=biped.hip_friction,
-            frictionProportionalZone=creep,
+            frictionProportionalZone=HIP_CREEP,
         ))  # fmt: skip
     return [mbs.AddObject(connector) for connector in added]
 

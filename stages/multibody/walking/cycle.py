@@ -16,8 +16,9 @@ from stages.multibody.parameters import Settings
 from stages.multibody.result import Cycle
 from stages.multibody.walking.limit_cycle import SectionWalker, limit_cycle
 from stages.multibody.walking.walk import build, simulate
+from stages.planar.cycle import LimitCycle
 from stages.planar.events import find_events
-from stages.planar.limit_cycle import LimitCycle, fixed_point
+from stages.planar.limit_cycle import fixed_point
 from stages.planar.run import Run
 from stages.planar.section import NoLimitCycle, section_state
 from stages.planar.signals import GROUND_REACTION

@@ -10,7 +10,8 @@ from stages.ground.normal_force import static_penetration
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings
 from stages.multibody.walking.walk import build, simulate
-from stages.planar.limit_cycle import LimitCycle, by_differences, gait_near
+from stages.planar.cycle import LimitCycle
+from stages.planar.limit_cycle import by_differences, gait_near
 from stages.planar.section import SCALES, SectionStep, mid_stance_after, section_state
 from stages.planar.state import PlanarState
 

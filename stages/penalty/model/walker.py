@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from stages.biped.design import Biped, require_plain
+from stages.biped.design import Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.laws import PointLaw
-from stages.ground.slope import Slope
 
 #: Columns of a state: x and y of the hip, angles of leg 0 and 1, their lengths, and the rates of all six.
 X, Y, ANGLE, LENGTH, RATES, SIZE = 0, 1, 2, 4, 6, 12
 
 
 class Penalty(NamedTuple):
-    """The paper's symbols; one over the mass that moves along a leg, 0 for rigid legs; the height of the
-    hip under which the walker has fallen [m]; the contact law.
+    """Table 1's walker: the paper's symbols; one over the mass that moves along a leg, 0 for rigid legs; the height of
+    the hip under which the walker has fallen [m]; the contact law.
 
     The law's own type is part of this one: another law is other machine code.
     """
@@ -35,22 +34,88 @@ class Penalty(NamedTuple):
     law: PointLaw
 
 
-def build_penalty(biped: Biped, slope: Slope, contact: ContactLaw, fallen: float) -> Penalty:
-    """The walker of a design on its ground; `fallen` in leg lengths. Raises BeyondModel."""
-    require_plain(biped, "the compiled penalty model")
-    rigid, gravity = biped.legs == "rigid", slope.gravity_vector
+class LegNumbers(NamedTuple):
+    """One leg of a detailed walker, by the symbols of `stages.biped.leg`, and gravity, which its parts feel."""
+
+    m: float
+    L_nat: float
+    r: float
+    l: float  # noqa: E741
+    k: float
+    b: float
+    I: float  # noqa: E741
+    e: float
+    m_f: float
+    l_f: float
+    e_f: float
+    I_f: float
+    g_x: float
+    g_y: float
+
+
+class DetailedPenalty(NamedTuple):
+    """A detailed walker: the hip's mass, and for gravity, both legs, the hip's spring, damper, rest angle and friction.
+
+    `slide` is 0 for rigid legs, else 1.
+    """
+
+    M: float
+    M_g: float
+    first: LegNumbers
+    other: LegNumbers
+    k_h: float
+    b_h: float
+    phi_h: float
+    tau_h: float
+    slide: float
+    fallen: float
+    law: PointLaw
+
+
+Walker = Penalty | DetailedPenalty
+
+
+def build_penalty(biped: Biped, gravity: tuple[Any, Any], contact: ContactLaw, fallen: float) -> Walker:
+    """The walker of a design under gravity in the slope frame [m/s^2]; `fallen` in leg lengths.
+
+    A number with a small imaginary part carries it on (complex step).
+    """
+    rigid, height = biped.legs == "rigid", fallen * biped.leg_length
+    if biped.detailed:
+        return DetailedPenalty(
+            M=1.0 * biped.hip_mass, M_g=1.0 * biped.weighed_hip,
+            first=leg_numbers(biped, 0, gravity), other=leg_numbers(biped, 1, gravity),
+            k_h=1.0 * biped.hip_stiffness, b_h=1.0 * biped.hip_damping, phi_h=1.0 * biped.hip_rest_angle,
+            tau_h=1.0 * biped.hip_friction, slide=0.0 if rigid else 1.0, fallen=height, law=contact.numbers,
+        )  # fmt: skip
     return Penalty(
-        M=float(biped.hip_mass),
-        m=float(biped.foot_mass),
-        L_nat=float(biped.leg_length),
-        r=float(biped.foot_radius),
-        l=float(biped.foot_com),
-        k=0.0 if rigid else float(biped.stiffness),
-        b=0.0 if rigid else float(biped.damping),
-        I=float(biped.leg_inertia),
+        M=1.0 * biped.hip_mass,
+        m=1.0 * biped.foot_mass,
+        L_nat=1.0 * biped.leg_length,
+        r=1.0 * biped.foot_radius,
+        l=1.0 * biped.foot_com,
+        k=0.0 if rigid else 1.0 * biped.stiffness,
+        b=0.0 if rigid else 1.0 * biped.damping,
+        I=1.0 * biped.leg_inertia,
         g_x=gravity[0],
         g_y=gravity[1],
         slide=0.0 if rigid else 1.0 / biped.foot_mass,
-        fallen=fallen * biped.leg_length,
+        fallen=height,
         law=contact.numbers,
     )
+
+
+def leg_numbers(biped: Biped, index: int, gravity: tuple[Any, Any]) -> LegNumbers:
+    """One leg of a detailed design."""
+    leg, rigid = biped.leg(index), biped.legs == "rigid"
+    return LegNumbers(
+        m=1.0 * leg.foot_mass, L_nat=1.0 * leg.leg_length, r=1.0 * leg.foot_radius, l=1.0 * leg.foot_com,
+        k=0.0 if rigid else 1.0 * leg.stiffness, b=0.0 if rigid else 1.0 * leg.damping, I=1.0 * leg.leg_inertia,
+        e=1.0 * leg.foot_offset, m_f=1.0 * leg.frame_mass, l_f=1.0 * leg.frame_com, e_f=1.0 * leg.frame_offset,
+        I_f=1.0 * leg.frame_inertia, g_x=gravity[0], g_y=gravity[1],
+    )  # fmt: skip
+
+
+def natural_lengths(p: Walker) -> tuple[float, float]:
+    """Natural lengths of both legs [m]."""
+    return (p.L_nat, p.L_nat) if isinstance(p, Penalty) else (p.first.L_nat, p.other.L_nat)

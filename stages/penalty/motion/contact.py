@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from stages.ground.compiled import COMPILED, TANGENTS, compiled_coefficient
 from stages.ground.laws import PointLaw
 from stages.penalty.compiled import compiled
 
 #: Imaginary step by which a law is differentiated: its square is lost beside anything but zero.
 STEP = 1e-40
+#: What `force_slopes` gives.
+Slopes = tuple[float, float, float, float]
 
 
 @compiled
@@ -20,9 +24,7 @@ def foot_force(acts: bool, depth: float, rate: float, slip: float, law: PointLaw
 
 
 @compiled
-def force_slopes(
-    acts: bool, depth: float, rate: float, slip: float, law: PointLaw
-) -> tuple[float, float, float, float]:
+def force_slopes(acts: bool, depth: float, rate: float, slip: float, law: PointLaw) -> Slopes:
     """Derivatives of the normal force by penetration and rate, of friction by the slip, and friction over normal force.
 
     By a complex step, so that the law's one text gives its derivatives too.
@@ -34,3 +36,20 @@ def force_slopes(
     coefficient = compiled_coefficient(law, complex(slip, STEP), TANGENTS)
     slope = -(coefficient.imag / STEP) * by_depth.real
     return by_depth.imag / STEP, by_rate.imag / STEP, slope, -coefficient.real
+
+
+@compiled
+def law_change(
+    acts: bool, depth: float, rate: float, slip: float, law: PointLaw, numbers: np.ndarray
+) -> tuple[float, float]:
+    """Change of the normal force, and of friction beside that, at an unchanged state.
+
+    `numbers`: those of the law, with their changes times `STEP` as imaginary parts.
+    """
+    if not acts or depth <= 0.0:
+        return 0.0, 0.0
+    normal, friction = law.normal.like(numbers, 0), law.friction.like(numbers, len(law.normal))
+    force = normal.force(complex(depth, 0.0), complex(rate, 0.0), TANGENTS)
+    varied = PointLaw(normal, friction, numbers[len(law.normal) + len(law.friction)])
+    coefficient = compiled_coefficient(varied, complex(slip, 0.0), TANGENTS)
+    return force.imag / STEP, -(coefficient.imag / STEP) * force.real

@@ -16,7 +16,8 @@ from math import cos, sin
 import numpy as np
 
 from stages.penalty.compiled import compiled
-from stages.penalty.model.walker import Penalty
+from stages.penalty.model.legs import leg_of
+from stages.penalty.model.walker import Walker
 
 Vector = np.ndarray
 Change = tuple[float, float]
@@ -52,27 +53,28 @@ def acts_on(phase: int, leg: int) -> bool:
 
 
 @compiled
-def height(y: Vector, p: Penalty, leg: int, dy: Vector, start: int) -> Change:
+def height(y: Vector, p: Walker, leg: int, dy: Vector, start: int) -> Change:
     """Height of a foot's lowest point above the ground [m], and its change for that of the state in `dy` from `start`.
     """
-    reach, sine, cosine = y[4 + leg] - p.r, sin(y[2 + leg]), cos(y[2 + leg])
+    radius = leg_of(p, leg).r
+    reach, sine, cosine = y[4 + leg] - radius, sin(y[2 + leg]), cos(y[2 + leg])
     change = dy[start + 1] + reach * sine * dy[start + 2 + leg] - cosine * dy[start + 4 + leg]
-    return y[1] - reach * cosine - p.r, change
+    return y[1] - reach * cosine - radius, change
 
 
 @compiled
-def place(y: Vector, p: Penalty, leg: int, dy: Vector, start: int) -> Change:
+def place(y: Vector, p: Walker, leg: int, dy: Vector, start: int) -> Change:
     """How far a foot's centre is ahead of the hip [m], and its change."""
-    reach, sine, cosine = y[4 + leg] - p.r, sin(y[2 + leg]), cos(y[2 + leg])
+    reach, sine, cosine = y[4 + leg] - leg_of(p, leg).r, sin(y[2 + leg]), cos(y[2 + leg])
     return reach * sine, reach * cosine * dy[start + 2 + leg] + sine * dy[start + 4 + leg]
 
 
 @compiled
-def leg_guard(phase: int, y: Vector, p: Penalty, leg: int, dy: Vector, start: int) -> Change:
+def leg_guard(phase: int, y: Vector, p: Walker, leg: int, dy: Vector, start: int) -> Change:
     """A number that falls through zero when the leg's status changes, and its change."""
     status = status_of(phase, leg)
     above, rise = height(y, p, leg, dy, start)
-    clear = above - AIR * p.L_nat
+    clear = above - AIR * leg_of(p, leg).L_nat
     own, other = place(y, p, leg, dy, start), place(y, p, 1 - leg, dy, start)
     ahead, gain = own[0] - other[0], own[1] - other[1]
     if status == OUT:  # until it is both above and ahead
@@ -95,7 +97,7 @@ def end_guard(phase: int, y: Vector, dy: Vector, start: int) -> Change:
 
 
 @compiled
-def penalty_guard(phase: int, y: Vector, p: Penalty, dy: Vector, start: int) -> tuple[float, float, bool]:
+def penalty_guard(phase: int, y: Vector, p: Walker, dy: Vector, start: int) -> tuple[float, float, bool]:
     """`guard` of the engine: what falls through zero next."""
     value, change = end_guard(phase, y, dy, start)
     for leg in range(2):
@@ -106,7 +108,7 @@ def penalty_guard(phase: int, y: Vector, p: Penalty, dy: Vector, start: int) -> 
 
 
 @compiled
-def due(phase: int, y: Vector, p: Penalty) -> tuple[int, float]:
+def due(phase: int, y: Vector, p: Walker) -> tuple[int, float]:
     """Whose guard is lowest, leg 0, leg 1 or the end (2), and its value."""
     who, value = 2, end_guard(phase, y, y, 0)[0]
     for leg in range(2):
@@ -117,12 +119,12 @@ def due(phase: int, y: Vector, p: Penalty) -> tuple[int, float]:
 
 
 @compiled
-def status_after(phase: int, y: Vector, p: Penalty, leg: int) -> int:
+def status_after(phase: int, y: Vector, p: Walker, leg: int) -> int:
     """The status of a leg whose guard has fallen through zero."""
     status = status_of(phase, leg)
     if status == OUT:
         return AWAITED
     above = height(y, p, leg, y, 0)[0]
     ahead = place(y, p, leg, y, 0)[0] - place(y, p, 1 - leg, y, 0)[0]
-    leaving = max(AIR * p.L_nat - above, ahead, -y[8 + leg])
+    leaving = max(AIR * leg_of(p, leg).L_nat - above, ahead, -y[8 + leg])
     return LANDED if status == AWAITED and above < leaving else OUT

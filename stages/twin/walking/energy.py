@@ -2,33 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from stages.biped.between_steps import NODES, quadrature
-from stages.biped.quantity import quantity
 from stages.twin.machine.contact import HINGE, SLIDE, along, point_law
 from stages.twin.machine.kinematics import pair_axes, point_motion
 from stages.twin.machine.machine import FOOT_BODY, Machine
+from stages.twin.result import EnergyBalance
 from stages.twin.walking.record import Record
-
-
-@dataclass(frozen=True)
-class EnergyBalance:
-    """Work and losses over a span of the walk; the residual is what does not add up."""
-
-    gravity_work: float = quantity("J", "work of gravity")
-    leg_damper_loss: float = quantity("J", "energy lost in the legs' dampers and sliders")
-    bearing_loss: float = quantity("J", "energy lost in the bearings")
-    ground_loss: float = quantity("J", "energy given to the ground: damping, friction, its spring")
-    stored: float = quantity("J", "increase of kinetic energy and of the energy in the legs' springs")
-    residual: float = quantity("J", "work of gravity less losses and stored energy")
-
-    @property
-    def relative_residual(self) -> float:
-        """Residual as a part of the work of gravity."""
-        return abs(self.residual / self.gravity_work)
 
 
 def energy_balance(record: Record, start: float, end: float) -> EnergyBalance:

@@ -2,43 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import nan
-
 import numpy as np
 
-from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
+from stages.twin.result import Settling
 from stages.twin.walking.record import Record
 
 #: Steps at the end of a walk over which the settled gait is averaged: two strides.
 SETTLED_STEPS = 4
 #: A step has settled when its period and its length are this close to the settled gait's.
 SETTLED_WITHIN = 0.01
-
-
-@dataclass(frozen=True)
-class Settling:
-    """Measures of each step, from heel strike to heel strike, and of the settled gait; NaN if the walk is too short."""
-
-    step_period: np.ndarray = quantity("s", "duration of each step, shape (s - 1,)", symbol="T", dimensions=("step",))
-    step_length: np.ndarray = quantity(
-        "m", "advance of the hip in each step, shape (s - 1,)", symbol="s", dimensions=("step",)
-    )
-    steps_to_settle: int = quantity("1", "steps until period and length stay within 1% of the settled gait; -1: never")
-    period_s: float = quantity("s", "settled duration of a step", symbol="T", default=nan)
-    step_frequency_hz: float = quantity("Hz", "settled steps per second", symbol="f", default=nan)
-    step_length_m: float = quantity("m", "settled advance of the hip in a step", symbol="s", default=nan)
-    speed_m_s: float = quantity("m/s", "settled mean speed", symbol="v", default=nan)
-    double_stance_s: float = quantity(
-        "s", "settled time with both pairs on the ground in a step", symbol="t_DSP", default=nan
-    )
-    inner_outer_difference: float = quantity(
-        "1", "limp: settled duration of inner pair's less outer pair's stance step, over the mean", default=nan
-    )
-    largest_roll: float = quantity("rad", "largest roll in the settled steps", default=nan)
-    yaw_change: float = quantity("rad", "change of yaw over the walk", default=nan)
-    lateral_drift: float = quantity("m", "sideways drift of the hip over the walk", default=nan)
 
 
 def settling(record: Record, walk: Walk) -> Settling:

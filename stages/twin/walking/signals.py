@@ -12,53 +12,18 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.planar.signals import GROUND_REACTION, IMU
 from stages.twin.machine.contact import HINGE, PITCH, ROLL, SLIDE, YAW, Z, along, point_law
 from stages.twin.machine.kinematics import Axes, pair_axes, point_motion
 from stages.twin.parameters import ATTITUDE, COORDINATES, FOOT_FORCE, IMU_IN_SPACE, Settings
+from stages.twin.result import Signals
 from stages.twin.walking.events import find_events
 from stages.twin.walking.record import Record
 
 #: Legs of each pair, and their slides among `SLIDE`.
 PAIRS = (slice(0, 2), slice(2, 4))
 COLUMNS = np.array(SLIDE)
-
-
-@dataclass(frozen=True)
-class Signals:
-    """What is sampled of a walk in space; times as in `walk.time`. A signal that is not asked for has no rows."""
-
-    walk: Walk = quantity("-", "planar projection: leg 0 the inner pair, leg 1 the outer pair, feet of a pair averaged")
-    hip_imu_specific_force: np.ndarray = quantity(
-        "m/s^2", "specific force at the hip socket: forward, up the leg, lateral, (n, 3)", symbol="f_hip",
-        dimensions=("time", "body_axis")
-    )
-    hip_imu_angular_velocity: np.ndarray = quantity(
-        "rad/s", "angular velocity at the hip socket on the same axes, (n, 3)", symbol="omega_hip",
-        dimensions=("time", "body_axis")
-    )
-    foot_imu_specific_force: np.ndarray = quantity(
-        "m/s^2", "specific force at the inner foot's socket on the same axes, (n, 3)", symbol="f_foot",
-        dimensions=("time", "body_axis")
-    )
-    foot_imu_angular_velocity: np.ndarray = quantity(
-        "rad/s", "angular velocity at the inner foot's socket on the same axes, (n, 3)", symbol="omega_foot",
-        dimensions=("time", "body_axis")
-    )
-    roll: np.ndarray = quantity("rad", "roll about the forward axis, shape (n,)", dimensions=("time",))
-    yaw: np.ndarray = quantity("rad", "yaw about the slope's normal, shape (n,)", dimensions=("time",))
-    lateral: np.ndarray = quantity(
-        "m", "place of the hip across the slope, shape (n,)", symbol="z_hip", dimensions=("time",)
-    )
-    coordinates: np.ndarray = quantity(
-        "m, rad", "x, y, z, yaw, roll, pitch, slides inner left and right, hinge, slides outer left and right, (n, 11)",
-        dimensions=("time", "coordinate")
-    )
-    foot_force: np.ndarray = quantity(
-        "N", "force of the ground on each foot, x, y, z, shape (n, 4, 3)", dimensions=("time", "foot", "direction")
-    )
 
 
 @dataclass(frozen=True)

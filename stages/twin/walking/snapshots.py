@@ -2,34 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from stages.biped.quantity import quantity
 from stages.twin.machine.contact import SLIDE
 from stages.twin.machine.kinematics import pair_axes, point_motion
+from stages.twin.result import Snapshots
 from stages.twin.walking.record import Record
-
-
-@dataclass(frozen=True)
-class Snapshots:
-    """Poses at k times; legs: inner left, inner right, outer left, outer right; feet are cylinders about `hip_axis`."""
-
-    time: np.ndarray = quantity("s", "times, shape (k,)", symbol="t")
-    hip: np.ndarray = quantity("m", "middle of the hip axis, shape (k, 3)", dimensions=("time", "direction"))
-    hip_axis: np.ndarray = quantity("1", "direction of the hip axis, shape (k, 3)", dimensions=("time", "direction"))
-    leg_top: np.ndarray = quantity(
-        "m", "where each leg meets the hip axis, shape (k, 4, 3)", dimensions=("time", "leg", "direction")
-    )
-    leg_up: np.ndarray = quantity(
-        "1", "direction up each leg, shape (k, 4, 3)", dimensions=("time", "leg", "direction")
-    )
-    foot_centre: np.ndarray = quantity(
-        "m", "centre of each foot's cylinder, shape (k, 4, 3)", dimensions=("time", "leg", "direction")
-    )
-    foot_radius: np.ndarray = quantity("m", "radius of each foot, shape (4,)", dimensions=("leg",))
-    foot_width: float = quantity("m", "width of each foot")
 
 
 def snapshots(record: Record, times: np.ndarray) -> Snapshots:

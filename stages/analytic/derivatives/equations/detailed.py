@@ -15,6 +15,7 @@ from stages.analytic.model.kinds import (
     DetailedRigid,
     DetailedRolling,
     RubbingRigid,
+    RubbingRolling,
 )
 
 
@@ -960,3 +961,9 @@ def rolling_row(p: DetailedRolling, a: np.ndarray, row: int) -> DetailedRolling:
 def limited_row(p: DetailedLimited, a: np.ndarray, row: int) -> DetailedLimited:
     """A row of `a` (n, fields) by the names of the fields."""
     return DetailedLimited(a[row, 0], a[row, 1], a[row, 2], a[row, 3], a[row, 4], a[row, 5], a[row, 6], a[row, 7], a[row, 8], a[row, 9], a[row, 10], a[row, 11], a[row, 12], a[row, 13], a[row, 14], a[row, 15], a[row, 16], a[row, 17], a[row, 18], a[row, 19], a[row, 20], a[row, 21], a[row, 22], a[row, 23], a[row, 24], a[row, 25], a[row, 26], a[row, 27], a[row, 28], a[row, 29], a[row, 30], a[row, 31], a[row, 32])
+
+
+@compiled
+def rubbing_rolling_row(p: RubbingRolling, a: np.ndarray, row: int) -> RubbingRolling:
+    """A row of `a` (n, fields) by the names of the fields."""
+    return RubbingRolling(a[row, 0], a[row, 1], a[row, 2], a[row, 3], a[row, 4], a[row, 5], a[row, 6], a[row, 7], a[row, 8], a[row, 9], a[row, 10], a[row, 11], a[row, 12], a[row, 13], a[row, 14], a[row, 15], a[row, 16], a[row, 17], a[row, 18], a[row, 19], a[row, 20], a[row, 21], a[row, 22], a[row, 23], a[row, 24], a[row, 25], a[row, 26], a[row, 27], a[row, 28], a[row, 29], a[row, 30], a[row, 31])

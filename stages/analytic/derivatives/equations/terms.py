@@ -22,6 +22,7 @@ from stages.analytic.model.kinds import (
     PlainRigid,
     PlainRolling,
     RubbingRigid,
+    RubbingRolling,
 )
 
 
@@ -74,4 +75,4 @@ def limited_row(p: PlainLimited, a: np.ndarray, row: int) -> PlainLimited:
 row_as: Callable[..., Any] = ByKind({
     PlainRigid: rigid_row, PlainRolling: rolling_row, PlainLimited: limited_row,
     DetailedRigid: detailed.rigid_row, RubbingRigid: detailed.rubbing_row, DetailedRolling: detailed.rolling_row,
-    DetailedLimited: detailed.limited_row})
+    DetailedLimited: detailed.limited_row, RubbingRolling: detailed.rubbing_rolling_row})

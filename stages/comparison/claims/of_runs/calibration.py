@@ -10,7 +10,7 @@ from stages.comparison.claims.of_runs.measurement import MEASURED, RUNS
 from stages.comparison.claims.verdict import FAILS, HOLDS, HOLDS_IF, OPEN, Cause, Judgement, percent, yes_or_no
 from stages.comparison.parameters import Settings
 
-CALIBRATION = ("calibration.fitted_runs", "calibration.left_alone")
+CALIBRATION = ("calibration.fitted_runs", "calibration.discrepancy_runs")
 
 
 def as_a_method(origin: str) -> Cause:
@@ -30,7 +30,7 @@ class OutsoleSlows(Measured):
 
     ID = "outsole_slows"
     RESTS_ON = ("analytic.tolerance", "analytic.outsole", "twin.outsole_arc", "twin.outsole_density", *RUNS,
-                "calibration.left_between")
+                "campaign.bare_runs")
 
     thickness: float
     length_alone: float

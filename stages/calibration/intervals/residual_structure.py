@@ -77,8 +77,7 @@ def told_structure(runs: Sequence[MeasuredRun], fits: Sequence[Equations]) -> li
         part = int(np.abs(means).argmax())
         rms = float(np.sqrt(np.mean([one.rms**2 for one in every])))
         lines.append(f"residuals of {side} {axis} are not noise: {rms:.2f} sigma, and off by {means[part]:+.2f} on "
-                     f"average in the step's part {part + 1} of {PARTS} after a heel strike: what the model lacks is "
-                     "not in the intervals")
+                     f"average in the step's part {part + 1} of {PARTS} after a heel strike")
     return lines
 
 

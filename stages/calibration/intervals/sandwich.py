@@ -1,27 +1,18 @@
-"""Intervals of a fit whose model is not quite the robot's.
+"""Covariances of a fit whose model is not quite the robot's, as far as its own residuals tell them.
 
-Three answers, from the weakest to the strongest. *Noise*: the inverse of the information, right where the model is.
-*Sandwich*: the scatter of what each half step asks of the parameters, right where model errors of the steps are
-independent. Neither knows an error that is the same in every step, like a contact that is softer than the model's. That
-is the *discrepancy*: what the same fit misses on runs of a better model of the same drawing, whose truth is known. Its
-mean is taken off, its scatter over builds, starts and ramps widens the interval.
+*Noise*: the inverse of the information, right where the model is. *Sandwich*: the scatter of what each half step asks
+of the parameters, right where model errors of the steps are independent. Neither knows an error that is the same in
+every step, like a contact that is softer than the model's: that is for `discrepancy`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-from scipy.special import stdtrit
 
-from stages.analytic.model.walker import Vector
 from stages.calibration.estimation.equations import Equations, Model
 from stages.calibration.estimation.known import Known, information_of
 from stages.calibration.observation.measured_run import MeasuredRun
 from stages.calibration.observation.unknowns import SIDES
-
-#: What an interval of 95 % leaves out on one side.
-BEYOND = 0.025
 
 
 def inverse(matrix: np.ndarray) -> np.ndarray:
@@ -67,31 +58,3 @@ def _information(equations: Equations, model: Model, known: tuple[Known, ...]) -
     matrix = equations.matrix.copy()
     matrix[:d, :d] += information_of(known, model.shared)
     return matrix
-
-
-@dataclass(frozen=True)
-class Discrepancy:
-    """What fits of a model miss on `count` runs of a better one: mean (n,) and covariance (n, n) of estimate less
-    truth, in shares of the drawing's values."""
-
-    names: tuple[str, ...]
-    mean: Vector
-    covariance: np.ndarray
-    count: int
-
-    @classmethod
-    def of(cls, names: tuple[str, ...], misses: np.ndarray) -> Discrepancy:
-        """From misses (count, n). Raises ValueError where there are fewer than three."""
-        if len(misses) < 3:
-            raise ValueError("a scatter needs three runs at least")
-        return cls(names, misses.mean(axis=0), np.cov(misses, rowvar=False), len(misses))
-
-    def corrected(self, estimate: Vector, scales: Vector) -> Vector:
-        """An estimate (n,) without what the model puts wrong on average."""
-        return np.asarray(estimate - self.mean * scales)
-
-    def half_widths(self, scales: Vector) -> Vector:
-        """Half of 95 % intervals (n,) of one more run's corrected estimate: Student's, as mean and scatter are from
-        so few runs."""
-        sd = np.sqrt(np.diag(self.covariance) * (1.0 + 1.0 / self.count)) * np.abs(scales)
-        return np.asarray(float(stdtrit(self.count - 1, 1.0 - BEYOND)) * sd)

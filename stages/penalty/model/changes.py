@@ -1,0 +1,94 @@
+"""How a penalty walker's numbers change with parameters of its design, its slope and its contact law.
+
+By complex steps through what makes the numbers of the parameters, so that no rule for a single parameter is written a
+second time; only a slope's derivative stands here.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stages.analytic.derivatives.numbers import sizes
+from stages.biped.design import Biped
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+from stages.penalty.model.varied import VariedPenalty
+from stages.penalty.model.walker import LENGTH, RATES, SIZE, Walker, build_penalty, natural_lengths
+from stages.penalty.motion.contact import STEP
+
+
+@dataclass(frozen=True)
+class Changes:
+    """Parameters, named as in their files, and what a whole share of each does to a walker's numbers.
+
+    `scales` (n,): the share, a parameter's value, or where that is zero a size it could have. `along` (n, numbers
+    before the law), `laws` (n, numbers of the law), complex as in `VariedPenalty`. `at_start` (n, 12): the change of
+    the state at the start of a step, which holds the length of rigid legs.
+    """
+
+    names: tuple[str, ...]
+    scales: np.ndarray
+    along: np.ndarray
+    laws: np.ndarray
+    at_start: np.ndarray
+
+    def walker(self, p: Walker, columns: int) -> VariedPenalty:
+        """The walker with these changes, for the last n of so many variations."""
+        return VariedPenalty(p, self.along, self.laws, (self.laws.imag != 0.0).any(axis=1), np.zeros(columns))
+
+
+def changes_of(biped: Biped, slope: Slope, contact: ContactLaw, names: Sequence[str]) -> Changes:
+    """What whole shares of the parameters do. Raises KeyError for a name of no number."""
+    fresh, (g_x, g_y) = np.array(flat(contact.numbers), dtype=complex), slope.gravity_vector
+    turned = {"slope_deg": (-math.radians(g_y), math.radians(g_x)),
+              "gravity": (g_x / slope.gravity, g_y / slope.gravity)}  # fmt: skip
+    along: list[np.ndarray] = []
+    gravity: tuple[Any, Any]
+    laws: list[np.ndarray] = []
+    scales: list[float] = []
+    lengths: list[np.ndarray] = []
+    for name in names:
+        section: Any = owner(name, (biped, slope, contact))
+        key = name.partition(".")[2]
+        scales.append(getattr(section, key) or sizes(biped, slope)[unit_of(section, key)])
+        machine, law, gravity = biped, fresh, slope.gravity_vector
+        if section is slope:
+            gravity = complex(g_x, STEP * turned[key][0]), complex(g_y, STEP * turned[key][1])
+        else:
+            moved = dataclasses.replace(section, **{key: complex(getattr(section, key), STEP)})
+            machine, law = (moved, fresh) if section is biped else (biped, np.array(flat(moved.numbers), dtype=complex))
+        walker = build_penalty(machine, gravity, contact, 1.0)
+        along.append(scales[-1] * np.array(flat(walker[:-1]), dtype=complex).imag / STEP)
+        laws.append(law.real + 1j * scales[-1] * law.imag)
+        lengths.append(scales[-1] * np.array(natural_lengths(walker), dtype=complex).imag / STEP)
+    count = len(flat(build_penalty(biped, (g_x, g_y), contact, 1.0)[:-1]))
+    rows = np.array(along).reshape(-1, count)
+    at_start = np.zeros((len(rows), SIZE))
+    if biped.legs == "rigid" and lengths:
+        at_start[:, LENGTH:RATES] = lengths
+    return Changes(tuple(names), np.array(scales), rows, np.array(laws).reshape(-1, len(fresh)), at_start)
+
+
+def owner(name: str, sections: tuple[Biped, Slope, ContactLaw]) -> Biped | Slope | ContactLaw:
+    """Which of the three holds a number of this name. Raises KeyError."""
+    file, _, key = name.partition(".")
+    for section in sections:
+        if file == section.FILE and isinstance(getattr(section, key, None), float | int):
+            return section
+    raise KeyError(f"{name}: no number of the design, its slope or its ground")
+
+
+def unit_of(section: Biped | Slope | ContactLaw, key: str) -> str:
+    """The unit of a parameter."""
+    return str(next(field for field in dataclasses.fields(section) if field.name == key).metadata["unit"])
+
+
+def flat(law: Sequence[Any]) -> list[Any]:
+    """The numbers of nested tuples, in their order."""
+    return [number for part in law for number in (flat(part) if isinstance(part, tuple) else [part])]
