@@ -76,7 +76,8 @@ class Ruler:
     def over_a_step(self, law: ContactLaw, worth: Callable[[Distance], bool] = lambda found: True) -> Distance:
         """Distance over one step; in parts if the set is `worth` two steps more."""
         scene = self.scene
-        walked, evaluations = take_step(scene, law, signals=()), cost(scene, law)
+        walked = take_step(scene, law, signals=())
+        evaluations = cost(scene, law, walked)
         curve = hip_curve(scene, walked)
         if isinstance(curve, str):
             return unmeasured(law, curve, evaluations)

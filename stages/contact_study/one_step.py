@@ -60,8 +60,13 @@ def take_step(scene: Scene, law: ContactLaw, signals: Collection[str] = SIGNALS)
     return simulate(scene.biped, scene.slope, law, start, solver, duration=scene.period, signals=signals)
 
 
-def cost(scene: Scene, law: ContactLaw) -> int:
-    """Evaluations of the rates that a step takes at the tolerance of costs, whether it is finished or not."""
+def cost(scene: Scene, law: ContactLaw, walked: Run | None = None) -> int:
+    """Evaluations of the rates that a step takes at the tolerance of costs, whether it is finished or not.
+
+    `walked` is the step as the scene has it, without signals, if that was walked already.
+    """
+    if walked is not None and scene.solver.tolerance == scene.cost_tolerance:
+        return walked.evaluations
     coarse = dataclasses.replace(scene, solver=dataclasses.replace(scene.solver, tolerance=scene.cost_tolerance))
     return take_step(coarse, law, signals=()).evaluations
 

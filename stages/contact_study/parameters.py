@@ -73,7 +73,8 @@ class Settings:
         "1", "moments between two steps of the solver at which forces are kept", bound=Bound(minimum=0, maximum=100)
     )
     checked: int = parameter(
-        "1", "steps with sets drawn by a seed that Exudyn walks too, and cycles", bound=Bound(minimum=1, maximum=1000)
+        "1", "steps with sets drawn by a seed that Exudyn walks too; with more than one, a cycle as well",
+        bound=Bound(minimum=1, maximum=1000)
     )
     most_solver_steps: int = parameter(
         "1",

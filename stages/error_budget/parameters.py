@@ -58,7 +58,7 @@ class Settings:
         bound=Bound(minimum=1e-10, maximum=1e-3),
     )
     checked: int = parameter(
-        "1", "steps with laws of the budget drawn by a seed that Exudyn walks too", bound=Bound(minimum=1, maximum=10)
+        "1", "steps with laws of the budget drawn by a seed that Exudyn walks too", bound=Bound(minimum=0, maximum=10)
     )
 
     def broken_rules(self) -> Iterator[Broken]:

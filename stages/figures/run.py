@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import gc
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from stages.biped.processes import each_in_a_process
 from stages.biped.progress import Progress, ignore
@@ -21,15 +21,12 @@ from stages.figures.result import Caption, Result
 #: Title of the report.
 TITLE = "A passive biped and its digital twin: report"
 
-Order = tuple[str, Parameters, dict[str, object]]
-
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
     """Draw all figures and write their captions. All cores draw: laying out and embedding fonts takes seconds."""
     names = sorted(NAMES, key=lambda name: (figure(name).PLACE, name))
-    orders = [(name, parameters, {key: getattr(inputs, key) for key in figure(name).INPUTS}) for name in names]
     drawn = {}
-    for number, files_and_text in each_in_a_process(_draw, orders):
+    for number, files_and_text in each_in_a_process(_draw, names, parameters, vars(inputs)):
         drawn[names[number]] = files_and_text
         progress(len(drawn) / len(names), f"drew {names[number]}")
     captions = tuple(_caption(name, drawn[name][1]) for name in names)
@@ -38,9 +35,9 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     return Result(captions, made_up, {"captions.yaml": as_yaml(captions, made_up), **files})
 
 
-def _draw(order: Order) -> tuple[dict[str, bytes], str]:
+def _draw(parameters: Parameters, results: Mapping[str, object], name: str) -> tuple[dict[str, bytes], str]:
     gc.disable()  # this process ends with the stage: to look for garbage between figures takes a twentieth of the time
-    return draw(*order)
+    return draw(name, parameters, results)
 
 
 def _caption(name: str, text: str) -> Caption:

@@ -71,16 +71,17 @@ class StepTaker(Steps[SectionStep], Protocol):
         """Walk from a mid-stance to the one after `steps` steps. Raises NoLimitCycle."""
 
 
-def gait_near(walker: StepTaker, state: PlanarState, tolerance: float) -> LimitCycle:
+def gait_near(walker: StepTaker, state: PlanarState, tolerance: float, *, central: bool = True) -> LimitCycle:
     """The gait near `state`, a mid-stance, or, if there is none, near the end of a walk of some steps from it.
 
-    `tolerance` is the residual wanted, in `SCALES`. Raises NoLimitCycle.
+    `tolerance` is the residual wanted, in `SCALES`. The derivative there is by `central` differences, or by forward
+    ones, which cost half as much and leave one more digit of multipliers uncertain. Raises NoLimitCycle.
     """
     try:
         found = fixed_point(walker, section_numbers(state), tolerance)
     except NoLimitCycle:
         found = fixed_point(walker, walker.walk(state, SETTLING_STEPS).numbers, tolerance)
-    derivative = walker.derivative(found.numbers)
+    derivative = walker.derivative(found.numbers, None if central else found.step)
     multipliers = floquet_multipliers(derivative)
     after = found.step
     return LimitCycle(

@@ -7,7 +7,7 @@ import pytest
 
 from stages.calibration.blind.draw import draw, model_of
 from stages.calibration.estimation.correction import corrected
-from stages.calibration.estimation.fit import fit_run
+from stages.calibration.estimation.fit import fit_near, fit_run
 from stages.calibration.estimation.foretold import explained, rms_of
 from stages.calibration.observation.prediction import predict
 from stages.calibration.observation.unknowns import SIDES
@@ -44,6 +44,17 @@ def test_a_simulator_that_is_the_model_corrects_nothing(drawn, fit):
     found = corrected(DRAWING, fit, drawn.runs[0], MODEL, drawn.known, constraint())
     sd = np.sqrt(np.diag(np.linalg.inv(fit.equations.matrix))[: len(MODEL.shared)])
     assert np.abs(found.bias / sd).max() < 0.3
+
+
+def test_a_fit_begun_near_its_end_ends_there_sooner(drawn, fit):
+    near = DRAWING.with_values(dict(zip(MODEL.shared, fit.design, strict=True)))
+    sd = np.sqrt(np.diag(np.linalg.inv(fit.equations.matrix))[: len(MODEL.shared)])
+    again = fit_near(near, fit.unknowns, drawn.runs[0], MODEL, drawn.known)
+    assert np.abs((again.design - fit.design) / sd).max() < 0.1
+    assert again.converged and again.evaluations < fit.evaluations
+    lost = fit.unknowns.copy()
+    lost[MODEL.layout.place("start_theta_rate")] *= 0.2  # from there no walker gets to the first heel strike
+    assert np.array_equal(fit_near(DRAWING, lost, drawn.runs[0], MODEL, drawn.known).design, fit.design)
 
 
 def test_a_simulator_that_is_stiffer_than_it_is_told_takes_that_off(drawn, fit):

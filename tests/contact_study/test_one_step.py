@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.contact_study.one_step import NO_HEEL_STRIKE, landing_force, measure, take_step
+from stages.contact_study.one_step import NO_HEEL_STRIKE, cost, landing_force, measure, take_step
 from stages.contact_study.run import curve_times
 from stages.planar.run import STEP_FLOOR
 
@@ -38,6 +38,14 @@ def test_creep_is_what_the_slope_of_the_friction_law_asks_for(scene, default):
     used = np.trapezoid(np.abs(force[:, 0] / force[:, 1]), scene.walk.time[alone]) / scene.walk.time[alone][-1]
     expected = used * default.stiction_velocity / (1.5 * default.static_friction)
     assert fast.creep_velocity == pytest.approx(expected, rel=0.05)
+
+
+def test_a_cost_at_the_tolerance_of_the_walk_is_the_walks_own(scene, default):
+    walked = take_step(scene, default, signals=())
+    coarse = dataclasses.replace(scene, cost_tolerance=1e-4)
+    assert cost(coarse, default, walked) == cost(coarse, default) < walked.evaluations
+    same = dataclasses.replace(scene, cost_tolerance=scene.solver.tolerance)
+    assert cost(same, default, walked) == cost(same, default) == walked.evaluations
 
 
 def test_the_force_curve_is_the_recorded_force(scene, default):

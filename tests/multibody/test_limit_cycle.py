@@ -23,6 +23,17 @@ def test_a_start_that_falls_is_refused(biped, slope, contact, start, settings):
 
 
 @pytest.mark.slow
+def test_forward_differences_cost_ten_steps_less_and_leave_a_thousandth(biped, slope, contact, start, settings):
+    coarse = dataclasses.replace(settings, tolerance=1e-7)
+    central, forward = (
+        limit_cycle(biped, slope, contact, start, coarse, 1e-5, 5e-4, central=which) for which in (True, False))
+    assert central.steps_walked - forward.steps_walked == 10
+    assert np.array_equal(forward.section_state, central.section_state)
+    off = np.hypot(*(forward.floquet_multipliers - central.floquet_multipliers)[:2].T)
+    assert 0.0 < off.max() < 2e-3
+
+
+@pytest.mark.slow
 def test_a_long_walk_runs_into_the_fixed_point(biped, slope, contact, start, settings):
     fine = dataclasses.replace(settings, tolerance=1e-10, largest_step=1e-3)
     cycle = limit_cycle(biped, slope, contact, start, fine)

@@ -36,8 +36,8 @@ HELD = 1.0
 #: Standard deviation of measured heel strikes [s], which count until the last.
 STRIKE_SD = 0.003
 #: A fit is taken if its mean square residual is below this, in sigmas; else these factors of the noise are tried, and
-#: then horizons with samples for so long at least [s], at last from the gait's own start. Two fits that come to rest
-#: with costs that are alike to this share are the same: what is left then is the model's error, and not the way's.
+#: then horizons with samples for so long at least [s], at last from the gait's own start. Two fits that end with costs
+#: that are alike to this share are the same: what is left then is the model's error, and not the way's.
 GOOD, ATTEMPTS, LEAST, ALIKE = 4.0, (1.0, 6.0, 0.3), 0.08, 1e-3
 #: Where the walker falls on the way to the next horizon, the last one is fitted again and then one half way, noise so
 #: many times smaller; at most so often.
@@ -118,15 +118,17 @@ def fit_near(
     return fit_run(design, run, model, known)
 
 
-def fit_run(design: DesignPoint, run: MeasuredRun, model: Model, known: Sequence[Known]) -> RunFit:
+def fit_run(
+    design: DesignPoint, run: MeasuredRun, model: Model, known: Sequence[Known], begin: Vector | None = None
+) -> RunFit:
     """Fit a run from a first guess of the design, its start from its heel strikes, the rest from what is believed.
 
-    Where that leads nowhere it is tried again with other noises and horizons on the way. Raises StepFailed where the
-    guess does not walk through the first horizon.
+    `begin` (k,) is that start, where `first_guess` has told it. Where that leads nowhere it is tried again with other
+    noises and horizons on the way. Raises StepFailed where the guess does not walk through the first horizon.
     """
     found: RunFit | None = None
     spent, failure = 0, StepFailed("no fit was tried")
-    begin = first_guess(design, run.strikes, run.sampling.first_leg, model.layout)
+    begin = first_guess(design, run.strikes, run.sampling.first_leg, model.layout) if begin is None else begin
     for start, louder, least in (*((begin, one, 0.0) for one in ATTEMPTS), (begin, 1.0, LEAST),
                                  (model.layout.middle, 1.0, LEAST)):
         try:
@@ -135,11 +137,11 @@ def fit_run(design: DesignPoint, run: MeasuredRun, model: Model, known: Sequence
             failure = reason
             continue
         spent += fit.evaluations
-        same = found is not None and found.converged and fit.converged and abs(
-            fit.equations.cost - found.equations.cost) < ALIKE * found.equations.cost  # fmt: skip
+        same = found is not None and abs(fit.equations.cost - found.equations.cost) < ALIKE * found.equations.cost
         if found is None or fit.equations.cost < found.equations.cost:
             found = fit
-        if found.converged and (same or found.equations.chi2 < GOOD * found.equations.count):
+        good = found.equations.chi2 < GOOD * found.equations.count
+        if (same and not good) or (found.converged and (same or good)):
             break
     if found is None:
         raise failure
@@ -189,7 +191,7 @@ def _fit(
                 more[range(d), range(d)] += 1.0 / (HELD * sizes[:d]) ** 2
                 other[:d] -= off / (HELD * sizes[:d])
                 cost += 0.5 * float(off @ off)
-            return Point(at, found.cost + cost, more, other, found)
+            return Point(at, found.cost + cost, more, other, found, found.chi2 / max(found.count, 1))
 
         try:
             ended = least_squares(evaluate, x, sizes, low) if is_last else least_squares(

@@ -9,6 +9,7 @@ import numpy as np
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.calibration.estimation.equations import Equations, Model, run_equations
+from stages.calibration.estimation.first_guess import first_guess
 from stages.calibration.estimation.fit import RunFit, fit_run
 from stages.calibration.information.plan import SLOPE
 from stages.calibration.observation.measured_run import MeasuredRun
@@ -39,11 +40,12 @@ def explained(design: DesignPoint, run: MeasuredRun, model: Model, begun: float)
     Raises StepFailed where it does not walk the run at all.
     """
     alone = replace(model, shared=(), own=(SLOPE,))
-    whole = fit_run(design, run, alone, ())
+    begin = first_guess(design, run.strikes, run.sampling.first_leg, model.layout)
+    whole = fit_run(design, run, alone, (), begin)
     first = min(float(getattr(run.sampling, side)[0]) for side in SIDES)
     ahead: Equations | None
     try:
-        start = fit_run(design, run.upto(first + begun), alone, ())
+        start = fit_run(design, run.upto(first + begun), alone, (), begin)
         ahead = run_equations(design, start.own, start.unknowns, run, alone)
         foretold = rms_of(ahead.residuals, run, model, first + begun)
     except StepFailed:

@@ -13,7 +13,8 @@ from stages.analytic.model.walker import Vector
 State = TypeVar("State")
 #: Damping at first, its factors, and from which on a step is given up as hopeless.
 FIRST, EASED, HARDENED, HOPELESS = 1e-3, 0.1, 10.0, 1e8
-#: A fit has come to its end where half the sum of squares would fall by less than this.
+#: A fit has come to its end where half the sum of squares would fall by less than this, times the mean square residual
+#: where that is larger than noise would have it: intervals are wider by as much, so it is the same part of them.
 ENOUGH = 1e-3
 MOST_ITERATIONS = 60
 
@@ -21,13 +22,15 @@ MOST_ITERATIONS = 60
 @dataclass(frozen=True)
 class Point(Generic[State]):
     """Where the method stands: unknowns `x` (n,), half the sum of squares, its equations (matrix (n, n), right side
-    (n,)), and what the problem keeps of it."""
+    (n,)), and what the problem keeps of it; `spread` is the mean square residual, one where noise is all that is left.
+    """
 
     x: Vector
     cost: float
     matrix: np.ndarray
     right: Vector
     state: State
+    spread: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,7 @@ def least_squares(
         raise ValueError("no value at the start")
     damping, evaluations = FIRST, 1
     while evaluations < most:
-        if _step(at, sizes, low, 0.0)[1] < enough:
+        if _step(at, sizes, low, 0.0)[1] < enough * max(at.spread, 1.0):
             return Ended(at, evaluations, True, "")
         step, foreseen = _step(at, sizes, low, damping)
         tried = evaluate(np.maximum(at.x + step, low))

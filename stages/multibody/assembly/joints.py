@@ -8,6 +8,7 @@ foot slides without turning.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 from typing import Any
 
@@ -184,9 +185,9 @@ class Joints:
 
     def pose(self) -> Pose:
         """Hip x, hip y, leg angles, leg lengths at the current step."""
-        coordinates = self.mbs.systemData.GetODE2Coordinates()[None, :]
-        x, y, first, second, length, other = self._place(coordinates)[0].tolist()
-        return x, y, (first, second), (length, other)
+        place = self.mbs.systemData.GetODE2Coordinates().tolist()
+        length, other = (self._arm(place, leg, math.sin, math.cos)[1] + self.legs[leg].foot_com for leg in (0, 1))
+        return place[0], place[1], (place[5], place[8]), (length, other)
 
     def leg_rate(self, leg: int) -> float:
         """Rate of a leg's angle at the current step [rad/s]."""
@@ -216,30 +217,30 @@ class Joints:
         """Largest distance of the hip from a foot's axis (rigid legs: from the leg's end) in the last call [m]."""
         return self._drift
 
-    def _arm(self, place: np.ndarray, leg: int) -> tuple[np.ndarray, np.ndarray]:
-        """From a foot's mass centre to the hip: across and along the leg [m]."""
+    def _arm(self, place: Any, leg: int, sin: Any = np.sin, cos: Any = np.cos) -> tuple[Any, Any]:
+        """From a foot's mass centre to the hip, across and along the leg [m], by the coordinates, numbers or rows."""
         foot, design = 3 + 3 * leg, self.legs[leg]
         aside, below = design.foot_offset, design.foot_com - design.leg_length
-        dx, dy = place[:, 0] - place[:, foot] - aside, place[:, 1] - place[:, foot + 1] - below
-        sine, cosine = np.sin(place[:, foot + 2]), np.cos(place[:, foot + 2])
+        dx, dy = place[0] - place[foot] - aside, place[1] - place[foot + 1] - below
+        sine, cosine = sin(place[foot + 2]), cos(place[foot + 2])
         return dx * cosine + dy * sine, dy * cosine - dx * sine
 
     def _place(self, place: np.ndarray) -> np.ndarray:
-        lengths = [self._arm(place, leg)[1] + self.legs[leg].foot_com for leg in (0, 1)]
+        lengths = [self._arm(place.T, leg)[1] + self.legs[leg].foot_com for leg in (0, 1)]
         return np.column_stack([place[:, [0, 1, 5, 8]], *lengths])
 
     def _motion(self, place: np.ndarray, motion: np.ndarray) -> np.ndarray:
         rates = []
         for leg in (0, 1):
             foot = 3 + 3 * leg
-            across = self._arm(place, leg)[0]
+            across = self._arm(place.T, leg)[0]
             dx, dy = motion[:, 0] - motion[:, foot], motion[:, 1] - motion[:, foot + 1]
             sine, cosine = np.sin(place[:, foot + 2]), np.cos(place[:, foot + 2])
             rates.append(dy * cosine - dx * sine - across * motion[:, foot + 2])
         return np.column_stack([motion[:, [0, 1, 5, 8]], *rates])
 
     def _slide_error(self, place: np.ndarray) -> float:
-        arms = [self._arm(place, leg) for leg in (0, 1)]
+        arms = [self._arm(place.T, leg) for leg in (0, 1)]
         error = max(np.abs(across + leg.foot_offset).max() for (across, _), leg in zip(arms, self.legs, strict=True))
         if self.biped.legs == "rigid":
             ends = zip(arms, self.legs, strict=True)

@@ -72,9 +72,12 @@ def solve(
 
 
 def search(model: Model, state: PlanarState) -> LimitCycle:
-    """The gait near a mid-stance, at the coarse tolerance, with its multipliers. Raises NoLimitCycle."""
-    coarse = model.at(COARSE)
-    return limit_cycle(coarse.biped, coarse.slope, coarse.contact, state, coarse.settings, NEAR, DIFFERENCE)
+    """The gait near a mid-stance, at the coarse tolerance, with its multipliers: by central differences, unless what
+    is asked for is coarser still. Raises NoLimitCycle.
+    """
+    coarse, central = model.at(COARSE), model.settings.tolerance <= COARSE
+    return limit_cycle(
+        coarse.biped, coarse.slope, coarse.contact, state, coarse.settings, NEAR, DIFFERENCE, central=central)
 
 
 def solved_cycle(model: Model, state: PlanarState, found: LimitCycle, walk: Walk) -> Cycle:

@@ -28,12 +28,15 @@ def limit_cycle(
     settings: Settings,
     tolerance: float = 1e-8,
     difference: float = DIFFERENCE,
+    *,
+    central: bool = True,
 ) -> LimitCycle:
     """The gait near `state`, see `gait_near`; `difference` is the step of the finite differences, in `SCALES`.
 
     Raises NoLimitCycle. For the defaults the integration's own tolerance should be 1e-10 or less.
     """
-    return gait_near(SectionWalker(biped, slope, contact, state, settings, difference), state, tolerance)
+    walker = SectionWalker(biped, slope, contact, state, settings, difference)
+    return gait_near(walker, state, tolerance, central=central)
 
 
 class SectionWalker:
