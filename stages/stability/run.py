@@ -6,7 +6,6 @@ multipliers, the families of doubled period that leave it, and the basin of attr
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -26,8 +25,6 @@ from stages.stability.parameters import Parameters, Settings
 from stages.stability.result import Result
 
 SLOPE, STEEPEST = "ground.slope_deg", 89.0
-#: Entries of a stance state that rigid legs have.
-RATES_OF_RIGID = (0, 2, 4, 6)
 
 
 @dataclass(frozen=True)
@@ -55,9 +52,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 
 def section_of(walker: Walker, state: StanceState) -> Vector:
     """Section coordinates (j,) of a state just after heel strike in SI units."""
-    values = np.array(dataclasses.astuple(state))
-    y = (values[list(RATES_OF_RIGID)] if walker.rigid else values) / walker.scales()
-    z: Vector = section_coordinates(y, walker.p)
+    z: Vector = section_coordinates(walker.from_stance(state), walker.p)
     return z
 
 

@@ -79,7 +79,7 @@ def small(parameters):
         searched_stiction_velocity=(0.03,),
         finalists=1,
         family_shares=(1.0, 0.5),
-        checked=1,
+        checked=2,
     )
     return dataclasses.replace(parameters, settings=few)
 

@@ -71,13 +71,13 @@ def test_tables_show_all_variations_the_family_and_the_best_sets(result):
     assert len(tried) == 2 and all(len(row) == len(searched) for row in tried)
     assert tried[0][-1] <= tried[1][-1]
     assert all(len(rows) == 14 and len(row) == len(names) for _, names, rows in friction for row in rows)
-    assert len(checks) == 2 and all(len(row) == len(heads) for row in checks)
+    assert len(checks) == 3 and all(len(row) == len(heads) for row in checks)
 
 
 def test_the_study_is_within_a_nanometre_of_exudyn_and_fails_if_it_is_not(result, small, analytic, monkeypatch):
-    step, cycle = result.engines.distances
+    step, _, cycle = result.engines.distances
     assert step.allowed == 1e-9 and "step with" in step.what and "cycle with" in cycle.what
-    assert result.engines.largest < 1e-9 and "of Exudyn at 2 drawn points" in result.summary()
+    assert result.engines.largest < 1e-9 and "of Exudyn at 3 drawn points" in result.summary()
     monkeypatch.setattr(walks, "ONE_STEP", 0.0)
     with pytest.raises(EnginesDisagree, match="disagree on a step with contact_stiffness"):
         run(small, Inputs(analytic))
