@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 #: Millimetres of the page from the hip: left, top, width, height.
 FRAME = (-360, -110, 720, 500)
@@ -44,6 +43,8 @@ def _ramp(slope: float, height: float) -> str:
 
 def _pieces(scene: Mapping[str, Any], row: Mapping[str, Any]) -> Iterator[tuple[float, str, str, str]]:
     """Pieces of a part: depth by which they are sorted, pair, tint, and outline."""
+    from scipy.spatial import ConvexHull  # a quarter of a second that no other figure needs
+
     pair = 0 if row["group"].startswith("inner") else 1
     units = scene["units"]
     turn = scene["twin"]["angle"][pair] * units["angle"]
