@@ -39,5 +39,5 @@ def caption(given: Given) -> str:
     return (f"{one.name}, {one.kind}, was not fitted: its ramp, start and sensors are those of its first "
             f"{one.begun:g} s, its robot is that of the other runs. Over the rest the specific force is off by "
             f"{one.foretold_force:.3f} m/s² and the rate by {1e3 * one.foretold_rate:.1f} mrad/s (rms), where sensors "
-            f"have noise of {one.noise_force:.3f} and {1e3 * one.noise_rate:.2f}. Lines below: root mean square by part "
-            "of the step. Where runs are of machines of their own, what builds differ by is in it.")
+            f"have noise of {one.noise_force:.3f} and {1e3 * one.noise_rate:.2f}. Lines below: root mean square by "
+            "part of the step. Where runs are of machines of their own, what builds differ by is in it.")
