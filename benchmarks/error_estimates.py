@@ -18,8 +18,7 @@ from stages.analytic.gait.gait_search import find_gait, step_length
 from stages.analytic.gait.poincare import FixedPoint, fixed_point
 from stages.analytic.model.walker import Walker
 from stages.analytic.walk.error_estimate import estimate_errors
-from stages.analytic.walk.recording import crossing_state, walk_on
-from stages.analytic.walk.sampling import sample_walk
+from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.biped.accuracy.estimate import walk_differences
 from stages.biped.design import Biped
 from stages.ground.slope import Slope
@@ -40,7 +39,7 @@ def drawn(seed: int, index: int) -> tuple[Biped, Slope]:
 
 def results(walker: Walker, point: FixedPoint, tolerance: float) -> tuple[float, float, object]:
     """Period [s], step length [m] and walk."""
-    walk = sample_walk(walker, walk_on(walker, crossing_state(walker, point.z, tolerance), STEPS, tolerance), RATE)
+    walk, _ = walk_from_mid_stance(walker, point.z, STEPS, tolerance, RATE)
     return point.steps[0].period * walker.time, step_length(walker, point) * walker.length, walk
 
 

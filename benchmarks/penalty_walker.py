@@ -11,7 +11,6 @@ and ground take, exact and by extrapolated differences of steps.
 
 from __future__ import annotations
 
-import dataclasses
 import sys
 import time
 from collections.abc import Callable
@@ -31,7 +30,7 @@ from stages.multibody.parameters import Settings as ExudynSettings
 from stages.multibody.walking.limit_cycle import SectionWalker, limit_cycle
 from stages.multibody.walking.walk import build
 from stages.multibody.walking.walk import simulate as exudyn_walk
-from stages.penalty.model.changes import changes_of
+from stages.penalty.model.changes import changes_of, names_of
 from stages.penalty.response import changed, responses
 from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
@@ -110,8 +109,7 @@ def derivatives(given: Parameters) -> None:
     model = given.biped, given.slope, given.contact
     start = rolling_state(given.biped, given.contact, START, FORCE)
     gait = gait_near(PenaltyStepper(*model, start, Settings(1e-12)), start, 1e-10)
-    names = [f"{part.FILE}.{field.name}" for part in model for field in dataclasses.fields(part)
-             if field.default is dataclasses.MISSING and isinstance(getattr(part, field.name), float)]  # fmt: skip
+    names = names_of(*model)
 
     def by_differences() -> np.ndarray:
         left, found = np.linalg.inv(np.eye(10) - gait.monodromy_matrix), []

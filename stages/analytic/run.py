@@ -26,11 +26,12 @@ from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.parameters import FINEST, Parameters, Settings
 from stages.analytic.result import Elasticities, NumericalError, Result, Uncertainty
 from stages.analytic.walk.error_estimate import estimate_errors, not_given
-from stages.analytic.walk.recording import constraint_drift, crossing, walk_on
-from stages.analytic.walk.sampling import sample_walk
+from stages.analytic.walk.recording import constraint_drift
+from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.analytic.walk.without_impact import without_impact
 from stages.biped.accuracy.asked import CUSTOM
 from stages.biped.accuracy.estimate import to_accuracy, walk_differences
+from stages.biped.gait import StanceState
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import Walk
 
@@ -43,7 +44,7 @@ class Solved(NamedTuple):
 
     point: FixedPoint
     report: GaitReport
-    upright: Vector
+    upright: StanceState
     walk: Walk
     error: NumericalError
 
@@ -75,7 +76,7 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
     near = Neighbours(parameters.biped, parameters.slope, point.z, settings.tolerance, friction)
     return Result(
         gait=report.gait,
-        mid_stance=walker.stance_state(upright),
+        mid_stance=upright,
         residual=point.residual,
         monodromy_matrix=point.monodromy_matrix,
         energy=report.energy,
@@ -121,9 +122,7 @@ def solve(walker: Walker, z: Vector, settings: Settings) -> FixedPoint:
 def solved(walker: Walker, point: FixedPoint, friction: float, settings: Settings) -> Solved:
     """The gait with its measures on ground with this static friction, and a walk on it. Raises StepFailed."""
     tolerance = settings.tolerance
-    upright, elapsed = crossing(walker, point.z, tolerance)
-    segments = walk_on(walker, upright, settings.steps, tolerance, elapsed)
-    walk = sample_walk(walker, segments, settings.sampling_rate_hz)
+    walk, upright = walk_from_mid_stance(walker, point.z, settings.steps, tolerance, settings.sampling_rate_hz)
     if settings.integrator == "scipy":
         error = not_given("the gait is SciPy's, the estimate is of compiled steps")
     else:

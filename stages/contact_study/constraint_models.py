@@ -6,10 +6,7 @@ it apart from rolling feet is therefore what no contact parameter can remove.
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
-
-import numpy as np
 
 from stages.analytic.gait.gait_search import find_gait, step_length
 from stages.analytic.walk.recording import crossing_state, walk_on
@@ -39,10 +36,8 @@ def constraint_model(
     Raises NoGait or StepFailed.
     """
     walker, point = find_gait(biped, slope, tolerance, friction)
-    state = np.array(dataclasses.astuple(start))
-    y = (state[[0, 2, 4, 6]] if walker.rigid else state) / walker.scales()
     return ConstraintModel(
-        sample_walk(walker, walk_on(walker, y, 1, tolerance), rate),
+        sample_walk(walker, walk_on(walker, walker.from_stance(start), 1, tolerance), rate),
         float(point.steps[0].period * walker.time),
         float(step_length(walker, point) * walker.length),
         walker.stance_state(crossing_state(walker, point.z, tolerance)),

@@ -13,8 +13,7 @@ from stages.analytic.model.kinds import Stiff
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Walker
 from stages.analytic.walk.error_estimate import estimate_errors
-from stages.analytic.walk.recording import crossing_state, walk_on
-from stages.analytic.walk.sampling import sample_walk
+from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.biped.accuracy.estimate import walk_differences
 from stages.biped.walk import Walk
 from stages.extremes.engines import DERIVATIVES
@@ -100,5 +99,4 @@ def estimate(walker: Walker, found: FixedPoint, tolerance: float) -> Finding:
 
 def walked(walker: Walker, point: FixedPoint, tolerance: float) -> Walk:
     """The walk whose error is estimated."""
-    segments = walk_on(walker, crossing_state(walker, point.z, tolerance), STEPS, tolerance)
-    return sample_walk(walker, segments, RATE / walker.time)
+    return walk_from_mid_stance(walker, point.z, STEPS, tolerance, RATE / walker.time)[0]

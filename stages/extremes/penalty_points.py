@@ -8,8 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from stages.analytic.errors import NoGait, StepFailed
-from stages.analytic.walk.recording import crossing_state, walk_on
-from stages.analytic.walk.sampling import sample_walk
+from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.biped.design import BeyondModel, Biped, require_own_strikes
 from stages.biped.gait import StanceState
 from stages.biped.walk import Walk
@@ -169,9 +168,8 @@ def mid_stance(biped: Biped, slope: Slope) -> tuple[StanceState, float]:
 def step_of(biped: Biped, slope: Slope, friction: Friction | None) -> tuple[Walk, float, StanceState]:
     """The gait from one mid-stance to the one after the next, its period [s], and its state at the start."""
     walker, point = usual_gait(biped, slope, friction)
-    upright = crossing_state(walker, point.z, 1e-10)
-    walk = sample_walk(walker, walk_on(walker, upright, 1, 1e-10), 2000.0)
-    return walk, point.steps[0].period * walker.time, walker.stance_state(upright)
+    walk, upright = walk_from_mid_stance(walker, point.z, 1, 1e-10, 2000.0)
+    return walk, point.steps[0].period * walker.time, upright
 
 
 def rigid_limit(here: Parameters, factor: float, limit: float) -> Finding:

@@ -10,8 +10,7 @@ from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.gait_search import find_gait, step_lengths
 from stages.analytic.gait.poincare import FixedPoint, poincare_derivative
 from stages.analytic.model.walker import Walker
-from stages.analytic.walk.recording import crossing_state, walk_on
-from stages.analytic.walk.sampling import sample_walk
+from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.ground.friction_coefficients import Friction
@@ -66,8 +65,7 @@ def section_numbers(state: StanceState) -> np.ndarray:
 
 
 def _described(walker: Walker, point: FixedPoint, tolerance: float) -> ConstraintGait:
-    start = crossing_state(walker, point.z, tolerance)
-    walk = sample_walk(walker, walk_on(walker, start, 2, tolerance), SAMPLING)
+    walk, start = walk_from_mid_stance(walker, point.z, 2, tolerance, SAMPLING)
     period = point.period * walker.time
     upright = _upright(walk.time, walk.leg_angle[:, 1], float(walk.heel_strike_time[0]))
     hip = np.column_stack([np.interp(2 * period * PHASES, walk.time, walk.hip_position[:, axis]) for axis in (0, 1)])
@@ -80,7 +78,7 @@ def _described(walker: Walker, point: FixedPoint, tolerance: float) -> Constrain
         limp=(2 * upright - 2 * period) / period,
         multipliers=step_multipliers(np.eye(len(first)), first, stride)[:IN_PLANE],
         hip=hip - hip[0] * [1.0, 0.0],
-        mid_stance=walker.stance_state(start),
+        mid_stance=start,
         standing_force=walk.standing_force,
     )
 

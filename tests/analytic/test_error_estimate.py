@@ -13,7 +13,7 @@ from stages.analytic.walk import error_estimate
 from stages.analytic.walk.carried_error import along, carried_error
 from stages.analytic.walk.error_estimate import estimate_errors, gait_error
 from stages.analytic.walk.recording import crossing_state, record, states_at, walk_on
-from stages.analytic.walk.sampling import sample_walk
+from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.biped.accuracy.estimate import walk_differences
 from stages.ground.friction_coefficients import Friction
 from tests.analytic.designs import SLOPE, TABLE_1
@@ -26,7 +26,7 @@ SLIPPERY = Friction(static_friction=1.1, dynamic_friction=0.9)
 
 def computed(walker, z, tolerance):
     point = fixed_point(walker, z, tolerance)
-    walk = sample_walk(walker, walk_on(walker, crossing_state(walker, point.z, tolerance), STEPS, tolerance), 2000.0)
+    walk, _ = walk_from_mid_stance(walker, point.z, STEPS, tolerance, 2000.0)
     return point, point.period * walker.time, step_length(walker, point) * walker.length, walk
 
 

@@ -7,8 +7,7 @@ from pathlib import Path
 from bipedstudy.results import parameters
 from stages.analytic.gait.gait_report import GaitReport, report_gait
 from stages.analytic.gait.gait_search import find_gait
-from stages.analytic.walk.recording import crossing, walk_on
-from stages.analytic.walk.sampling import sample_walk
+from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.biped.walk import Walk
 
 
@@ -41,6 +40,4 @@ def walk(*settings: str, steps: int | None = None, study: str | Path | None = No
     own = parameters("analytic", *settings, study=study)
     tolerance = own.settings.tolerance
     walker, point = find_gait(own.biped, own.slope, tolerance, own.limited_friction)
-    upright, elapsed = crossing(walker, point.z, tolerance)
-    segments = walk_on(walker, upright, own.settings.steps, tolerance, elapsed)
-    return sample_walk(walker, segments, own.settings.sampling_rate_hz)
+    return walk_from_mid_stance(walker, point.z, own.settings.steps, tolerance, own.settings.sampling_rate_hz)[0]

@@ -109,6 +109,17 @@ def copy(source: Vector, target: Vector) -> None:
 
 
 @inlined
+def store_node(nodes: np.ndarray, count: int, time: float, phase: int, y: Vector, size: int) -> int:
+    """Keep the start of an accepted step as (time, phase, state of this size) while there is room; the nodes filled."""
+    if count == nodes.shape[0]:
+        return count
+    nodes[count, 0], nodes[count, 1] = time, phase
+    for i in range(size):
+        nodes[count, 2 + i] = y[i]
+    return count + 1
+
+
+@inlined
 def falling_root(g0: float, d0: float, g1: float, d1: float) -> float:
     """Where in [0, 1] the cubic with values g0 > 0 >= g1 and slopes d0, d1 at the ends falls through zero."""
     low, high = 0.0, 1.0
@@ -216,11 +227,7 @@ def integrate_smooth(
             h *= 0.25
             continue
         leaving = leaving and g1 <= GUARD_FLOOR
-        if count < nodes.shape[0]:
-            nodes[count, 0], nodes[count, 1] = time, phase
-            for i in range(base):
-                nodes[count, 2 + i] = y[i]
-            count += 1
+        count = store_node(nodes, count, time, phase, y, base)
         if g0 > 0.0 and g1 <= 0.0 and (armed or armed0):
             length = locate(phase, y, h, g0, d0, g1, d1, p, stages, event, event_rates)
             _, rate, over = guard(phase, event, p, event_rates, 0)

@@ -20,6 +20,7 @@ from stages.analytic.integration.phase import (
     locate,
     shift_to_event,
     state_size,
+    store_node,
 )
 from stages.analytic.model.kinds import RubbingRigid, RubbingRolling
 from stages.analytic.model.varied import VariedRubbing, VariedRubbingRolling, keep_delay, plain
@@ -103,11 +104,7 @@ def integrate_rubbing(
         if h > GUARD_STEP and (unseen or (armed and hidden_crossing(g0, d0, g1, d1, h))):
             h *= 0.5
             continue
-        if count < nodes.shape[0]:
-            nodes[count, 0], nodes[count, 1] = time, phase
-            for i in range(base):
-                nodes[count, 2 + i] = y[i]
-            count += 1
+        count = store_node(nodes, count, time, phase, y, base)
         turn = located_turn(phase, y, h, p, stages, event) if hip1 < -AT_REST else 2.0 * h
         if g0 > 0.0 and g1 <= 0.0 and (armed or armed0):
             length = locate(phase, y, h, g0, d0, g1, d1, p, stages, event, event_rates)

@@ -17,6 +17,7 @@ from stages.analytic.integration.phase import (
     copy,
     failure,
     integrate,
+    store_node,
 )
 from stages.analytic.model.kinds import TimedRigid
 from stages.analytic.model.varied import VariedTimed, keep_delay, plain
@@ -65,11 +66,7 @@ def integrate_timed(
         if not error <= 1.0:  # written so that NaN is refused
             h = length * (step_factor(error) if error == error else 0.1)
             continue
-        if count < nodes.shape[0]:
-            nodes[count, 0], nodes[count, 1] = time, phase
-            for i in range(4):
-                nodes[count, 2 + i] = y[i]
-            count += 1
+        count = store_node(nodes, count, time, phase, y, 4)
         time += length
         copy(new, y)
         flow(phase, y, p, stages[0])

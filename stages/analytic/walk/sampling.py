@@ -30,8 +30,9 @@ from stages.analytic.phases.flow import (
     sliding_acceleration,
 )
 from stages.analytic.phases.succession import in_contact
-from stages.analytic.walk.recording import Segment, in_single_stance, is_last, states_at
+from stages.analytic.walk.recording import Segment, crossing, in_single_stance, is_last, states_at, walk_on
 from stages.biped.frames import specific_force
+from stages.biped.gait import StanceState
 from stages.biped.kinematics import (
     Coordinate,
     Motion,
@@ -202,6 +203,19 @@ def sample_walk(walker: Walker, segments: list[Segment], sampling_rate: float) -
         toe_off_time=np.array([time * walker.time for time, _ in lifts]),
         toe_off_leg=np.array([leg for _, leg in lifts]),
     )
+
+
+def walk_from_mid_stance(
+    walker: Walker, z: Vector, steps: int, tolerance: float, sampling_rate: float
+) -> tuple[Walk, StanceState]:
+    """The walk from mid-stance on the step from section coordinates `z`, over `steps` whole steps and the begun one, as
+    `sample_walk` gives it, and its state at the start in SI units.
+
+    Raises StepFailed if the walker does not vault over its stance leg or does not get to the end.
+    """
+    upright, elapsed = crossing(walker, z, tolerance)
+    segments = walk_on(walker, upright, steps, tolerance, elapsed)
+    return sample_walk(walker, segments, sampling_rate), walker.stance_state(upright)
 
 
 def lift_offs(segments: list[Segment]) -> list[tuple[float, int]]:

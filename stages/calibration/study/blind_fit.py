@@ -44,12 +44,8 @@ def fitted_run(design: DesignPoint, one: Recorded, model: Model) -> FittedRun | 
 
 def side_by_side(runs: Sequence[Recorded], design: DesignPoint, model: Model) -> list[FittedRun]:
     """Those of the runs' own fits that came to rest, in their order, each made in a process of its own."""
-    done = dict(each_in_a_process(partial(_fitted, design=design, model=model), runs))
+    done = dict(each_in_a_process(partial(fitted_run, design, model=model), runs))
     return [fit for _, fit in sorted(done.items()) if isinstance(fit, FittedRun) and fit.converged]
-
-
-def _fitted(one: Recorded, design: DesignPoint, model: Model) -> FittedRun | Failed:
-    return fitted_run(design, one, model)
 
 
 def misses_of(fits: Sequence[FittedRun], design: DesignPoint, model: Model) -> Misses:

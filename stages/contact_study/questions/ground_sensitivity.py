@@ -56,8 +56,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     import numpy as np
 
     from stages.analytic.gait.gait_search import find_gait
-    from stages.analytic.walk.recording import crossing_state, walk_on
-    from stages.analytic.walk.sampling import sample_walk
+    from stages.analytic.walk.sampling import walk_from_mid_stance
     from stages.engines.result import EngineAgreement
     from stages.engines.walks import Machine, over_a_walk
     from stages.penalty.model.changes import names_of
@@ -75,9 +74,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         if name not in every:
             raise WrongOption(f"--parameters {name}: this gait depends on {', '.join(every)}")
     walker, point = find_gait(biped, slope, CONSTRAINT)
-    upright = crossing_state(walker, point.z, CONSTRAINT)
-    force = sample_walk(walker, walk_on(walker, upright, 1, CONSTRAINT), RATE).standing_force
-    start = rolling_state(biped, contact, walker.stance_state(upright), force)
+    walk, upright = walk_from_mid_stance(walker, point.z, 1, CONSTRAINT, RATE)
+    start = rolling_state(biped, contact, upright, walk.standing_force)
     gait = gait_near(PenaltyStepper(*model, start, Settings(TOLERANCE)), start, RESIDUAL)
     asking.progress(0.3, "derivatives")
     response = responses(*model, start, gait, names)

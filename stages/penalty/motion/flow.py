@@ -32,19 +32,10 @@ def store(rates: Vector, y: Vector, start: int, qdd: Six) -> None:
 
 
 @compiled
-def leg_jacobian_of(y: Vector, leg: int, qdd: Six, normal: float, friction: float, p: Walker) -> Numbers:
-    """`leg_jacobian` of a leg at the state (12,)."""
+def moved_leg(y: Vector, leg: int, qdd: Six, normal: float, friction: float) -> Numbers:
+    """What `leg_jacobian` and `leg_by` take of a leg at the state (12,), before its numbers."""
     turn, slide = (qdd[2], qdd[4]) if leg == 0 else (qdd[3], qdd[5])
-    return leg_jacobian(
-        y[2 + leg], y[4 + leg], y[8 + leg], y[10 + leg], qdd[0], qdd[1], turn, slide, normal, friction, leg_of(p, leg))
-
-
-@compiled
-def leg_by_of(y: Vector, leg: int, qdd: Six, normal: float, friction: float, p: Walker) -> Numbers:
-    """`leg_by` of a leg at the state (12,)."""
-    turn, slide = (qdd[2], qdd[4]) if leg == 0 else (qdd[3], qdd[5])
-    return leg_by(
-        y[2 + leg], y[4 + leg], y[8 + leg], y[10 + leg], qdd[0], qdd[1], turn, slide, normal, friction, leg_of(p, leg))
+    return y[2 + leg], y[4 + leg], y[8 + leg], y[10 + leg], qdd[0], qdd[1], turn, slide, normal, friction
 
 
 @compiled
@@ -75,8 +66,8 @@ def penalty_rates(phase: int, y: Vector, p: Walker, rates: Vector) -> None:
     qdd, force, factors, t, u = accelerations(phase, y, p)
     store(rates, y, 0, qdd)
     if y.size > 12:
-        j = leg_jacobian_of(y, 0, qdd, force[0], force[1], p)
-        k = leg_jacobian_of(y, 1, qdd, force[2], force[3], p)
+        j = leg_jacobian(*moved_leg(y, 0, qdd, force[0], force[1]), leg_of(p, 0))
+        k = leg_jacobian(*moved_leg(y, 1, qdd, force[2], force[3]), leg_of(p, 1))
         first = force_slopes(acts_on(phase, 0), t[9], t[10], t[11], p.law)
         second = force_slopes(acts_on(phase, 1), u[9], u[10], u[11], p.law)
         for start in range(12, y.size, 12):
@@ -112,7 +103,8 @@ def varied_rates(phase: int, y: Vector, v: VariedPenalty, rates: Vector) -> None
     qdd, force, factors, t, u = accelerations(phase, y, p)
     on0, on1 = acts_on(phase, 0), acts_on(phase, 1)
     first, second = force_slopes(on0, t[9], t[10], t[11], p.law), force_slopes(on1, u[9], u[10], u[11], p.law)
-    by0, by1 = leg_by_of(y, 0, qdd, force[0], force[1], p), leg_by_of(y, 1, qdd, force[2], force[3], p)
+    by0 = leg_by(*moved_leg(y, 0, qdd, force[0], force[1]), leg_of(p, 0))
+    by1 = leg_by(*moved_leg(y, 1, qdd, force[2], force[3]), leg_of(p, 1))
     for row in range(rows):
         of_law0, of_law1 = (0.0, 0.0), (0.0, 0.0)
         if v.of_law[row]:

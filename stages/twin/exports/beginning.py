@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from stages.analytic.gait.gait_search import describe, find_gait
-from stages.analytic.walk.recording import crossing_state, walk_on
-from stages.analytic.walk.sampling import sample_walk
+from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.twin.exports.blocks import laid
 from stages.twin.exports.exported import Exported
 from stages.twin.exports.seen import shown_parts
@@ -21,10 +20,9 @@ def exported(parameters: Parameters) -> Exported:
     """The twin of these parameters as it starts in its stage. Raises NoGait, BlocksDoNotFit."""
     biped, slope, settings = parameters.biped, parameters.slope, parameters.settings
     walker, point = find_gait(biped, slope, TOLERANCE, None)
-    upright = crossing_state(walker, point.z, TOLERANCE)
-    walk = sample_walk(walker, walk_on(walker, upright, 1, TOLERANCE), SAMPLES_A_SECOND)
+    walk, upright = walk_from_mid_stance(walker, point.z, 1, TOLERANCE, SAMPLES_A_SECOND)
     machine = build(biped, settings)
-    start = rolling_start(machine, parameters.contact, walker.stance_state(upright), walk.standing_force)
+    start = rolling_start(machine, parameters.contact, upright, walk.standing_force)
     ramp = laid(settings, describe(walker, point).step_length_m)
     seen = shown_parts(settings, biped) if settings.inertia == "parts" else ()
     return Exported(machine, settings, slope, parameters.contact, start, ramp, seen)
