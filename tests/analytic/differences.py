@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 
-from stages.analytic.gait.poincare import poincare_map
+from stages.analytic.derivatives.numbers import moved
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.gait_search import step_length
+from stages.analytic.gait.poincare import fixed_point, poincare_map
 from stages.analytic.model.walker import Vector, Walker
 
 
@@ -13,8 +18,42 @@ def map_slope(walker: Walker, z: Vector, sizes: tuple[float, ...]) -> np.ndarray
     columns = []
     for index, size in enumerate(sizes):
         step = np.zeros(len(sizes))
-        step[index] = size
-        coarse, fine = ((poincare_map(walker, z + h * step, 1e-13).z - poincare_map(walker, z - h * step, 1e-13).z)
-                        / (2 * h * size) for h in (1.0, 0.5))  # fmt: skip
-        columns.append((4 * fine - coarse) / 3)
+        step[index] = 1.0
+        columns.append(extrapolated(lambda h: poincare_map(walker, z + h * step, 1e-13).z, size))  # noqa: B023
     return np.array(columns).T
+
+
+def extrapolated(there: Callable[[float], Vector], size: float) -> Vector:
+    """Derivative at zero by central differences of `size` and of half of it, extrapolated (Richardson)."""
+    coarse, fine = ((there(h) - there(-h)) / (2 * h) for h in (size, size / 2))
+    return np.asarray((4 * fine - coarse) / 3)
+
+
+def shares(walker: Walker, names: Sequence[str]) -> np.ndarray:
+    """A whole share of each of these numbers of a walker, or a thousandth where that is less, as rows."""
+    along = np.zeros((len(names), len(walker.p)))
+    for row, name in enumerate(names):
+        along[row, walker.p._fields.index(name)] = max(abs(getattr(walker.p, name)), 1e-3)
+    return along
+
+
+def step_slope(walker: Walker, z: Vector, change: Vector, size: float) -> Vector:
+    """Derivative of a step's section coordinates and, at last, its period along a change of the walker's numbers."""
+
+    def there(share: float) -> Vector:
+        step = poincare_map(moved(walker, share * change), z, 1e-13)
+        return np.append(step.z, step.period)
+
+    return extrapolated(there, size)
+
+
+def gait_slope(design: DesignPoint, z: Vector, name: str) -> Vector:
+    """Derivatives (2,) of period [s] and step length [m] of the gait near `z` for a whole share of a parameter."""
+
+    def there(share: float) -> Vector:
+        walker = design.with_value(name, design.value(name) * (1 + share)).walker()
+        found = fixed_point(walker, z, 1e-13)
+        assert found is not None
+        return np.array([found.period * walker.time, step_length(walker, found) * walker.length])
+
+    return extrapolated(there, 2e-4)

@@ -12,18 +12,18 @@ from stages.analytic.derivatives.numbers import moved, sensitive_names
 from stages.analytic.derivatives.section import section_change
 from stages.analytic.derivatives.step_map import varied_step
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.gait.gait_search import find_gait, step_length
-from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poincare_map
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.gait.poincare import fixed_point, poincare_derivative
 from stages.analytic.integration.phase import EVENT, NO_NODES
 from stages.analytic.integration.step import integrate
 from stages.analytic.model.varied import VariedRubbingRolling, varied
-from stages.analytic.model.walker import build_walker
 from stages.analytic.phases.flow import HIP_STICKS, ON_BOTH, RUBS_BACK, RUBS_FORWARD
 from stages.analytic.phases.section import section_state
 from stages.analytic.phases.succession import succeed
 from stages.analytic.walk.recording import record
 from tests.analytic.designs import SLOPE, changed
-from tests.analytic.test_compliant_hip import FREE, together
+from tests.analytic.differences import extrapolated, gait_slope, shares, step_slope
+from tests.analytic.test_compliant_hip import FREE, rubbing, together
 
 #: One change of each of the numbers that the hip's events, toe-off, heel strike and impact feel in ways of their own.
 NUMBERS = ("tau_h", "k", "b_2", "l", "m_2", "phi_h", "g_x", "b_h", "l_f_2", "r_2", "L_nat")
@@ -35,24 +35,6 @@ def free():
     return find_gait(FREE, SLOPE, 1e-12)
 
 
-def rubbing(friction, **values):
-    return build_walker(changed(FREE, hip_friction=friction, **values), SLOPE)
-
-
-def shares(walker):
-    """A share of each of the numbers, as rows."""
-    names = walker.p._fields
-    along = np.zeros((len(NUMBERS), len(names)))
-    for row, name in enumerate(NUMBERS):
-        along[row, names.index(name)] = max(abs(getattr(walker.p, name)), 1e-3)
-    return along
-
-
-def extrapolated(there, h):
-    slopes = [(there(each) - there(-each)) / (2 * each) for each in (h, h / 2)]
-    return (4 * slopes[1] - slopes[0]) / 3
-
-
 @pytest.mark.parametrize(("friction", "angle", "rate", "phases"), [
     (0.003, -0.24, 0.35, (RUBS_BACK + ON_BOTH, RUBS_FORWARD + ON_BOTH, RUBS_FORWARD)),
     (0.01, -0.30, 0.42, (RUBS_BACK + ON_BOTH, RUBS_BACK, RUBS_FORWARD, RUBS_BACK)),
@@ -62,18 +44,13 @@ def test_a_step_s_derivatives_are_exact_through_turning_in_either_stance(free, f
     walker, z = rubbing(friction, hip_stiffness=1e-3), free[1].z.copy()
     z[0], z[3] = angle, rate
     assert tuple(segment.phase for segment in record(walker, section_state(z, walker.p), 1, 1e-12)) == phases
-    along = shares(walker)
+    along = shares(walker, NUMBERS)
     exact = varied_step(walker, z, along, 1e-13)
     by_state = poincare_derivative(walker, z, 1e-13)[1]
     assert np.abs(exact.by_state - by_state).max() < 1e-9 * max(1.0, np.abs(by_state).max())
     for row, name in enumerate(NUMBERS):
-
-        def there(share):
-            step = poincare_map(moved(walker, share * along[row]), z, 1e-13)  # noqa: B023
-            return np.append(step.z, step.period)
-
         found = np.append(exact.along[:, row], exact.period_along[row])
-        wanted = extrapolated(there, 4e-6)
+        wanted = step_slope(walker, z, along[row], 4e-6)
         assert found == pytest.approx(wanted, rel=0, abs=2e-6 * max(1.0, np.abs(found).max())), name
 
 
@@ -83,7 +60,7 @@ def test_derivatives_by_numbers_are_exact_where_the_hip_sticks(friction, both, p
     """In single stance to the landing, or until it lets go and on; in double stance to toe-off, or the same."""
     walker = rubbing(friction)
     start = together(walker, *both) if both else np.array([-0.05, 1.0, 0.3, 1.0, 0.5, 0.0, -0.5, 0.0])
-    along = shares(walker)
+    along = shares(walker, NUMBERS)
 
     def walked(p, y):
         """The state at the last event, and how long all took."""
@@ -124,17 +101,9 @@ def test_a_gait_s_derivatives_are_those_of_differences(free, values):
     point = fixed_point(design.walker(), free[1].z, 1e-13)
     names = ("biped.hip_friction", "biped.foot_mass", "biped.frame_com", "ground.slope_deg", "biped.damping")
     gait = gait_derivatives(design, point, names, 1e-13)
-
-    def measures(name, value):
-        there = design.with_value(name, value).walker()
-        found = fixed_point(there, point.z, 1e-13)
-        return np.array([found.period * there.time, step_length(there, found) * there.length])
-
     for row, name in enumerate(names):
-        value = design.value(name)
-        wanted = extrapolated(lambda h: measures(name, value * (1 + h)), 2e-4)  # noqa: B023
         exact = np.array([gait.period[row] * gait.walker.time, gait.step_length[row] * gait.walker.length])
-        assert exact == pytest.approx(wanted, abs=1e-8, rel=2e-6), name
+        assert exact == pytest.approx(gait_slope(design, point.z, name), abs=1e-8, rel=2e-6), name
 
 
 def test_dimensions_set_the_sums_of_elasticities(free):

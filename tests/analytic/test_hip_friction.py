@@ -7,12 +7,12 @@ import pytest
 
 from stages.analytic.derivatives.dimensions import left_by_dimensions
 from stages.analytic.derivatives.gait import gait_derivatives
-from stages.analytic.derivatives.numbers import moved, sensitive_names
+from stages.analytic.derivatives.numbers import sensitive_names
 from stages.analytic.derivatives.step_map import varied_step
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import report_gait
-from stages.analytic.gait.gait_search import find_gait, step_length
-from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poincare_map
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.gait.poincare import fixed_point, poincare_derivative
 from stages.analytic.integration.phase import EVENT, NO_NODES
 from stages.analytic.integration.step import integrate
 from stages.analytic.model.kinds import RubbingRigid, with_legs_exchanged
@@ -25,7 +25,7 @@ from stages.analytic.phases.succession import succeed
 from stages.analytic.walk.recording import crossing_state, record, walk_on
 from stages.analytic.walk.sampling import sample_walk
 from tests.analytic.designs import SLOPE, TABLE_1_RIGID, changed
-from tests.analytic.differences import map_slope
+from tests.analytic.differences import gait_slope, map_slope, shares, step_slope
 
 FREE = changed(TABLE_1_RIGID, frame_mass=0.01, frame_com=0.02)
 SIZES = (4e-6, 4e-6, 4e-6)  # of differences
@@ -121,21 +121,12 @@ NUMBERS = ("tau_h", "k_h", "l", "m_2", "phi_h", "g_x", "b_h", "l_f_2")
 def test_a_step_s_derivatives_by_numbers_are_exact_through_turning_and_sticking(friction, z):
     """Against extrapolated differences: coordinates after the step, and its period."""
     walker, start = rubbing(friction, hip_stiffness=1e-3), np.array(z)
-    names = walker.p._fields
-    along = np.zeros((len(NUMBERS), len(names)))
-    for row, name in enumerate(NUMBERS):
-        along[row, names.index(name)] = max(abs(getattr(walker.p, name)), 1e-3)
+    along = shares(walker, NUMBERS)
     exact = varied_step(walker, start, along, 1e-13)
     by_state = poincare_derivative(walker, start, 1e-13)[1]
     assert np.abs(exact.by_state - by_state).max() < 1e-9 * max(1.0, np.abs(by_state).max())
     for row, name in enumerate(NUMBERS):
-
-        def there(share):
-            step = poincare_map(moved(walker, share * along[row]), start, 1e-13)  # noqa: B023
-            return np.append(step.z, step.period)
-
-        slopes = [(there(h) - there(-h)) / (2 * h) for h in (4e-6, 2e-6)]
-        wanted = (4 * slopes[1] - slopes[0]) / 3
+        wanted = step_slope(walker, start, along[row], 4e-6)
         found = np.append(exact.along[:, row], exact.period_along[row])
         assert found == pytest.approx(wanted, rel=0, abs=1e-6 * max(1.0, np.abs(found).max())), name
 
@@ -147,17 +138,9 @@ def test_a_gait_s_derivatives_are_those_of_differences(free, values):
     point = fixed_point(design.walker(), free[1].z, 1e-13)
     names = ("biped.hip_friction", "biped.foot_mass", "biped.frame_com", "ground.slope_deg")
     gait = gait_derivatives(design, point, names, 1e-13)
-
-    def measures(name, value):
-        there = design.with_value(name, value).walker()
-        found = fixed_point(there, point.z, 1e-13)
-        return np.array([found.period * there.time, step_length(there, found) * there.length])
-
     for row, name in enumerate(names):
-        value = design.value(name)
-        slopes = [(measures(name, value * (1 + h)) - measures(name, value * (1 - h))) / (2 * h) for h in (2e-4, 1e-4)]
         exact = np.array([gait.period[row] * gait.walker.time, gait.step_length[row] * gait.walker.length])
-        assert exact == pytest.approx((4 * slopes[1] - slopes[0]) / 3, abs=1e-8, rel=2e-6), name
+        assert exact == pytest.approx(gait_slope(design, point.z, name), abs=1e-8, rel=2e-6), name
 
 
 def test_dimensions_set_the_sums_of_elasticities_with_friction(free):

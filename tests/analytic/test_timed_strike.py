@@ -9,13 +9,13 @@ import pytest
 
 from stages.analytic.derivatives.dimensions import left_by_dimensions
 from stages.analytic.derivatives.gait import gait_derivatives
-from stages.analytic.derivatives.numbers import moved, sensitive_names
+from stages.analytic.derivatives.numbers import sensitive_names
 from stages.analytic.derivatives.step_map import varied_step
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import find_gait, step_length
-from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poincare_map
+from stages.analytic.gait.poincare import poincare_derivative, poincare_map
 from stages.analytic.model.kinds import TimedRigid, with_legs_exchanged
 from stages.analytic.model.terms import exchanged
 from stages.analytic.model.walker import build_walker
@@ -25,7 +25,7 @@ from stages.analytic.walk.recording import crossing, record, walk_on
 from stages.analytic.walk.sampling import sample_walk
 from stages.biped.quantity import faults
 from tests.analytic.designs import SLOPE, TABLE_1, TABLE_1_RIGID, changed
-from tests.analytic.differences import map_slope
+from tests.analytic.differences import gait_slope, map_slope, shares, step_slope
 from tests.analytic.test_detailed import LAME_RIGID
 
 FREE = changed(TABLE_1_RIGID, frame_mass=0.01, frame_com=0.02)
@@ -75,16 +75,12 @@ def test_the_map_and_its_derivatives_are_exact(later):
     _, derivative = poincare_derivative(walker, start, 1e-13)
     assert np.abs(derivative - map_slope(walker, start, SIZES)).max() < 1e-7
     names = ("T", "l", "m_2", "l_f_2", "r_2", "g_x", "k_h", "L_nat_2")
-    along = np.zeros((len(names), len(walker.p)))
-    for row, name in enumerate(names):
-        along[row, walker.p._fields.index(name)] = max(abs(getattr(walker.p, name)), 1e-3)
+    along = shares(walker, names)
     exact = varied_step(walker, start, along, 1e-13)
     assert exact.period_along[0] == pytest.approx(walker.p.T, rel=1e-15)
     assert np.abs(exact.period_along[1:]).max() == 0.0 == np.abs(exact.period_by_state).max()
     for row, name in enumerate(names):
-        slopes = [(poincare_map(moved(walker, h * along[row]), start, 1e-13).z
-                   - poincare_map(moved(walker, -h * along[row]), start, 1e-13).z) / (2 * h) for h in (4e-5, 2e-5)]
-        wanted = (4 * slopes[1] - slopes[0]) / 3
+        wanted = step_slope(walker, start, along[row], 4e-5)[:-1]
         assert exact.along[:, row] == pytest.approx(wanted, rel=0, abs=1e-8 * max(1.0, np.abs(wanted).max())), name
 
 
@@ -93,15 +89,9 @@ def test_a_gait_s_derivatives_are_those_of_differences_and_keep_dimensions(later
     names = sensitive_names(design)
     assert "biped.strike_time" in names
     gait = gait_derivatives(design, point, names, 1e-13)
-
-    def length(name, value):
-        there = design.with_value(name, value).walker()
-        return step_length(there, fixed_point(there, point.z, 1e-13)) * there.length
-
     for name in ("biped.strike_time", "biped.foot_com", "ground.slope_deg"):
-        row, value = names.index(name), design.value(name)
-        slopes = [(length(name, value * (1 + h)) - length(name, value * (1 - h))) / (2 * h) for h in (2e-4, 1e-4)]
-        assert gait.step_length[row] * gait.walker.length == pytest.approx((4 * slopes[1] - slopes[0]) / 3, rel=1e-6)
+        length = gait.step_length[names.index(name)] * gait.walker.length
+        assert length == pytest.approx(gait_slope(design, point.z, name)[1], rel=1e-6)
     there = [row for row, value in enumerate(gait.changes.values) if value != 0.0]
     units = [gait.changes.units[row] for row in there]
     for measure, unit in (("period_s", "s"), ("step_length_m", "m")):

@@ -10,6 +10,15 @@ import pytest
 pytestmark = pytest.mark.slow
 
 
+def draft(folder, *changes):
+    """A new study of another robot, run as a draft from nothing."""
+    program = [sys.executable, "-m", "bipedstudy"]
+    subprocess.run([*program, "init", "study"], cwd=folder, check=True)
+    settings = [word for change in changes for word in ("--set", change)]
+    return subprocess.run([*program, "run-all", "--accuracy", "draft", *settings], cwd=folder / "study", text=True,
+                          capture_output=True)
+
+
 @pytest.mark.parametrize("changes", [
     ["biped.legs=rigid", "ground.slope_deg=0.8"],
     ["biped.stiffness=9000", "biped.damping=120"],
@@ -19,19 +28,12 @@ pytestmark = pytest.mark.slow
     ["twin.inertia=planar", "biped.hip_mass=1.0", "biped.foot_com=0.06"],
 ])
 def test_a_study_of_another_robot_comes_to_its_end(tmp_path, changes):
-    program = [sys.executable, "-m", "bipedstudy"]
-    subprocess.run([*program, "init", "study"], cwd=tmp_path, check=True)
-    settings = [word for change in changes for word in ("--set", change)]
-    done = subprocess.run([*program, "run-all", "--accuracy", "draft", *settings], cwd=tmp_path / "study", text=True,
-                          capture_output=True)
+    done = draft(tmp_path, *changes)
     assert done.returncode == 0, done.stdout + done.stderr
     assert (tmp_path / "study/results/report.html").stat().st_size > 100_000
 
 
 def test_a_ramp_too_flat_to_walk_on_is_an_honest_no(tmp_path):
-    program = [sys.executable, "-m", "bipedstudy"]
-    subprocess.run([*program, "init", "study"], cwd=tmp_path, check=True)
-    done = subprocess.run([*program, "run-all", "--accuracy", "draft", "--set", "ground.slope_deg=0.2"],
-                          cwd=tmp_path / "study", text=True, capture_output=True)
+    done = draft(tmp_path, "ground.slope_deg=0.2")
     assert done.returncode == 3
     assert "no periodic gait" in done.stderr and "Traceback" not in done.stderr
