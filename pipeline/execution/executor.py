@@ -153,6 +153,7 @@ class _Run:
             for file in above.contents(path)
         }
         folder = store.new_folder(fingerprint.key(parts))
+        self.study.sources.memo.save()  # the worker is to know what was found in its sources
         job, task = job_of(self.study, parts, inputs), task_of(self.study, {name: self.planner.values[name]})
         reasons = ("asked for by --force",) if name in self.force else assessment.reasons
         self.display.started(name, reasons)
@@ -209,8 +210,6 @@ class _Run:
 
     def _explain(self, name: str, folder: Path, failure: Message, seconds: float) -> None:
         kind, text = failure["kind"], failure["text"]
-        if failure.get("file"):
-            self.study.sources.memo.forget()
         if kind == "answer":
             self._fail(name, f"stage {name}: {text}", ANSWER)
         elif kind == "refused":

@@ -114,8 +114,7 @@ class _Server:
 def started(environment: Mapping[str, str], errors: IO[bytes], job: Job) -> Forked:
     """A worker process for a job; it writes its errors to the open file `errors`."""
     global _server
-    about = {"package": job.package, "code_root": job.code_root, "files": [*job.code], "modules": job.modules,
-             "parsed": job.parsed}  # fmt: skip
+    about = {"package": job.package, "code_root": job.code_root, "files": [*job.code], "modules": job.modules}
     wanted = json.dumps(about).encode()
     with _lock:
         if _server is not None and _server.fits == _traits(environment):
