@@ -2,8 +2,8 @@
 
 It is asked by `forked` over the socket that is its standard input: a length, then JSON with the package of stages, its
 folder, and the source files that the worker's key was made from; with them come the worker's standard input, output
-and error, and a pipe on which its process id and, at its end, its exit code are told. Whoever asked is gone when the
-socket ends; then this process ends as well.
+and error, and a pipe on which its process id and, at its end, its exit code are told. Without these it only loads what
+a worker will need. Whoever asked is gone when the socket ends; then this process ends as well.
 
 It never runs code of the stages: a worker imports that itself, under observation, so that its result's key stays true.
 Sources are only compiled here. It computes nothing and starts no thread, as a forked process has none of its parent's;
@@ -87,6 +87,9 @@ class _Server:
                 if not part:
                     return False
                 text += part
+        if not ends:  # nobody is to work yet
+            self._load(**json.loads(text))
+            return True
         os.dup2(ends[2], 2)  # what packages say while they are loaded
         self._load(**json.loads(text))
         try:

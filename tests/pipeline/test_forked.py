@@ -52,6 +52,17 @@ def test_what_stages_import_is_loaded_once(done, package):
     assert len(told()) == 1
 
 
+def test_what_the_next_stage_imports_is_loaded_while_one_computes(done, package, tmp_path):
+    told = package("")
+    for path in (FALL, SIDE):
+        done.edit(path, "import loud\n", "")
+    done.edit("PACKAGE/bounce/run.py", "from dataclasses", "import loud\nfrom dataclasses")
+    place = str(tmp_path / "foreign" / "told")
+    waits = f"for _ in range(200):\n        time.sleep(0.0 if os.path.getsize({place!r}) else 0.05)"
+    done.edit(FALL, "    t = np", f"    {waits}\n    assert os.path.getsize({place!r})\n    t = np")
+    assert done.run(names=("fall", "bounce")) == {"fall": "computed", "bounce": "computed"} and len(told()) == 1
+
+
 def test_a_worker_runs_the_code_that_is_there_when_it_starts(done, package):
     """The server compiled the text before the edit."""
     package("")
