@@ -133,7 +133,8 @@ def test_what_type_checkers_alone_import_is_no_part_of_a_key(tmp_path):
     (tmp_path / "package/other.py").write_text("import json")
     (tmp_path / "package/run.py").write_text(
         "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import elsewhere\n    from package.other import x\n"
-        "    def f():\n        import nowhere\nelse:\n    from package.seen import x\nif not TYPE_CHECKING:\n    import here"
+        "    def f():\n        import nowhere\nelse:\n    from package.seen import x\n"
+        "if not TYPE_CHECKING:\n    import here"
     )
     found = Sources(tmp_path, "package", SyntaxMemo(None)).closure(["package.run"])
     assert set(found.files) == {"package/run.py", "package/seen.py"}
