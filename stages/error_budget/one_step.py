@@ -58,7 +58,8 @@ class OneStep:
 
     def machine(self, law: ContactLaw) -> Machine:
         """The biped on this ground, for both engines."""
-        return Machine(self.parameters.biped, self.parameters.slope, law)
+        p = self.parameters
+        return Machine(p.biped, p.slope, law, p.settings.checked_tolerance)
 
     def compared(self) -> np.ndarray:
         """Times outside the span in which only some of the models have had their impact, (n,)."""
