@@ -8,14 +8,16 @@ from __future__ import annotations
 import functools
 import gc
 import io
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
 from fontTools import subset
 from matplotlib import font_manager
 from matplotlib.axis import Axis, Tick
 from matplotlib.text import Text
+from matplotlib.transforms import Bbox, BboxBase
 
 #: Bytes of the largest font that text is set in, and some: it is read at one go.
 FONT = 1 << 20
@@ -24,7 +26,7 @@ FONT = 1 << 20
 @contextmanager
 def replaced(owner: Any, **others: Any) -> Iterator[None]:
     """Attributes of a class or module are others for a while."""
-    before = {name: getattr(owner, name) for name in others}
+    before = {name: vars(owner)[name] for name in others}
     for name, other in others.items():
         setattr(owner, name, other)
     try:
@@ -142,7 +144,15 @@ def places_once() -> Iterator[None]:
                 hash(text.get_fontproperties()), text.get_figure().dpi)  # fmt: skip
         return once((text, renderer), said, lambda: lines(text, renderer))
 
-    with replaced(Axis, _update_ticks=ticks_once, _get_ticklabel_bboxes=room_once), replaced(
-        Text, _get_layout=lines_once
+    with (
+        replaced(Axis, _update_ticks=ticks_once, _get_ticklabel_bboxes=room_once),
+        replaced(Text, _get_layout=lines_once),
+        replaced(BboxBase, union=staticmethod(union)),
     ):
         yield
+
+
+def union(boxes: Sequence[BboxBase]) -> Bbox:
+    """The box around some: all numbers at one go, where Matplotlib asks each box for its corners four times."""
+    corners = np.array([box.get_points() for box in boxes])
+    return Bbox([corners.min((0, 1)), corners.max((0, 1))])
