@@ -49,7 +49,6 @@ RULES: dict[Any, Any] = {
     "axes.titley": 1.0,  # ticks are below: what looks for room above them takes a fifth of the drawing
     "svg.hashsalt": "bipedstudy",
     "pdf.fonttype": 42,
-    "pdf.compression": 9,
 }
 
 
