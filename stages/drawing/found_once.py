@@ -107,13 +107,13 @@ def ticks_alike() -> Iterator[None]:
         yield
 
 
-def _copy(tick: Tick) -> Tick:
+def _copy(tick: Tick) -> Any:
     """A tick as another, its lines and labels included."""
     twin = _alike(tick)
     for part in ("tick1line", "tick2line", "gridline", "label1", "label2"):
         setattr(twin, part, _alike(getattr(tick, part)))
     for label in (twin.label1, twin.label2):
-        label._fontproperties = label._fontproperties.copy()  # type: ignore[attr-defined]
+        label._fontproperties = label._fontproperties.copy()
     return twin
 
 
@@ -153,7 +153,7 @@ def places_once() -> Iterator[None]:
         if text.get_wrap():  # then its place matters as well
             return lines(text, renderer)
         said = (text.get_text(), text.get_rotation(), text.get_horizontalalignment(), text.get_verticalalignment(),
-                hash(text.get_fontproperties()), text.get_figure().dpi)  # fmt: skip
+                hash(text.get_fontproperties()), text.figure.dpi)  # fmt: skip
         return once((text, renderer), said, lambda: lines(text, renderer))
 
     with (

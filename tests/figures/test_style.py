@@ -12,7 +12,7 @@ from stages.drawing import style
 def drawn(monkeypatch, plainly):
     """A figure with shared and logarithmic axes, one of equal scales, and tick labels of several widths."""
     if plainly:
-        monkeypatch.setattr(style, "_ticks_once", nullcontext)
+        monkeypatch.setattr(style, "places_once", nullcontext)
     with style.drawing():
         figure, axes = plt.subplots(2, 2, figsize=(4, 3), sharex="col")
         axes[0, 0].plot([0.0, 1.0], [0.0, 12345.678])
@@ -35,7 +35,7 @@ def test_ticks_that_are_found_once_are_those_of_each_place(monkeypatch):
 
 
 def test_ticks_are_found_anew_where_the_axis_has_moved():
-    with style.drawing(), style._ticks_once():
+    with style.drawing(), style.places_once():
         figure, axes = plt.subplots(figsize=(4, 3))
         wide = [tick.get_loc() for tick in axes.xaxis._update_ticks()]
         axes.set_xlim(0.0, 0.01)
