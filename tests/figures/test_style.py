@@ -19,7 +19,7 @@ REPLACED = ((Axis, "_update_ticks"), (Axis, "_get_tick"), (Text, "_get_layout"),
 def drawn(monkeypatch, plainly):
     """A figure with shared and logarithmic axes, one of equal scales, and tick labels of several widths."""
     if plainly:
-        for name in ("places_once", "ticks_alike", "whole_fonts"):
+        for name in ("places_once", "ticks_alike", "whole_fonts", "sizes_once"):
             monkeypatch.setattr(style, name, nullcontext)
     with style.drawing():
         figure, axes = plt.subplots(2, 2, figsize=(4, 3), sharex="col")
