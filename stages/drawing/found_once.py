@@ -100,7 +100,8 @@ class _Sized:
     """What is drawn of a font, which keeps its size until it is given another."""
 
     def __init__(self, font: Any) -> None:
-        self._set_size, self._size = font.set_size, (0.0, 0.0)
+        self._set_size = font.set_size
+        self._size: tuple[float, ...] = ()
         self._set_transform, self._render_glyph = font._set_transform, font._render_glyph
 
     def set_size(self, *size: float) -> None:
