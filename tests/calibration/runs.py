@@ -1,5 +1,6 @@
 """Runs of the constraint model for the tests of the calibration."""
 
+import dataclasses
 import math
 from pathlib import Path
 
@@ -18,6 +19,8 @@ ROOT = Path(__file__).resolve().parents[2]
 PARAMETERS = Study(ROOT, ROOT / "params", ROOT / "results", ("biped.leg_inertia=8.576e-4",)).parameters(
     ["calibration"])["calibration"]
 SENSOR, SETTINGS = PARAMETERS.sensor, PARAMETERS.settings
+#: Short runs, so that a fit takes half a second.
+SHORT = dataclasses.replace(PARAMETERS, settings=dataclasses.replace(SETTINGS, planned_steps=7))
 DESIGN = DesignPoint(BIPED, PARAMETERS.slope)
 LATE = math.sqrt(2) / (2 * math.pi * SENSOR.bandwidth_hz)
 

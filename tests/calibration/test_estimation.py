@@ -15,10 +15,7 @@ from stages.calibration.estimation.campaign import alone, fit_campaign
 from stages.calibration.estimation.each_run import as_plain, from_plain
 from stages.calibration.estimation.fit import horizons
 from stages.calibration.information.plan import free_names
-from tests.calibration.runs import DESIGN, PARAMETERS
-
-#: Short runs, so that a fit takes a second.
-SHORT = dataclasses.replace(PARAMETERS, settings=dataclasses.replace(PARAMETERS.settings, planned_steps=7))
+from tests.calibration.runs import DESIGN, SHORT
 
 
 @pytest.fixture(scope="module")
