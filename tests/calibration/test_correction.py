@@ -31,7 +31,7 @@ def fit(drawn):
 
 
 def sd_of(fit, known):
-    """Standard deviations of the design's parameters, (d,): what the run tells, and the scale, which alone tells mass."""
+    """Standard deviations of the design's parameters, (d,): what the run tells, and the scale, which tells the masses."""
     d = len(MODEL.shared)
     information = fit.equations.matrix.copy()
     information[:d, :d] += information_of(known, MODEL.shared)
