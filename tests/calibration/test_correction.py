@@ -31,7 +31,7 @@ def fit(drawn):
 
 
 def sd_of(fit, known):
-    """Standard deviations of the design's parameters, (d,): what the run tells, and the scale, which tells the masses."""
+    """Standard deviations of the design, (d,): by what the run tells and by the scale, which tells of masses."""
     d = len(MODEL.shared)
     information = fit.equations.matrix.copy()
     information[:d, :d] += information_of(known, MODEL.shared)
