@@ -8,14 +8,14 @@ import pytest
 from pipeline.parameters import yaml_text
 from pipeline.questions.described import Described
 from stages.biped.question import WrongOption
-from stages.calibration.blind.draw import draw, model_of
+from stages.calibration.blind.draw import draw
 from stages.calibration.blind.score import scored, summary
 from stages.calibration.estimation.asked import asked_of
 from stages.calibration.estimation.campaign import alone, fit_campaign
 from stages.calibration.estimation.each_run import as_plain, from_plain
 from stages.calibration.estimation.fit import horizons
 from stages.calibration.information.plan import free_names
-from tests.calibration.runs import DESIGN, SHORT
+from tests.calibration.runs import DESIGN, SHORT, fitted
 
 
 @pytest.fixture(scope="module")
@@ -45,19 +45,19 @@ def campaign():
 
 @pytest.fixture(scope="module")
 def own_fits(campaign):
-    drawing, model = model_of(SHORT)
+    drawing, model = fitted()
     return dict(alone(drawing, campaign.runs, model, campaign.known))
 
 
 @pytest.fixture(scope="module")
 def fit_of_two(campaign, own_fits):
     """All three together, of which one is odd."""
-    drawing, model = model_of(SHORT)
+    drawing, model = fitted()
     return fit_campaign(drawing, campaign.runs, model, campaign.known, lambda _: own_fits.items())
 
 
 def test_two_runs_tell_more_than_one(campaign, own_fits, fit_of_two):
-    drawing, model = model_of(SHORT)
+    drawing, model = fitted()
     one = fit_campaign(drawing, campaign.runs[:1], model, campaign.known, lambda _: [(0, own_fits[0])])
     assert fit_of_two.converged
     assert one.converged
