@@ -2,6 +2,7 @@
 
     python -m benchmarks.levels            runs the study at each level from nothing; writes what it keeps, and the page
     python -m benchmarks.levels draft      measures one level anew, against the kept results of `reference`
+    python -m benchmarks.levels --beside DIR ...  as well, an earlier version, installed in DIR/.venv, for the ratio
 
 Results lie in results/levels/<level>. Errors are differences from the level `reference`; those of `reference` itself
 are differences of its three walks from walks at settings that are tighter again. Kept are
@@ -12,6 +13,7 @@ stages/comparison/claims/accuracy/numerical_errors.json, errors of the claims' n
 
 from __future__ import annotations
 
+import argparse
 import json
 import math
 import resource
@@ -30,7 +32,7 @@ from stages.about import MEASURED, computed_how
 from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.asked import Accuracy
 from stages.biped.accuracy.estimate import walk_differences
-from stages.biped.accuracy.level import LEVELS, REFERENCE
+from stages.biped.accuracy.level import DRAFT, LEVELS, PAPER, REFERENCE
 from stages.comparison.claims.accuracy.numerical_error import TABLE as OF_CLAIMS
 from stages.comparison.claims.verdict import UNDECIDED
 from stages.comparison.evidence.evidence import largest
@@ -48,27 +50,42 @@ WALKED: dict[str, Any] = {"analytic": Analytic, "multibody": Multibody, "twin": 
 TIGHTER = ("analytic.tolerance=1e-13", "multibody.tolerance=1e-11", "twin.tolerance=1e-9")
 
 
-def command(*words: str) -> dict[str, Any]:
+def command(*words: str, root: Path = ROOT, python: str = sys.executable) -> dict[str, Any]:
     """What `bipedstudy` says in JSON."""
-    asked = [sys.executable, "-m", "pipeline.cli", *words, "--json"]
-    found: dict[str, Any] = json.loads(subprocess.run(asked, cwd=ROOT, check=True, stdout=subprocess.PIPE).stdout)
+    asked = [python, "-m", "pipeline.cli", *words, "--json"]
+    found: dict[str, Any] = json.loads(subprocess.run(asked, cwd=root, check=True, stdout=subprocess.PIPE).stdout)
     return found
+
+
+def timed(folder: Path, *words: str, **where: Any) -> tuple[Any, float, float]:
+    """What `run-all` says of a run from nothing into a folder; seconds by the clock and of all processors."""
+    shutil.rmtree(folder, ignore_errors=True)
+    before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
+    found = command("run-all", "--results", str(folder), *words, **where)
+    clock, after = time.monotonic() - began, resource.getrusage(resource.RUSAGE_CHILDREN)
+    return found, clock, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def run(level: str) -> dict[str, Any]:
     """The study at a level from nothing, on all cores and then one stage at a time: times [s]."""
-    costs: dict[str, Any] = {}
-    for jobs in ((), ("--jobs", "1")):
-        folder = PLACE / level
-        shutil.rmtree(folder, ignore_errors=True)
-        before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
-        found = command("run-all", "--accuracy", level, "--results", str(folder), *jobs)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        if jobs:
-            costs["stages"] = {one["stage"]: one["processor_seconds"] for one in found["stages"]}
-            costs["processor"] = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-        else:
-            costs["clock"] = time.monotonic() - began
+    asked = PLACE / level, "--accuracy", level
+    _, clock, _ = timed(*asked)
+    found, _, processor = timed(*asked, "--jobs", "1")
+    stages = {one["stage"]: one["processor_seconds"] for one in found["stages"]}
+    return {"clock": clock, "processor": processor, "stages": stages}
+
+
+def earlier(checkout: Path) -> dict[str, Any]:
+    """Version, number of stages and times [s] of an earlier version's study: its draft, and what it does unasked."""
+    python = str(checkout.absolute() / ".venv/bin/python")
+    asked = [python, "-c", "from importlib.metadata import version; print(version('bipedstudy'))"]
+    costs: dict[str, Any] = {
+        "version": subprocess.run(asked, cwd=checkout, check=True, stdout=subprocess.PIPE, text=True).stdout.strip()
+    }
+    command("gait", root=checkout, python=python)
+    for level, words in ((DRAFT, ("--accuracy", DRAFT)), (PAPER, ())):
+        found, clock, processor = timed(PLACE / "earlier", *words, root=checkout, python=python)
+        costs |= {"stages": len(found["stages"]), level: {"clock": clock, "processor": processor}}
     return costs
 
 
@@ -135,11 +152,13 @@ def page(costs: Mapping[str, Any], walks: Mapping[str, Mapping[str, float]]) -> 
         "`params/accuracy.yaml` choose the level.", "",
         "## What it costs", "",
         "Processor seconds from nothing, with compiled code present, one stage at a time on an otherwise idle machine; "
-        "in the sum is what no stage does, above all loading packages. Then seconds by the clock on two cores.", "",
+        "in the sum is what no stage does, above all loading packages. Then seconds by the clock on two cores. Of an "
+        "earlier version: what its study takes, and how many times as long that is.", "",
         *markdown_table(["stage", *LEVELS], [
             *([stage, *(f"{costs[level]['stages'][stage]:.1f}" for level in LEVELS)] for stage in stages),
             ["all, processor time", *(f"{costs[level]['processor']:.0f}" for level in LEVELS)],
-            ["all, by the clock on all cores", *(f"{costs[level]['clock']:.0f}" for level in LEVELS)]]),
+            ["all, by the clock on all cores", *(f"{costs[level]['clock']:.0f}" for level in LEVELS)],
+            *earlier_rows(costs)]),
         "", "## What it changes: the walks shown", "",
         "Largest difference from the reference (its own: from tighter settings) over the walks of constraint model, "
         "planar penalty model and twin.", "",
@@ -152,6 +171,16 @@ def page(costs: Mapping[str, Any], walks: Mapping[str, Mapping[str, float]]) -> 
                 *(f"{level}, verdict" for level in LEVELS)], list(claim_rows())),
     ]  # fmt: skip
     return "\n".join(lines) + "\n"
+
+
+def earlier_rows(costs: Mapping[str, Any]) -> Iterator[list[str]]:
+    """Rows on an earlier version, if one was measured beside this one."""
+    if "earlier" in costs:
+        old = costs["earlier"]
+        name = f"version {old['version']} in the same run ({old['stages']} stages)"
+        for key, what in (("processor", "processor time"), ("clock", "by the clock on all cores")):
+            pairs = ((old[level][key], costs[level][key]) for level in (DRAFT, PAPER))
+            yield [f"{name}, {what}", *(f"{then:.0f}, {then / now:.1f} times" for then, now in pairs), "-"]
 
 
 def rounded(costs: Mapping[str, Any]) -> dict[str, Any]:
@@ -187,9 +216,16 @@ def claim_rows() -> Iterator[list[str]]:
 
 def main() -> None:
     """Run the levels named (default: all), then keep the errors and write the page."""
-    named = sys.argv[1:] or list(reversed(LEVELS))
+    words = argparse.ArgumentParser(prog="python -m benchmarks.levels")
+    words.add_argument("levels", nargs="*", metavar="LEVEL", help=f"{', '.join(LEVELS)}; default: all")
+    words.add_argument("--beside", type=Path, metavar="DIR", help="checkout of an earlier version")
+    asked = words.parse_args()
+    named = asked.levels or list(reversed(LEVELS))
     costs = json.loads(COSTS.read_text()) if COSTS.exists() else {}
     command("gait")  # compiles, where that is still to do
+    if asked.beside:
+        costs["earlier"] = earlier(asked.beside)
+        print("earlier", json.dumps(costs["earlier"]), flush=True)
     for level in named:
         costs[level] = run(level)
         COSTS.write_text(json.dumps(costs, indent=1))

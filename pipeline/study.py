@@ -15,7 +15,7 @@ from pipeline import graph
 from pipeline.cache.closure import Sources
 from pipeline.cache.regular import Digests
 from pipeline.cache.store import Store
-from pipeline.cache.syntax import SyntaxMemo
+from pipeline.cache.syntax import beside
 from pipeline.errors import StudyError
 from pipeline.graph import Graph, Stage
 from pipeline.home import DISTRIBUTION, face, home
@@ -61,7 +61,7 @@ class Study:
     @cached_property
     def sources(self) -> Sources:
         """The source files of the stages."""
-        return Sources(self.code_root, self.package, SyntaxMemo(self.store.folder / "syntax.json"))
+        return Sources(self.code_root, self.package, beside(self.code_root / self.package))
 
     def parameters(self, names: Iterable[str]) -> dict[str, Any]:
         """Checked parameters of these stages. Raises `StudyError` with a sentence for each error."""

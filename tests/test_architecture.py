@@ -50,7 +50,7 @@ def _covers(dep, file):
 
 @pytest.mark.parametrize("name", STAGES)
 def test_who_reads_a_result_loads_nothing_that_computes(name):
-    compiled, files = Compiled(), SOURCES.closure([f"stages.{name}.result"]).files
+    compiled, files = Compiled(SOURCES.memo), SOURCES.closure([f"stages.{name}.result"]).files
     heads = {file: compiled.take(ROOT / file, (ROOT / file).read_bytes()) for file in files if file.endswith(".py")}
     loaded = {module.partition(".")[0] for module, _ in foreign("stages", [f"stages.{name}.result"], heads)}
     assert "dataclasses" in loaded

@@ -5,8 +5,9 @@ from __future__ import annotations
 import ast
 import contextlib
 import hashlib
+import importlib.util
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -22,7 +23,8 @@ _DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 class Meaning:
     """Hash of a file's syntax tree, and its imports as (module, names) in the manner of `from module import names`.
 
-    `heads` are those that are made whenever the file is imported: outside of functions, with nothing around them.
+    What stands under `if TYPE_CHECKING` is never imported. `heads` are the imports that are made whenever the file is:
+    outside of functions, with nothing around them.
     Relative imports do not count: a stage with one is refused where it runs, as its key would not know the file.
     """
 
@@ -31,13 +33,20 @@ class Meaning:
     heads: Imports = ()
 
 
+def beside(package: Path) -> SyntaxMemo:
+    """What is known of a package's sources. It is kept where Python keeps what it compiled of them.
+
+    So it is as trustworthy as they are, which a folder of results need not be, and serves all of these.
+    """
+    return SyntaxMemo(Path(importlib.util.cache_from_source(str(package / "__init__.py"))).with_suffix(".syntax.json"))
+
+
 class SyntaxMemo:
     """Meanings by content hash, kept in a file so that unchanged sources are never parsed again."""
 
     def __init__(self, path: Path | None) -> None:
         self._path = path
         self._known: dict[str, Meaning] = {}
-        self._parsed: set[str] = set()
         self._grown = False
 
     @cached_property
@@ -57,26 +66,8 @@ class SyntaxMemo:
                 self._known[key] = _from_json(*self._stored[key])
         if key not in self._known:
             self._known[key] = _parse(source)
-            self._parsed.add(key)
             self._grown = True
         return self._known[key]
-
-    def parsed(self, trees: Iterable[str]) -> dict[str, Any]:
-        """What was found by parsing, not what a file says, for those who `learn`; of trees with these hashes."""
-        wanted = {*trees}
-        return {key: astuple(self._known[key]) for key in self._parsed if self._known[key].tree in wanted}
-
-    def learn(self, told: Mapping[str, Sequence[Any]]) -> None:
-        """Take over what another process of the same run `parsed`."""
-        self._known.update({key: _from_json(*meaning) for key, meaning in told.items()})
-
-    def knows(self, source: bytes) -> bool:
-        """Whether these bytes need not be parsed."""
-        return durable.digest(source) in self._known
-
-    def note(self, source: bytes, tree: ast.Module) -> None:
-        """Note the meaning of bytes that were parsed already; the tree loses its docstrings."""
-        self._known[durable.digest(source)] = _meaning(tree)
 
     def save(self) -> None:
         """Keep what was learnt; a folder that cannot be written costs only time."""
@@ -86,10 +77,6 @@ class SyntaxMemo:
             with contextlib.suppress(OSError):
                 durable.write_sealed(self._path, {"for": _INTERPRETER, "files": files})
                 self._grown = False
-
-    def forget(self) -> None:
-        """Believe nothing of what was kept, as it contradicts what a worker read."""
-        self._known, self._stored, self._parsed, self._grown = {}, {}, set(), True
 
 
 _INTERPRETER = f"{sys.version_info.major}.{sys.version_info.minor} {durable.digest(Path(__file__).read_bytes())}"
@@ -111,7 +98,7 @@ def _parse(source: bytes) -> Meaning:
 def _meaning(tree: ast.Module) -> Meaning:
     imports: list[tuple[str, tuple[str, ...]]] = []
     reads_docstrings = False
-    for node in ast.walk(tree):
+    for node in _executed(tree):
         imports += _imports(node)
         if isinstance(node, ast.Name) and node.id == "__path__":  # a package that lists its own folder: "" is itself
             imports.append(("", ("*",)))
@@ -121,6 +108,16 @@ def _meaning(tree: ast.Module) -> Meaning:
     if not reads_docstrings:
         _drop_docstrings(tree)
     return Meaning(hashlib.sha256(ast.dump(tree).encode()).hexdigest(), tuple(imports), tuple(heads))
+
+
+def _executed(tree: ast.Module) -> Iterator[ast.AST]:
+    """All nodes but those that only type checkers see."""
+    waiting: list[ast.AST] = [tree]
+    while waiting:
+        node = waiting.pop()
+        yield node
+        typing = isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+        waiting += node.orelse if typing else ast.iter_child_nodes(node)  # type: ignore[attr-defined]
 
 
 def _imports(node: ast.AST) -> list[tuple[str, tuple[str, ...]]]:

@@ -85,6 +85,7 @@ class _Run:
         self.running: dict[str, _Running] = {}
         self.failures: list[str] = []
         self.codes: list[int] = []
+        self.prepared = ""
         self.events: queue.SimpleQueue[tuple[str, Message]] = queue.SimpleQueue()
         self.log = Log(study.results / "log.jsonl")
 
@@ -92,6 +93,7 @@ class _Run:
         """Go through the graph: start what is ready, in the order given, and take in what has finished."""
         self._begin_ready(pending)
         while self.running:
+            self._prepare(pending)
             self._take_event()
             self._begin_ready(pending)
         if pending and self.failures:
@@ -106,6 +108,16 @@ class _Run:
                     return
                 pending.remove(name)
                 self._guarded(name, self._begin)
+
+    def _prepare(self, pending: list[str]) -> None:
+        """Where a stage waits for others and a processor for it, load what it will need."""
+        from pipeline.execution import forked
+
+        if len(self.running) < self.jobs and pending and pending[0] != self.prepared:
+            self.prepared = pending[0]
+            modules = fingerprint.entry_modules(self.study.graph.stages[self.prepared], self.study.package)
+            files = self.study.sources.closure(modules).files
+            forked.prepare(self.study.package, str(self.study.code_root), [*files], modules)
 
     def close(self) -> None:
         """End what still runs and forget its unfinished files."""
@@ -153,6 +165,7 @@ class _Run:
             for file in above.contents(path)
         }
         folder = store.new_folder(fingerprint.key(parts))
+        self.study.sources.memo.save()  # the worker is to know what was found in its sources
         job, task = job_of(self.study, parts, inputs), task_of(self.study, {name: self.planner.values[name]})
         reasons = ("asked for by --force",) if name in self.force else assessment.reasons
         self.display.started(name, reasons)
@@ -209,8 +222,6 @@ class _Run:
 
     def _explain(self, name: str, folder: Path, failure: Message, seconds: float) -> None:
         kind, text = failure["kind"], failure["text"]
-        if failure.get("file"):
-            self.study.sources.memo.forget()
         if kind == "answer":
             self._fail(name, f"stage {name}: {text}", ANSWER)
         elif kind == "refused":

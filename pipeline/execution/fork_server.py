@@ -1,9 +1,9 @@
 """A process that loads what stages import from other packages, once, and forks their workers, which then have it.
 
 It is asked by `forked` over the socket that is its standard input: a length, then JSON with the package of stages, its
-folder, the source files that the worker's key was made from, and what was found when they were parsed for it; with them
-come the worker's standard input, output and error, and a pipe on which its process id and, at its end, its exit code
-are told. Whoever asked is gone when the socket ends; then this process ends as well.
+folder, and the source files that the worker's key was made from; with them come the worker's standard input, output
+and error, and a pipe on which its process id and, at its end, its exit code are told. Without these it only loads what
+a worker will need. Whoever asked is gone when the socket ends; then this process ends as well.
 
 It never runs code of the stages: a worker imports that itself, under observation, so that its result's key stays true.
 Sources are only compiled here. It computes nothing and starts no thread, as a forked process has none of its parent's;
@@ -30,7 +30,7 @@ import numpy as np
 
 from pipeline.cache import durable
 from pipeline.cache.closure import with_parents
-from pipeline.cache.syntax import Imports
+from pipeline.cache.syntax import Imports, SyntaxMemo, beside
 from pipeline.errors import StudyError
 from pipeline.execution import worker
 from pipeline.execution.observed_import import Compiled
@@ -65,7 +65,7 @@ class _Server:
         signal.signal(signal.SIGCHLD, lambda number, frame: None)
         signal.set_wakeup_fd(wake)
         self.own = (self.line.fileno(), self.nothing, self.woken, wake)
-        self.compiled = Compiled()
+        self.compiled = Compiled(SyntaxMemo(None))
         self.seen: set[tuple[str, tuple[str, ...]]] = set()
         self.workers: dict[int, int] = {}
 
@@ -87,6 +87,9 @@ class _Server:
                 if not part:
                     return False
                 text += part
+        if not ends:  # nobody is to work yet
+            self._load(**json.loads(text))
+            return True
         os.dup2(ends[2], 2)  # what packages say while they are loaded
         self._load(**json.loads(text))
         try:
@@ -99,13 +102,11 @@ class _Server:
             os.close(end)
         return True
 
-    def _load(
-        self, package: str, code_root: str, files: list[str], modules: list[str], parsed: dict[str, list[Any]]
-    ) -> None:
+    def _load(self, package: str, code_root: str, files: list[str], modules: list[str]) -> None:
         """Compile `files`, and import what the import of `modules` will; the worker says what is wrong with them."""
-        self.compiled.memo.learn(parsed)
         with contextlib.suppress(StudyError):
             home = home_of(package, Path(code_root))
+            self.compiled.memo = beside(home / package)  # with what whoever asked has just found in the sources
             sources = {file: durable.read(home / file) for file in files if file.endswith(".py")}
             heads = {file: self.compiled.take(home / file, source) for file, source in sources.items() if source}
             for module, names in foreign(package, modules, heads):

@@ -16,7 +16,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import IO, Any
 
 from pipeline.execution.job import Job
@@ -96,12 +96,16 @@ class _Server:
         (stdin, send), (listen, stdout), (told, tell) = os.pipe(), os.pipe(), os.pipe()
         worker = Forked(self, os.fdopen(send, "wb"), os.fdopen(listen, "rb"), told)
         try:
-            socket.send_fds(self.line, [len(wanted).to_bytes(8, "big")], [stdin, stdout, errors.fileno(), tell])
-            self.line.sendall(wanted)
+            self.ask(wanted, stdin, stdout, errors.fileno(), tell)
         finally:
             for end in (stdin, stdout, tell):
                 os.close(end)
         return worker
+
+    def ask(self, wanted: bytes, *ends: int) -> None:
+        """Let it load what is wanted, and start a worker with the four files that it is given, or none."""
+        socket.send_fds(self.line, [len(wanted).to_bytes(8, "big")], [*ends])
+        self.line.sendall(wanted)
 
     def close(self) -> None:
         """Let the server end."""
@@ -114,9 +118,7 @@ class _Server:
 def started(environment: Mapping[str, str], errors: IO[bytes], job: Job) -> Forked:
     """A worker process for a job; it writes its errors to the open file `errors`."""
     global _server
-    about = {"package": job.package, "code_root": job.code_root, "files": [*job.code], "modules": job.modules,
-             "parsed": job.parsed}  # fmt: skip
-    wanted = json.dumps(about).encode()
+    wanted = _wanted(job.package, job.code_root, [*job.code], job.modules)
     with _lock:
         if _server is not None and _server.fits == _traits(environment):
             with contextlib.suppress(OSError):
@@ -125,6 +127,17 @@ def started(environment: Mapping[str, str], errors: IO[bytes], job: Job) -> Fork
             _server.close()
         _server = _Server(environment)
         return _server.start(wanted, errors)
+
+
+def prepare(package: str, code_root: str, files: Sequence[str], modules: Sequence[str]) -> None:
+    """Let the server, where there is one, load what a later worker needs."""
+    with _lock, contextlib.suppress(OSError):
+        if _server is not None:
+            _server.ask(_wanted(package, code_root, files, modules))
+
+
+def _wanted(package: str, code_root: str, files: Sequence[str], modules: Sequence[str]) -> bytes:
+    return json.dumps({"package": package, "code_root": code_root, "files": files, "modules": modules}).encode()
 
 
 def _readable(file: int, timeout: float | None) -> bool:

@@ -56,8 +56,7 @@ class Job:
     `files` are results as they lie here, `contents` results that are carried along, both by their paths in the study.
     `code` (file -> meaning) is what the results' keys were made from, `engine` what this program itself is made of.
     With `provenance` the last stage's files are written into the worker's folder, `about` and `errors` in its artefact;
-    without it, its numbers are told. A job with a `function` has no stages. What was `parsed` for `code` is told to the
-    process that forks workers here, and not to workers.
+    without it, its numbers are told. A job with a `function` has no stages.
     """
 
     package: str
@@ -75,7 +74,6 @@ class Job:
     start_limit_s: float = 0.0
     function: Function | None = None
     errors: Mapping[str, float] = field(default_factory=dict)
-    parsed: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
     @property
     def modules(self) -> tuple[str, ...]:
@@ -87,7 +85,7 @@ class Job:
     def text(self) -> str:
         """The job as one line of JSON."""
         contents = {path: base64.b64encode(content).decode() for path, content in self.contents.items()}
-        return json.dumps({**dataclasses.asdict(self), "contents": contents, "parsed": {}})
+        return json.dumps({**dataclasses.asdict(self), "contents": contents})
 
     @classmethod
     def of(cls, text: str) -> Job:
@@ -108,7 +106,7 @@ def job_of(study: Study, parts: Ingredients, files: Mapping[str, File]) -> Job:
     made = attributes(parts, study.requests)
     errors = numerical_errors(study.package, study.code_root, stage.name, made["parameters"])
     return Job(study.package, str(study.code_root), str(study.root), (stage,), parts["code"], files, made, about,
-               errors=errors, parsed=study.sources.memo.parsed(parts["code"].values()))  # fmt: skip
+               errors=errors)
 
 
 def task_of(study: Study, values: Mapping[str, Any], index: int = 0) -> Task:

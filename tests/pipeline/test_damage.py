@@ -76,7 +76,7 @@ def test_a_manifest_that_vouches_for_other_bytes_is_not_believed(done):
 def test_a_damaged_record_costs_nothing_but_a_copy(done, text):
     before = done.results()
     (done.root / "results/.cache/current/fall.json").write_text(text)
-    (done.root / "results/.cache/syntax.json").write_text(text)
+    done.kept_syntax().write_text(text)
     assert done.run()["fall"] == "restored"
     assert done.results() == before
 

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import errno
-import json
+import importlib.util
 import os
 import re
 import signal
 import subprocess
 import time
+from pathlib import Path
 
 import pytest
 
-from pipeline.cache.syntax import SyntaxMemo
+from pipeline.cache.syntax import SyntaxMemo, beside
 from pipeline.errors import StageFailed
 from pipeline.execution import forked
 from pipeline.execution.fork_server import foreign
@@ -49,6 +50,17 @@ def test_what_stages_import_is_loaded_once(done, package):
     told = package("")
     assert done.run()["side"] == "computed" and done.run(force=True)["side"] == "computed"
     assert len(told()) == 1
+
+
+def test_what_the_next_stage_imports_is_loaded_while_one_computes(done, package, tmp_path):
+    told = package("")
+    for path in (FALL, SIDE):
+        done.edit(path, "import loud\n", "")
+    done.edit("PACKAGE/bounce/run.py", "from dataclasses", "import loud\nfrom dataclasses")
+    place = str(tmp_path / "foreign" / "told")
+    waits = f"for _ in range(200):\n        time.sleep(0.0 if os.path.getsize({place!r}) else 0.05)"
+    done.edit(FALL, "    t = np", f"    {waits}\n    assert os.path.getsize({place!r})\n    t = np")
+    assert done.run(names=("fall", "bounce")) == {"fall": "computed", "bounce": "computed"} and len(told()) == 1
 
 
 def test_a_worker_runs_the_code_that_is_there_when_it_starts(done, package):
@@ -155,7 +167,7 @@ def test_processes_of_a_stage_have_what_it_loaded(done):
 def test_what_is_imported_late_is_not_loaded_before(repository):
     """The derivation of the equations, with SymPy, is imported by no function that stage analytic calls."""
     files = [path.relative_to(repository).as_posix() for path in (repository / "stages").rglob("*.py")]
-    compiled = Compiled()
+    compiled = Compiled(SyntaxMemo(None))
     heads = {file: compiled.take(repository / file, (repository / file).read_bytes()) for file in files}
     found = {stage: {module.split(".")[0] for module, _ in foreign("stages", [f"stages.{stage}.run"], heads)}
              for stage in ("analytic", "extremes", "figures")}  # fmt: skip
@@ -163,22 +175,35 @@ def test_what_is_imported_late_is_not_loaded_before(repository):
     assert "sympy" in found["extremes"] and "matplotlib" in found["figures"]
 
 
-def test_what_was_parsed_for_the_key_is_not_parsed_again(done, monkeypatch):
-    """Neither is it told what a file alone says: a worker is to find that out, see `test_flips`."""
+def test_a_kept_compilation_holds_for_its_text_alone(done, monkeypatch):
+    """Whatever the times of the files say: the text has been edited, and its time and size were put back."""
     path = done.path("PACKAGE/fall/run.py")
-    source, first, told = path.read_bytes(), SyntaxMemo(None), Compiled()
-    tree = first.meaning(source).tree
-    assert first.parsed(["another"]) == {}
-    told.memo.learn(json.loads(json.dumps(first.parsed([tree]))))
-    alone = Compiled()
-    expected = alone.take(path, source)
-    assert expected and expected == first.meaning(source).heads
+    kept = Path(importlib.util.cache_from_source(str(path)))
+    source, times = path.read_bytes(), path.stat()
+    first = Compiled(SyntaxMemo(None)).code(str(path), source)
+    assert kept.read_bytes()[4:8] == b"\3\0\0\0"
+    with monkeypatch.context() as patch:
+        patch.setattr("py_compile.compile", None)
+        assert Compiled(SyntaxMemo(None)).code(str(path), source) == first
+    edited = source.replace(b"import time\n", b"import math\n")
+    path.write_bytes(edited)
+    os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+    for content in (kept.read_bytes(), b"", kept.read_bytes()[:40], b"\0" * 400):
+        kept.write_bytes(content)
+        code = Compiled(SyntaxMemo(None)).code(str(path), edited)
+        assert code == compile(edited, str(path), "exec", dont_inherit=True) and code.co_filename == str(path)
+    other = path.with_name("copied.py")
+    other.write_bytes(edited)
+    kept.rename(importlib.util.cache_from_source(str(other)))
+    assert Compiled(SyntaxMemo(None)).code(str(other), edited).co_filename == str(other)
+
+
+def test_what_was_parsed_for_the_key_is_not_parsed_again(done, monkeypatch):
+    path = done.path("PACKAGE/fall/run.py")
     monkeypatch.setattr("ast.parse", None)
-    assert told.take(path, source) == expected and told.code.keys() == alone.code.keys()
-    assert told.memo.meaning(source) == first.meaning(source)
-    monkeypatch.undo()
-    kept = done.study().sources.memo
-    assert kept.meaning(source).tree == tree and kept.parsed([tree]) == {}
+    memo = beside(path.parent.parent)
+    assert Compiled(memo).take(path, path.read_bytes()) == done.study().sources.memo.meaning(path.read_bytes()).heads
+    assert memo.meaning(path.read_bytes()).heads
 
 
 def test_a_worker_that_does_not_end_in_time_is_told_apart(done):

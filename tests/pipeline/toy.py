@@ -47,6 +47,11 @@ class Toy:
     def path(self, name: str) -> Path:
         return self.root / name.replace("PACKAGE", self.package)
 
+    def kept_syntax(self) -> Path:
+        """The file with what was found in the sources of the stages."""
+        (found,) = self.path("PACKAGE").glob("__pycache__/*.syntax.json")
+        return found
+
     def edit(self, name: str, old: str, new: str) -> None:
         path = self.path(name)
         text = path.read_text()

@@ -58,10 +58,10 @@ def write(group: Any, name: str, array: np.ndarray, none: Sequence[int] = ()) ->
 
 def read(item: Any) -> Any:
     """A dataset as a NumPy array or number; text as Python words. Raises `ValueError` for what is no text."""
-    if h5py.check_string_dtype(item.dtype) is not None:
-        return item.asstr()[()]
     value = item[()]
-    return value.astype(bool) if item.attrs.get(TRUTHS) == "bool" else value
+    if isinstance(value, bytes) or value.dtype.kind in "OS":
+        return item.asstr()[()]
+    return value.astype(bool) if value.dtype == np.int8 and item.attrs.get(TRUTHS) == "bool" else value
 
 
 def python(value: Any) -> Any:
