@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.explored import BACK, FORWARD, NO_START, REACHES, WALKS_ON
@@ -53,19 +54,15 @@ def test_a_gait_in_si_units_leads_back_to_its_section(gait):
 
 
 def test_a_doubling_is_where_newtons_gaits_have_a_multiplier_of_minus_one(families):
-    """Bisection on the least multiplier of gaits found by Newton's method at single slopes, without continuation."""
+    """Brent's method on the least multiplier of gaits found by Newton's at single slopes, without continuation."""
     turn = next(turn for turn in families[0].turns if turn.value > 2)
     z = np.array(fixed_point(walker_on(4.0), _nearest_start(4.0), TOLERANCE).z)
 
     def least(slope):
         return min(fixed_point(walker_on(slope), z, TOLERANCE).floquet_multipliers.real)
 
-    low, high = 4.1, 4.25
-    assert least(low) > -1 > least(high)
-    for _ in range(24):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if least(middle) > -1 else (low, middle)
-    assert turn.value == pytest.approx(low, abs=1e-6)
+    doubles = brentq(lambda slope: least(slope) + 1, 4.1, 4.25, xtol=1e-8)
+    assert turn.value == pytest.approx(doubles, abs=1e-6)
     assert turn.multiplier == pytest.approx(-1, abs=1e-8)
 
 
