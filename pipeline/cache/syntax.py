@@ -7,7 +7,7 @@ import contextlib
 import hashlib
 import importlib.util
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -23,7 +23,8 @@ _DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 class Meaning:
     """Hash of a file's syntax tree, and its imports as (module, names) in the manner of `from module import names`.
 
-    `heads` are those that are made whenever the file is imported: outside of functions, with nothing around them.
+    What stands under `if TYPE_CHECKING` is never imported. `heads` are the imports that are made whenever the file is:
+    outside of functions, with nothing around them.
     Relative imports do not count: a stage with one is refused where it runs, as its key would not know the file.
     """
 
@@ -97,7 +98,7 @@ def _parse(source: bytes) -> Meaning:
 def _meaning(tree: ast.Module) -> Meaning:
     imports: list[tuple[str, tuple[str, ...]]] = []
     reads_docstrings = False
-    for node in ast.walk(tree):
+    for node in _executed(tree):
         imports += _imports(node)
         if isinstance(node, ast.Name) and node.id == "__path__":  # a package that lists its own folder: "" is itself
             imports.append(("", ("*",)))
@@ -107,6 +108,16 @@ def _meaning(tree: ast.Module) -> Meaning:
     if not reads_docstrings:
         _drop_docstrings(tree)
     return Meaning(hashlib.sha256(ast.dump(tree).encode()).hexdigest(), tuple(imports), tuple(heads))
+
+
+def _executed(tree: ast.Module) -> Iterator[ast.AST]:
+    """All nodes but those that only type checkers see."""
+    waiting: list[ast.AST] = [tree]
+    while waiting:
+        node = waiting.pop()
+        yield node
+        typing = isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+        waiting += node.orelse if typing else ast.iter_child_nodes(node)  # type: ignore[attr-defined]
 
 
 def _imports(node: ast.AST) -> list[tuple[str, tuple[str, ...]]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterator
+from itertools import chain
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,22 +15,25 @@ from matplotlib.ticker import FixedLocator
 
 COLUMNS = ("panel", "series", "x", "y")
 #: Digits that are kept: more than a picture shows.
-DIGITS = 6
+NUMBER = "%.6g"
 
 
 def as_csv(figure: Figure) -> str:
     """A row for each point that is shown of every curve, below lines with # that say what x and y are; "" if none."""
     panels = {name: axes for name, axes in _panels(figure) if axes.axison}
-    rows = [row for name, axes in panels.items() for row in _rows(name, axes)]
+    rows = "".join(text for name, axes in panels.items() for text in _rows(name, axes))
     if not rows:
         return ""
-    text = io.StringIO()
+    text = ""
     for name, axes in panels.items():
         x, y = (" ".join(label.split()) for label in (axes.get_xlabel(), axes.get_ylabel()))
-        text.write(f"# panel {name}: x: {x or 'as below'}; y: {y or 'as beside'}\n")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    writer.writerows(rows)
+        text += f"# panel {name}: x: {x or 'as below'}; y: {y or 'as beside'}\n"
+    return text + _line(*COLUMNS) + rows
+
+
+def _line(*words: str) -> str:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerow(words)
     return text.getvalue()
 
 
@@ -39,13 +43,18 @@ def _panels(figure: Figure) -> Iterator[tuple[str, Axes]]:
         yield axes.get_title(loc="left").strip("()") or str(number), axes
 
 
-def _rows(panel: str, axes: Axes) -> Iterator[tuple[str, str, str, str]]:
+def _rows(panel: str, axes: Axes) -> Iterator[str]:
+    """The rows of each series: many thousand points may be, so that numbers are written at one go."""
     low, high = sorted(axes.get_xlim())
     places = _words(axes)
     for count, (name, points) in enumerate(_series(axes), 1):
         series = str(count) if name.startswith("_") else name
-        for x, y in points[(points[:, 0] >= low) & (points[:, 0] <= high)]:
-            yield panel, series, f"{x:.{DIGITS}g}", places.get(float(y), f"{y:.{DIGITS}g}")
+        shown = points[(points[:, 0] >= low) & (points[:, 0] <= high)].tolist()
+        if places:
+            yield from (_line(panel, series, NUMBER % x, places.get(y, NUMBER % y)) for x, y in shown)
+        else:
+            begin = _line(panel, series)[:-1].replace("%", "%%")
+            yield f"{begin},{NUMBER},{NUMBER}\n" * len(shown) % tuple(chain.from_iterable(shown))
 
 
 def _words(axes: Axes) -> dict[float, str]:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import gc
 import io
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -13,7 +12,6 @@ import matplotlib
 matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
-from fontTools import subset
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
@@ -21,6 +19,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from PIL import Image
 
 from stages.drawing.drawn_numbers import as_csv
+from stages.drawing.found_once import no_garbage, places_once, plain_fonts, sizes_once, ticks_alike, whole_fonts
 
 #: Okabe and Ito's palette, one colour a source.
 ANALYTIC, MULTIBODY, TWIN, MEASURED, GROUND = "#0072B2", "#D55E00", "#000000", "#999999", "#8C6D46"
@@ -50,43 +49,16 @@ RULES: dict[Any, Any] = {
     "axes.titley": 1.0,  # ticks are below: what looks for room above them takes a fifth of the drawing
     "svg.hashsalt": "bipedstudy",
     "pdf.fonttype": 42,
-    "pdf.compression": 9,
 }
 
 
 @contextmanager
 def drawing() -> Iterator[None]:
     """Draw under the study's rules, whatever the user's own defaults are."""
-    with plt.rc_context(), _plain_fonts(), _no_garbage():
+    with plt.rc_context(), plain_fonts(), whole_fonts(), sizes_once(), ticks_alike(), no_garbage():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(RULES)
         yield
-
-
-@contextmanager
-def _plain_fonts() -> Iterator[None]:
-    """Embed fonts without their rules for scripts and kerning, which no PDF reader looks at: cutting those down to the
-    signs in use takes four fifths of the time of cutting the font.
-    """
-    options: Any = subset.Options
-    before = getattr(options, "_drop_tables_default", [])  # Matplotlib adds to these
-    options._drop_tables_default = [*before, "GDEF", "GPOS", "GSUB", "kern", "MATH"]
-    try:
-        yield
-    finally:
-        options._drop_tables_default = before
-
-
-@contextmanager
-def _no_garbage() -> Iterator[None]:
-    """Look for no garbage among the many objects of ticks and fonts, which takes a fifth of the time of a figure."""
-    before = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if before:
-            gc.enable()
 
 
 def panel_label(axes: Axes, letter: str) -> None:
@@ -109,40 +81,11 @@ def laid_out(figure: Figure, dpi: int) -> Iterator[None]:
     """
     figure.dpi = dpi
     engine = figure.get_layout_engine()
-    with _ticks_once(), plt.rc_context({"figure.constrained_layout.use": False}):
+    with places_once(), plt.rc_context({"figure.constrained_layout.use": False}):
         if engine is not None:
             engine.execute(figure)
         figure.set_layout_engine(None)
         yield
-
-
-@contextmanager
-def _ticks_once() -> Iterator[None]:
-    """Find ticks and the room that their labels take once for each place of an axis, while nothing else is changed.
-
-    Matplotlib does so for each spine, for the neighbours' labels, for the layout and for the drawing: a fifth of the
-    time of a figure.
-    """
-    ticks, room = Axis._update_ticks, Axis._get_ticklabel_bboxes  # type: ignore[attr-defined]
-    known: dict[tuple[Axis, Any], tuple[Any, Any]] = {}
-
-    def once(axis: Axis, renderer: Any, find: Callable[[], Any]) -> Any:
-        place = (*axis.get_view_interval(), *axis.axes.bbox.bounds)
-        if known.get((axis, renderer), (None,))[0] != place:
-            known[axis, renderer] = place, find()
-        return known[axis, renderer][1]
-
-    def ticks_once(axis: Axis) -> Any:
-        return once(axis, None, lambda: ticks(axis))
-
-    def room_once(axis: Axis, drawn: Any, renderer: Any) -> Any:
-        return once(axis, renderer, lambda: room(axis, drawn, renderer))
-
-    Axis._update_ticks, Axis._get_ticklabel_bboxes = ticks_once, room_once  # type: ignore[attr-defined]
-    try:
-        yield
-    finally:
-        Axis._update_ticks, Axis._get_ticklabel_bboxes = ticks, room  # type: ignore[attr-defined]
 
 
 def in_few_colours(picture: Image.Image) -> bytes:

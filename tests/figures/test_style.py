@@ -1,18 +1,26 @@
-"""A figure whose ticks are found once is the figure that Matplotlib draws by itself."""
+"""A figure for which things are found once is the figure that Matplotlib draws by itself."""
 
+import io
+import re
 from contextlib import nullcontext
 
 import matplotlib.pyplot as plt
 import numpy as np
+from fontTools.ttLib import TTFont
 from matplotlib.axis import Axis
+from matplotlib.text import Text
+from matplotlib.transforms import BboxBase
 
 from stages.drawing import style
+
+REPLACED = ((Axis, "_update_ticks"), (Axis, "_get_tick"), (Text, "_get_layout"), (BboxBase, "union"), (io, "open"))
 
 
 def drawn(monkeypatch, plainly):
     """A figure with shared and logarithmic axes, one of equal scales, and tick labels of several widths."""
     if plainly:
-        monkeypatch.setattr(style, "_ticks_once", nullcontext)
+        for name in ("places_once", "ticks_alike", "whole_fonts", "sizes_once"):
+            monkeypatch.setattr(style, name, nullcontext)
     with style.drawing():
         figure, axes = plt.subplots(2, 2, figsize=(4, 3), sharex="col")
         axes[0, 0].plot([0.0, 1.0], [0.0, 12345.678])
@@ -22,20 +30,23 @@ def drawn(monkeypatch, plainly):
         axes[1, 1].loglog([1.0, 3.0], [2.0, 9.0])
         style.round_ticks(axes[1, 1].xaxis)
         axes[1, 0].legend()
+        axes[1, 0].set_xlabel("two\nlines, $10^5$", rotation=10)
+        axes[0, 1].get_yticklabels()[-1].set_fontweight("bold")
+        axes[1, 0].tick_params(axis="x", length=7, labelcolor="red")
         style.panel_label(axes[0, 0], "a")
         return style.pictures("it", figure, 100)
 
 
-def test_ticks_that_are_found_once_are_those_of_each_place(monkeypatch):
-    before = Axis._update_ticks
+def test_what_is_found_once_is_what_matplotlib_finds(monkeypatch):
+    before = {(owner, name): vars(owner)[name] for owner, name in REPLACED}
     once = drawn(monkeypatch, False)
-    assert Axis._update_ticks is before
+    assert {(owner, name): vars(owner)[name] for owner, name in REPLACED} == before
     assert once == drawn(monkeypatch, True)
     assert {*once} == {"figures/it.csv", "figures/it.png", "figures/it.pdf"}
 
 
 def test_ticks_are_found_anew_where_the_axis_has_moved():
-    with style.drawing(), style._ticks_once():
+    with style.drawing(), style.places_once():
         figure, axes = plt.subplots(figsize=(4, 3))
         wide = [tick.get_loc() for tick in axes.xaxis._update_ticks()]
         axes.set_xlim(0.0, 0.01)
@@ -45,3 +56,30 @@ def test_ticks_are_found_anew_where_the_axis_has_moved():
         assert 1 <= len(axes.xaxis._update_ticks()) < len(near)
         plt.close(figure)
     assert np.isfinite(wide).all()
+
+
+def test_a_tick_of_its_own_look_leaves_the_others_alone():
+    with style.drawing():
+        figure, axes = plt.subplots()
+        first, *others = axes.xaxis.get_major_ticks(4)
+        assert len({id(tick.label1) for tick in (first, *others)}) == 4
+        first.label1.set_fontweight("bold")
+        first.tick1line.set_color("red")
+        first.update_position(0.7)
+        for tick in others:
+            assert tick.label1.get_fontweight() != "bold" and tick.tick1line.get_color() != "red"
+            assert tick.get_loc() != 0.7 and tick.tick1line.get_xdata()[0] != 0.7
+        plt.close(figure)
+
+
+def test_a_font_in_a_pdf_has_what_a_pdf_needs_and_its_text_is_found():
+    with style.drawing():
+        figure, axes = plt.subplots()
+        axes.set_title("Text in a PDF")
+        plt.rcParams["pdf.compression"] = 0
+        pdf = style.pictures("it", figure, 100)["figures/it.pdf"]
+    files = re.findall(rb"/Length1 \d+[^>]*>>\s*stream\r?\n(.*?)\nendstream", pdf, re.DOTALL)
+    fonts = [TTFont(io.BytesIO(file)) for file in files]
+    assert fonts and all({"glyf", "head", "hhea", "hmtx", "loca", "maxp"} <= {*font.keys()} for font in fonts)
+    assert not any({"GSUB", "GPOS", "kern"} & {*font.keys()} for font in fonts)
+    assert b"/ToUnicode" in pdf and b"/CIDToGIDMap" in pdf

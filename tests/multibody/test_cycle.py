@@ -154,6 +154,16 @@ def test_without_a_fixed_point_the_walk_is_measured(from_gait, monkeypatch):
 
 
 @pytest.mark.slow
+def test_a_rough_search_begins_where_a_walk_ends(from_gait):
+    """The same gait, its multipliers to half a hundredth (.0025 is found), for less than half the steps."""
+    model, state, walked, _ = from_gait(12)
+    rough, full = search(model.at(1e-6), state, walked), search(model, state)
+    assert rough.steps_walked <= 15 < 30 <= full.steps_walked
+    assert rough.floquet_multipliers[:2, 0] == pytest.approx(full.floquet_multipliers[:2, 0], abs=5e-3)
+    assert np.abs((rough.section_state - full.section_state) / SCALES).max() < 1e-4
+
+
+@pytest.mark.slow
 def test_multipliers_agree_with_fine_central_differences(from_gait):
     model, state, _, _ = from_gait(1)
     found = search(model, state)

@@ -127,6 +127,20 @@ def test_a_package_that_lists_its_folder_reaches_every_module_of_it(tmp_path):
     assert set(sources.closure(["package.run"]).files) == {*expected, "package/register/_two.py"}
 
 
+def test_what_type_checkers_alone_import_is_no_part_of_a_key(tmp_path):
+    (tmp_path / "package").mkdir()
+    (tmp_path / "package/seen.py").write_text("import json")
+    (tmp_path / "package/other.py").write_text("import json")
+    (tmp_path / "package/run.py").write_text(
+        "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import elsewhere\n    from package.other import x\n"
+        "    def f():\n        import nowhere\nelse:\n    from package.seen import x\n"
+        "if not TYPE_CHECKING:\n    import here"
+    )
+    found = Sources(tmp_path, "package", SyntaxMemo(None)).closure(["package.run"])
+    assert set(found.files) == {"package/run.py", "package/seen.py"}
+    assert {*found.foreign} == {"typing", "json", "here"}
+
+
 def test_a_style_sheet_beside_the_code_counts_as_code(done):
     done.path("PACKAGE/picture/style.mplstyle").write_text("lines.linewidth: 2\n")
     assert how(done.run()) == {"picture"}

@@ -43,8 +43,9 @@ def draw(given: Given) -> str:
         axes.autoscale_view()
         style.panel_label(axes, letter)
     buffer = io.StringIO()
-    figure.savefig(buffer, format="svg", transparent=True, metadata={"Date": None, "Creator": None, "Format": None,
-                                                                     "Type": None})  # fmt: skip
+    nameless = {"Date": None, "Creator": None, "Format": None, "Type": None}
+    with style.laid_out(figure, 72):  # SVG's own
+        figure.savefig(buffer, format="svg", transparent=True, metadata=nameless)
     plt.close(figure)
     return svg_for_both(buffer.getvalue(), DARK, TITLE)
 
