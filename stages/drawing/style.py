@@ -18,8 +18,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from PIL import Image
 
+from stages.drawing import found_once
 from stages.drawing.drawn_numbers import as_csv
-from stages.drawing.found_once import no_garbage, places_once, plain_fonts, sizes_once, ticks_alike, whole_fonts
 
 #: Okabe and Ito's palette, one colour a source.
 ANALYTIC, MULTIBODY, TWIN, MEASURED, GROUND = "#0072B2", "#D55E00", "#000000", "#999999", "#8C6D46"
@@ -55,7 +55,7 @@ RULES: dict[Any, Any] = {
 @contextmanager
 def drawing() -> Iterator[None]:
     """Draw under the study's rules, whatever the user's own defaults are."""
-    with plt.rc_context(), plain_fonts(), whole_fonts(), sizes_once(), ticks_alike(), no_garbage():
+    with plt.rc_context(), found_once.while_drawing():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(RULES)
         yield
@@ -81,7 +81,7 @@ def laid_out(figure: Figure, dpi: int) -> Iterator[None]:
     """
     figure.dpi = dpi
     engine = figure.get_layout_engine()
-    with places_once(), plt.rc_context({"figure.constrained_layout.use": False}):
+    with found_once.while_nothing_changes(), plt.rc_context({"figure.constrained_layout.use": False}):
         if engine is not None:
             engine.execute(figure)
         figure.set_layout_engine(None)

@@ -11,7 +11,7 @@ from matplotlib.axis import Axis
 from matplotlib.text import Text
 from matplotlib.transforms import BboxBase
 
-from stages.drawing import style
+from stages.drawing import found_once, style
 
 REPLACED = ((Axis, "_update_ticks"), (Axis, "_get_tick"), (Text, "_get_layout"), (BboxBase, "union"), (io, "open"))
 
@@ -19,8 +19,8 @@ REPLACED = ((Axis, "_update_ticks"), (Axis, "_get_tick"), (Text, "_get_layout"),
 def drawn(monkeypatch, plainly):
     """A figure with shared and logarithmic axes, one of equal scales, and tick labels of several widths."""
     if plainly:
-        for name in ("places_once", "ticks_alike", "whole_fonts", "sizes_once"):
-            monkeypatch.setattr(style, name, nullcontext)
+        for name in ("while_nothing_changes", "ticks_alike", "whole_fonts", "sizes_once"):
+            monkeypatch.setattr(found_once, name, nullcontext)
     with style.drawing():
         figure, axes = plt.subplots(2, 2, figsize=(4, 3), sharex="col")
         axes[0, 0].plot([0.0, 1.0], [0.0, 12345.678])
@@ -46,7 +46,7 @@ def test_what_is_found_once_is_what_matplotlib_finds(monkeypatch):
 
 
 def test_ticks_are_found_anew_where_the_axis_has_moved():
-    with style.drawing(), style.places_once():
+    with style.drawing(), found_once.while_nothing_changes():
         figure, axes = plt.subplots(figsize=(4, 3))
         wide = [tick.get_loc() for tick in axes.xaxis._update_ticks()]
         axes.set_xlim(0.0, 0.01)
