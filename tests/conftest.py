@@ -11,6 +11,8 @@ from hypothesis import HealthCheck, settings
 from tests import warm
 
 os.environ.setdefault("MPLBACKEND", "Agg")
+# As in the study's own processes: matrices are small here, and threads that wait for each other spin meanwhile.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # The same examples on every machine, however slow it is: a test that fails must say something about the code.
 settings.register_profile("study", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])

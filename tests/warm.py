@@ -1,7 +1,8 @@
 """Runs Python code like `python -c`, in a process of its own that begins with large packages loaded: it takes less.
 
 Such a process is forked from one that this test session starts once. It has the packages below, and the engine; of the
-stages it has nothing, as studies of tests bring their own.
+stages it has nothing, as studies of tests bring their own. The server that forks its workers is forked from it in turn,
+so all begin in the environment that the engine gives to workers. `Toy.start` has processes that begin with nothing.
 """
 
 from __future__ import annotations
@@ -12,16 +13,21 @@ import os
 import subprocess
 import sys
 import tempfile
+import time
 import traceback
+import types
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NoReturn
+
+from pipeline.cache import processor
+from pipeline.execution.process import _SETTINGS
 
 HOME = Path(__file__).resolve().parents[1]
 LOADED = (
     "h5py", "jinja2", "matplotlib.figure", "numba", "rich.progress", "scipy.interpolate", "scipy.ndimage",
     "scipy.signal", "yaml", "pipeline.cli", "pipeline.commands.running", "pipeline.questions.command",
-    "pipeline.report.content", "tests.warm_numba",
+    "pipeline.execution.fork_server", "pipeline.report.content", "tests.warmed",
 )  # fmt: skip
 
 
@@ -40,7 +46,11 @@ def run(
     with tempfile.TemporaryDirectory() as folder:
         files = [Path(folder) / name for name in ("out", "errors")]
         process = context.Process(target=_run, args=(code, arguments, cwd, dict(env), *files))
+        before = dict(os.environ)
+        os.environ.update({**_SETTINGS, **processor.settings()})
         process.start()
+        os.environ.clear()
+        os.environ.update(before)
         process.join(timeout)
         if process.exitcode is None:
             process.kill()
@@ -66,6 +76,7 @@ def _run(code: str, arguments: tuple[str, ...], cwd: Path, env: dict[str, str], 
     sys.stdin, sys.stdout, sys.stderr = (os.fdopen(number, mode, closefd=False) for number, mode in enumerate("rww"))
     os.chdir(cwd)
     sys.argv = ["-c", *arguments]
+    _fork_servers()
     sys.path[:0] = ["", *filter(None, env.get("PYTHONPATH", "").split(os.pathsep))]
     ended = 1
     try:
@@ -79,3 +90,45 @@ def _run(code: str, arguments: tuple[str, ...], cwd: Path, env: dict[str, str], 
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(ended)
+
+
+def _fork_servers() -> None:
+    """Let the server of workers be forked from this process."""
+    from pipeline.execution import forked
+
+    forked.subprocess = types.SimpleNamespace(**{**vars(subprocess), "Popen": _Server})
+
+
+class _Server:
+    """`python -m pipeline.execution.fork_server`, as far as it is used like a `subprocess.Popen`."""
+
+    def __init__(self, _: object, *, stdin: int, cwd: Path, env: Mapping[str, str], **__: object) -> None:
+        sys.stdout.flush()
+        self.pid, self.code = os.fork(), None
+        if not self.pid:
+            from pipeline.execution import fork_server
+
+            os.setsid()
+            os.chdir(cwd)
+            os.environ.clear()
+            os.environ.update(env)
+            null = os.open(os.devnull, os.O_RDWR)
+            for number, file in enumerate((stdin, null, null)):
+                os.dup2(file, number)
+            os.closerange(3, 1024)
+            fork_server.main()
+
+    def wait(self, timeout: float | None = None) -> int:
+        end = time.monotonic() + (3600.0 if timeout is None else timeout)
+        while self.code is None:
+            pid, status = os.waitpid(self.pid, os.WNOHANG)
+            if pid:
+                self.code = os.waitstatus_to_exitcode(status)
+            elif time.monotonic() > end:
+                raise subprocess.TimeoutExpired("server", timeout or 0.0)
+            else:
+                time.sleep(0.005)
+        return self.code
+
+    def kill(self) -> None:
+        os.kill(self.pid, 9)

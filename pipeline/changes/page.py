@@ -8,6 +8,7 @@ from pathlib import Path
 from pipeline import layout
 from pipeline.cache import durable
 from pipeline.changes.folders import Changes
+from pipeline.report.page import template
 from pipeline.study import shown
 
 _TEMPLATE = Path(__file__).with_name("page.html")
@@ -26,11 +27,8 @@ def share(relative: float | None) -> str:
 
 def html(found: Changes) -> bytes:
     """The page."""
-    from jinja2 import Environment, StrictUndefined
-
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     pictures = [(each.name, each.what, _data(each.before), _data(each.after)) for each in found.figures]
-    return environment.from_string(_TEMPLATE.read_text(encoding="utf-8")).render(
+    return template(_TEMPLATE).render(
         found=found, before=shown(found.before), after=shown(found.after), most=_MOST, share=share, short=layout.short,
         pictures=pictures,
     ).encode()  # fmt: skip

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import json
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,8 @@ from pipeline.parameters import levels
 from pipeline.study import Study
 
 if TYPE_CHECKING:
+    from jinja2 import Template
+
     from pipeline.report.content import Content
 
 _TEMPLATE = Path(__file__).with_name("page.html")
@@ -56,13 +59,18 @@ def render(study: Study, made: Mapping[str, Entry], with_times: bool, stale: Map
     return html(gather(study, made, with_times), seal(study, made, with_times, stale), seconds, stale)
 
 
-def html(content: Content, sealed: str, seconds: str, stale: Mapping[str, str]) -> bytes:
-    """The page of a given content; `seconds` is the time of all stages, empty to leave times out."""
+@cache
+def template(path: Path) -> Template:
+    """The template of a page at `path`."""
     from jinja2 import Environment, StrictUndefined
 
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    template = environment.from_string(_TEMPLATE.read_text(encoding="utf-8"))
-    page = template.render(
+    return environment.from_string(path.read_text(encoding="utf-8"))
+
+
+def html(content: Content, sealed: str, seconds: str, stale: Mapping[str, str]) -> bytes:
+    """The page of a given content; `seconds` is the time of all stages, empty to leave times out."""
+    page = template(_TEMPLATE).render(
         content=content,
         seal=_SEAL.format(sealed),
         with_times=bool(seconds),

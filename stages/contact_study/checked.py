@@ -18,17 +18,17 @@ SEED = 17
 
 
 def checked(
-    scene: Scene, laws: Sequence[tuple[ContactLaw, int]], cycles: Sequence[ContactLaw], count: int
+    scene: Scene, laws: Sequence[tuple[ContactLaw, int]], cycles: Sequence[ContactLaw], count: int, tolerance: float
 ) -> EngineAgreement:
     """So many steps with sets, each given with its cost, and one cycle unless there is one step only.
 
-    The dearest set is the first, the others and the cycle are drawn. Raises EnginesDisagree.
+    The dearest set is the first, the others and the cycle are drawn. `tolerance` is Exudyn's. Raises EnginesDisagree.
     """
     hardest = max(range(len(laws)), key=lambda number: laws[number][1])
 
     def placed(law: ContactLaw) -> tuple[Machine, PlanarState]:
         start = rolling_state(scene.biped, law, scene.mid_stance, scene.walk.standing_force)
-        return Machine(scene.biped, scene.slope, law), start
+        return Machine(scene.biped, scene.slope, law, tolerance), start
 
     def named(law: ContactLaw) -> str:
         return ", ".join(f"{key} {getattr(law, key):.3g}" for key in VARIED)

@@ -76,6 +76,9 @@ class Settings:
         "1", "steps with sets drawn by a seed that Exudyn walks too; with more than one, a cycle as well",
         bound=Bound(minimum=1, maximum=1000)
     )
+    checked_tolerance: float = parameter(
+        "1", "tolerance of Exudyn's solver in what it walks too", bound=Bound(minimum=1e-11, maximum=1e-6)
+    )
     most_solver_steps: int = parameter(
         "1",
         "solver steps without a heel strike after which a run is given up",

@@ -106,7 +106,8 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         ground_is_choice=limit is not None and same_set(parameters.contact, chosen),
         friction_variations=friction[0],
         default_friction_variations=friction[1],
-        engines=checked(scene, walked_laws, laws_of(parameters.contact, friction[0]), settings.checked),
+        engines=checked(scene, walked_laws, laws_of(parameters.contact, friction[0]), settings.checked,
+                        settings.checked_tolerance),
     )
 
 

@@ -1,8 +1,8 @@
 """How far the compiled penalty walker is from Exudyn's model of the same machine, over walks and between cycles.
 
 The two share the contact laws' text and the rule of the swinging foot, and nothing of the mechanics: equations derived
-by Lagrange on one side, Exudyn's bodies, joints and integrator on the other. Both are walked at settings fixed for the
-check, whatever a study walks with, and each once more with others, which tells its own error.
+by Lagrange on one side, Exudyn's bodies, joints and integrator on the other. Both are walked at settings of the check's
+own, whatever a study walks with, and each once more with others, which tells its own error.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from stages.planar.limit_cycle import FixedPoint, fixed_point
 from stages.planar.run import Run
 from stages.planar.state import PlanarState
 
-#: Tolerances of both models in a check, and the looser ones that tell their own errors. Over one step Exudyn is given a
-#: tighter one where the first does not come near enough.
-COMPILED, COMPILED_LOOSER = 1e-12, 1e-11
-EXUDYN, EXUDYN_LOOSER, EXUDYN_TIGHTER = 1e-10, 1e-9, 1e-11
+#: Tolerances of both models in a check, and so many times looser ones that tell their own errors. Over one step Exudyn
+#: is given a tighter one where the first does not come near enough.
+COMPILED, EXUDYN, EXUDYN_TIGHTER = 1e-12, 1e-10, 1e-11
+LOOSER = 10.0
 LARGEST_STEP = 5e-4
 #: Over one step the models are this close [m]; over more, and between cycles, so many times the larger own error, which
 #: a difference of two runs may meet by chance: below this [m], a tenth of what one step may differ, it tells nothing.
@@ -41,11 +41,12 @@ RESIDUAL = 1e-6
 
 @dataclass(frozen=True)
 class Machine:
-    """A biped on its ground, walked by both engines."""
+    """A biped on its ground, walked by both engines; `tolerance` is Exudyn's in a check."""
 
     biped: Biped
     slope: Slope
     contact: ContactLaw
+    tolerance: float = EXUDYN
 
     def compiled(self, state: PlanarState, tolerance: float, steps: int, duration: float | None) -> Run:
         """A walk of the compiled walker."""
@@ -67,7 +68,8 @@ def over_a_walk(
 
     Own errors are not needed over one step, and not measured.
     """
-    ours, other = machine.compiled(state, COMPILED, steps, duration), machine.exudyn(state, EXUDYN, steps, duration)
+    ours = machine.compiled(state, COMPILED, steps, duration)
+    other = machine.exudyn(state, machine.tolerance, steps, duration)
     distance = hip_distance(ours, other)
     if steps == 1:
         if distance > ONE_STEP:
@@ -75,8 +77,8 @@ def over_a_walk(
             distance = hip_distance(ours, other)
         return Distance(what, outcome_of(ours, other), distance, float("nan"), ONE_STEP)
     own = max(
-        hip_distance(ours, machine.compiled(state, COMPILED_LOOSER, steps, duration)),
-        hip_distance(other, machine.exudyn(state, EXUDYN_LOOSER, steps, duration)),
+        hip_distance(ours, machine.compiled(state, LOOSER * COMPILED, steps, duration)),
+        hip_distance(other, machine.exudyn(state, LOOSER * machine.tolerance, steps, duration)),
     )
     return Distance(what, outcome_of(ours, other), distance, own, max(NOISE, TIMES * own))
 
@@ -105,10 +107,10 @@ def between_cycles(what: str, machine: Machine, state: PlanarState, numbers: np.
     near = fixed_point(stepper, numbers, RESIDUAL)
     derivative = stepper.derivative(near.numbers)
     ours = corrected(stepper, near, derivative)
-    looser = corrected(PenaltyStepper(*parts, Settings(COMPILED_LOOSER)), ours, derivative)
+    looser = corrected(PenaltyStepper(*parts, Settings(LOOSER * COMPILED)), ours, derivative)
     other, other_looser = (
         corrected(SectionWalker(*parts, ExudynSettings.of_one_step(tolerance, LARGEST_STEP), 1e-4), ours, derivative)
-        for tolerance in (EXUDYN, EXUDYN_LOOSER)
+        for tolerance in (machine.tolerance, LOOSER * machine.tolerance)
     )
     true, exudyn = lengths_of(ours, ours), lengths_of(other, ours)
     errors = lengths_of(looser, ours) - true, lengths_of(other_looser, ours) - exudyn

@@ -11,7 +11,6 @@ from stages.engines.walks import between_cycles, over_a_walk
 from stages.error_budget.effects import CONTACT, switched
 from stages.error_budget.errors import NotWalked
 from stages.error_budget.one_step import OneStep
-from stages.error_budget.parameters import Parameters
 from stages.error_budget.path import LIMITS
 from stages.planar.section import NoLimitCycle, section_numbers
 from stages.planar.state import rolling_state
@@ -20,12 +19,12 @@ from stages.planar.state import rolling_state
 SEED = 17
 
 
-def checked(parameters: Parameters) -> EngineAgreement:
+def checked(scene: OneStep) -> EngineAgreement:
     """Steps with laws drawn from those of the budget's nodes, and the cycle of the law itself.
 
     Raises EnginesDisagree, NotWalked, NoGait, StepFailed.
     """
-    scene, settings = OneStep(parameters), parameters.settings
+    parameters, settings = scene.parameters, scene.parameters.settings
     nodes = [(frozenset(CONTACT), 1.0)]
     nodes += [(on, part * settings.step_share) for on in LIMITS for part in (4.0, 2.0, 1.0)]
     distances = []

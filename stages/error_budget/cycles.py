@@ -101,10 +101,12 @@ def _distance(one: ContactLaw, other: ContactLaw) -> float:
 
 
 def cycle_budget(
-    parameters: Parameters,
+    parameters: Parameters, coarse: ConstraintWalk
 ) -> tuple[np.ndarray, Split, np.ndarray, np.ndarray, Convergence, np.ndarray]:
     """Phases (n,), the budget of the hip, that of the `SCALARS` (6, 2) with their interaction (2,), how the limits of
-    the hip converge, and the constraint model's scalars (2,). Raises NotWalked, NoGait, StepFailed.
+    the hip converge, and the constraint model's scalars (2,). `coarse` is its gait at its usual tolerance.
+
+    Raises NotWalked, NoGait, StepFailed.
     """
     cycles, settings, law = Cycles(parameters), parameters.settings, parameters.contact
     limits = Limits(law, settings.cycle_share, cycles.penalty, settings.penalty_tolerance, settings.limit_tolerance)
@@ -112,7 +114,6 @@ def cycle_budget(
         limits.at(on)
     limits.at(frozenset(CONTACT))
     fine_penalty = cycles.penalty(law, settings.penalty_fine_tolerance)
-    coarse = constraint_gait(parameters.biped, parameters.slope, settings.constraint_tolerance)
     start = cycles.constraint(coarse)
     rolling, coulomb = cycles.constraint(cycles.rolling), cycles.constraint(cycles.coulomb)
     parts, interaction = contributions(start, rolling, coulomb, limits, fine_penalty)

@@ -18,7 +18,7 @@ from stages.planar.trajectory import Trajectory
 
 
 class ConstraintWalk:
-    """Two steps of the constraint model from a mid-stance state, by default that of its own gait."""
+    """Two steps of the constraint model from a mid-stance state, by default that of a gait, whose period is told."""
 
     def __init__(self, walker: Walker, point: FixedPoint, tolerance: float, start: Vector | None = None) -> None:
         self.walker, self.point = walker, point
@@ -62,11 +62,10 @@ class ConstraintWalk:
 
 
 def constraint_gait(
-    biped: Biped, slope: Slope, tolerance: float, friction: Friction | None = None, start: Vector | None = None
+    biped: Biped, slope: Slope, tolerance: float, friction: Friction | None = None
 ) -> ConstraintWalk:
-    """The gait, or with `start` a walk from that mid-stance state. Raises NoGait or StepFailed."""
-    walker, point = find_gait(biped, slope, tolerance, friction)
-    return ConstraintWalk(walker, point, tolerance, start)
+    """The gait. Raises NoGait or StepFailed."""
+    return ConstraintWalk(*find_gait(biped, slope, tolerance, friction), tolerance)
 
 
 def penalty_hip(trajectory: Trajectory, time: np.ndarray) -> np.ndarray:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from stages.analytic.gait.design_point import DesignPoint
 from stages.engines.walks import Machine
 from stages.error_budget.convergence import Convergence
 from stages.error_budget.errors import NotWalked
-from stages.error_budget.hip import constraint_gait, penalty_hip
+from stages.error_budget.hip import ConstraintWalk, constraint_gait, penalty_hip
 from stages.error_budget.parameters import Parameters
 from stages.error_budget.path import Limits, contributions
 from stages.error_budget.split import Split
@@ -29,9 +30,9 @@ class OneStep:
 
     def coarse_or_fine(self, tolerance: float, coulomb: bool = False) -> np.ndarray:
         """The constraint model's hip from the common state at a tolerance, (n, 4); `coulomb`: the foot may slip."""
-        p = self.parameters
-        friction = p.contact.coefficients if coulomb else None
-        walk = constraint_gait(p.biped, p.slope, tolerance, friction, self.constraint.start)
+        p, gait = self.parameters, self.constraint
+        design = DesignPoint(p.biped, p.slope, p.contact.coefficients if coulomb else None)
+        walk = ConstraintWalk(design.walker(), gait.point, tolerance, gait.start)
         self.strikes.append(float(walk.heel_strikes[0]))
         return walk.hip(self.time)
 
@@ -57,7 +58,8 @@ class OneStep:
 
     def machine(self, law: ContactLaw) -> Machine:
         """The biped on this ground, for both engines."""
-        return Machine(self.parameters.biped, self.parameters.slope, law)
+        p = self.parameters
+        return Machine(p.biped, p.slope, law, p.settings.checked_tolerance)
 
     def compared(self) -> np.ndarray:
         """Times outside the span in which only some of the models have had their impact, (n,)."""
@@ -65,11 +67,11 @@ class OneStep:
         return (self.time < min(self.strikes)) | (self.time > end)
 
 
-def step_budget(parameters: Parameters) -> tuple[np.ndarray, Split, Convergence, np.ndarray]:
+def step_budget(scene: OneStep) -> tuple[np.ndarray, Split, Convergence, np.ndarray]:
     """Times (n,), the budget, how its limits converge, and the hip's largest integration error at the paper's
     tolerances, of the constraint model and of Exudyn's (2, 4). Raises NotWalked, NoGait, StepFailed.
     """
-    scene, settings, law = OneStep(parameters), parameters.settings, parameters.contact
+    settings, law = scene.parameters.settings, scene.parameters.contact
     limits = Limits(law, settings.step_share, scene.penalty, settings.penalty_tolerance, settings.limit_tolerance)
     coarse = scene.coarse_or_fine(settings.constraint_tolerance)
     fine = scene.coarse_or_fine(settings.constraint_fine_tolerance)

@@ -60,6 +60,9 @@ class Settings:
     checked: int = parameter(
         "1", "steps with laws of the budget drawn by a seed that Exudyn walks too", bound=Bound(minimum=0, maximum=10)
     )
+    checked_tolerance: float = parameter(
+        "1", "tolerance of Exudyn's solver in what it walks too", bound=Bound(minimum=1e-11, maximum=1e-6)
+    )
 
     def broken_rules(self) -> Iterator[Broken]:
         """The fine tolerances are tighter."""

@@ -12,7 +12,7 @@ from stages.biped.progress import Progress, ignore
 from stages.error_budget.checked import checked
 from stages.error_budget.cycles import cycle_budget
 from stages.error_budget.errors import NotWalked
-from stages.error_budget.one_step import step_budget
+from stages.error_budget.one_step import OneStep, step_budget
 from stages.error_budget.parameters import Parameters
 from stages.error_budget.result import COMPLETED, CycleBudget, Result, StepBudget
 
@@ -28,11 +28,12 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
     step, cycle, engines, outcome = None, None, None, COMPLETED
     try:
         progress(0.0, "one step with one effect at a time")
-        step = StepBudget(*step_budget(parameters))
+        scene = OneStep(parameters)
+        step = StepBudget(*step_budget(scene))
         progress(0.2, "cycles with one effect at a time")
-        cycle = CycleBudget(*cycle_budget(parameters))
+        cycle = CycleBudget(*cycle_budget(parameters, scene.constraint))
         progress(0.4, "comparing with Exudyn")
-        engines = checked(parameters)
+        engines = checked(scene)
     except (NotWalked, NoGait, StepFailed) as reason:
         outcome = str(reason)
     return Result(outcome, step, cycle, engines)

@@ -19,6 +19,8 @@ NEWTON_STEPS = 16
 SLOW, PATIENCE, MOST_RENEWALS = 0.8, 2, 4
 #: Times a change of the state is halved if the model does not take a step from it.
 HALVINGS = 4
+#: So near to a gait, in `SCALES`, the derivative is the gait's, but for what forward differences leave uncertain.
+CLOSE = 5e-3
 
 
 class After(Protocol):
@@ -75,13 +77,19 @@ def gait_near(walker: StepTaker, state: PlanarState, tolerance: float, *, centra
     """The gait near `state`, a mid-stance, or, if there is none, near the end of a walk of some steps from it.
 
     `tolerance` is the residual wanted, in `SCALES`. The derivative there is by `central` differences, or by forward
-    ones, which cost half as much and leave one more digit of multipliers uncertain. Raises NoLimitCycle.
+    ones, which cost half as much and leave one more digit of multipliers uncertain: then that of the search's own
+    start serves if it is within `CLOSE`. Raises NoLimitCycle.
     """
+    begin, derivative = section_numbers(state), None
     try:
-        found = fixed_point(walker, section_numbers(state), tolerance)
+        first = walker.step(begin)
+        if not central:
+            derivative = walker.derivative(begin, first)
+        found = fixed_point(walker, begin, tolerance, derivative, first)
     except NoLimitCycle:
         found = fixed_point(walker, walker.walk(state, SETTLING_STEPS).numbers, tolerance)
-    derivative = walker.derivative(found.numbers, None if central else found.step)
+    if derivative is None or np.abs((found.numbers - begin) / SCALES).max() > CLOSE:
+        derivative = walker.derivative(found.numbers, None if central else found.step)
     multipliers = floquet_multipliers(derivative)
     after = found.step
     return LimitCycle(
@@ -97,14 +105,14 @@ def gait_near(walker: StepTaker, state: PlanarState, tolerance: float, *, centra
 
 
 def fixed_point(
-    walker: Steps[S], numbers: np.ndarray, wanted: float, derivative: np.ndarray | None = None
+    walker: Steps[S], numbers: np.ndarray, wanted: float, derivative: np.ndarray | None = None, first: S | None = None
 ) -> FixedPointOf[S]:
     """The fixed point of a step map near `numbers` (10,), to the residual `wanted`. Raises NoLimitCycle.
 
     Newton's method; each step taken corrects the derivative (Broyden's rank one), which is made anew where the residual
-    falls slowly. `derivative` (10, 10) of a similar model serves at first.
+    falls slowly. `derivative` (10, 10) of a similar model serves at first; `first` the step from `numbers`, if known.
     """
-    after, previous, renewals, slow, began = walker.step(numbers), np.inf, 0, 0, 0.0
+    after, previous, renewals, slow, began = first or walker.step(numbers), np.inf, 0, 0, 0.0
     for _ in range(NEWTON_STEPS):
         moved = after.numbers - numbers
         residual = float(np.abs(moved / SCALES).max())

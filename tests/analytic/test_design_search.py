@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import cache
 
 import numpy as np
 import pytest
@@ -94,29 +95,45 @@ def varied_gait(request):
     _, point = find_gait(design.biped, SLOPE, 1e-12, design.friction)
     names = PARAMETERS if request.param == "rigid" else (*PARAMETERS, "biped.stiffness", "biped.damping")
 
-    def beside(name, share):
-        walker = design.with_value(name, design.value(name) * (1 + share)).walker()
-        return walker, fixed_point(walker, point.z, 1e-12)
+    gait = gait_derivatives(design, point, names, 1e-12)
+    return gait, gaits_beside(design, gait)
 
-    return gait_derivatives(design, point, names, 1e-12), beside
+
+def gaits_beside(design, gait):
+    """Of a design all of whose named parameters are changed by some share, each with a sign of its own: the signs, and
+    what tells walker and gait by the share, each found once.
+    """
+    signs = np.random.default_rng(1).choice([-1.0, 1.0], len(gait.changes.names))
+
+    @cache
+    def beside(share):
+        there = {name: design.value(name) * (1 + sign * share) for name, sign in zip(gait.changes.names, signs)}
+        walker = design.with_values(there).walker()
+        return walker, fixed_point(walker, gait.point.z, 1e-12)
+
+    return signs, beside
+
+
+def assert_slopes_are_those_of_differences(goal, gait, beside, share, allowed):
+    """Derivatives of a goal's large parts along the change that `beside` makes, by extrapolated differences."""
+    parts = GOALS[goal].parts(gait.walker, gait.point, 1e-12)
+    large = parts > 0.05 * parts.max()
+    signs, there = beside
+
+    def difference(h):
+        above, below = (GOALS[goal].parts(*there(side * h), 1e-12)[large] for side in (1, -1))
+        return (above - below) / (2 * h)
+
+    coarse, middle, fine = (difference(share / 2**halved) for halved in range(3))
+    once = (4 * middle - coarse) / 3, (4 * fine - middle) / 3
+    slopes = GOALS[goal].slopes(gait, 1e-12)[large]
+    wanted = (16 * once[1] - once[0]) / 15
+    assert slopes @ signs == pytest.approx(wanted, rel=0, abs=allowed * max(np.abs(wanted).max(), parts.max()))
 
 
 @pytest.mark.parametrize("goal", GOALS)
 def test_gradients_of_every_goal_agree_with_extrapolated_differences(varied_gait, goal):
-    gait, beside = varied_gait
-    parts = GOALS[goal].parts(gait.walker, gait.point, 1e-12)
-    large = parts > 0.05 * parts.max()
-    slopes = GOALS[goal].slopes(gait, 1e-12)[large]
-    for row, name in enumerate(gait.changes.names):
-        def difference(share, name=name):
-            above, below = (GOALS[goal].parts(*beside(name, side * share), 1e-12)[large] for side in (1, -1))
-            return (above - below) / (2 * share)
-
-        coarse, middle, fine = (difference(2e-3 / 2**halved) for halved in range(3))
-        once = (4 * middle - coarse) / 3, (4 * fine - middle) / 3
-        extrapolated = (16 * once[1] - once[0]) / 15
-        scale = max(np.abs(extrapolated).max(), parts.max())
-        assert slopes[:, row] == pytest.approx(extrapolated, rel=0, abs=1e-6 * scale)
+    assert_slopes_are_those_of_differences(goal, *varied_gait, 1e-3, 1e-6)
 
 
 def test_extremes_over_time_are_those_that_the_report_samples(start):
@@ -147,7 +164,7 @@ def test_an_optimum_on_bounds_names_them(start):
 def test_a_smooth_optimum_inside_the_bounds_has_no_gradient(start, goal, maximise, bounds):
     bounds = {name: tuple(DESIGN.value(name) * limit for limit in limits) for name, limits in bounds.items()}
     searches = search_design(
-        DESIGN, start, bounds, tolerance=TOLERANCE, goal=goal, maximise=maximise, starts=3)
+        DESIGN, start, bounds, tolerance=TOLERANCE, goal=goal, maximise=maximise, starts=2)
     for found in searches:
         assert found.ending == ("maximum" if maximise else "minimum") and not found.bounds
         assert found.gain < 1e-6
@@ -175,12 +192,12 @@ def test_a_search_ends_on_the_fold_of_the_family():
 
 
 def test_more_starts_are_never_worse(start):
-    bounds = within(0.3, "biped.foot_radius", "biped.foot_com", "biped.stiffness", "biped.damping")
+    bounds = within(0.3, "biped.foot_com", "biped.stiffness")
     searches = search_design(DESIGN, start, bounds, tolerance=TOLERANCE, goal="scuff", starts=3)
     values = [found.best.value for found in searches]
     assert len(values) == 3 and values == sorted(values)
     assert values[-1] == pytest.approx(values[0], rel=1e-6)
-    assert all(found.path.shape == (len(found.history), 4) for found in searches)
+    assert all(found.path.shape == (len(found.history), 2) for found in searches)
 
 
 RUBBING = dataclasses.replace(TABLE_1, frame_mass=0.01, frame_com=0.02, hip_friction=2e-3)
@@ -195,13 +212,14 @@ def detailed_gait(request):
     _, point = find_gait(design.biped, SLOPE, 1e-12)
     names = "biped.frame_com", "biped.foot_com", "biped.hip_friction", "biped.other_foot_mass"
     there = tuple(name for name in names if name in sensitive_names(design))
-    return design, gait_derivatives(design, point, there, 1e-12)
+    gait = gait_derivatives(design, point, there, 1e-12)
+    return design, gait, gaits_beside(design, gait)
 
 
 @pytest.mark.parametrize("goal", GOALS)
 def test_gradients_of_a_stride_and_of_a_rubbing_hip_agree_with_extrapolated_differences(detailed_gait, goal):
     """Over both steps, and over every phase that a turn of the hip begins."""
-    design, gait = detailed_gait
+    design, gait, beside = detailed_gait
     point = gait.point
     parts = GOALS[goal].parts(gait.walker, point, 1e-12)
     if goal in ("friction", "scuff"):
@@ -209,24 +227,12 @@ def test_gradients_of_a_stride_and_of_a_rubbing_hip_agree_with_extrapolated_diff
         assert len(parts) == 3 * phases
         turns = design.biped.hip_friction > 0 and design.biped.legs == "compliant"  # rigid legs turn but at its ends
         assert (phases > len(point.steps)) == turns
-    large = parts > 0.05 * parts.max()
-    slopes = GOALS[goal].slopes(gait, 1e-12)[large]
-    for row, name in enumerate(gait.changes.names):
-
-        def at(share, name=name):
-            there = design.with_value(name, design.value(name) * (1 + share)).walker()
-            return GOALS[goal].parts(there, fixed_point(there, point.z, 1e-12), 1e-12)[large]
-
-        coarse, middle, fine = ((at(h) - at(-h)) / (2 * h) for h in (4e-4, 2e-4, 1e-4))
-        once = (4 * middle - coarse) / 3, (4 * fine - middle) / 3
-        extrapolated = (16 * once[1] - once[0]) / 15
-        scale = max(np.abs(extrapolated).max(), parts.max())
-        assert slopes[:, row] == pytest.approx(extrapolated, rel=0, abs=1e-5 * scale)
+    assert_slopes_are_those_of_differences(goal, gait, beside, 4e-4, 1e-5)
 
 
 @pytest.mark.parametrize("goal", ["friction", "scuff"])
 def test_the_largest_of_a_stride_is_what_the_report_samples(detailed_gait, goal):
-    _, gait = detailed_gait
+    _, gait, _ = detailed_gait
     validity = report_gait(gait.walker, gait.point, 1e-12, 0.5).validity
     sampled = {"friction": validity.friction_single_stance, "scuff": validity.deepest_scuff}[goal]
     exact = GOALS[goal].parts(gait.walker, gait.point, 1e-12).max()

@@ -10,25 +10,44 @@ import sympy as sp
 from stages.analytic.derivatives.equations import detailed, plain
 from stages.analytic.integration import dop853_step
 from stages.analytic.model import derivation as d
-from stages.analytic.model import detailed_equations, equations
+from stages.analytic.model import detailed_equations, equations, generated_source
 from stages.analytic.model.formulas import document, tidy
 from stages.analytic.model.generate import module_source, step_source
 from stages.analytic.model.generate_derivatives import derivatives_source
-from stages.analytic.model.generated_source import compact
+from stages.analytic.model.generated_source import compact, is_current, signed
 
 
 def test_sums_of_the_integrator_are_current():
     assert Path(dop853_step.__file__).read_text(encoding="utf-8") == step_source()
 
 
-@pytest.mark.parametrize(("module", "design"), [(plain, d.TABLE_1), (detailed, d.DETAILED)])
-def test_derivatives_by_the_walkers_numbers_are_current(module, design):
-    assert Path(module.__file__).read_text(encoding="utf-8") == derivatives_source(design)
+MADE = [(partial(derivatives_source, d.TABLE_1), plain), (partial(derivatives_source, d.DETAILED), detailed),
+        (partial(module_source, d.TABLE_1), equations), (partial(module_source, d.DETAILED), detailed_equations)]
+FILES = pytest.mark.parametrize(("source", "module"), MADE, ids=[module.__name__ for _, module in MADE])
 
 
-@pytest.mark.parametrize(("module", "design"), [(equations, d.TABLE_1), (detailed_equations, d.DETAILED)])
-def test_equations_of_motion_are_current(module, design):
-    assert Path(module.__file__).read_text(encoding="utf-8") == module_source(design)
+@FILES
+def test_equations_are_current(source, module):
+    """Nobody has edited them by hand, and they belong to this derivation."""
+    assert is_current(Path(module.__file__))
+
+
+@pytest.mark.slow
+@FILES
+def test_equations_are_generated_anew_as_they_are(source, module):
+    """By this sympy, too."""
+    assert Path(module.__file__).read_text(encoding="utf-8") == signed(source())
+
+
+def test_an_edit_of_generated_equations_or_of_what_makes_them_is_seen(tmp_path, monkeypatch):
+    path = tmp_path / "made.py"
+    path.write_text(signed("a = 1\n"))
+    assert is_current(path)
+    path.write_text(path.read_text().replace("1", "2", 1))
+    assert not is_current(path)
+    path.write_text(signed("a = 1\n"))
+    monkeypatch.setattr(generated_source, "MAKERS", generated_source.MAKERS[1:])
+    assert not is_current(path)
 
 
 def test_page_of_formulas_is_current():

@@ -1,6 +1,8 @@
 """Runs of the constraint model for the tests of the calibration."""
 
+import dataclasses
 import math
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +11,7 @@ from pipeline.study import Study
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.biped.design import Biped
+from stages.calibration.blind.draw import model_of
 from stages.calibration.observation.prediction import Sampling
 from stages.calibration.observation.unknowns import layout_of, mid_stance
 
@@ -18,6 +21,8 @@ ROOT = Path(__file__).resolve().parents[2]
 PARAMETERS = Study(ROOT, ROOT / "params", ROOT / "results", ("biped.leg_inertia=8.576e-4",)).parameters(
     ["calibration"])["calibration"]
 SENSOR, SETTINGS = PARAMETERS.sensor, PARAMETERS.settings
+#: Short runs, so that a fit takes half a second.
+SHORT = dataclasses.replace(PARAMETERS, settings=dataclasses.replace(SETTINGS, planned_steps=7))
 DESIGN = DesignPoint(BIPED, PARAMETERS.slope)
 LATE = math.sqrt(2) / (2 * math.pi * SENSOR.bandwidth_hz)
 
@@ -25,6 +30,12 @@ LATE = math.sqrt(2) / (2 * math.pi * SENSOR.bandwidth_hz)
 def gait():
     """Walker and gait of the design."""
     return find_gait(DESIGN.biped, DESIGN.slope, 1e-9, None)
+
+
+@cache
+def fitted():
+    """The drawing's design and the model that short runs are fitted by."""
+    return model_of(SHORT)
 
 
 def disturbed(seed, steps):

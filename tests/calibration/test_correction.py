@@ -5,71 +5,86 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.calibration.blind.draw import draw, model_of
+from stages.calibration.blind.draw import draw
 from stages.calibration.estimation.correction import corrected
 from stages.calibration.estimation.fit import fit_near, fit_run
 from stages.calibration.estimation.foretold import explained, rms_of
+from stages.calibration.estimation.known import information_of
 from stages.calibration.observation.prediction import predict
 from stages.calibration.observation.unknowns import SIDES
 from stages.calibration.study.recorded import first_steps
-from tests.calibration.runs import PARAMETERS
+from tests.calibration.runs import SHORT, fitted
 
-DRAWING, MODEL = model_of(PARAMETERS)
+
+@pytest.fixture(scope="module")
+def drawing():
+    return fitted()[0]
+
+
+@pytest.fixture(scope="module")
+def model():
+    return fitted()[1]
 
 
 @pytest.fixture(scope="module")
 def drawn():
     """One run of a robot that was drawn, cut to six steps."""
-    campaign = draw(1001, 1, PARAMETERS)
+    campaign = draw(1001, 1, SHORT)
     return dataclasses.replace(campaign, runs=(first_steps(campaign.runs[0], 6),))
 
 
 @pytest.fixture(scope="module")
-def fit(drawn):
-    return fit_run(DRAWING, drawn.runs[0], MODEL, drawn.known)
+def fit(drawing, model, drawn):
+    return fit_run(drawing, drawn.runs[0], model, drawn.known)
 
 
-def constraint(change=1.0):
+def sd_of(model, fit, known):
+    """Standard deviations of the design, (d,): by what the run tells and by the scale, which tells of masses."""
+    d = len(model.shared)
+    information = fit.equations.matrix.copy()
+    information[:d, :d] += information_of(known, model.shared)
+    return np.sqrt(np.diag(np.linalg.inv(information))[:d])
+
+
+def constraint(model, change=1.0):
     """A simulator that is the constraint model, with a stiffness that is larger than it is told by some share."""
 
     def run(design, unknowns, like):
         stiffer = design.with_value("biped.stiffness", change * design.value("biped.stiffness"))
-        found = predict(stiffer, (), unknowns, MODEL.layout, like.sampling, 1e-9)
+        found = predict(stiffer, (), unknowns, model.layout, like.sampling, 1e-9)
         return dataclasses.replace(like, samples=found.samples)
 
     return run
 
 
-def test_a_simulator_that_is_the_model_corrects_nothing(drawn, fit):
-    found = corrected(DRAWING, fit, drawn.runs[0], MODEL, drawn.known, constraint())
-    sd = np.sqrt(np.diag(np.linalg.inv(fit.equations.matrix))[: len(MODEL.shared)])
-    assert np.abs(found.bias / sd).max() < 0.3
+def test_a_simulator_that_is_the_model_corrects_nothing(drawing, model, drawn, fit):
+    found = corrected(drawing, fit, drawn.runs[0], model, drawn.known, constraint(model))
+    assert np.abs(found.bias / sd_of(model, fit, drawn.known)).max() < 0.3
 
 
-def test_a_fit_begun_near_its_end_ends_there_sooner(drawn, fit):
-    near = DRAWING.with_values(dict(zip(MODEL.shared, fit.design, strict=True)))
-    sd = np.sqrt(np.diag(np.linalg.inv(fit.equations.matrix))[: len(MODEL.shared)])
-    again = fit_near(near, fit.unknowns, drawn.runs[0], MODEL, drawn.known)
-    assert np.abs((again.design - fit.design) / sd).max() < 0.1
+def test_a_fit_begun_near_its_end_ends_there_sooner(drawing, model, drawn, fit):
+    near = drawing.with_values(dict(zip(model.shared, fit.design, strict=True)))
+    again = fit_near(near, fit.unknowns, drawn.runs[0], model, drawn.known)
+    assert np.abs((again.design - fit.design) / sd_of(model, fit, drawn.known)).max() < 0.1
     assert again.converged and again.evaluations < fit.evaluations
     lost = fit.unknowns.copy()
-    lost[MODEL.layout.place("start_theta_rate")] *= 0.2  # from there no walker gets to the first heel strike
-    assert np.array_equal(fit_near(DRAWING, lost, drawn.runs[0], MODEL, drawn.known).design, fit.design)
+    lost[model.layout.place("start_theta_rate")] *= 0.2  # from there no walker gets to the first heel strike
+    assert np.array_equal(fit_near(drawing, lost, drawn.runs[0], model, drawn.known).design, fit.design)
 
 
-def test_a_simulator_that_is_stiffer_than_it_is_told_takes_that_off(drawn, fit):
-    found = corrected(DRAWING, fit, drawn.runs[0], MODEL, drawn.known, constraint(1.02))
-    shares = dict(zip(MODEL.shared, found.bias / fit.design, strict=True))
+def test_a_simulator_that_is_stiffer_than_it_is_told_takes_that_off(drawing, model, drawn, fit):
+    found = corrected(drawing, fit, drawn.runs[0], model, drawn.known, constraint(model, 1.02))
+    shares = dict(zip(model.shared, found.bias / fit.design, strict=True))
     assert shares["biped.stiffness"] == pytest.approx(0.02, rel=0.1)
     assert abs(shares["biped.leg_length"]) < 1e-3
     assert found.design == pytest.approx(fit.design - found.bias, rel=1e-14)
 
 
-def test_a_run_of_the_model_is_explained_to_its_noise_and_foretold(drawn):
+def test_a_run_of_the_model_is_explained_to_its_noise_and_foretold(model, drawn):
     """Fit within 1.2 times the sensors' noise; foretold, errors are larger, those of a walk that stays near."""
     robot = drawn.design
-    tell = explained(robot, drawn.runs[0], MODEL, 0.15)
-    force, rate = MODEL.noise[0], MODEL.noise[2]
+    tell = explained(robot, drawn.runs[0], model, 0.15)
+    force, rate = model.noise[0], model.noise[2]
     assert tell.fit[0] < 1.2 * force
     assert tell.fit[1] < 1.2 * rate
     assert tell.sigmas < 1.2
@@ -77,10 +92,10 @@ def test_a_run_of_the_model_is_explained_to_its_noise_and_foretold(drawn):
     assert rate < tell.foretold[1] < 0.5
 
 
-def test_errors_count_what_counts_after_a_time(drawn):
+def test_errors_count_what_counts_after_a_time(model, drawn):
     run = drawn.runs[0]
     residuals = {side: np.full((len(getattr(run.sampling, side)), 3), 2.0) for side in SIDES}
     for side in SIDES:
         residuals[side][getattr(run.sampling, side) <= 1.0] = 100.0
-    assert rms_of(residuals, run, MODEL, 1.0) == pytest.approx((2 * MODEL.noise[0], 2 * MODEL.noise[2]))
-    assert rms_of(residuals, run, MODEL)[0] > 10 * MODEL.noise[0]
+    assert rms_of(residuals, run, model, 1.0) == pytest.approx((2 * model.noise[0], 2 * model.noise[2]))
+    assert rms_of(residuals, run, model)[0] > 10 * model.noise[0]

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from stages.calibration.blind.draw import draw, model_of
+from stages.calibration.blind.draw import draw
 from stages.calibration.estimation.first_guess import first_guess
-from tests.calibration.runs import PARAMETERS
+from tests.calibration.runs import SHORT, fitted
 
 
 @pytest.mark.parametrize("seed", [1045, 1080, 1126])
 def test_a_push_is_told_from_the_strikes_alone(seed):
     """Of robots not the drawing's, pushed so that mid-stance is .05 to .15 s off the gait's, strikes wrong by 2 ms."""
-    run = draw(seed, 1, PARAMETERS)
-    drawing, model = model_of(PARAMETERS)
+    run = draw(seed, 1, SHORT)
+    drawing, model = fitted()
     layout, truth = model.layout, run.unknowns[0]
     guess = first_guess(drawing, run.runs[0].strikes, run.runs[0].sampling.first_leg, layout)
     place = layout.place("mid_stance")
@@ -23,5 +23,5 @@ def test_a_push_is_told_from_the_strikes_alone(seed):
 
 
 def test_a_guess_without_strikes_is_the_gaits_own():
-    drawing, model = model_of(PARAMETERS)
+    drawing, model = fitted()
     np.testing.assert_array_equal(first_guess(drawing, np.array([0.0, 0.5]), 0, model.layout), model.layout.middle)

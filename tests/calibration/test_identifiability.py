@@ -2,8 +2,7 @@
 
 import dataclasses
 import json
-import subprocess
-import sys
+import os
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from stages.calibration.information.experiments import experiments, gains, weigh
 from stages.calibration.information.identifiability import identifiability
 from stages.calibration.information.plan import plan_of, planned_equations
 from stages.calibration.information.words import described, is_scale_of_mass
+from tests import warm
 from tests.calibration.runs import PARAMETERS, ROOT
 
 PLAN = plan_of(PARAMETERS)
@@ -71,18 +71,22 @@ def test_a_known_length_and_more_runs_tell_more_and_never_less(planned):
     assert before.sd[row] / many.sd[row] == pytest.approx(10.0, rel=0.02)
 
 
+def told(*arguments):
+    """What the command `calibrate` ends with and says."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    return warm.run("from pipeline.cli import main; main()", "calibrate", *arguments, cwd=ROOT, env=environment)
+
+
 def test_the_command_says_what_runs_tell_without_any_recording(tmp_path):
-    command = [sys.executable, "-m", "pipeline.cli", "calibrate", "--identifiability", "--runs", "2", "--json",
-               "--results", str(tmp_path), "--set", "biped.leg_inertia=8.576e-4"]
-    done = subprocess.run(command, cwd=ROOT, text=True, capture_output=True)
+    done = told("--identifiability", "--runs", "2", "--json", "--results", str(tmp_path),
+                "--set", "biped.leg_inertia=8.576e-4")  # fmt: skip
     assert done.returncode == 0, done.stderr
-    told = json.loads(done.stdout)
-    assert "weigh the robot" in told["not_seen"][0]["in_words"]
-    assert told["parameters"]["biped.hip_mass"]["sd_not_weighed"] is None
-    assert told["parameters"]["biped.leg_length"]["sd"] < told["parameters"]["biped.leg_length"]["sd_one_run"]
+    found = json.loads(done.stdout)
+    assert "weigh the robot" in found["not_seen"][0]["in_words"]
+    assert found["parameters"]["biped.hip_mass"]["sd_not_weighed"] is None
+    assert found["parameters"]["biped.leg_length"]["sd"] < found["parameters"]["biped.leg_length"]["sd_one_run"]
 
 
 def test_the_command_asks_for_recordings(tmp_path):
-    command = [sys.executable, "-m", "pipeline.cli", "calibrate", "--results", str(tmp_path)]
-    done = subprocess.run(command, cwd=ROOT, text=True, capture_output=True)
+    done = told("--results", str(tmp_path))
     assert (done.returncode, "name the recordings" in done.stderr) == (2, True)

@@ -5,11 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
+from stages.calibration.blind.draw import draw, model_of
 from stages.calibration.estimation.equations import run_equations
 from stages.calibration.intervals.widening import widening
 from stages.calibration.study.drawing import drawn_design, looked_for, table_value
 from stages.calibration.study.recorded import first_steps
-from tests.calibration.runs import DESIGN, PARAMETERS
+from tests.calibration.runs import DESIGN, PARAMETERS, SHORT
 
 
 def test_the_drawing_is_what_the_bill_of_parts_makes_seen_from_the_side():
@@ -35,10 +36,12 @@ def test_a_biped_that_says_its_details_is_taken_as_it_is():
     assert dataclasses.replace(biped, other_leg_length=None) == detailed
 
 
-def test_a_run_is_cut_at_a_heel_strike():
-    from stages.calibration.blind.draw import draw
+@pytest.fixture(scope="module")
+def run():
+    return draw(1002, 1, SHORT).runs[0]
 
-    run = draw(1002, 1, PARAMETERS).runs[0]
+
+def test_a_run_is_cut_at_a_heel_strike(run):
     cut = first_steps(run, 5)
     assert len(cut.strikes) == 6
     assert cut.duration <= cut.strikes[-1] < run.duration
@@ -47,10 +50,8 @@ def test_a_run_is_cut_at_a_heel_strike():
     assert len(first_steps(run, 1).strikes) == 4  # fewer cannot be used
 
 
-def test_intervals_widen_by_size_and_by_neighbours_that_hang_together():
-    from stages.calibration.blind.draw import draw, model_of
-
-    run = first_steps(draw(1002, 1, PARAMETERS).runs[0], 5)
+def test_intervals_widen_by_size_and_by_neighbours_that_hang_together(run):
+    run = first_steps(run, 5)
     _, model = model_of(PARAMETERS)
     at = run_equations(DESIGN, np.array([2.0]), model.layout.middle, run, model)
     rng = np.random.default_rng(1)

@@ -42,7 +42,10 @@ def few(every: dict[str, Any]) -> Parameters:
 
 @pytest.fixture(scope="module")
 def made(few: Parameters, inputs: Inputs) -> Result:
-    return run(few, inputs)
+    """Walked in this process: others would load everything anew, which takes more than these few walks."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("os.cpu_count", lambda: 1)
+        return run(few, inputs)
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,7 @@
 """Clock repair: the lower envelope, its oracle, and what it does to late, lost, swapped and repeated packets."""
 
 import dataclasses
+import functools
 
 import numpy as np
 import pytest
@@ -16,18 +17,21 @@ from stages.imu.clock.indexed import BY_DEVICE_STAMP, IndexedRecording
 from stages.imu.clock.lateness import straighten
 from stages.imu.clock.packet_index import index_samples
 from stages.imu.sources.columns import recording_from_columns
-from stages.imu.sources.schema import Recording
-from tests.imu.stand_in import RADIO, ROUGH_RADIO, SETTINGS, device, make_run
+from stages.imu.sources.schema import Experiment, Recording
+from tests.imu.stand_in import RADIO, ROUGH_RADIO, SETTINGS, Truth, device, make_run
 
 
 def recording_of(sent: Transmitted, rows: np.ndarray | None = None) -> Recording:
-    experiment, _ = make_run_cache[0]
+    experiment, _ = made(0)
     stamps = (sent.packet, sent.position, sent.device_stamp, sent.phone_stamp, sent.server_stamp)
     table = np.column_stack((*stamps, sent.acceleration, sent.angular_rate)).astype(float)
     return recording_from_columns(experiment, device("hip"), table if rows is None else table[rows])
 
 
-make_run_cache = [make_run(seed, RADIO if seed < 8 else ROUGH_RADIO) for seed in range(16)]
+@functools.cache
+def made(seed: int) -> tuple[Experiment, Truth]:
+    """A run over the usual radio, from seed 8 on over a rough one."""
+    return make_run(seed, RADIO if seed < 8 else ROUGH_RADIO)
 
 
 def repaired(indexed: IndexedRecording) -> Clock:
@@ -36,7 +40,7 @@ def repaired(indexed: IndexedRecording) -> Clock:
 
 def true_times(seed: int, recording: Recording, before: np.ndarray | int = 0) -> np.ndarray:
     """When the rows of a recording were sampled (n,); `before` is what a restart took off their packet numbers."""
-    _, truth = make_run_cache[seed]
+    _, truth = made(seed)
     sent = truth.sent[0]
     sampled = dict(zip(zip(sent.packet, sent.position), truth.run.hip.sample_time))
     keys = zip(recording.packet.astype(int) + before, recording.position.astype(int))
@@ -44,7 +48,7 @@ def true_times(seed: int, recording: Recording, before: np.ndarray | int = 0) ->
 
 
 def clock_error(seed: int, rows: np.ndarray | None = None) -> np.ndarray:
-    indexed = index_samples(recording_of(make_run_cache[seed][1].sent[0], rows))
+    indexed = index_samples(recording_of(made(seed)[1].sent[0], rows))
     error = repaired(indexed).time - true_times(seed, indexed.recording)
     return error - error.mean()
 
@@ -91,19 +95,19 @@ def test_stalls_do_not_move_the_envelope_where_they_move_least_squares() -> None
 
 
 def test_order_of_rows_does_not_matter() -> None:
-    rows = np.random.default_rng(3).permutation(len(make_run_cache[0][1].sent[0].packet))
+    rows = np.random.default_rng(3).permutation(len(made(0)[1].sent[0].packet))
     np.testing.assert_allclose(clock_error(0, rows), clock_error(0))
 
 
 def test_repeated_rows_are_counted_and_change_nothing() -> None:
-    sent = make_run_cache[0][1].sent[0]
+    sent = made(0)[1].sent[0]
     rows = np.sort(np.append(np.arange(len(sent.packet)), np.arange(0, 90, 2)))
     assert index_samples(recording_of(sent, rows)).exact_duplicates == 45
     np.testing.assert_allclose(clock_error(0, rows), clock_error(0))
 
 
 def test_losses_are_counted_exactly() -> None:
-    sent = make_run_cache[0][1].sent[0]
+    sent = made(0)[1].sent[0]
     packet = np.unique(sent.row // 3)
     missing = packet[-1] - packet[0] + 1 - len(packet)
     assert index_samples(recording_of(sent)).lost_packets == missing
@@ -112,7 +116,7 @@ def test_losses_are_counted_exactly() -> None:
 
 
 def test_swapped_rows_are_counted() -> None:
-    sent = make_run_cache[0][1].sent[0]
+    sent = made(0)[1].sent[0]
     rows = np.arange(len(sent.packet))
     rows[[30, 33]] = rows[[33, 30]]
     assert index_samples(recording_of(sent, rows)).out_of_order > 0
@@ -146,7 +150,7 @@ def restarted(sent: Transmitted, packets: int) -> Recording:
 
 @pytest.mark.parametrize("seed", [1, 9])
 def test_time_goes_on_across_a_restart(seed: int) -> None:
-    sent = make_run_cache[seed][1].sent[0]
+    sent = made(seed)[1].sent[0]
     half = int(sent.packet.max() - sent.packet.min()) // 2
     indexed = index_samples(restarted(sent, half))
     assert indexed.resets == 1
@@ -158,7 +162,7 @@ def test_time_goes_on_across_a_restart(seed: int) -> None:
 @pytest.mark.parametrize("seed", [1, 9])
 def test_a_short_life_has_the_rate_of_the_others_and_begins_after_them(seed: int) -> None:
     """Of ten packets some are stalled: an envelope of their own would have any rate and reach into the life before."""
-    sent = make_run_cache[seed][1].sent[0]
+    sent = made(seed)[1].sent[0]
     last = int(sent.packet.max() - sent.packet.min())
     for packets in (*range(last - 14, last - 6), *range(4, 12)):
         indexed = index_samples(restarted(sent, packets))
@@ -169,7 +173,7 @@ def test_a_short_life_has_the_rate_of_the_others_and_begins_after_them(seed: int
 
 
 def test_lives_without_stamps_follow_each_other() -> None:
-    sent = make_run_cache[1][1].sent[0]
+    sent = made(1)[1].sent[0]
     nothing = np.full(len(sent.packet), np.nan)
     blind = dataclasses.replace(
         restarted(sent, 100), device_stamp=nothing, phone_stamp=nothing, server_stamp=nothing
@@ -179,7 +183,7 @@ def test_lives_without_stamps_follow_each_other() -> None:
 
 
 def test_without_a_counter_loss_is_not_guessed() -> None:
-    sent = make_run_cache[0][1].sent[0]
+    sent = made(0)[1].sent[0]
     recording = recording_of(sent)
     unknown = np.full(recording.rows, np.nan)
     blind = dataclasses.replace(recording, packet=unknown, position=unknown)
@@ -191,7 +195,7 @@ def packets_sent_at(stamp: np.ndarray) -> Recording:
     packet, position = np.divmod(np.arange(3 * len(stamp)), 3)
     columns = np.full((len(packet), 11), np.nan)
     columns[:, 0], columns[:, 1], columns[:, 3], columns[:, 5:] = packet, position, stamp[packet], 0.0
-    return recording_from_columns(make_run_cache[0][0], device("hip"), columns)
+    return recording_from_columns(made(0)[0], device("hip"), columns)
 
 
 PERIOD = 0.0101
@@ -258,7 +262,7 @@ def test_steps_are_not_looked_for_in_samples_that_are_only_counted() -> None:
 
 def test_a_packet_sent_again_is_no_restart() -> None:
     """Same numbers, same readings, later stamps; a sensor at rest whose readings repeat proves nothing."""
-    recording = recording_of(make_run_cache[0][1].sent[0])
+    recording = recording_of(made(0)[1].sent[0])
     again = np.arange(300, 360)
     order = np.argsort(np.append(np.arange(recording.rows), again + 45.5), kind="stable")
     rows = np.append(np.arange(recording.rows), again)[order]
@@ -272,7 +276,7 @@ def test_a_packet_sent_again_is_no_restart() -> None:
 
 def test_device_stamps_number_the_samples_and_phone_stamps_date_them() -> None:
     """Without a counter; the device's clock runs 1 % fast, and 5 % of the packets are lost."""
-    _, truth = make_run_cache[9]
+    _, truth = made(9)
     recording = recording_of(truth.sent[0])
     nothing = np.full(recording.rows, np.nan)
     blind = dataclasses.replace(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+import functools
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from tests.imu.made_walks import campaign_parameters, stand_in_walks
 from tests.imu.stand_in import PARAMETERS
 
 RUNS = 3
+Judged = Callable[[wrong_logs.Family, int], tuple[Log, Trial]]
 
 
 @pytest.fixture(scope="module")
@@ -35,8 +37,17 @@ def trial_of(log: Log) -> Trial:
     return read_trial(log.experiment, log.recordings, PARAMETERS)
 
 
-def done(family: wrong_logs.Family, number: int, walks: Sequence[TwinRun], parameters: Parameters) -> Log:
-    return family(made_log(number, walks[number], parameters), walks, np.random.default_rng(number))
+@pytest.fixture(scope="module")
+def judged(parameters: Parameters, walks: list[TwinRun]) -> Judged:
+    """A run's log made wrong, and what is read of it: one for all tests that look at it."""
+    logs = [made_log(number, walk, parameters) for number, walk in enumerate(walks)]
+
+    @functools.cache
+    def done(family: wrong_logs.Family, number: int) -> tuple[Log, Trial]:
+        log = family(logs[number], walks, np.random.default_rng(number))
+        return log, trial_of(log)
+
+    return done
 
 
 @pytest.mark.parametrize("times", [1.0, 3.0])
@@ -55,12 +66,9 @@ FAMILIES = (*wrong_logs.WRONG, *wrong_logs.LATER, *wrong_logs.CLOCKS)
 
 
 @pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.__name__)
-def test_what_is_wrong_is_refused_or_named(
-    family: wrong_logs.Family, walks: list[TwinRun], parameters: Parameters
-) -> None:
+def test_what_is_wrong_is_refused_or_named(family: wrong_logs.Family, judged: Judged) -> None:
     for number in range(RUNS):
-        log = done(family, number, walks, parameters)
-        trial = trial_of(log)
+        log, trial = judged(family, number)
         if trial.accepted:
             assert set(wrong_quantities(log, trial)) <= set(trial.verdict.not_trusted), trial.verdict.findings
 
@@ -84,10 +92,8 @@ def test_what_is_wrong_is_refused_or_named(
     ],
     ids=lambda one: getattr(one, "__name__", ""),
 )
-def test_a_refusal_says_where_to_look(
-    family: wrong_logs.Family, words: str, walks: list[TwinRun], parameters: Parameters
-) -> None:
-    trial = trial_of(done(family, 0, walks, parameters))
+def test_a_refusal_says_where_to_look(family: wrong_logs.Family, words: str, judged: Judged) -> None:
+    _, trial = judged(family, 0)
     assert trial.verdict.outcome == REFUSED
     assert words in "; ".join(trial.verdict.sentences(refused=True))
 
@@ -104,9 +110,9 @@ def test_a_refusal_says_where_to_look(
     ids=lambda one: getattr(one, "__name__", ""),
 )
 def test_a_remark_names_what_is_not_to_be_trusted(
-    family: wrong_logs.Family, words: str, about: set[str], walks: list[TwinRun], parameters: Parameters
+    family: wrong_logs.Family, words: str, about: set[str], judged: Judged
 ) -> None:
-    trial = trial_of(done(family, 0, walks, parameters))
+    _, trial = judged(family, 0)
     assert trial.verdict.outcome == WITH_REMARKS
     assert words in "; ".join(trial.verdict.sentences(refused=False))
     assert about <= set(trial.verdict.not_trusted)
@@ -133,9 +139,7 @@ def test_what_cannot_be_known_is_said(walks: list[TwinRun], parameters: Paramete
 
 
 @pytest.mark.parametrize("late", [-0.4, 0.4, 2.0])
-def test_a_lag_is_never_taken_from_beyond_the_search(
-    late: float, walks: list[TwinRun], parameters: Parameters
-) -> None:
+def test_a_lag_is_never_taken_from_beyond_the_search(late: float, walks: list[TwinRun], parameters: Parameters) -> None:
     log = made_log(0, walks[0], parameters)
     moved = log.changed("foot", lambda one: replaced(one, phone_stamp=one.phone_stamp + late))
     trial = trial_of(moved)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sqlite3
 import time
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +20,10 @@ from stages.imu.sources.source_tables import TableSource
 from tests.imu import postgres
 from tests.imu.stand_in import make_database, make_run
 
-sqlalchemy = pytest.importorskip("sqlalchemy", reason="SQLAlchemy is not installed (extra [sql])")
-pytest.importorskip("psycopg", reason="psycopg is not installed (extra [sql])")
-pytestmark = pytest.mark.skipif(bool(postgres.missing()), reason=postgres.missing() or "none")
+pytestmark = [
+    pytest.mark.skipif(find_spec(name) is None, reason=f"{name} is not installed (extra [sql])")
+    for name in ("sqlalchemy", "psycopg")
+] + [pytest.mark.skipif(bool(postgres.missing()), reason=postgres.missing() or "none")]
 
 
 @pytest.fixture(scope="module")
@@ -32,6 +34,8 @@ def server() -> Iterator[postgres.Server]:
 
 def writer(server: postgres.Server) -> Any:
     """A connection that may write, as the lab's own programs have."""
+    import sqlalchemy  # here: every process that collects tests would load it
+
     url = sqlalchemy.make_url(server.url()).set(drivername="postgresql+psycopg")
     return sqlalchemy.create_engine(url, poolclass=sqlalchemy.NullPool).connect()
 
@@ -132,7 +136,7 @@ def test_a_locked_table_and_an_endless_view_end(server: postgres.Server, filled:
         with pytest.raises(SourceRefused, match="locked"), SqlSource(server.url()) as source:
             list(source.runs())
         assert time.monotonic() - began < 60
-    with SqlSource(server.url(), statement_s=2.0) as source, pytest.raises(SourceRefused, match="in time"):
+    with SqlSource(server.url(), statement_s=0.2) as source, pytest.raises(SourceRefused, match="in time"):
         list(source.query("WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i FROM n) SELECT max(i) FROM n"))
 
 

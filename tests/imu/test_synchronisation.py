@@ -3,6 +3,10 @@
 Where each is dated by its own clock, by their motion alone.
 """
 
+import functools
+import tempfile
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -15,12 +19,17 @@ from tests.imu.damage import edited
 from tests.imu.stand_in import PARAMETERS, make_database, make_run
 
 
+@functools.cache
+def database() -> bytes:
+    return make_database([make_run(4)])
+
+
 def on_own_clocks(lag: float, drift: float, folder) -> RunReport:
     """The report of a run with the sensors' own stamps alone, the foot's late by `lag` [s] and slow by `drift`."""
     own = f"device_stamp = (device_stamp + {lag}) * {1 + drift}"
     nothing = "packet = NULL, position = NULL, phone_stamp = NULL, server_stamp = NULL"
     content = edited(
-        make_database([make_run(4)]),
+        database(),
         (f"UPDATE sample SET {nothing}", ()), (f"UPDATE sample SET {own} WHERE device_id = 2", ()),
     )  # fmt: skip
     path = folder / "log.sqlite"
@@ -40,32 +49,34 @@ def test_clocks_without_a_common_beginning(lag: float, drift: float, tmp_path) -
     assert any("by their motion alone" in remark for remark in found.remarks)
 
 
-def ingested(lag: float, folder) -> Result:
+@functools.cache
+def ingested(lag: float) -> Result:
     """A run whose foot sensor's stamps are late by `lag` [s]: another phone, another clock."""
     stamps = ", ".join(f"{name} = {name} + {lag}" for name in ("phone_stamp", "server_stamp"))
-    content = edited(make_database([make_run(4)]), (f"UPDATE sample SET {stamps} WHERE device_id = 2", ()))
-    path = folder / "log.sqlite"
-    path.write_bytes(content)
-    return run(PARAMETERS, Inputs(path))
+    content = edited(database(), (f"UPDATE sample SET {stamps} WHERE device_id = 2", ()))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "log.sqlite"
+        path.write_bytes(content)
+        return run(PARAMETERS, Inputs(path))
 
 
 @pytest.mark.parametrize("lag", [-0.2, -0.043, 0.0, 0.043, 0.2])
-def test_a_lag_of_the_foot_is_found_and_taken_out(lag: float, tmp_path) -> None:
+def test_a_lag_of_the_foot_is_found_and_taken_out(lag: float) -> None:
     """Half a step is 0.24 s. The rest is what the radio's smallest delays differ by."""
-    (found,) = ingested(lag, tmp_path).runs
+    (found,) = ingested(lag).runs
     assert found.report.foot_lag == pytest.approx(lag, abs=3e-3)
     ahead = found.foot.time[0] - found.hip.time[0]
-    (alone,) = ingested(0.0, tmp_path).runs
+    (alone,) = ingested(0.0).runs
     assert ahead == pytest.approx(alone.foot.time[0] - alone.hip.time[0], abs=2e-3)
     assert found.report.lever_arm == pytest.approx(0.233, abs=0.01)
 
 
-def test_registered_foot_and_hip_turn_as_one(tmp_path) -> None:
+def test_registered_foot_and_hip_turn_as_one() -> None:
     """They ride on one leg: their rates agree at every phase although the foot's clock is 43 ms late.
 
     Without the correlation they would be 43 ms apart, which at the swing's 20 rad/s^2 makes 0.5 rad/s.
     """
-    result = ingested(0.043, tmp_path)
+    result = ingested(0.043)
     hip, foot = (result.signals.index(f"{place}_lateral_rate") for place in ("hip", "foot"))
     rates = result.ensemble.mean[:, [hip, foot]]
     assert np.nanmax(np.abs(rates[:, 0] - rates[:, 1])) < 0.15 * np.nanmax(np.abs(rates))

@@ -27,6 +27,8 @@ SPRING = ("ground.contact_stiffness", "ground.contact_exponent")
 OF_LAW = {"impact": ("ground.contact_damping", "ground.damping_depth"),
           "restitution": ("ground.restitution", "ground.impact_speed")}  # fmt: skip
 FINE = Settings(1e-13)
+#: Numbers whose derivatives are held against one rerun.
+TOGETHER = 5
 #: What sums may leave: of period and length, and of two multipliers, whose derivatives are extrapolated.
 LEFT = np.array([1e-8, 1e-8, 1e-6, 1e-6])
 
@@ -40,17 +42,21 @@ def total(table, names, weights):
     return sum(power * table[names.index(name)] for name, power in weights.items())
 
 
-def differences(parts, state, name, scale, lift):
-    """Central differences of a step by a parameter, extrapolated (12,), and what extrapolation leaves at most.
+def differences(parts, state, along, lift):
+    """Central differences of a step along a change of its numbers, extrapolated (12,), and what that leaves at most.
 
-    `lift` (10,): changes of the start's section numbers that go along. Of sizes of differences the surest.
+    `along`: how much of each number goes into the change; `lift` (10,): changes of the start's section numbers that go
+    along. Of sizes of differences the surest.
     """
     numbers = section_numbers(state)
 
     def slope(share):
         ends = []
         for by in (share, -share):
-            step = PenaltyStepper(*changed(*parts, name, by * scale), state, FINE).step(numbers + by * lift)
+            there = parts
+            for name, size in along.items():
+                there = changed(*there, name, by * size)
+            step = PenaltyStepper(*there, state, FINE).step(numbers + by * lift)
             ends.append(np.array([*(step.numbers / SCALES), step.duration, step.length]))
         return (ends[0] - ends[1]) / (2 * share)
 
@@ -62,6 +68,24 @@ def differences(parts, state, name, scale, lift):
     return min(answers, key=lambda answer: answer[1])
 
 
+def assert_derivatives_are_those_of_reruns(parts, state, names):
+    """By every name, each with a weight of its own and along with others whose derivatives are about as large."""
+    changes = changes_of(*parts, names)
+    step = PenaltyStepper(*parts, state, FINE).varied_step(section_numbers(state), changes)
+    columns = np.vstack([step.numbers / SCALES[:, None], step.duration, step.length])
+    generator, sizes = np.random.default_rng(5), np.abs(columns[:, 10:]).max(axis=0)
+    for rows in np.array_split(np.argsort(sizes), -(-len(names) // TOGETHER)):
+        weights = np.minimum(np.median(sizes[rows]) / sizes[rows], 1.0) * generator.choice([-1.0, 1.0], len(rows))
+        along = {names[row]: weight * changes.scales[row] for row, weight in zip(rows, weights, strict=True)}
+        lift = np.zeros(10)
+        if parts[0].legs == "rigid":  # a longer rigid leg stands as deep in the ground
+            lift[0] = along.get("biped.leg_length", 0.0)
+        own = columns[:, 10 + rows] @ weights + columns[:, :10] @ lift
+        expected, left = differences(parts, state, along, lift)
+        assert own == pytest.approx(expected, abs=1e-6 + 10 * left), (along, parts)
+        assert left < 1e-3 * max(np.abs(expected).max(), 1.0), along
+
+
 @pytest.mark.parametrize("legs", ["compliant", "rigid"])
 @pytest.mark.parametrize("law", OF_LAW)
 def test_a_steps_derivatives_are_those_of_reruns(biped, slope, contact, rough, law, legs):
@@ -71,18 +95,7 @@ def test_a_steps_derivatives_are_those_of_reruns(biped, slope, contact, rough, l
     stance = rough if legs == "compliant" else dataclasses.replace(rough, stance_length=length, swing_length=length)
     for ground in drawn_sets(contact, 4, 1, law):
         parts = dataclasses.replace(biped, legs=legs, leg_inertia=2e-4), slope, ground
-        state, changes = rolling_state(parts[0], ground, stance, 9.4), changes_of(*parts, names)
-        step = PenaltyStepper(*parts, state, FINE).varied_step(section_numbers(state), changes)
-        for row, name in enumerate(names):
-            lift = np.zeros(10)
-            if legs == "rigid" and name == "biped.leg_length":  # a longer rigid leg stands as deep in the ground
-                lift[0] = changes.scales[row]
-            columns = np.vstack([step.numbers / SCALES[:, None], step.duration, step.length])
-            own = columns[:, 10 + row] + columns[:, :10] @ lift
-            expected, left = differences(parts, state, name, changes.scales[row], lift)
-            size = np.abs(expected).max()
-            assert own == pytest.approx(expected, abs=1e-6 * max(size, 1.0) + 10 * left), (name, ground)
-            assert left < 1e-3 * max(size, 1.0), name
+        assert_derivatives_are_those_of_reruns(parts, rolling_state(parts[0], ground, stance, 9.4), names)
 
 
 def test_a_detailed_steps_derivatives_are_those_of_reruns(biped, slope, contact, rough):
@@ -91,33 +104,26 @@ def test_a_detailed_steps_derivatives_are_those_of_reruns(biped, slope, contact,
     parts = design, slope, contact
     names = [f"biped.{field.name}" for field in dataclasses.fields(design)
              if isinstance(getattr(design, field.name), float)]  # fmt: skip
-    state, changes = rolling_state(design, contact, rough, 9.4), changes_of(*parts, names)
-    step = PenaltyStepper(*parts, state, FINE).varied_step(section_numbers(state), changes)
-    for row, name in enumerate(names):
-        own = [*(step.numbers[:, 10 + row] / SCALES), step.duration[10 + row], step.length[10 + row]]
-        expected, left = differences(parts, state, name, changes.scales[row], np.zeros(10))
-        size = np.abs(expected).max()
-        assert own == pytest.approx(expected, abs=1e-6 * max(size, 1.0) + 10 * left), name
-        assert left < 1e-3 * max(size, 1.0), name
+    assert_derivatives_are_those_of_reruns(parts, rolling_state(design, contact, rough, 9.4), names)
 
 
-def test_dimensions_demand_sums(found, contact, biped, slope, start):
+def test_dimensions_demand_sums(contact, biped, slope, start, gait):
     """Similar walkers: T in times, s in lengths; k_c in N/m^e, the multipliers without unit."""
-    exponent, names = contact.contact_exponent, found.changes.names
-    multipliers = of_multipliers(biped, slope, contact, start, found)
-    table = np.column_stack([found.elasticities(), multipliers.elasticities])
-    assert multipliers.errors.max() < 1e-7 and not multipliers.refused
     mass = dict.fromkeys(("biped.hip_mass", "biped.foot_mass", "biped.stiffness", "biped.damping",
                           "ground.contact_stiffness", "ground.contact_damping"), 1.0)  # fmt: skip
-    assert (np.abs(total(table, names, mass)) < LEFT).all()
     sizes = ("biped.leg_length", "biped.foot_radius", "biped.foot_com", "ground.gravity", "ground.damping_depth")
     length = dict.fromkeys((*sizes, "ground.stiction_velocity", "ground.friction_velocity"), 1.0)
-    length["ground.contact_stiffness"] = 1.0 - exponent
-    assert (np.abs(total(table, names, length) - [0.0, 1.0, 0.0, 0.0]) < LEFT).all()
+    length["ground.contact_stiffness"] = 1.0 - contact.contact_exponent
     time = {"ground.gravity": -2.0, "ground.stiction_velocity": -1.0, "ground.friction_velocity": -1.0,
             "biped.stiffness": -2.0, "biped.damping": -1.0, "ground.contact_stiffness": -2.0,
             "ground.contact_damping": -1.0}  # fmt: skip
-    assert (np.abs(total(table, names, time) - [1.0, 0.0, 0.0, 0.0]) < LEFT).all()
+    names = sorted({*mass, *length, *time})
+    answers = responses(biped, slope, contact, start, gait, names)
+    multipliers = of_multipliers(biped, slope, contact, start, answers)
+    table = np.column_stack([answers.elasticities(), multipliers.elasticities])
+    assert multipliers.errors.max() < 1e-7 and not multipliers.refused
+    for powers, wanted in ((mass, [0.0, 0.0]), (length, [0.0, 1.0]), (time, [1.0, 0.0])):
+        assert (np.abs(total(table, names, powers) - [*wanted, 0.0, 0.0]) < LEFT).all()
 
 
 def test_tighter_steps_come_nearer(found, biped, slope, contact, start, gait):

@@ -16,6 +16,18 @@ from tests.pipeline.toy import Toy, with_commands, written
 _serial = itertools.count()
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_fixture_setup() -> None:
+    """Workers' server serves those who share an environment: pytest tells in it which test runs, and nobody asks."""
+    os.environ.pop("PYTEST_CURRENT_TEST", None)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_pyfunc_call() -> None:
+    """As before: pytest tells it anew for each phase of a test."""
+    pytest_fixture_setup()
+
+
 @pytest.fixture
 def toy(tmp_path: Path) -> Toy:
     """A fresh toy study for runs from this process; its package has a name of its own, as imports are remembered."""

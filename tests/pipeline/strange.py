@@ -20,6 +20,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from tests import warm
 from tests.pipeline import strange_files
 from tests.pipeline.strange_files import Maker, written
 from tests.pipeline.strange_graphs import graphs
@@ -27,7 +28,8 @@ from tests.pipeline.toy import HOME, TEMPLATE, TEMPLATE_PACKAGE, Toy
 
 _LONGEST_S = 180
 _MEMORY = 6_000_000_000
-_DROP_FROM_BOUNDS, _MAY_READ_ALL = 24, (1, 2)  # prctl; CAP_DAC_OVERRIDE and CAP_DAC_READ_SEARCH
+_MAY_READ_ALL = 0b110  # CAP_DAC_OVERRIDE and CAP_DAC_READ_SEARCH
+_CAPABILITIES_3 = 0x20080522  # the form in which the system tells and takes them
 _NO_SENTENCE = re.compile("Traceback|unexpected|Segmentation")
 _SAID = re.compile("^error: .|^0 of 1 runs can be used", re.MULTILINE)  # the second is the end of a report
 _MAP = """
@@ -132,19 +134,14 @@ class Strange:
             home, results = HOME, ("--results", str(self.toy.root / "other"))
             inside = {word: self.toy.root / word for word in words}
             words = (*(str(path) if os.path.lexists(path) else word for word, path in inside.items()), *results)
-        code = f"import sys; sys.path[:0] = {[str(home), str(HOME)]!r}; from pipeline.cli import main; main()"
-        process = subprocess.Popen(
-            [sys.executable, "-c", code, *words],
-            cwd=home, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-            env={**os.environ, "PYTHONPATH": str(HOME), "COLUMNS": "200"}, preexec_fn=_bounded,
-        )  # fmt: skip
+        code = f"import sys; sys.path[:0] = {[str(home), str(HOME)]!r}; from pipeline.cli import main; "
+        code += "from tests.pipeline import strange; strange.bounded(); main()"
+        environment = {**os.environ, "PYTHONPATH": str(HOME), "COLUMNS": "200"}
         try:
-            _, errors = process.communicate(timeout=_LONGEST_S)
+            done = warm.run(code, *words, cwd=home, env=environment, timeout=_LONGEST_S)
         except subprocess.TimeoutExpired:
-            process.kill()
-            process.communicate()
             return -1, f"did not end within {_LONGEST_S} s"
-        return process.returncode, errors
+        return done.returncode, done.stderr
 
 
 def everything() -> Iterator[tuple[Place, str]]:
@@ -152,11 +149,15 @@ def everything() -> Iterator[tuple[Place, str]]:
     return ((place, kind) for place in PLACES for kind in place.makers)
 
 
-def _bounded() -> None:
-    """Bound the memory, and let permissions count for the administrator as well."""
+def bounded() -> None:
+    """Bound the memory of this process, and let permissions count for the administrator as well."""
     resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
-    for capability in _MAY_READ_ALL:
-        ctypes.CDLL(None).prctl(_DROP_FROM_BOUNDS, capability, 0, 0, 0)
+    if sys.platform == "linux":
+        system = ctypes.CDLL(None)
+        whose, sets = (ctypes.c_uint32 * 2)(_CAPABILITIES_3, 0), (ctypes.c_uint32 * 6)()
+        system.capget(whose, sets)
+        sets[0] &= ~_MAY_READ_ALL  # those that count, of the first 32
+        system.capset(whose, sets)
 
 
 def _remove(path: Path) -> None:

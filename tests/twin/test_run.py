@@ -21,6 +21,17 @@ def result(parameters, analytic):
     return run(dataclasses.replace(parameters, settings=settings), Inputs(analytic))
 
 
+def of_two_steps(parameters, analytic, **changed):
+    """A shorter run, with other settings."""
+    settings = dataclasses.replace(parameters.settings, steps=2, **changed)
+    return run(dataclasses.replace(parameters, settings=settings), Inputs(analytic))
+
+
+@pytest.fixture(scope="module")
+def short(parameters, analytic):
+    return of_two_steps(parameters, analytic, signals=SIGNALS)
+
+
 def test_it_walks_and_says_so(result):
     assert result.outcome == "completed" and result.steps == 6
     assert "6 steps" in result.summary() and "\n" not in result.summary()
@@ -49,28 +60,26 @@ WHERE = {"imu_in_space": "foot_imu_angular_velocity", "attitude": "roll", "coord
 
 
 @pytest.mark.parametrize("name", SIGNALS)
-def test_a_signal_left_out_is_not_in_the_result_and_the_others_are(result, parameters, analytic, name):
+def test_a_signal_left_out_is_not_in_the_result_and_the_others_are(short, parameters, analytic, name):
     """The walk is the same to the bit; the artefact is smaller."""
     named = tuple(other for other in SIGNALS if other != name)
-    settings = dataclasses.replace(parameters.settings, steps=6, signals=named)
-    less = run(dataclasses.replace(parameters, settings=settings), Inputs(analytic))
+    less = of_two_steps(parameters, analytic, signals=named)
     rows = {other: len(getattr(less.signals, field)) for other, field in WHERE.items()}
     rows |= {"ground_reaction": len(less.walk.ground_reaction), "imu": len(less.walk.foot_specific_force)}
     assert rows == {other: 0 if other == name else len(less.walk.time) for other in SIGNALS}
-    assert less.inventory.sampled_bytes < result.inventory.sampled_bytes
-    assert less.inventory.recorded_bytes == result.inventory.recorded_bytes
-    assert np.array_equal(less.walk.hip_position, result.walk.hip_position)
+    assert less.inventory.sampled_bytes < short.inventory.sampled_bytes
+    assert less.inventory.recorded_bytes == short.inventory.recorded_bytes
+    assert np.array_equal(less.walk.hip_position, short.walk.hip_position)
     for field in ("hip_specific_force", "ground_reaction", "leg_rate"):
         if len(getattr(less.walk, field)):
-            assert np.array_equal(getattr(less.walk, field), getattr(result.walk, field))
+            assert np.array_equal(getattr(less.walk, field), getattr(short.walk, field))
 
 
-def test_the_spike_of_a_heel_strike_does_not_depend_on_the_rate(result, parameters, analytic):
+def test_the_spike_of_a_heel_strike_does_not_depend_on_the_rate(short, parameters, analytic):
     """It is some 20 us wide; samples 50 us apart show between a half and all of it."""
-    settings = dataclasses.replace(parameters.settings, steps=6, signals=("imu",), sampling_rate_hz=1e5)
-    dense = run(dataclasses.replace(parameters, settings=settings), Inputs(analytic))
+    dense = of_two_steps(parameters, analytic, signals=("imu",), sampling_rate_hz=1e5)
     for name in ("hip_specific_force", "foot_specific_force"):
-        peaks = [np.abs(getattr(walk, name)).max() for walk in (result.walk, dense.walk)]
+        peaks = [np.abs(getattr(walk, name)).max() for walk in (short.walk, dense.walk)]
         assert peaks[0] == pytest.approx(peaks[1], rel=0.02)
 
 

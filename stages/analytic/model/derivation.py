@@ -9,6 +9,7 @@ values, so q = (theta, psi).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple
 
 import sympy as sp
@@ -42,7 +43,7 @@ class Leg(NamedTuple):
     I_f: sp.Expr
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Design:
     """Symbols of a design: stance and swing leg, and the hip.
 
@@ -152,6 +153,7 @@ def time_derivative(matrix: sp.Matrix, q: sp.Matrix, qd: sp.Matrix) -> sp.Matrix
     return rate
 
 
+@cache
 def derive(legs: str = "compliant", design: Design = TABLE_1) -> Equations:
     """Derive the equations for `legs` "compliant", q = (theta, L_1, psi, L_2), or "rigid", q = (theta, psi)."""
     stance, swing = design.stance, design.swing

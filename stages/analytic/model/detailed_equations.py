@@ -1135,3 +1135,5 @@ def exchanged_stiff_rolling(p: StiffDetailedRolling) -> StiffDetailedRolling:
 def exchanged_stiff_limited(p: StiffDetailedLimited) -> StiffDetailedLimited:
     """The walker with its legs exchanged."""
     return StiffDetailedLimited(p.M, p.M_g, p.m_2, p.L_nat_2, p.r_2, p.l_2, p.k_2, p.b_2, p.I_2, p.e_2, p.m_f_2, p.l_f_2, p.e_f_2, p.I_f_2, p.m, p.L_nat, p.r, p.l, p.k, p.b, p.I, p.e, p.m_f, p.l_f, p.e_f, p.I_f, p.k_h, p.b_h, -p.phi_h, p.g_x, p.g_y, p.mu_s, p.mu_d)
+
+# 848c157fa4cf589fc00dd4fe039d04fbe26adbbb59d4c94a9d402dda390d156a

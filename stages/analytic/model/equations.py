@@ -658,3 +658,5 @@ def rigid_handover_jacobian(theta: float, psi: float, dtheta: float, dpsi: float
             dpsi*(m*u11*u18 - u12*u18) + dtheta*(-M*u19*u20 - 2*u14*u6 - u16*u19 - u20*u22 - u4*u5*u8),
             dtheta*(m*u21*u23 - u22*u23),
             0.0)
+
+# 2fb02d221140324f39545266f370d790b032cdd9010f6343afbc059f763dae82

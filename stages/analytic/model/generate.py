@@ -17,7 +17,7 @@ from stages.analytic.integration.dop853_tableau import E3, E5, A, B
 from stages.analytic.model import derivation as d
 from stages.analytic.model.formulas import document
 from stages.analytic.model.generate_derivatives import derivatives_source
-from stages.analytic.model.generated_source import compact, function_source
+from stages.analytic.model.generated_source import compact, function_source, signed
 from stages.analytic.model.kinds import (
     DetailedLimited,
     DetailedRigid,
@@ -188,10 +188,10 @@ def step_source() -> str:
 
 if __name__ == "__main__":
     here = Path(__file__)
-    here.with_name("equations.py").write_text(module_source(), encoding="utf-8")
-    here.with_name("detailed_equations.py").write_text(module_source(d.DETAILED), encoding="utf-8")
+    here.with_name("equations.py").write_text(signed(module_source()), encoding="utf-8")
+    here.with_name("detailed_equations.py").write_text(signed(module_source(d.DETAILED)), encoding="utf-8")
     derivatives = here.parents[1] / "derivatives/equations"
-    derivatives.joinpath("plain.py").write_text(derivatives_source(), encoding="utf-8")
-    derivatives.joinpath("detailed.py").write_text(derivatives_source(d.DETAILED), encoding="utf-8")
+    derivatives.joinpath("plain.py").write_text(signed(derivatives_source()), encoding="utf-8")
+    derivatives.joinpath("detailed.py").write_text(signed(derivatives_source(d.DETAILED)), encoding="utf-8")
     here.parents[1].joinpath("integration/dop853_step.py").write_text(step_source(), encoding="utf-8")
     (here.parents[3] / "docs" / "equations.md").write_text(document(), encoding="utf-8")

@@ -53,10 +53,9 @@ def pair(
     derivatives: list[sp.Expr] = []
     sums = []
     for output in outputs:
-        products = []
+        products, held = [], output.free_symbols
         for parameter, symbol in design.parameters.items():
-            derivative = sp.diff(output, symbol)
-            if sp.expand(derivative) != 0:
+            if symbol in held and sp.expand(derivative := sp.diff(output, symbol)) != 0:
                 products.append(f"by[{len(derivatives)}] * d.{parameter}")
                 derivatives.append(derivative)
         sums.append(" + ".join(products) or "0.0")

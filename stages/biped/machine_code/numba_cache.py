@@ -5,12 +5,14 @@ Uses what numba's own caches are made of (`numba.core.caching`), which is the sa
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import pickle
 import sys
 from pathlib import Path
 from typing import Any, Protocol
 
+from llvmlite import binding
 from numba.core import caching
 
 #: Numba's own annotations are partly missing.
@@ -96,6 +98,29 @@ class _Kept(caching.CompileResultCacheImpl):
         name: Any = super().get_filename_base
         full = f"{function.__module__}.{function.__qualname__}"
         self._filename_base = name(full, getattr(sys, "abiflags", ""))
+
+    def rebuild(self, target_context: Any, payload: Any) -> Any:
+        """The function, ready to be called. Its bitcode, which only the compiling of a caller asks for, is read then:
+        reading it takes longer than all else here.
+        """
+        (name, kind, (code, bitcode)), description, *rest = payload
+        names = {description.llvm_func_name, description.llvm_cpython_wrapper_name}
+        target_context.codegen()._engine._defined_symbols |= names
+        loaded: Any = super().rebuild
+        result = loaded(target_context, ((name, kind, (code, _no_bitcode())), description, *rest))
+        result.library._get_module_for_linking = functools.cache(lambda: _parsed(target_context.codegen(), bitcode))
+        return result
+
+
+@functools.cache
+def _no_bitcode() -> Any:
+    return binding.parse_assembly("").as_bitcode()
+
+
+def _parsed(codegen: Any, bitcode: bytes) -> Any:
+    module = binding.parse_bitcode(bitcode)
+    codegen._engine._load_defined_symbols(module)
+    return module
 
 
 class _Place(caching._CacheLocator):

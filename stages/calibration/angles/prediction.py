@@ -12,7 +12,8 @@ from stages.calibration.angles.fit import fit_robot
 from stages.calibration.angles.recording import DrivenStep
 from stages.calibration.angles.robot import Robot, show
 
-ROUNDS = 8
+#: Rounds in which a start is fitted at most, and the move, in rad and rad/s, after which it rests.
+ROUNDS, AT_REST = 8, 1e-9
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,9 @@ def _foretold(robot: Robot, step: DrivenStep, begun: float) -> np.ndarray:
     for _ in range(ROUNDS):
         shown = show(robot, step, start, (), samples)
         n = len(shown.angles)
-        start = start + np.linalg.lstsq(
-            shown.by_start.reshape(2 * n, 4), (seen[:n] - shown.angles).ravel(), rcond=1e-12)[0]
+        move = np.linalg.lstsq(shown.by_start.reshape(2 * n, 4), (seen[:n] - shown.angles).ravel(), rcond=1e-12)[0]
+        start = start + move
+        if np.abs(move).max() < AT_REST:
+            break
     shown = show(robot, step, start, ())
     return np.asarray((seen[: len(shown.angles)] - shown.angles)[samples:])

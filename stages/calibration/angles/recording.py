@@ -5,14 +5,19 @@ from __future__ import annotations
 import csv
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stages.analytic.model.walker import Vector
 from stages.biped.question import WrongOption
 from stages.calibration.angles.motion_capture import captured
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 #: What a column holds, and the names that are looked for where none are given.
 COLUMNS = {
@@ -44,6 +49,13 @@ class DrivenStep:
     def turn(self) -> float:
         """1 while leg 0 stands, -1 while leg 1 does."""
         return 1.0 if self.leg == 0 else -1.0
+
+    @cached_property
+    def spline(self) -> CubicSpline:
+        """The signal as a cubic spline of the sample's number."""
+        from scipy.interpolate import CubicSpline
+
+        return CubicSpline(np.arange(len(self.signal)), self.signal)
 
 
 def read_steps(

@@ -67,7 +67,7 @@ def show(robot: Robot, step: DrivenStep, start: Vector, names: tuple[str, ...], 
     design, lag = robot.design, robot.value("torque_lag")
     if step.leg == 1:
         design = dataclasses.replace(design, biped=design.biped.exchanged)
-    signal, slope = late(step.signal, lag / step.interval)
+    signal, slope = late(step, lag / step.interval)
     constant = robot.value("torque_constant")
     turn = np.full(len(signal), step.turn)
     torque = constant * signal + robot.value("torque_offset") * turn
@@ -94,11 +94,8 @@ def show(robot: Robot, step: DrivenStep, start: Vector, names: tuple[str, ...], 
     return Shown(angles, np.einsum("ij,njs->nis", both, driven.by_start), by)
 
 
-def late(signal: Vector, lag: float) -> tuple[Vector, Vector]:
-    """The samples of a signal `lag` samples before, and their slope per sample: its cubic spline."""
-    from scipy.interpolate import CubicSpline
-
-    spline = CubicSpline(np.arange(len(signal)), signal)
-    at = np.clip(np.arange(len(signal)) - lag, 0.0, len(signal) - 1.0)
-    inside = at == np.arange(len(signal)) - lag
-    return np.asarray(spline(at)), np.where(inside, spline(at, 1), 0.0)
+def late(step: DrivenStep, lag: float) -> tuple[Vector, Vector]:
+    """The samples of a step's signal `lag` samples before, and their slope per sample."""
+    number = np.arange(len(step.signal))
+    at = np.clip(number - lag, 0.0, len(number) - 1.0)
+    return np.asarray(step.spline(at)), np.where(at == number - lag, step.spline(at, 1), 0.0)

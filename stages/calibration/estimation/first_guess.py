@@ -7,7 +7,7 @@ angles and rates, and the start whose steps last as long as those measured is fo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,16 +24,21 @@ STEPS, COARSE = 5, 1e-6
 #: Shares by which angle and rate after the first strike may be off, and how finely they are looked at, again and again
 #: about the best.
 WIDEST, POINTS, FINER, ROUNDS = 0.24, 9, 3.0, 4
+#: What squares of durations may be off [s^2] for no reason.
+ROUND_OFF = 1e-14
 
 
 @dataclass(frozen=True)
 class Begun:
-    """A start: section coordinates after the first strike, dimensionless, by how much longer its steps last than the
-    walker's own, and the mean square of what durations are off [s^2]."""
+    """A start: section coordinates after the first strike, dimensionless, and the shares (2,) by which its angle and
+    rate are others than the gait's; by how much longer its steps last than the walker's own, and the mean square of
+    what durations are off [s^2]."""
 
     z: Vector
-    slower: float
-    misfit: float
+    shares: Vector
+    slower: float = 1.0
+    misfit: float = np.inf
+
 
 #: When mid-stance is [s] after the first of heel strikes (s,) [s] that a leg begins with.
 MidStanceOf = Callable[[Vector, int], float]
@@ -55,17 +60,11 @@ def first_guess(design: DesignPoint, strikes: Vector, first_leg: int, layout: La
     unknowns = layout.middle.copy()
     if len(durations) < 2:
         return unknowns
-    best: Begun | None = None
-    middle, width = np.zeros(2), WIDEST
+    best, width = Begun(layout.strike, np.zeros(2)), WIDEST
     for _ in range(ROUNDS):
-        found = min(_started(walker, layout.strike, durations, middle, width), default=None,
-                    key=lambda each: each[1].misfit)
-        if found is None:
-            break
-        if best is None or found[1].misfit < best.misfit:
-            middle, best = found
+        best = _better(walker, layout.strike, durations, best, width)
         width /= FINER
-    if best is None:
+    if best.misfit == np.inf:
         return unknowns
     try:
         begin = mid_stance(walker, best.z, COARSE)
@@ -80,29 +79,37 @@ def first_guess(design: DesignPoint, strikes: Vector, first_leg: int, layout: La
     return unknowns
 
 
-def _started(
-    walker: Walker, z: Vector, durations: Vector, middle: Vector, width: float
-) -> Iterator[tuple[Vector, Begun]]:
-    """Starts about a `middle` (2,), shares of angle and rate, that walk as far as the durations go."""
-    rate = 1 if walker.rigid else 3
-    for angle in middle[0] + np.linspace(-width, width, POINTS):
-        for speed in middle[1] + np.linspace(-width, width, POINTS):
+def _better(walker: Walker, z: Vector, durations: Vector, best: Begun, width: float) -> Begun:
+    """The best start about the shares of a `best` one, if it is better, of those that walk as far as durations go."""
+    rate, middle = 1 if walker.rigid else 3, best.shares
+    shifts = sorted(np.linspace(-width, width, POINTS).tolist(), key=abs)  # one that fits soon spares others their walk
+    for angle in middle[0] + shifts:
+        for speed in middle[1] + shifts:
             start = z.copy()
             start[0] *= 1.0 + angle
             start[rate] *= 1.0 + speed
             try:
-                lasted = walker.time * _durations(walker, start, len(durations))
+                lasted = walker.time * _durations(walker, start, durations, best.misfit)
             except StepFailed:
                 continue
             slower = float(durations @ lasted / (lasted @ lasted))
             misfit = float(((durations - slower * lasted) ** 2).mean())
-            yield np.array([angle, speed]), Begun(start, slower, misfit)
+            if misfit < best.misfit:
+                best = Begun(start, np.array([angle, speed]), slower, misfit)
+    return best
 
 
-def _durations(walker: Walker, z: Vector, steps: int) -> Vector:
-    """How long the steps from `z` last, dimensionless. Raises StepFailed."""
-    found = np.empty(steps)
-    for number in range(steps):
+def _durations(walker: Walker, z: Vector, wanted: Vector, misfit: float) -> Vector:
+    """How long the steps from `z` last, dimensionless.
+
+    Raises StepFailed, also where the first ones are farther off than a `misfit` of all `wanted` [s] allows.
+    """
+    found = np.empty(len(wanted))
+    for number in range(len(wanted)):
         step = poincare_map(walker, z, COARSE)
         found[number], z, walker = step.period, step.z, walker.exchanged
+        begun, measured = found[: number + 1], wanted[: number + 1]
+        left = float(measured @ measured - (measured @ begun) ** 2 / (begun @ begun))
+        if left > misfit * len(wanted) + ROUND_OFF:
+            raise StepFailed("steps last otherwise")
     return found

@@ -50,6 +50,7 @@ class Tree:
         self._add_hip(biped, slope)
         self.sensors = self._add_sensors(signals)
         self.mbs.Assemble()
+        self._coordinates = self.mbs.systemData.GetODE2Coordinates  # to look it up takes longer than to answer
 
     def _add_bodies(self, biped: Biped, slope: Slope) -> tuple[Any, tuple[int, int]]:
         leg_joints = [JOINT.RevoluteZ, JOINT.PrismaticY] if self.compliant else [JOINT.RevoluteZ]
@@ -167,9 +168,9 @@ class Tree:
         """Hip x, hip y, leg angles, leg lengths at the current step."""
         natural = self.natural_length
         if self.compliant:
-            x, y, first, slide, second, other_slide = self.mbs.systemData.GetODE2Coordinates().tolist()
+            x, y, first, slide, second, other_slide = self._coordinates().tolist()
             return x, y, (first, second), (natural[0] - slide, natural[1] - other_slide)
-        x, y, first, second = self.mbs.systemData.GetODE2Coordinates().tolist()
+        x, y, first, second = self._coordinates().tolist()
         return x, y, (first, second), natural
 
     def leg_rate(self, leg: int) -> float:

@@ -14,13 +14,13 @@ from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings
 from stages.multibody.result import Cycle
-from stages.multibody.walking.limit_cycle import SectionWalker, limit_cycle
+from stages.multibody.walking.limit_cycle import SectionWalker
 from stages.multibody.walking.walk import build, simulate
 from stages.planar.cycle import LimitCycle
 from stages.planar.events import find_events
-from stages.planar.limit_cycle import fixed_point
+from stages.planar.limit_cycle import fixed_point, gait_near
 from stages.planar.run import Run
-from stages.planar.section import NoLimitCycle, section_state
+from stages.planar.section import NoLimitCycle, mid_stance_after, section_state
 from stages.planar.signals import GROUND_REACTION
 from stages.planar.state import PlanarState
 from stages.planar.trajectory import Trajectory, foot_kinematics
@@ -29,6 +29,8 @@ from stages.planar.trajectory import Trajectory, foot_kinematics
 LAST_STEPS = 4
 #: A walk has settled when the last step's period and length are this close to the cycle's.
 SETTLED_WITHIN = 0.01
+#: One whose last periods differ by less than this [s] ends near it.
+NEARLY_SETTLED = 5e-4
 #: Derivatives, and the way to the fixed point, need no finer tolerance of the solver than this; with these differences,
 #: in the section's scales, multipliers are then within 0.001. Residual to which the fixed point is found with it.
 COARSE, DIFFERENCE, NEAR = 1e-7, 5e-4, 1e-5
@@ -63,7 +65,7 @@ def solve(
     """
     found: LimitCycle | None = None
     try:
-        found = search(model, state)
+        found = search(model, state, walked if period_change(walk) < NEARLY_SETTLED else None)
         cycle, failure = solved_cycle(model, state, found, walk), ""
     except NoLimitCycle as error:
         found, failure = None, str(error)
@@ -71,13 +73,16 @@ def solve(
     return cycle, found, unsettled(walked, walk, cycle, failure, 1 if model.biped.alike else 2)
 
 
-def search(model: Model, state: PlanarState) -> LimitCycle:
+def search(model: Model, state: PlanarState, walked: Run | None = None) -> LimitCycle:
     """The gait near a mid-stance, at the coarse tolerance, with its multipliers: by central differences, unless what
-    is asked for is coarser still. Raises NoLimitCycle.
+    is asked for is coarser still. Then the end of a walk from there that has nearly settled is where it is looked for.
+
+    Raises NoLimitCycle.
     """
     coarse, central = model.at(COARSE), model.settings.tolerance <= COARSE
-    return limit_cycle(
-        coarse.biped, coarse.slope, coarse.contact, state, coarse.settings, NEAR, DIFFERENCE, central=central)
+    if not central and walked is not None and walked.completed and model.biped.alike:
+        state = mid_stance_after(walked).state
+    return gait_near(coarse.walker(state), state, NEAR, central=central)
 
 
 def solved_cycle(model: Model, state: PlanarState, found: LimitCycle, walk: Walk) -> Cycle:

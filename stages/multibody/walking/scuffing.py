@@ -21,6 +21,8 @@ Pose = tuple[float, float, tuple[float, float], tuple[float, float]]
 
 #: Calls at one and the same time after which the solver is stuck (an explicit solver at its smallest step never ends).
 STUCK = 60
+#: Angle of a leg [rad] at which a walker has fallen.
+UPSET = 0.5 * math.pi
 
 
 class Walker(Protocol):
@@ -79,7 +81,7 @@ class Watch:
         x, y, angles, lengths = self.walker.pose()
         if not math.isfinite(x + y + angles[0] + angles[1] + lengths[0] + lengths[1]):
             return self._end(DIVERGED, f"the state is no longer finite at t = {time:.6g} s")
-        if y < FALLEN * self.natural_length or max(map(abs, angles)) > 0.5 * math.pi:
+        if y < FALLEN * self.natural_length or abs(angles[0]) > UPSET or abs(angles[1]) > UPSET:
             return self._end(FELL, f"the walker fell at t = {time:.6g} s")
         if time - self.last_heel_strike > self.longest_step:
             return self._end(STALLED, f"no heel strike for {self.longest_step:g} s at t = {time:.6g} s")

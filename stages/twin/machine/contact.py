@@ -166,15 +166,11 @@ def feet_places(q: np.ndarray, feet: np.ndarray) -> np.ndarray:
 
 
 @compiled
-def clearances(q: np.ndarray, feet: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest point of each pair above the ground (2,) [m], and the mean x of its feet's centres (2,) [m]."""
-    lowest = np.full(2, np.inf)
-    place = np.zeros(2)
+def clearances(q: np.ndarray, feet: np.ndarray) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Lowest point of each pair above the ground [m], and the mean x of its feet's centres [m]."""
     places = feet_places(q, feet)
-    for leg in range(4):
-        lowest[leg // 2] = min(lowest[leg // 2], places[leg, 1])
-        place[leg // 2] += 0.5 * places[leg, 0]
-    return lowest, place
+    lowest = min(places[0, 1], places[1, 1]), min(places[2, 1], places[3, 1])
+    return lowest, (0.5 * places[0, 0] + 0.5 * places[1, 0], 0.5 * places[2, 0] + 0.5 * places[3, 0])
 
 
 @compiled

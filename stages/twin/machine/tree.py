@@ -63,6 +63,8 @@ class SpatialTree:
         ]
         self.add_ground()
         self.mbs.Assemble()
+        system = self.mbs.systemData  # asked for once: to look it up takes longer than to answer
+        self._coordinates, self._rates = system.GetODE2Coordinates, system.GetODE2Coordinates_t
 
     def _links(self, slope: Slope) -> items.ObjectKinematicTree:
         machine, rows = self.machine, self.rows
@@ -122,11 +124,11 @@ class SpatialTree:
 
     def position(self) -> np.ndarray:
         """Coordinates at the current step, (11,)."""
-        return self._wide(np.asarray(self.mbs.systemData.GetODE2Coordinates()))
+        return self._wide(np.asarray(self._coordinates()))
 
     def velocity(self) -> np.ndarray:
         """Rates of the coordinates at the current step, (11,)."""
-        return self._wide(np.asarray(self.mbs.systemData.GetODE2Coordinates_t()))
+        return self._wide(np.asarray(self._rates()))
 
     def recording(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Time (n,), coordinates, rates and accelerations (n, 11) at the solver's own steps."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stages.multibody.walking.scuffing import STUCK
+from stages.multibody.walking.scuffing import STUCK, UPSET
 from stages.planar.run import COMPLETED, DIVERGED, FALLEN, FELL, RUNNING, STALLED, STEP_FLOOR
 from stages.twin.machine.contact import HINGE, PITCH, ROLL, YAW, Y, clearances
 from stages.twin.machine.tree import SpatialTree
@@ -45,6 +45,9 @@ class Watch:
     most_calls: int = 500_000
     calls: int = 0
 
+    def __post_init__(self) -> None:
+        self.fallen = FALLEN * float(self.tree.machine.length[0])
+
     def __call__(self, mbs: object, time: float) -> bool:
         """Watch the state before a solver step; False ends the run."""
         self.calls += 1
@@ -59,7 +62,7 @@ class Watch:
         if not math.isfinite(sum(q)):
             return self._end(DIVERGED, "the state is not finite")
         angles = q[PITCH], q[PITCH] + q[HINGE]
-        if q[Y] < FALLEN * self.tree.machine.length[0] or max(map(abs, angles)) > 0.5 * math.pi:
+        if q[Y] < self.fallen or abs(angles[0]) > UPSET or abs(angles[1]) > UPSET:
             return self._end(FELL, f"fell in step {self.heel_strikes + 1}")
         if abs(q[ROLL]) > TOPPLED:
             return self._end(FELL, f"toppled sideways in step {self.heel_strikes + 1}")

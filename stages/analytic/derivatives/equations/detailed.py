@@ -974,3 +974,5 @@ def rubbing_rolling_row(p: RubbingRolling, a: np.ndarray, row: int) -> RubbingRo
 def timed_row(p: TimedRigid, a: np.ndarray, row: int) -> TimedRigid:
     """A row of `a` (n, fields) by the names of the fields."""
     return TimedRigid(a[row, 0], a[row, 1], a[row, 2], a[row, 3], a[row, 4], a[row, 5], a[row, 6], a[row, 7], a[row, 8], a[row, 9], a[row, 10], a[row, 11], a[row, 12], a[row, 13], a[row, 14], a[row, 15], a[row, 16], a[row, 17], a[row, 18], a[row, 19], a[row, 20], a[row, 21], a[row, 22], a[row, 23], a[row, 24], a[row, 25], a[row, 26], a[row, 27])
+
+# 2354371bb3a10db0cdca8f17178807388e73bf102840660ad98d000406290a0e

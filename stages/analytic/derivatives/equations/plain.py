@@ -498,3 +498,5 @@ def rigid_clearance_by(theta: float, psi: float, p: Rigid) -> Numbers:
 def rigid_clearance_change(by: Numbers, d: Rigid) -> Numbers:
     """Change of the height of the swing foot, from `rigid_clearance_by`."""
     return (by[0] * d.L_nat + by[1] * d.r,)
+
+# 60d6029178288537948f57a062f4a6f2fd47be9fe1288aab89091ada247de7e9
