@@ -12,10 +12,12 @@ import matplotlib
 matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+from matplotlib.transforms import Bbox
 from PIL import Image
 
 from stages.drawing import found_once
@@ -84,6 +86,9 @@ def laid_out(figure: Figure, dpi: int) -> Iterator[None]:
     with found_once.while_nothing_changes(), plt.rc_context({"figure.constrained_layout.use": False}):
         if engine is not None:
             engine.execute(figure)
+            for axes in figure.get_axes():  # the solver's last digit is not the same twice
+                place: Any = axes.get_position(original=True)
+                axes._set_position(Bbox(np.round(place.get_points(), 9)), which="original")  # type: ignore[attr-defined]
         figure.set_layout_engine(None)
         yield
 

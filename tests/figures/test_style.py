@@ -8,8 +8,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 from fontTools.ttLib import TTFont
 from matplotlib.axis import Axis
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.text import Text
-from matplotlib.transforms import BboxBase
+from matplotlib.transforms import Bbox, BboxBase
 
 from stages.drawing import found_once, style
 
@@ -43,6 +44,18 @@ def test_what_is_found_once_is_what_matplotlib_finds(monkeypatch):
     assert {(owner, name): vars(owner)[name] for owner, name in REPLACED} == before
     assert once == drawn(monkeypatch, True)
     assert {*once} == {"figures/it.csv", "figures/it.png", "figures/it.pdf"}
+
+
+def test_the_last_digits_of_a_layout_are_in_no_picture(monkeypatch):
+    once, execute = drawn(monkeypatch, False), ConstrainedLayoutEngine.execute
+
+    def moved(engine, figure):
+        execute(engine, figure)
+        for axes in figure.get_axes():
+            axes._set_position(Bbox(axes.get_position(original=True).get_points() + 1e-12), which="original")
+
+    monkeypatch.setattr(ConstrainedLayoutEngine, "execute", moved)
+    assert drawn(monkeypatch, False) == once
 
 
 def test_ticks_are_found_anew_where_the_axis_has_moved():
