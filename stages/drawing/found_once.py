@@ -1,6 +1,7 @@
 """What Matplotlib finds many times for one figure is found once: the same figure in two thirds of the time.
 
-Each function stands in for methods of Matplotlib's own as long as it is entered, and gives what those give.
+Each function stands in for methods of Matplotlib's own as long as it is entered, and gives what those give; only the
+fonts in PDFs have fewer tables.
 """
 
 from __future__ import annotations
@@ -21,12 +22,19 @@ from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox, BboxBase
 
+#: Whether Matplotlib asks a font for signs by their places in it, and not by characters.
 BY_PLACE = matplotlib.__version_info__ >= (3, 11)
 #: Tables of a font that a PDF does not need, as it says itself where each sign is and what it means (ISO 32000-1, 9.9).
-#: Matplotlib before 3.11 still looks for signs by their characters.
 UNREAD = ("GDEF", "GPOS", "GSUB", "kern", "MATH", *(("cmap", "post", "OS/2") if BY_PLACE else ()))
 #: Bytes of the largest font that text is set in, and some: it is read at one go.
 FONT = 1 << 20
+
+
+@contextmanager
+def while_drawing() -> Iterator[None]:
+    """All that holds while figures are made."""
+    with plain_fonts(), whole_fonts(), sizes_once(), ticks_alike(), no_garbage():
+        yield
 
 
 @contextmanager
@@ -157,7 +165,7 @@ def _alike(thing: Any) -> Any:
 
 
 @contextmanager
-def places_once() -> Iterator[None]:
+def while_nothing_changes() -> Iterator[None]:
     """Find an axis' ticks and the room that their labels take once for each place of the axis, and the lines of a text
     once for each text, while nothing else is changed.
 

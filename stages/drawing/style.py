@@ -12,14 +12,16 @@ import matplotlib
 matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+from matplotlib.transforms import Bbox
 from PIL import Image
 
+from stages.drawing import found_once
 from stages.drawing.drawn_numbers import as_csv
-from stages.drawing.found_once import no_garbage, places_once, plain_fonts, sizes_once, ticks_alike, whole_fonts
 
 #: Okabe and Ito's palette, one colour a source.
 ANALYTIC, MULTIBODY, TWIN, MEASURED, GROUND = "#0072B2", "#D55E00", "#000000", "#999999", "#8C6D46"
@@ -55,7 +57,7 @@ RULES: dict[Any, Any] = {
 @contextmanager
 def drawing() -> Iterator[None]:
     """Draw under the study's rules, whatever the user's own defaults are."""
-    with plt.rc_context(), plain_fonts(), whole_fonts(), sizes_once(), ticks_alike(), no_garbage():
+    with plt.rc_context(), found_once.while_drawing():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(RULES)
         yield
@@ -81,9 +83,12 @@ def laid_out(figure: Figure, dpi: int) -> Iterator[None]:
     """
     figure.dpi = dpi
     engine = figure.get_layout_engine()
-    with places_once(), plt.rc_context({"figure.constrained_layout.use": False}):
+    with found_once.while_nothing_changes(), plt.rc_context({"figure.constrained_layout.use": False}):
         if engine is not None:
             engine.execute(figure)
+            for axes in figure.get_axes():  # the solver's last digit is not the same twice
+                place: Any = axes.get_position(original=True)
+                axes._set_position(Bbox(np.round(place.get_points(), 9)), which="original")  # type: ignore[attr-defined]
         figure.set_layout_engine(None)
         yield
 

@@ -9,7 +9,7 @@ from stages.analytic.gait.poincare import FixedPoint
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.flow import RIGID, SINGLE_STANCE
 from stages.analytic.walk.recording import Segment, crossing_state, is_last, record
-from stages.analytic.walk.sampling import sample_segment, signal_scales
+from stages.analytic.walk.sampling import signals_at
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.ground.friction_coefficients import Friction
@@ -45,20 +45,15 @@ class ConstraintWalk:
     @property
     def standing_force(self) -> float:
         """Normal force on the standing foot at the start [N]."""
-        force = sample_segment(self.walker, self.segments[0], np.zeros(1))["ground_reaction"][0, 0, 1]
-        return float(force * signal_scales(self.walker)["ground_reaction"])
+        return float(signals_at(self.walker, self.segments[:1], np.zeros(1))["ground_reaction"][0, 0, 1])
 
     def hip(self, time: np.ndarray) -> np.ndarray:
         """Hip at times [s] from the start, (n, 4); at heel strike the velocity after it."""
-        order = np.argsort(time, kind="stable")
-        scale, at = signal_scales(self.walker), time[order] / self.walker.time
-        rows = np.empty((len(time), 4))
-        for index, segment in enumerate(self.segments):
-            inside = at >= segment.start if index else np.ones(len(at), dtype=bool)
-            piece = sample_segment(self.walker, segment, np.minimum(at[inside] - segment.start, segment.duration))
-            rows[inside, :2] = piece["hip_position"] * scale["hip_position"]
-            rows[inside, 2:] = piece["hip_velocity"] * scale["hip_velocity"]
-        return rows[np.argsort(order)]
+        order, last = np.argsort(time, kind="stable"), self.segments[-1]
+        at = np.minimum(time[order] / self.walker.time, last.start + last.duration)
+        found = signals_at(self.walker, self.segments, at)
+        rows = np.column_stack([found["hip_position"], found["hip_velocity"]])
+        return np.asarray(rows[np.argsort(order)])
 
 
 def constraint_gait(

@@ -10,7 +10,8 @@ from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.gait_search import find_gait, step_lengths
 from stages.analytic.gait.poincare import FixedPoint, poincare_derivative
 from stages.analytic.model.walker import Walker
-from stages.analytic.walk.sampling import walk_from_mid_stance
+from stages.analytic.walk.recording import crossing, is_last, up_to_mid_stance, vaulting, walk_on
+from stages.analytic.walk.sampling import signals_at
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.ground.friction_coefficients import Friction
@@ -18,9 +19,8 @@ from stages.ground.slope import Slope
 from stages.twin_ladder.cycle import IN_PLANE, step_multipliers
 from stages.twin_ladder.result import COMPLETED, SameMachine
 
-#: Shares of a stride at which hips are compared, and the rate [Hz] at which the constraint model's is sampled.
+#: Shares of a stride at which hips are compared.
 PHASES = np.linspace(0.0, 1.0, 801)
-SAMPLING = 20e3
 
 
 @dataclass(frozen=True)
@@ -65,29 +65,25 @@ def section_numbers(state: StanceState) -> np.ndarray:
 
 
 def _described(walker: Walker, point: FixedPoint, tolerance: float) -> ConstraintGait:
-    walk, start = walk_from_mid_stance(walker, point.z, 2, tolerance, SAMPLING)
+    upright, elapsed = crossing(walker, point.z, tolerance)
+    segments = walk_on(walker, upright, 2, tolerance, elapsed)
+    found = signals_at(walker, segments, 2 * point.period * PHASES)
+    strikes = np.cumsum([is_last(segment) for segment in segments])
+    second = [segment for segment, before in zip(segments[1:], strikes, strict=False) if before == 1]
+    other = up_to_mid_stance(walker.exchanged, second[vaulting(second)])
     period = point.period * walker.time
-    upright = _upright(walk.time, walk.leg_angle[:, 1], float(walk.heel_strike_time[0]))
-    hip = np.column_stack([np.interp(2 * period * PHASES, walk.time, walk.hip_position[:, axis]) for axis in (0, 1)])
     first = poincare_derivative(walker, point.z, tolerance)[1]
     stride = point.monodromy_matrix if len(point.steps) == 2 else point.monodromy_matrix @ point.monodromy_matrix
     return ConstraintGait(
         outcome=COMPLETED,
         period=period,
         step_length=float(np.mean(step_lengths(walker, point))) * walker.length,
-        limp=(2 * upright - 2 * period) / period,
+        limp=2 * (other.start + other.duration) / point.period - 2,
         multipliers=step_multipliers(np.eye(len(first)), first, stride)[:IN_PLANE],
-        hip=hip - hip[0] * [1.0, 0.0],
-        mid_stance=start,
-        standing_force=walk.standing_force,
+        hip=found["hip_position"] - found["hip_position"][0] * [1.0, 0.0],
+        mid_stance=walker.stance_state(upright),
+        standing_force=float(found["ground_reaction"][0, 0, 1]),
     )
-
-
-def _upright(time: np.ndarray, angle: np.ndarray, landed: float) -> float:
-    """When a leg that landed at that time is normal to the ground [s]: its angle falls through zero."""
-    after = np.flatnonzero((time > landed) & (angle <= 0.0))[0]
-    before = after - 1
-    return float(time[before] + (time[after] - time[before]) * angle[before] / (angle[before] - angle[after]))
 
 
 def beside(name: str, own: ConstraintGait, simple: ConstraintGait, hip: np.ndarray) -> SameMachine:

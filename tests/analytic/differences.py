@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -21,6 +21,16 @@ def map_slope(walker: Walker, z: Vector, sizes: tuple[float, ...]) -> np.ndarray
         step[index] = 1.0
         columns.append(extrapolated(lambda h: poincare_map(walker, z + h * step, 1e-13).z, size))  # noqa: B023
     return np.array(columns).T
+
+
+def together(sizes: Vector, count: int) -> Iterator[tuple[np.ndarray, Vector]]:
+    """Numbers, by their rows, whose derivatives may be held against one difference along all of them: about `count` at
+    once, of derivatives that are about as large, with weights that let none of them drown the others.
+    """
+    generator = np.random.default_rng(5)
+    for rows in np.array_split(np.argsort(sizes), -(-len(sizes) // count)):
+        signs = generator.choice([-1.0, 1.0], len(rows))
+        yield rows, signs * np.minimum(np.median(sizes[rows]) / sizes[rows], 1.0)
 
 
 def extrapolated(there: Callable[[float], Vector], size: float) -> Vector:

@@ -157,7 +157,7 @@ robot:
 
 
 @needs_real
-@pytest.mark.parametrize("fitted_first", [True, False])
+@pytest.mark.parametrize("fitted_first", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_a_real_robot_is_told_from_half_of_its_steps(fitted_first):
     """Half of the pairs of steps fitted, the other half foretold; the limits are those of a trial by other hands."""
     pairs = [number for number in range(80) if (number // 2) % 2 == (1 if fitted_first else 0)]

@@ -23,7 +23,7 @@ from tests import warm
 def lab(repository, tmp_path_factory):
     """The database of one run of one robot, what its scale showed, and the robot's numbers."""
     folder = tmp_path_factory.mktemp("lab")
-    every = Study(repository, repository / "params", repository / "results", ("campaign.steps=9",)).parameters(
+    every = Study(repository, repository / "params", repository / "results", ("campaign.steps=7",)).parameters(
         ["analytic", "campaign"])  # fmt: skip
     parameters = every["campaign"]
     experiment, truth, sent = synthetic_run(

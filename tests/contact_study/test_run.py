@@ -34,8 +34,8 @@ def result(small, analytic):
 def unchecked(result, monkeypatch):
     """The check against Exudyn takes most of a run: this one leaves it out and takes what that of `result` found."""
 
-    def known(scene, laws, cycles, count):
-        assert laws and cycles and count == 2
+    def known(scene, laws, cycles, count, tolerance):
+        assert laws and cycles and count == 2 and tolerance > 0.0
         return result.engines
 
     monkeypatch.setattr(stage, "checked", known)

@@ -25,7 +25,7 @@ def landing(law):
         return state[0] + 1e-12
 
     leaves.terminal, leaves.direction = True, -1
-    found = solve_ivp(motion, (0.0, 1.0), [0.0, SPEED], "Radau", events=leaves, rtol=1e-9, atol=1e-14)
+    found = solve_ivp(motion, (0.0, 1.0), [0.0, SPEED], "LSODA", events=leaves, rtol=1e-9, atol=1e-14)
     return float(found.y[0].max()), float(-found.y[1, -1])
 
 

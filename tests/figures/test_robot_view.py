@@ -51,7 +51,7 @@ def test_a_foot_is_where_the_walk_has_it():
 
 def test_the_machine_stands_on_the_ground_when_upright():
     foot = part("arc", (RADIUS, 0.012, 0.02, 0.11), position=(0.0, RADIUS - NATURAL, 0.04), pieces=2)
-    found = view.upright(NATURAL).robot(bodies.by_group([foot], 400))
+    found = view.upright(NATURAL).robot(bodies.by_group((foot,), 400))
     assert found.corners[..., 1].min() == pytest.approx(0.0, abs=1e-5)
     assert sorted(set(found.corners[..., 2].ravel().round(6))) == [-0.05, -0.03, 0.03, 0.05]
 

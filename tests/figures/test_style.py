@@ -8,10 +8,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 from fontTools.ttLib import TTFont
 from matplotlib.axis import Axis
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.text import Text
-from matplotlib.transforms import BboxBase
+from matplotlib.transforms import Bbox, BboxBase
 
-from stages.drawing import style
+from stages.drawing import found_once, style
 
 REPLACED = ((Axis, "_update_ticks"), (Axis, "_get_tick"), (Text, "_get_layout"), (BboxBase, "union"), (io, "open"))
 
@@ -19,8 +20,8 @@ REPLACED = ((Axis, "_update_ticks"), (Axis, "_get_tick"), (Text, "_get_layout"),
 def drawn(monkeypatch, plainly):
     """A figure with shared and logarithmic axes, one of equal scales, and tick labels of several widths."""
     if plainly:
-        for name in ("places_once", "ticks_alike", "whole_fonts", "sizes_once"):
-            monkeypatch.setattr(style, name, nullcontext)
+        for name in ("while_nothing_changes", "ticks_alike", "whole_fonts", "sizes_once"):
+            monkeypatch.setattr(found_once, name, nullcontext)
     with style.drawing():
         figure, axes = plt.subplots(2, 2, figsize=(4, 3), sharex="col")
         axes[0, 0].plot([0.0, 1.0], [0.0, 12345.678])
@@ -45,8 +46,20 @@ def test_what_is_found_once_is_what_matplotlib_finds(monkeypatch):
     assert {*once} == {"figures/it.csv", "figures/it.png", "figures/it.pdf"}
 
 
+def test_the_last_digits_of_a_layout_are_in_no_picture(monkeypatch):
+    once, execute = drawn(monkeypatch, False), ConstrainedLayoutEngine.execute
+
+    def moved(engine, figure):
+        execute(engine, figure)
+        for axes in figure.get_axes():
+            axes._set_position(Bbox(axes.get_position(original=True).get_points() + 1e-12), which="original")
+
+    monkeypatch.setattr(ConstrainedLayoutEngine, "execute", moved)
+    assert drawn(monkeypatch, False) == once
+
+
 def test_ticks_are_found_anew_where_the_axis_has_moved():
-    with style.drawing(), style.places_once():
+    with style.drawing(), found_once.while_nothing_changes():
         figure, axes = plt.subplots(figsize=(4, 3))
         wide = [tick.get_loc() for tick in axes.xaxis._update_ticks()]
         axes.set_xlim(0.0, 0.01)

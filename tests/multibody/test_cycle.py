@@ -81,8 +81,8 @@ def from_gait(biped, slope, contact, settings):
 
 @pytest.fixture(scope="module")
 def settled(from_gait):
-    """The study's gait: model, mid-stance, twelve steps from there, and what `solve` says of them."""
-    model, state, walked, walk = from_gait(12)
+    """The study's gait: model, mid-stance, eight steps from there, and what `solve` says of them."""
+    model, state, walked, walk = from_gait(8)
     return model, state, walk, solve(model, state, walked, walk)
 
 

@@ -35,9 +35,9 @@ def placed(biped, slope, rough):
 
 @pytest.mark.parametrize("law", LAWS)
 def test_one_step_is_the_same_to_a_nanometre(placed, contact, law):
-    for drawn in drawn_sets(contact, SEED, 2, law):
-        distance = over_a_walk("a step", *placed(drawn))
-        assert distance.fine and distance.distance < 1e-9, drawn
+    drawn = next(drawn_sets(contact, SEED, 1, law))
+    distance = over_a_walk("a step", *placed(drawn))
+    assert distance.fine and distance.distance < 1e-9, drawn
 
 
 def test_rigid_legs_and_legs_with_inertia_are_the_same_too(placed, contact):
@@ -49,8 +49,8 @@ def test_rigid_legs_and_legs_with_inertia_are_the_same_too(placed, contact):
 @pytest.mark.parametrize("legs", ["compliant", "rigid"])
 def test_detailed_designs_are_the_same_too(biped, slope, contact, rough, legs):
     """Frames, masses off the line, legs that differ, the hip's spring, damper, friction and weight; drawn by a seed."""
-    for design, ground in zip(drawn_designs(dataclasses.replace(biped, legs=legs), SEED, 3),
-                              drawn_sets(contact, SEED, 3, "impact"), strict=True):  # fmt: skip
+    for design, ground in zip(drawn_designs(dataclasses.replace(biped, legs=legs), SEED, 2),
+                              drawn_sets(contact, SEED, 2, "impact"), strict=True):  # fmt: skip
         assert design.detailed and not design.alike
         lengths = [design.leg(leg).leg_length for leg in (0, 1)]
         stance = rough if legs == "compliant" else dataclasses.replace(

@@ -18,6 +18,7 @@ from stages.penalty.step_map import PenaltyStepper
 from stages.planar.limit_cycle import fixed_point, gait_near
 from stages.planar.section import SCALES, section_numbers
 from stages.planar.state import rolling_state
+from tests.analytic.differences import together
 
 DESIGN = ("biped.hip_mass", "biped.foot_mass", "biped.leg_length", "biped.foot_radius", "biped.foot_com",
           "biped.leg_inertia", "biped.stiffness", "biped.damping")  # fmt: skip
@@ -73,9 +74,7 @@ def assert_derivatives_are_those_of_reruns(parts, state, names):
     changes = changes_of(*parts, names)
     step = PenaltyStepper(*parts, state, FINE).varied_step(section_numbers(state), changes)
     columns = np.vstack([step.numbers / SCALES[:, None], step.duration, step.length])
-    generator, sizes = np.random.default_rng(5), np.abs(columns[:, 10:]).max(axis=0)
-    for rows in np.array_split(np.argsort(sizes), -(-len(names) // TOGETHER)):
-        weights = np.minimum(np.median(sizes[rows]) / sizes[rows], 1.0) * generator.choice([-1.0, 1.0], len(rows))
+    for rows, weights in together(np.abs(columns[:, 10:]).max(axis=0), TOGETHER):
         along = {names[row]: weight * changes.scales[row] for row, weight in zip(rows, weights, strict=True)}
         lift = np.zeros(10)
         if parts[0].legs == "rigid":  # a longer rigid leg stands as deep in the ground

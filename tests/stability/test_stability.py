@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.explored import BACK, FORWARD, NO_START, REACHES, WALKS_ON
@@ -52,38 +53,34 @@ def test_a_gait_in_si_units_leads_back_to_its_section(gait):
     assert section_of(walker, walker.stance_state(start_state(walker, point.z))) == pytest.approx(point.z, abs=1e-14)
 
 
-def test_a_doubling_is_where_newtons_gaits_have_a_multiplier_of_minus_one(families):
-    """Bisection on the least multiplier of gaits found by Newton's method at single slopes, without continuation."""
+def test_a_doubling_is_where_newtons_gaits_have_a_multiplier_of_minus_one(families, gait):
+    """Brent's method on the least multiplier of gaits found by Newton's at single slopes, without continuation."""
     turn = next(turn for turn in families[0].turns if turn.value > 2)
-    z = np.array(fixed_point(walker_on(4.0), _nearest_start(4.0), TOLERANCE).z)
+    z = np.array(fixed_point(walker_on(4.0), _nearest_start(gait, 4.0), TOLERANCE).z)
 
     def least(slope):
         return min(fixed_point(walker_on(slope), z, TOLERANCE).floquet_multipliers.real)
 
-    low, high = 4.1, 4.25
-    assert least(low) > -1 > least(high)
-    for _ in range(24):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if least(middle) > -1 else (low, middle)
-    assert turn.value == pytest.approx(low, abs=1e-6)
+    doubles = brentq(lambda slope: least(slope) + 1, 4.1, 4.25, xtol=1e-8)
+    assert turn.value == pytest.approx(doubles, abs=1e-6)
     assert turn.multiplier == pytest.approx(-1, abs=1e-8)
 
 
-def _nearest_start(slope):
-    z = find_gait(TABLE_1, TWO_DEGREES, TOLERANCE)[1].z
+def _nearest_start(gait, slope):
+    z = gait[1].z
     for value in np.linspace(2.0, slope, 9):
         z = fixed_point(walker_on(value), z, TOLERANCE).z
     return z
 
 
 @pytest.mark.parametrize(("slope", "cycle"), [(3.0, 1), (4.8, 2), (5.45, 4)])
-def test_where_a_family_is_stable_walks_settle_on_its_steps(families, slope, cycle):
+def test_where_a_family_is_stable_walks_settle_on_its_steps(families, gait, slope, cycle):
     """Many steps from somewhere near: the durations that come back are those of the family, each once."""
     family = next(one for one in families if one.cycle == cycle and one.value.max() > slope > one.value.min())
     order = np.argsort(family.value)
     assert family.stable[order][np.searchsorted(family.value[order], slope)]
     wanted = np.sort([np.interp(slope, family.value[order], column[order]) for column in family.step_duration.T])
-    walker, z, durations = walker_on(slope), _nearest_start(slope) + 1e-3, []
+    walker, z, durations = walker_on(slope), _nearest_start(gait, slope) + 1e-3, []
     for _ in range(200):
         step = poincare_map(walker, z, 1e-8)
         z = step.z

@@ -179,20 +179,22 @@ def signal_scales(walker: Walker) -> dict[str, float]:
     }
 
 
+def signals_at(walker: Walker, segments: list[Segment], times: np.ndarray) -> dict[str, np.ndarray]:
+    """Signals in SI units at rising `times` (n,), dimensionless, of a walk, keyed by the fields of `Walk`; at the
+    start of a segment as they are in it.
+    """
+    first = [0, *np.searchsorted(times, [segment.start for segment in segments[1:]]), len(times)]
+    pieces = [sample_segment(walker, segment, times[begin:end] - segment.start)
+              for segment, begin, end in zip(segments, first, first[1:], strict=False)]
+    return {name: scale * np.concatenate([piece[name] for piece in pieces])
+            for name, scale in signal_scales(walker).items()}
+
+
 def sample_walk(walker: Walker, segments: list[Segment], sampling_rate: float) -> Walk:
     """The walk in SI units at even times, `sampling_rate` [Hz], from its first segment's start to the last end."""
     end = segments[-1].start + segments[-1].duration
     times = uniform_times(end * walker.time, sampling_rate) / walker.time
-    pieces = []
-    for index, segment in enumerate(segments):
-        last = index == len(segments) - 1
-        after = times >= segment.start
-        before = (times <= end) if last else (times < segments[index + 1].start)
-        pieces.append(sample_segment(walker, segment, times[after & before] - segment.start))
-    signals = {
-        name: scale * np.concatenate([piece[name] for piece in pieces])
-        for name, scale in signal_scales(walker).items()
-    }
+    signals = signals_at(walker, segments, times)
     strikes = [s for s in segments if is_last(s)]
     lifts = lift_offs(segments) if not walker.rigid else [(s.start + s.duration, s.stance_leg) for s in strikes]
     return Walk(

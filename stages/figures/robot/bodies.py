@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -43,8 +44,11 @@ def tinted(colour: str, tint: float) -> np.ndarray:
     return rgb + tint * (0.88 - rgb) if tint > 0.0 else rgb * (1.0 + tint)
 
 
-def by_group(parts: Iterable[Part], facets: int = FACETS) -> dict[str, Faces]:
-    """The triangles of each rigid group, both sides of the machine; `facets` of a full circle."""
+@cache
+def by_group(parts: tuple[Part, ...], facets: int = FACETS) -> dict[str, Faces]:
+    """The triangles of each rigid group, both sides of the machine; `facets` of a full circle. Several figures show the
+    same: nobody may change them.
+    """
     gathered: dict[str, list[Faces]] = {}
     for part in parts:
         made = surface(part, facets)
