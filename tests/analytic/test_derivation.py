@@ -1,5 +1,7 @@
 """Structure of the derived equations: what mechanics demands of M, C, K and the constraints, whatever the numbers."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -9,13 +11,13 @@ from tests.analytic.designs import HEAVY_LEGS, TABLE_1_RIGID, changed, random_st
 
 LEGS = ("compliant", "rigid")
 WALKERS = {"compliant": walker_of(HEAVY_LEGS), "rigid": walker_of(changed(TABLE_1_RIGID, leg_inertia=2e-3))}
-EQUATIONS = {legs: d.derive(legs) for legs in LEGS}
 each_kind = pytest.mark.parametrize("legs", LEGS)
+equations_of = cache(d.derive)
 
 
 def numeric(legs, expression):
     """A function (state, p) of an expression or matrix."""
-    equations = EQUATIONS[legs]
+    equations = equations_of(legs)
     symbols = list(equations.coordinates) + list(equations.rates)
     function = sp.lambdify([symbols, [d.PARAMETERS[name] for name in WALKERS[legs].p._fields]], expression, "numpy")
     return lambda y: np.asarray(function(y, WALKERS[legs].p), dtype=float)
@@ -23,7 +25,7 @@ def numeric(legs, expression):
 
 @each_kind
 def test_mass_matrix_is_symmetric_and_positive_definite(legs):
-    mass = numeric(legs, EQUATIONS[legs].mass)
+    mass = numeric(legs, equations_of(legs).mass)
     for y in random_states(WALKERS[legs], 200):
         value = mass(y)
         assert np.abs(value - value.T).max() <= 1e-15
@@ -33,7 +35,7 @@ def test_mass_matrix_is_symmetric_and_positive_definite(legs):
 @each_kind
 def test_coriolis_matrix_makes_mass_rate_minus_twice_it_skew(legs):
     """dM/dt - 2 C is skew, so that C qd does no work: the C of eq. (6) is the right one, not merely the right C qd."""
-    equations = EQUATIONS[legs]
+    equations = equations_of(legs)
     rate = d.time_derivative(equations.mass, equations.coordinates, equations.rates)
     skew = numeric(legs, rate - 2 * equations.coriolis)
     for y in random_states(WALKERS[legs], 50):
@@ -44,7 +46,7 @@ def test_coriolis_matrix_makes_mass_rate_minus_twice_it_skew(legs):
 @each_kind
 def test_equations_of_motion_are_those_of_lagrange(legs):
     """M qdd + C qd - Q equals d/dt dT/dqd - dT/dq + dV/dq + damping for the energies, derived the other way."""
-    equations = EQUATIONS[legs]
+    equations = equations_of(legs)
     kinetic, potential = d.energies(equations)
     q, qd, qdd = equations.coordinates, equations.rates, equations.accelerations
     momentum = sp.Matrix([kinetic]).jacobian(qd).T
@@ -62,7 +64,7 @@ def test_equations_of_motion_are_those_of_lagrange(legs):
 @each_kind
 def test_constraint_rate_is_the_velocity_of_the_second_foot(legs):
     """Eqs. (3)-(5): Pi^T qd is (rise of the foot's centre, slip of its contact point) by finite differences."""
-    walker, equations = WALKERS[legs], EQUATIONS[legs]
+    walker, equations = WALKERS[legs], equations_of(legs)
     rate = numeric(legs, equations.constraint_jacobian.T * equations.rates)
     radius, size = walker.p.r, walker.size // 2
 
@@ -81,9 +83,9 @@ def test_constraint_rate_is_the_velocity_of_the_second_foot(legs):
 
 
 def test_rigid_terms_are_the_compliant_ones_with_lengths_held():
-    q = EQUATIONS["compliant"].coordinates
+    q = equations_of("compliant").coordinates
     rows = [list(q).index(d.theta), list(q).index(d.psi)]
     held = {d.L1: d.L_nat, d.L2: d.L_nat, d.dL1: 0, d.dL2: 0}
     for name in ("mass", "coriolis"):
-        block = getattr(EQUATIONS["compliant"], name).extract(rows, rows).subs(held)
-        assert (block - getattr(EQUATIONS["rigid"], name)).applyfunc(sp.simplify) == sp.zeros(2, 2)
+        block = getattr(equations_of("compliant"), name).extract(rows, rows).subs(held)
+        assert (block - getattr(equations_of("rigid"), name)).applyfunc(sp.simplify) == sp.zeros(2, 2)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,10 +16,15 @@ from tests.calibration.runs import DESIGN
 
 NAMES = ("biped.foot_mass", "biped.leg_length", "biped.foot_radius", "biped.foot_com")
 VALUES = np.array([DESIGN.value(name) for name in NAMES])
-NEAR = find_gait(DESIGN.biped, DESIGN.slope, 1e-6)[1].z
 NONE = Trace(np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3)))
 SD = np.array([3e-4, 2e-4, 1e-4, 1e-4])
 BIAS = np.array([3e-3, 1e-3, -2e-3, 5e-4])
+
+
+@cache
+def near():
+    """Section coordinates of the design's gait."""
+    return find_gait(DESIGN.biped, DESIGN.slope, 1e-6)[1].z
 
 
 def fit(name, kind, truth, off=0.0, wider=2.0):
@@ -32,7 +38,7 @@ def corrections(bias=BIAS):
 
 def test_a_correction_takes_the_bias_off_and_all_of_it_counts_where_nothing_tells_what_it_leaves():
     fitted = Fitted("with outsole", DESIGN, [fit("run 01", "with outsole", VALUES)], corrections(), VALUES)
-    robot = robot_of(fitted, NAMES, NEAR)
+    robot = robot_of(fitted, NAMES, near())
     assert "whole of what the correction took off" in robot.by_what
     for row, number in enumerate(robot.numbers):
         assert number.corrected == pytest.approx(number.truth, rel=1e-12)
@@ -47,7 +53,7 @@ def test_a_correction_takes_the_bias_off_and_all_of_it_counts_where_nothing_tell
 
 def test_without_a_correction_intervals_stay_widened():
     found = dataclasses.replace(fit("run 01", "lab", np.full(4, math.nan)), design=VALUES)
-    robot = robot_of(Fitted("lab", DESIGN, [found], {}, VALUES), NAMES, NEAR)
+    robot = robot_of(Fitted("lab", DESIGN, [found], {}, VALUES), NAMES, near())
     assert robot.by_what == "the fit's noise and residuals alone"
     for row, number in enumerate(robot.numbers):
         assert number.corrected == number.found
@@ -70,7 +76,7 @@ def test_where_other_machines_tell_what_fits_miss_that_is_taken_off_and_its_scat
     shares = BIAS / VALUES + 1e-3 * rng.normal(size=(12, 4)) + np.outer(pulls, [1.0, 0.0, -5.0, 0.0])
     term = Discrepancy.of(NAMES, shares, pulls)
     one = fit("run 01", "with outsole", VALUES)
-    robot = robot_of(Fitted("with outsole", DESIGN, [one], corrections(), VALUES, 1e-3, term), NAMES, NEAR)
+    robot = robot_of(Fitted("with outsole", DESIGN, [one], corrections(), VALUES, 1e-3, term), NAMES, near())
     expected, half = term.expected(VALUES, 1e-3), term.half_widths(VALUES, 1e-3)
     for row, number in enumerate(robot.numbers):
         assert number.corrected == pytest.approx(one.design[row] - expected[row])
@@ -84,9 +90,9 @@ def test_a_frequencys_error_is_that_of_differences():
     """Along one parameter alone: the slope that carries its error is the gait's own."""
     covariance = np.zeros((4, 4))
     covariance[1, 1] = 1e-8
-    value, sd = frequency(design_of(DESIGN, NAMES, VALUES), NAMES, covariance, NEAR)
+    value, sd = frequency(design_of(DESIGN, NAMES, VALUES), NAMES, covariance, near())
     step = np.array([0.0, 1e-5, 0.0, 0.0])
-    ends = [frequency(design_of(DESIGN, NAMES, VALUES + part * step), NAMES, covariance, NEAR)[0] for part in (1, -1)]
+    ends = [frequency(design_of(DESIGN, NAMES, VALUES + part * step), NAMES, covariance, near())[0] for part in (1, -1)]
     assert sd == pytest.approx(1e-4 * abs(ends[0] - ends[1]) / 2e-5, rel=1e-4)
     assert value == pytest.approx(np.mean(ends), rel=1e-6)
 
@@ -97,18 +103,19 @@ def test_a_pair_tells_what_the_outsole_does():
     usual = Fitted("with outsole", DESIGN, [with_it], corrections(), VALUES)
     without = fit("synthetic bare run 01", "without outsole", VALUES)
     bare = Fitted("without outsole", DESIGN, [without], corrections(0.9 * BIAS), VALUES)
-    (pair,) = pairs_of(usual, bare, NAMES, NEAR)
+    (pair,) = pairs_of(usual, bare, NAMES, near())
     assert pair.name == "synthetic run 01"
     assert pair.longer == pytest.approx(0.002 - 0.1 * BIAS[1])
     assert pair.true_longer == pytest.approx(0.002)
     assert pair.longer_sd == pytest.approx(math.sqrt(8 * SD[1] ** 2 + (0.1 * BIAS[1]) ** 2))
     assert pair.heavier == pytest.approx(0.01 - 0.1 * BIAS[0])
-    ends = [frequency(design_of(DESIGN, NAMES, each), NAMES, np.eye(4), NEAR)[0] for each in (VALUES + longer, VALUES)]
+    designs = (design_of(DESIGN, NAMES, each) for each in (VALUES + longer, VALUES))
+    ends = [frequency(design, NAMES, np.eye(4), near())[0] for design in designs]
     assert pair.true_slower == pytest.approx(ends[0] / ends[1] - 1, rel=1e-9)
     assert pair.slower == pytest.approx(pair.true_slower, abs=2 * pair.slower_sd)
     assert pair.slower_sd < 5e-3
     alone = Fitted("with outsole", DESIGN, [fit("synthetic run 09", "with outsole", VALUES)], corrections(), VALUES)
-    assert pairs_of(alone, bare, NAMES, NEAR) == ()
+    assert pairs_of(alone, bare, NAMES, near()) == ()
 
 
 def test_other_pairs_tell_how_far_a_pair_can_be_trusted():
@@ -118,7 +125,7 @@ def test_other_pairs_tell_how_far_a_pair_can_be_trusted():
                                             for n in range(4)], {}, VALUES)  # fmt: skip
     bare = Fitted("without outsole", DESIGN, [fit(f"synthetic bare run 0{n}", "without outsole", VALUES)
                                               for n in range(4)], {}, VALUES)  # fmt: skip
-    first = pairs_of(usual, bare, NAMES, NEAR)[0]
+    first = pairs_of(usual, bare, NAMES, near())[0]
     assert first.longer == pytest.approx(2e-4 - np.mean([4e-4, 3e-4, 3e-4]))
     misses = np.array([off[n] for n in (1, 2, 3)])
     assert first.longer_sd == pytest.approx(np.sqrt(Discrepancy.of(NAMES, misses).spread(np.ones(4))[1, 1]))
@@ -127,8 +134,8 @@ def test_other_pairs_tell_how_far_a_pair_can_be_trusted():
 def test_the_gait_near_anothers_is_the_one_that_a_search_finds():
     other = design_of(DESIGN, NAMES, VALUES * 1.02)
     _, found = find_gait(other.biped, other.slope, 1e-9)
-    for near in (NEAR, np.zeros(5), np.zeros(3)):  # from its neighbour's; from where nobody walks; of another walker
-        assert gait_near(other, near, 1e-9)[1].z == pytest.approx(found.z, abs=1e-8)
+    for start in (near(), np.zeros(5), np.zeros(3)):  # from its neighbour's; from where nobody walks; of another walker
+        assert gait_near(other, start, 1e-9)[1].z == pytest.approx(found.z, abs=1e-8)
 
 
 def test_frames_belong_to_the_hip_as_table_1_counts_it():
@@ -137,7 +144,7 @@ def test_frames_belong_to_the_hip_as_table_1_counts_it():
     names = ("biped.frame_mass",)
     one = dataclasses.replace(fit("run", "lab", VALUES, wider=1.0), design=np.array([0.151]), truth=np.array([0.15]),
                               covariance=np.array([[1e-8]]))  # fmt: skip
-    (number,) = robot_of(Fitted("lab", design, [one], {}, one.design), names, NEAR).numbers
+    (number,) = robot_of(Fitted("lab", design, [one], {}, one.design), names, near()).numbers
     assert number.name == "biped.hip_mass"
     assert (number.drawn, number.found, number.truth) == pytest.approx((0.316, 0.318, 0.316))
     assert number.sd == pytest.approx(2e-4)
