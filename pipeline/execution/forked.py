@@ -129,6 +129,14 @@ def started(environment: Mapping[str, str], errors: IO[bytes], job: Job) -> Fork
         return _server.start(wanted, errors)
 
 
+def get_ready(environment: Mapping[str, str]) -> None:
+    """Start the server, unless there is one."""
+    global _server
+    with _lock:
+        if _server is None:
+            _server = _Server(environment)
+
+
 def prepare(package: str, code_root: str, files: Sequence[str], modules: Sequence[str]) -> None:
     """Let the server, where there is one, load what a later worker needs."""
     with _lock, contextlib.suppress(OSError):

@@ -32,6 +32,19 @@ _SETTINGS = {
 }
 
 
+def get_ready() -> None:
+    """Start what workers will be forked from, where they are: it takes a while, in which others can be busy."""
+    if forked.HERE:
+        forked.get_ready(_environment())
+
+
+def _environment() -> dict[str, str]:
+    """What a worker finds in its environment."""
+    search = [str(engine()), *(os.environ.get("PYTHONPATH") or "").split(os.pathsep)]
+    path = os.pathsep.join(str(Path(part).absolute()) for part in search if part)
+    return {**os.environ, **_SETTINGS, **processor.settings(), "PYTHONPATH": path}
+
+
 class Worker:
     """A process that computes points of one job. `tell` is given its messages, from another thread, and at last {}.
 
@@ -40,9 +53,7 @@ class Worker:
     """
 
     def __init__(self, job: Job, folder: Path | str, tell: Callable[[Message], None], log: Path | None = None) -> None:
-        search = [str(engine()), *(os.environ.get("PYTHONPATH") or "").split(os.pathsep)]
-        path = os.pathsep.join(str(Path(part).absolute()) for part in search if part)
-        environment = {**os.environ, **_SETTINGS, **processor.settings(), "PYTHONPATH": path}
+        environment = _environment()
         self._process: forked.Forked | subprocess.Popen[bytes]
         with open(log or os.devnull, "wb") as errors:
             if forked.HERE:
