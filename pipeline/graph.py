@@ -12,6 +12,8 @@ from pipeline.errors import StudyError, nearest
 from pipeline.parameters import yaml_text
 
 FILE_NAME = "dvc.yaml"
+#: Letters that a stage's name may have: files are called by it, and file systems have limits.
+LONGEST_NAME = 100
 _KEYS = ("cmd", "deps", "params", "outs")
 _RESULTS = "results"
 _FORBIDDEN = '\\:*?"<>|\0'
@@ -105,6 +107,8 @@ def _stage(name: str, node: yaml_text.Node, where: str, problems: list[str]) -> 
     command = entry["cmd"].plain() if "cmd" in entry else None
     if command != f"bipedstudy run {name}":
         problems.append(f'{where}:{node.line}: stage {name}: cmd must be "bipedstudy run {name}", not {command!r}')
+    if len(name) > LONGEST_NAME:
+        problems.append(f"{where}:{node.line}: stage {name}: a name of {len(name)} letters; allowed: {LONGEST_NAME}")
     deps = _paths(name, "deps", entry, where, problems)
     outs = _paths(name, "outs", entry, where, problems)
     if f"{_RESULTS}/{name}.h5" not in outs:

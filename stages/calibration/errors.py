@@ -5,7 +5,3 @@ from __future__ import annotations
 
 class NotIdentified(ValueError):
     """The measurements cannot tell what is asked of them; the message says what is missing."""
-
-
-class NotConverged(ValueError):
-    """A fit did not come to an end; the message says where it stopped."""
