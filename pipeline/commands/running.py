@@ -19,7 +19,6 @@ from pipeline.commands.status import print_survey
 from pipeline.execution import display
 from pipeline.execution.executor import Outcome, bring_up_to_date
 from pipeline.execution.planning import Planner, State
-from pipeline.execution.process import get_ready
 from pipeline.parameters import levels, loading
 from pipeline.study import Study, shown
 
@@ -41,6 +40,8 @@ def run_stages(
     `afterwards` follows under the same lock; it returns the file it wrote, if any.
     """
     if not dry_run and any(study.store.current(name) is None for name in names):
+        from pipeline.execution.process import get_ready
+
         get_ready()
     values = study.parameters(names)
     for sentence in study.warnings(values):
