@@ -13,6 +13,7 @@ from tests.pipeline.strange import PLACES, Strange, everything
 
 FEW = {
     ("parameter file", "deeply nested"), ("parameter file", "pipe"), ("file of a sweep", "alias bomb"),
+    ("artefact", "HDF5 with lists of any length"),
     ("artefact", "HDF5 with links in a circle"), ("artefact", "HDF5 with a link to another file"),
     ("manifest", "folder"), ("record", "number of ten thousand digits"), ("log", "one line without an end"),
     ("graph", "stage called by a step up"), ("graph", "stage called by a very long"),

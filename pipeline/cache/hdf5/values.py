@@ -59,7 +59,7 @@ def write(group: Any, name: str, array: np.ndarray, none: Sequence[int] = ()) ->
 def read(item: Any) -> Any:
     """A dataset as a NumPy array or number; text as Python words. Raises `ValueError` for what is no text."""
     value = item[()]
-    if isinstance(value, bytes) or value.dtype.kind in "OS":
+    if (isinstance(value, bytes) or value.dtype.kind in "OS") and h5py.check_string_dtype(item.dtype) is not None:
         return item.asstr()[()]
     return value.astype(bool) if value.dtype == np.int8 and item.attrs.get(TRUTHS) == "bool" else value
 
