@@ -113,10 +113,11 @@ class _Run:
         """Where a stage waits for others and a processor for it, load what it will need."""
         from pipeline.execution import forked
 
-        if len(self.running) < self.jobs and pending and pending[0] != self.prepared:
+        if forked.HERE and len(self.running) < self.jobs and pending and pending[0] != self.prepared:
             self.prepared = pending[0]
             modules = fingerprint.entry_modules(self.study.graph.stages[self.prepared], self.study.package)
             files = self.study.sources.closure(modules).files
+            self.study.sources.memo.save()
             forked.prepare(self.study.package, str(self.study.code_root), [*files], modules)
 
     def close(self) -> None:
@@ -165,7 +166,7 @@ class _Run:
             for file in above.contents(path)
         }
         folder = store.new_folder(fingerprint.key(parts))
-        self.study.sources.memo.save()  # the worker is to know what was found in its sources
+        self.study.sources.memo.save()  # so that the worker need not parse them again
         job, task = job_of(self.study, parts, inputs), task_of(self.study, {name: self.planner.values[name]})
         reasons = ("asked for by --force",) if name in self.force else assessment.reasons
         self.display.started(name, reasons)

@@ -87,19 +87,11 @@ class _Server:
                 if not part:
                     return False
                 text += part
-        if not ends:  # nobody is to work yet
-            self._load(**json.loads(text))
-            return True
-        os.dup2(ends[2], 2)  # what packages say while they are loaded
+        if ends:
+            os.dup2(ends[2], 2)  # what packages say while they are loaded
         self._load(**json.loads(text))
-        try:
-            pid = self._forked(ends) if len([*_THREADS.iterdir()]) == 1 else self._afresh(ends)
-            self.workers[pid] = ends.pop()
-        except OSError:  # no room for another process: that its pipe ends untold says so
-            traceback.print_exc()
-        os.dup2(self.nothing, 2)
-        for end in ends:
-            os.close(end)
+        if ends:
+            self._begin(ends)
         return True
 
     def _load(self, package: str, code_root: str, files: list[str], modules: list[str]) -> None:
@@ -123,6 +115,17 @@ class _Server:
         if registry is not None:
             registry.cpu_target.typing_context.refresh()
             registry.cpu_target.target_context.refresh()
+
+    def _begin(self, ends: list[int]) -> None:
+        """Start a worker with the four files that came for it."""
+        try:
+            pid = self._forked(ends) if len([*_THREADS.iterdir()]) == 1 else self._afresh(ends)
+            self.workers[pid] = ends.pop()
+        except OSError:  # no room for another process: that its pipe ends untold says so
+            traceback.print_exc()
+        os.dup2(self.nothing, 2)
+        for end in ends:
+            os.close(end)
 
     def _forked(self, ends: list[int]) -> int:
         gc.freeze()  # what is loaded here is never looked through for garbage again, and so stays shared
