@@ -8,6 +8,7 @@ import os
 import re
 import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -180,6 +181,7 @@ def test_a_kept_compilation_holds_for_its_text_alone(done, monkeypatch):
     path = done.path("PACKAGE/fall/run.py")
     kept = Path(importlib.util.cache_from_source(str(path)))
     source, times = path.read_bytes(), path.stat()
+    monkeypatch.setattr(sys, "dont_write_bytecode", False)
     first = Compiled(SyntaxMemo(None)).code(str(path), source)
     assert kept.read_bytes()[4:8] == b"\3\0\0\0"
     with monkeypatch.context() as patch:
