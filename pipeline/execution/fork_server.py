@@ -45,6 +45,7 @@ _THREADS = Path("/proc/self/task")
 def main() -> NoReturn:
     """Entry of `python -m pipeline.execution.fork_server`."""
     continue_when_parent_ends()
+    gc.set_threshold(worker.OBJECTS)
     server = _Server()
     os.register_at_fork(after_in_child=np.random.seed)  # or numbers drawn without a seed would be the same in all
     while server.serve():
