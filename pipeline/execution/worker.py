@@ -133,7 +133,8 @@ class Computing:
         for each in above:
             token = durable.digest(token.encode() + json.dumps(point[each.name]).encode())
             if self.kept.get(each.name, ("", {}))[0] != token:
-                made = _files(each, self._result(each, point, files), {})
+                upstream = self._result(each, point, files)
+                made = _files(each, upstream, artefact.encode(upstream, {}))
                 for file, _ in self.kept.pop(each.name, ("", {}))[1].values():
                     Path(file).unlink()
                 self.kept[each.name] = token, self._written(made)
@@ -153,10 +154,10 @@ class Computing:
 
     def _stored(self, stage: Stage, result: Any) -> dict[str, Any]:
         """Write the files of a result; what they are, and its summary. Their content is told without provenance."""
-        files = _files(stage, result, {})
+        plain, told = artefact.encoded(result, self.job.provenance or {}, self.job.about, self.job.errors)
+        files = _files(stage, result, plain)
         content = {name: durable.digest(data) for name, data in files.items()}
-        files[stage.artefact] = artefact.encode(
-            result, self.job.provenance or {}, self.job.about, self.job.errors)
+        files[stage.artefact] = told
         for name, data in files.items():
             durable.write(self.folder / name, data)
         outs = {
@@ -231,8 +232,8 @@ def failure(error: BaseException, package: str) -> dict[str, Any]:
     return {"kind": kind, "text": text, "at": at, "file": getattr(error, "file", "")}
 
 
-def _files(stage: Stage, result: Any, provenance: dict[str, str]) -> dict[str, bytes]:
-    """The files of a result. Those beside the artefact must be what dvc.yaml declares, no more and no fewer."""
+def _files(stage: Stage, result: Any, encoded: bytes) -> dict[str, bytes]:
+    """The files of a result that is `encoded`. Those beside the artefact must be what dvc.yaml declares, no more and no fewer."""
     files = {f"results/{name}": bytes(data) for name, data in getattr(result, "files", {}).items()}
     declared = [out for out in stage.outs if out != stage.artefact]
     for name in files:
@@ -241,7 +242,7 @@ def _files(stage: Stage, result: Any, provenance: dict[str, str]) -> dict[str, b
     for out in declared:
         if not beneath(out, files):
             raise StudyError(f"it did not return {out}, which dvc.yaml lists among its outs")
-    return {**files, stage.artefact: artefact.encode(result, provenance)}
+    return {**files, stage.artefact: encoded}
 
 
 def _listen(lines: queue.SimpleQueue[bytes]) -> None:
