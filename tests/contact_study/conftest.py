@@ -35,7 +35,7 @@ def default(parameters):
 @pytest.fixture(scope="session")
 def solver(parameters):
     settings = parameters.settings
-    return Settings(settings.tolerance, settings.between, most_solver_steps=settings.most_solver_steps)
+    return Settings(parameters.penalty_tolerance, settings.between, most_solver_steps=settings.most_solver_steps)
 
 
 @pytest.fixture(scope="session")
@@ -88,8 +88,8 @@ def small(parameters):
 def constraints(parameters):
     """The constraint models with rolling feet and with Coulomb's transition, from the first one's mid-stance."""
     settings = parameters.settings
-    walker, point = find_gait(parameters.biped, parameters.slope, settings.constraint_tolerance)
-    start = walker.stance_state(crossing_state(walker, point.z, settings.constraint_tolerance))
+    walker, point = find_gait(parameters.biped, parameters.slope, parameters.constraint_tolerance)
+    start = walker.stance_state(crossing_state(walker, point.z, parameters.constraint_tolerance))
     return tuple(
         constraint_model(parameters.biped, parameters.slope, friction, start, 1e-10, settings.sampling_rate_hz)
         for friction in (None, parameters.contact.coefficients)
