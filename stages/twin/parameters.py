@@ -8,6 +8,7 @@ from typing import ClassVar
 
 from stages.biped.accuracy.asked import Accuracy, accuracy
 from stages.biped.accuracy.level import Level
+from stages.biped.accuracy.tolerances import scaled
 from stages.biped.design import Biped
 from stages.biped.outsole.rubber import Rubber
 from stages.biped.quantity import Bound, Broken, parameter
@@ -78,7 +79,7 @@ class Settings(Rubber):
 
         At ten times the tolerance of 1e-6 a walk's hip moves by 6e-7 m.
         """
-        return replace(self, tolerance=tolerance or min(LOOSER * self.tolerance, LOOSEST))
+        return replace(self, tolerance=tolerance or min(scaled(self.tolerance, LOOSER), LOOSEST))
 
     def broken_rules(self) -> Iterator[Broken]:
         """Places are points, lanes do not overlap, a signal is named once."""

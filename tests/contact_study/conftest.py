@@ -5,14 +5,13 @@ from types import SimpleNamespace
 
 import pytest
 
-from pipeline.parameters.loading import load
+from pipeline.study import locate
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
 from stages.biped.gait import StanceState
 from stages.contact_study.constraint_models import constraint_model
 from stages.contact_study.distance import Ruler
 from stages.contact_study.one_step import Scene
-from stages.contact_study.parameters import Parameters
 from stages.penalty.settings import Settings
 from stages.penalty.walk import simulate
 from stages.planar.sampling import sample
@@ -24,7 +23,7 @@ STANDING_FORCE = 9.4
 
 @pytest.fixture(scope="session")
 def parameters(repository):
-    return load(repository / "params", [], {"contact_study": Parameters}, [Parameters])["contact_study"]
+    return locate(start=repository).parameters(["contact_study"])["contact_study"]
 
 
 @pytest.fixture(scope="session")

@@ -41,4 +41,9 @@ class PenaltyTolerance:
 
 def checked(tolerance: float) -> float:
     """Tolerance at which Exudyn walks what a stage walked at `tolerance`: the difference is then the engines' own."""
-    return max(CHECKED * tolerance, CHECKED_FINEST)
+    return max(scaled(tolerance, CHECKED), CHECKED_FINEST)
+
+
+def scaled(tolerance: float, by: float) -> float:
+    """A tolerance times a number, to twelve digits, so that ten times 1e-6 is the 1e-5 that a file would have."""
+    return float(f"{tolerance * by:.12g}")
