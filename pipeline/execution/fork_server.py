@@ -1,9 +1,9 @@
 """A process that loads what stages import from other packages, once, and forks their workers, which then have it.
 
 It is asked by `forked` over the socket that is its standard input: a length, then JSON with the package of stages, its
-folder, and the source files that the worker's key was made from with what they mean; with them come the worker's standard input, output
-and error, and a pipe on which its process id and, at its end, its exit code are told. Without these it only loads what
-a worker will need. Whoever asked is gone when the socket ends; then this process ends as well.
+folder, and the source files that the worker's key was made from with what they mean; with them come the worker's
+standard input, output and error, and a pipe on which its process id and, at its end, its exit code are told. Without
+these it only loads what a worker will need. Whoever asked is gone when the socket ends; then this process ends as well.
 
 It never runs code of the stages: a worker imports that itself, under observation, so that its result's key stays true.
 Sources are only compiled here. It computes nothing and starts no thread, as a forked process has none of its parent's;

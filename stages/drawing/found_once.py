@@ -15,7 +15,7 @@ from typing import Any
 
 import matplotlib
 import numpy as np
-from matplotlib import _mathtext, font_manager  # type: ignore[attr-defined]
+from matplotlib import _mathtext, font_manager
 from matplotlib.axis import Axis, Tick
 from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.text import Text
