@@ -1,7 +1,7 @@
 """A process that loads what stages import from other packages, once, and forks their workers, which then have it.
 
 It is asked by `forked` over the socket that is its standard input: a length, then JSON with the package of stages, its
-folder, and the source files that the worker's key was made from, with what they mean; with them come the worker's
+folder, and the source files that the worker's key was made from with what they mean; with them come the worker's
 standard input, output and error, and a pipe on which its process id and, at its end, its exit code are told. Without
 these it only loads what a worker will need. Whoever asked is gone when the socket ends; then this process ends as well.
 

@@ -233,7 +233,7 @@ def failure(error: BaseException, package: str) -> dict[str, Any]:
 
 
 def _files(stage: Stage, result: Any, encoded: bytes) -> dict[str, bytes]:
-    """The files of a result, `encoded` as its artefact. Those beside it must be what dvc.yaml declares, no more and no
+    """The files of a result that is `encoded`. Those beside the artefact must be what dvc.yaml declares, no more and no
     fewer.
     """
     files = {f"results/{name}": bytes(data) for name, data in getattr(result, "files", {}).items()}

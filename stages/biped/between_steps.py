@@ -10,6 +10,8 @@ import numpy as np
 # Nodes and weights of Gauss quadrature on [0, 1], exact to degree 9: the integrands are smooth between solver steps.
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
 NODES, WEIGHTS = 0.5 * (NODES + 1.0), 0.5 * WEIGHTS
+#: Times that are looked up at once: what is computed of so many stays in the processor's cache.
+BLOCK = 1024
 
 
 def hermite(
@@ -19,6 +21,12 @@ def hermite(
 
     By Hermite interpolation: quintic with the accelerations, cubic without.
     """
+    if len(time) > BLOCK:
+        place, rate = (np.empty((len(time), position.shape[1])) for _ in range(2))
+        for begin in range(0, len(time), BLOCK):
+            block = slice(begin, begin + BLOCK)
+            place[block], rate[block] = hermite(steps, position, velocity, acceleration, time[block])
+        return place, rate
     i = np.clip(np.searchsorted(steps, time, side="right") - 1, 0, len(steps) - 2)
     step = (steps[i + 1] - steps[i])[:, None]
     return _polynomial(i, step, position, velocity, acceleration)((time - steps[i])[:, None] / step)

@@ -69,8 +69,8 @@ class Trajectory:
 def foot_kinematics(
     position: np.ndarray, velocity: np.ndarray, leg: int, radius: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Penetration [m], its rate [m/s] and slip velocity [m/s] of one leg's foot from columns as in `Trajectory`, or
-    from one of their rows.
+    """Penetration [m], its rate [m/s] and slip velocity [m/s] of one leg's foot from columns as in `Trajectory`, or one
+    of their rows.
     """
     angle, rate = position[..., 2 + leg], velocity[..., 2 + leg]
     reach, reach_rate = position[..., 4 + leg] - radius, velocity[..., 4 + leg]
