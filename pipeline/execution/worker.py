@@ -34,7 +34,7 @@ from pipeline.parameters import loading
 from pipeline.stage_modules import home_of, importable, named, stage_module
 
 #: Objects made between two looks for garbage, here and where workers are forked: what is loaded is none, and looking
-#: through it takes a third of the time of loading it, and a twentieth of a stage's.
+#: through it takes time.
 OBJECTS = 50_000
 _REPORT_EVERY_S = 0.1
 

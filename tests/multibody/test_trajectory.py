@@ -57,3 +57,13 @@ def test_the_rolling_state_rolls(biped, contact, rough):
     depth, rate, slip = (value[0] for value in foot_kinematics(row, motion, 0, biped.foot_radius))
     assert abs(rate) < 1e-15 and abs(slip) < 1e-15
     assert normal_force(contact, depth, 0.0) == pytest.approx(9.4, rel=1e-9)
+
+
+@pytest.mark.parametrize(("degree", "exact"), [(5, True), (3, False)])
+def test_one_time_after_another_is_as_many_at_once(degree, exact):
+    _, trajectory = polynomial_trajectory(degree, exact)
+    for row in range(3):
+        after, (start, end) = trajectory.after(row), trajectory.time[row : row + 2].tolist()
+        for time in np.linspace(start, end, 9)[:-1]:
+            assert np.array_equal(after(float(time)), [rows[0] for rows in trajectory.at(np.array([time]))])
+        assert np.array_equal(after(end), (trajectory.position[row + 1], trajectory.velocity[row + 1]))

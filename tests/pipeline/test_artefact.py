@@ -106,6 +106,16 @@ def test_the_bytes_do_not_depend_on_the_time():
     assert artefact.encode(example(), {"key": "k"}) == first
 
 
+def test_what_a_result_says_alone_does_not_depend_on_how_it_was_made():
+    """Keys of later stages stand on it."""
+    plain, told = artefact.encoded(example(), {"key": "k"}, {"title": "t"}, {"inner/value": 1e-3})
+    assert plain == artefact.encode(example(), {}) != told
+    assert_same(artefact.decode(plain, Everything, "x.h5"), artefact.decode(told, Everything, "x.h5"))
+    assert artefact.provenance(plain, "x.h5") == {} and artefact.provenance(told, "x.h5") == {"key": "k"}
+    errors = {field.path: field.error for field in artefact.tree(told, "x.h5") if field.error}
+    assert errors == {"inner/value": 1e-3}
+
+
 def test_units_symbols_and_descriptions_are_stored(tmp_path):
     path = tmp_path / "x.h5"
     path.write_bytes(artefact.encode(example(), {"key": "k"}))

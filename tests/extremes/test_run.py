@@ -1,0 +1,30 @@
+"""The usual parameters are looked at once, while the code is compiled, and every point gets its own verdict."""
+
+from collections import Counter
+
+import pytest
+
+from pipeline.study import locate
+from stages.extremes import run as stage
+from stages.extremes.engines import LIMIT
+from stages.extremes.verdict import RIGHT, Finding
+
+
+@pytest.mark.parametrize("resolution", ["few", "coarse", "full"])
+def test_each_point_has_its_own_verdict(monkeypatch, repository, resolution):
+    study = locate(settings=(f"extremes.resolution={resolution}",), start=repository)
+    parameters = study.parameters(["extremes"])["extremes"]
+    usual = Counter()
+
+    def evaluate(_, point):
+        usual[point.engine] += not point.changes
+        return Finding(RIGHT, reason=told(point))
+
+    def told(point):
+        return f"{point.engine} {point.value if point.engine == LIMIT else ''} {point.changes}"
+
+    monkeypatch.setattr(stage, "evaluate", evaluate)
+    monkeypatch.setattr(stage, "compute", lambda evaluate, common, points, **_: [evaluate(common, p) for p in points])
+    assert stage.run(parameters).reason == tuple(told(point) for point in stage.points(parameters))
+    assert len(usual) > 2
+    assert {number for engine, number in usual.items() if engine != LIMIT} <= {0, 1}
