@@ -10,8 +10,6 @@ import numpy as np
 # Nodes and weights of Gauss quadrature on [0, 1], exact to degree 9: the integrands are smooth between solver steps.
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
 NODES, WEIGHTS = 0.5 * (NODES + 1.0), 0.5 * WEIGHTS
-
-
 #: Times that are looked up at once: what is computed of so many stays in the processor's cache.
 BLOCK = 1024
 
@@ -31,38 +29,42 @@ def hermite(
         return place, rate
     i = np.clip(np.searchsorted(steps, time, side="right") - 1, 0, len(steps) - 2)
     step = (steps[i + 1] - steps[i])[:, None]
-    s = (time - steps[i])[:, None] / step
-    powers = _powers(i, step, position, velocity, acceleration)
-    _, a1, a2, c3, c4, c5 = powers
-    return _place(powers, s), (a1 + s * (2 * a2 + s * (3 * c3 + s * (4 * c4 + s * 5 * c5)))) / step
+    return _polynomial(i, step, position, velocity, acceleration)((time - steps[i])[:, None] / step)
 
 
-def within(
-    steps: np.ndarray, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray, row: int
-) -> Callable[[float], np.ndarray]:
-    """The position (k,) that `hermite` has at a time [s] between a row of the steps and the next, asked for often."""
-    begin, step = float(steps[row]), float(steps[row + 1] - steps[row])
-    powers = _powers(row, step, position, velocity, acceleration)
-    return lambda time: _place(powers, (time - begin) / step)
+def hermite_from(
+    row: int, steps: np.ndarray, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray | None
+) -> Callable[[float], tuple[np.ndarray, np.ndarray]]:
+    """What `hermite` gives at a time [s] from step number `row` to the next, each (k,): for roots, where many times are
+    asked for one after another.
+    """
+    begin, end = float(steps[row]), float(steps[row + 1])
+    at = _polynomial(row, end - begin, position, velocity, acceleration)
+    return lambda time: at((time - begin) / (end - begin)) if time < end else (position[row + 1], velocity[row + 1])
 
 
-def _powers(
+def _polynomial(
     i: Any, step: Any, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray | None
-) -> tuple[np.ndarray, ...]:
-    """Coefficients of the position in powers of the share of a step that has gone by since row or rows i."""
+) -> Callable[[Any], tuple[np.ndarray, np.ndarray]]:
+    """Position and velocity, by the share of the way from steps `i` to the next, which take `step` [s]."""
     start, rise = position[i], position[i + 1] - position[i]
     a1, b1 = velocity[i] * step, velocity[i + 1] * step
-    if acceleration is None:
-        return start, a1, 3 * rise - 2 * a1 - b1, -2 * rise + a1 + b1, 0.0 * rise, 0.0 * rise
-    a2, b2 = 0.5 * acceleration[i] * step**2, 0.5 * acceleration[i + 1] * step**2
-    return (start, a1, a2, 10 * rise - 6 * a1 - 4 * b1 - 3 * a2 + b2, -15 * rise + 8 * a1 + 7 * b1 + 3 * a2 - 2 * b2,
-            6 * rise - 3 * a1 - 3 * b1 - a2 + b2)
+    if acceleration is not None:
+        a2, b2 = 0.5 * acceleration[i] * step**2, 0.5 * acceleration[i + 1] * step**2
+        c3 = 10 * rise - 6 * a1 - 4 * b1 - 3 * a2 + b2
+        c4 = -15 * rise + 8 * a1 + 7 * b1 + 3 * a2 - 2 * b2
+        c5 = 6 * rise - 3 * a1 - 3 * b1 - a2 + b2
+    else:
+        a2 = 3 * rise - 2 * a1 - b1
+        c3 = -2 * rise + a1 + b1
+        c4 = c5 = 0.0 * rise
 
+    def at(s: Any) -> tuple[np.ndarray, np.ndarray]:
+        place = start + s * (a1 + s * (a2 + s * (c3 + s * (c4 + s * c5))))
+        rate = (a1 + s * (2 * a2 + s * (3 * c3 + s * (4 * c4 + s * 5 * c5)))) / step
+        return place, rate
 
-def _place(powers: tuple[np.ndarray, ...], s: Any) -> np.ndarray:
-    start, a1, a2, c3, c4, c5 = powers
-    place: np.ndarray = start + s * (a1 + s * (a2 + s * (c3 + s * (c4 + s * c5))))
-    return place
+    return at
 
 
 def quadrature(steps: np.ndarray, start: float, end: float) -> tuple[np.ndarray, np.ndarray]:

@@ -114,7 +114,7 @@ def _mid_stance(record: Record, stance: int, length: np.ndarray) -> Step:
     if not len(ahead) or ahead[-1] + 1 == len(record.time):
         raise NoLimitCycle("the step does not end in mid-stance")
     before = int(ahead[-1])  # the solver may take a step more than asked
-    place, span = record.after(before), record.time[before : before + 2]
-    moment = float(brentq(lambda time: float(lean(place(time))), *span, xtol=1e-15, rtol=8.9e-16))
+    at, span = record.after(before), record.time[before : before + 2]
+    moment = float(brentq(lambda time: float(lean(at(time)[0])), *span, xtol=1e-15, rtol=8.9e-16))
     q, v = (rows[0] for rows in record.at(np.array([moment])))
     return Step(section_state(q, v, stance, length), moment, float(q[X]), before + 1, record)

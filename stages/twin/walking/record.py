@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.biped.between_steps import acting, hermite, within
+from stages.biped.between_steps import acting, hermite, hermite_from
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.planar.run import COMPLETED
@@ -57,6 +57,6 @@ class Record:
         """Coordinates and rates at given times, each (m, 11), by quintic Hermite interpolation between the steps."""
         return hermite(self.time, self.position, self.velocity, self.acceleration, time)
 
-    def after(self, row: int) -> Callable[[float], np.ndarray]:
-        """Coordinates (11,) as `at` has them, at times from a solver's step to the next."""
-        return within(self.time, self.position, self.velocity, self.acceleration, row)
+    def after(self, row: int) -> Callable[[float], tuple[np.ndarray, np.ndarray]]:
+        """The same at one time after another between a row and the next, each (11,)."""
+        return hermite_from(row, self.time, self.position, self.velocity, self.acceleration)
