@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stages.biped.between_steps import BLOCK, hermite, within
+from stages.biped.between_steps import BLOCK, hermite, hermite_from
 
 STEPS = np.array([0.0, 0.3, 0.4, 1.0])
 TIME = np.linspace(0.0, 1.0, 2 * BLOCK + 7)  # more than two blocks
@@ -28,8 +28,9 @@ def test_one_time_or_many_or_one_step_alone_give_the_same():
     (place, rate, bend), _ = rows(7)
     many = hermite(STEPS, place, rate, bend, TIME)
     for row in (0, 1, 2):
-        alone = within(STEPS, place, rate, bend, row)
+        alone = hermite_from(row, STEPS, place, rate, bend)
         for number in np.flatnonzero((STEPS[row] <= TIME) & (STEPS[row + 1] > TIME))[::97]:
             one = hermite(STEPS, place, rate, bend, TIME[number : number + 1])
-            assert all(np.array_equal(one[k][0], many[k][number]) for k in (0, 1))
-            assert alone(float(TIME[number])) == pytest.approx(one[0][0], abs=1e-14)
+            for k, exact in enumerate(alone(float(TIME[number]))):
+                assert np.array_equal(one[k][0], many[k][number]) and np.array_equal(exact, one[k][0])
+        assert np.array_equal(alone(STEPS[row + 1])[0], place[row + 1])
