@@ -28,6 +28,8 @@ from typing import Any
 from pipeline.cache import artefact
 from pipeline.cache.hdf5.differences import differences
 from pipeline.commands.claims import markdown_table
+from pipeline.parameters import levels, yaml_text
+from pipeline.parameters.value import shown
 from stages.about import MEASURED, computed_how
 from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.asked import Accuracy
@@ -159,6 +161,10 @@ def page(costs: Mapping[str, Any], walks: Mapping[str, Mapping[str, float]]) -> 
             ["all, processor time", *(f"{costs[level]['processor']:.0f}" for level in LEVELS)],
             ["all, by the clock on all cores", *(f"{costs[level]['clock']:.0f}" for level in LEVELS)],
             *earlier_rows(costs)]),
+        "", "## Which settings it decides", "",
+        "A value that is set by hand holds at every level. Other settings follow these: a key that is `null` in "
+        "`params/` says beside it what it follows, and so has what is decided here, set by hand or asked for.", "",
+        *markdown_table(["setting", *LEVELS, "why"], list(settings_rows())),
         "", "## What it changes: the walks shown", "",
         "Largest difference from the reference (its own: from tighter settings) over the walks of constraint model, "
         "planar penalty model and twin.", "",
@@ -171,6 +177,15 @@ def page(costs: Mapping[str, Any], walks: Mapping[str, Mapping[str, float]]) -> 
                 *(f"{level}, verdict" for level in LEVELS)], list(claim_rows())),
     ]  # fmt: skip
     return "\n".join(lines) + "\n"
+
+
+def settings_rows() -> Iterator[list[str]]:
+    """A row for each parameter with a value for each level."""
+    for path in sorted((ROOT / "params").glob("*.yaml")):
+        for key, entry in yaml_text.read(path, path.name).value.items():
+            if levels.has(entry):
+                about = entry.plain()
+                yield [f"{path.stem}.{key}", *map(shown, about[levels.PART]), about["source"]]
 
 
 def earlier_rows(costs: Mapping[str, Any]) -> Iterator[list[str]]:

@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.parameters.loading import load
 from pipeline.study import locate
 from stages.biped.gait import StanceState
 from stages.contact_study.parameters import Parameters
@@ -142,7 +141,7 @@ def derivatives(given: Parameters) -> None:
 
 def main() -> None:
     sets, seed = (int(text) for text in (*sys.argv[1:3], *(20, 20)[len(sys.argv) - 1 :]))
-    given = load(locate().params, [], {"contact_study": Parameters}, [Parameters])["contact_study"]
+    given = locate().parameters(["contact_study"])["contact_study"]
     print(f"{'law, what':24}{'number':>7}{'median [m]':>12}{'largest [m]':>13}{'of allowed':>12}{'not fine':>10}")
     for law in NORMAL_FORCES:
         found = distances(given, law, sets, seed)

@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.parameters.loading import load
-from stages.analytic.parameters import Parameters as AnalyticParameters
+from pipeline.study import locate
 from stages.analytic.run import run as run_analytic
 from stages.campaign.parameters import Parameters
 from stages.campaign.twin_run import TwinRun, first_state, walk_twin
@@ -44,8 +44,7 @@ def good(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
 
 def campaign(seed: int, runs: int, file: Path | None) -> tuple[Parameters, list[TwinRun]]:
     """The campaign's parameters with another seed, and its walks: a second or two each, or out of `file`."""
-    wanted = {"analytic": AnalyticParameters, "campaign": Parameters, "imu": ImuParameters}
-    every = load(ROOT / "params", (), wanted, wanted.values())
+    every = locate(start=ROOT).parameters(("analytic", "campaign"))
     parameters: Parameters = every["campaign"]
     parameters = dataclasses.replace(parameters, runs=dataclasses.replace(parameters.runs, seed=seed, runs=runs))
     if file is not None and file.exists():

@@ -8,25 +8,18 @@ from typing import ClassVar
 
 from stages.biped.accuracy.asked import Accuracy, accuracy
 from stages.biped.accuracy.level import Level
+from stages.biped.accuracy.tolerances import ConstraintTolerance
 from stages.biped.design import Biped
 from stages.biped.outsole.rubber import Rubber
 from stages.biped.quantity import Bound, Broken, half_widths, parameter
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 
-#: Finest tolerance that is allowed.
-FINEST = 1e-14
-
 
 @dataclass(frozen=True)
-class Settings:
+class Settings(ConstraintTolerance):
     """Accuracy of the integration and what is recorded."""
 
-    FILE: ClassVar[str] = "analytic"
-
-    tolerance: float = parameter(
-        "1", "absolute and relative tolerance of a step, in leg lengths and pendulum times",
-        bound=Bound(minimum=FINEST, maximum=1e-3))
     steps: int = parameter("1", "steps of the recorded walk", bound=Bound(minimum=1, maximum=10_000))
     sampling_rate_hz: float = parameter("Hz", "sampling rate of the recorded walk", bound=Bound(above=0, maximum=1e6))
     integrator: str = parameter(

@@ -23,7 +23,7 @@ from stages.analytic.gait.poincare import FixedPoint, fixed_point
 from stages.analytic.gait.sensitivity import Neighbours, vary_design
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
-from stages.analytic.parameters import FINEST, Parameters, Settings
+from stages.analytic.parameters import Parameters, Settings
 from stages.analytic.result import Elasticities, NumericalError, Result, Uncertainty
 from stages.analytic.walk.error_estimate import estimate_errors, not_given
 from stages.analytic.walk.recording import constraint_drift
@@ -31,6 +31,7 @@ from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.analytic.walk.without_impact import without_impact
 from stages.biped.accuracy.asked import CUSTOM
 from stages.biped.accuracy.estimate import to_accuracy, walk_differences
+from stages.biped.accuracy.tolerances import FINEST
 from stages.biped.gait import StanceState
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import Walk

@@ -95,7 +95,7 @@ class _Work:
         gait = find_gait(drawn.biped, drawn.slope, FINE)
         self.near = gait[1].z
         self.model: Model = first_model(drawn, looked_for(drawn), parameters, gait)
-        twin = replace(parameters.twin, tolerance=parameters.runs.solver_tolerance)
+        twin = parameters.twin.with_tolerance(parameters.runs.solver_tolerance)
         self.robot = TwinRobot(build(parameters.biped, twin), parameters.contact, twin, parameters.settings,
                                self.model.layout, parameters.runs.motion_rate_hz)
         weighed = {one.name: one.weighed for one in (*inputs.campaign.runs, *inputs.campaign.bare)}
@@ -118,7 +118,7 @@ class _Work:
         reasons: list[str] = []
         corrections: dict[int, Corrected] = {}
         for place, fit in enumerate(fits):
-            if len(corrections) == self.parameters.settings.corrected_runs:
+            if len(corrections) == self.parameters.settings.corrected:
                 break
             one = self.runs[fit.name]
             at = drawn.with_values(dict(zip(self.model.shared, fit.design.tolist(), strict=True)))

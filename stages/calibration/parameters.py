@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
 
 from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
 from stages.calibration.observation.beliefs import Beliefs
-from stages.campaign.parameters import SensorSettings
+from stages.campaign.parameters import Fitted, SensorSettings
 from stages.ground.slope import Slope
 from stages.imu.parameters import Drawing, Limits
 from stages.imu.parameters import Parameters as IngestParameters
@@ -23,10 +22,8 @@ NOISE_BANDWIDTH = math.pi / (2 * math.sqrt(2))
 
 
 @dataclass(frozen=True)
-class Settings:
+class Settings(Fitted):
     """Which samples are used, how, and what is believed before the fit."""
-
-    FILE: ClassVar[str] = "calibration"
 
     tolerance: float = parameter(
         "1", "tolerance of a walk, in leg lengths and pendulum times", bound=Bound(minimum=1e-12, maximum=1e-4))
@@ -44,11 +41,11 @@ class Settings:
     start_length_rate_sd: float = parameter("m/s", "spread of their rates", bound=POSITIVE)
     slope_reading_sd_deg: float = parameter("deg", "standard error of a ramp's inclination", bound=POSITIVE)
     tilt_sd_deg: float = parameter("deg", "standard deviation of a sensor's tilt after the ingest", bound=POSITIVE)
-    fitted_runs: int = parameter("1", "runs of each robot that the stage fits", bound=Bound(minimum=1))
     held_out_runs: int = parameter("1", "next runs of each robot that it foretells", bound=Bound(minimum=0))
     fitted_steps: int = parameter("1", "steps of a run that it uses", bound=Bound(minimum=3))
     outsole: float = parameter("m", "thickness of the outsole, as a caliper shows it", bound=NOT_NEGATIVE)
-    corrected_runs: int = parameter("1", "runs of each robot that the twin corrects", bound=Bound(minimum=0))
+    corrected_runs: int | None = parameter(
+        "1", "runs of each robot that the twin corrects; null: all that are fitted", bound=Bound(minimum=0))
     discrepancy_runs: int = parameter(
         "1", "next runs of further machines whose fits tell what the model puts wrong; fewer than three tell nothing",
         bound=Bound(minimum=0))
@@ -56,6 +53,11 @@ class Settings:
     weighed_mass: float | None = parameter(
         "kg", "mass of a lab's own robot as weighed; null: not weighed", bound=POSITIVE)
     weighed_sd: float = parameter("1", "standard error of the scale, relative", bound=POSITIVE)
+
+    @property
+    def corrected(self) -> int:
+        """How many runs of each robot the twin corrects."""
+        return self.fitted_runs if self.corrected_runs is None else self.corrected_runs
 
 
 @dataclass(frozen=True)

@@ -35,14 +35,16 @@ class RunSettings:
     outsole_sd: float = parameter("m", "spread of the outsole's thickness", bound=NOT_NEGATIVE)
     tolerance_sd: float = parameter("1", "spread of masses, stiffness and damping, relative", bound=NOT_NEGATIVE)
     length_sd: float = parameter("m", "spread of each leg's length", bound=NOT_NEGATIVE)
-    bare_runs: int = parameter("1", "first runs that are made again without the outsole", bound=NOT_NEGATIVE)
+    bare_runs: int | None = parameter(
+        "1", "first runs that are made again without the outsole; null: as many as are fitted", bound=NOT_NEGATIVE)
     scale_sd: float = parameter("1", "error of the scale that the robot is weighed on, relative", bound=NOT_NEGATIVE)
-    solver_tolerance: float = parameter("1", "tolerance of the twin's solver", bound=Bound(minimum=1e-11, maximum=1e-4))
+    solver_tolerance: float | None = parameter(
+        "1", "tolerance of the twin's solver; null: ten times twin.tolerance", bound=Bound(minimum=1e-11, maximum=1e-4))
     motion_rate_hz: float = parameter("Hz", "rate of the simulated motion", bound=Bound(minimum=1000, maximum=1e5))
 
     def broken_rules(self) -> Iterator[Broken]:
         """Only runs that are made can be made again."""
-        if self.bare_runs > self.runs:
+        if self.bare_runs is not None and self.bare_runs > self.runs:
             yield Broken("bare_runs", f"<= runs = {self.runs}")
 
 
@@ -101,6 +103,15 @@ class Measured:
 
 
 @dataclass(frozen=True)
+class Fitted:
+    """How many runs the calibration wants of each robot."""
+
+    FILE: ClassVar[str] = "calibration"
+
+    fitted_runs: int = parameter("1", "runs of each robot that the stage fits", bound=Bound(minimum=1))
+
+
+@dataclass(frozen=True)
 class Parameters:
     """All the campaign depends on."""
 
@@ -112,4 +123,10 @@ class Parameters:
     sensor: SensorSettings
     radio: RadioSettings
     measured: Measured
+    fitted: Fitted
     level: Level = Level()
+
+    @property
+    def bare_runs(self) -> int:
+        """How many runs are made again without the outsole."""
+        return min(self.fitted.fitted_runs, self.runs.runs) if self.runs.bare_runs is None else self.runs.bare_runs

@@ -70,7 +70,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     truths: dict[int, RunTruth] = {}
     stored: dict[int, tuple[Experiment, tuple[Transmitted, ...]]] = {}
     count = parameters.runs.runs
-    again = range(parameters.runs.bare_runs)
+    again = range(parameters.bare_runs)
     wanted = [*((number, False) for number in range(count)), *((number, True) for number in again)]
     one = partial(synthetic_run, state=state, normal_force=normal_force, parameters=parameters)
     for place, (experiment, truth, sent) in each_in_a_process(one, wanted):

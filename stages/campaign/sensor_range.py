@@ -32,7 +32,8 @@ def spikes(state: StanceState, normal_force: float, parameters: Parameters) -> t
 def spike(share: float, state: StanceState, normal_force: float, parameters: Parameters) -> SetSpike:
     """Peaks and time above range on one member."""
     law = family_member(parameters.contact, share)
-    settings = dataclasses.replace(parameters.twin, tolerance=parameters.runs.solver_tolerance, signals=(IMU,))
+    settings = parameters.twin.with_tolerance(parameters.runs.solver_tolerance)
+    settings = dataclasses.replace(settings, signals=(IMU,))
     machine = build(parameters.biped, settings)
     start = rolling_start(machine, law, state, normal_force)
     record = simulate_twin(machine, parameters.slope, law, start, settings, steps=STRIKES)

@@ -104,9 +104,8 @@ def _signals(
     variation: Variation, slope: Slope, state: StanceState, normal_force: float, parameters: Parameters
 ) -> Signals | None:
     """The twin's walk on a fine grid, or None if it did not reach the end."""
-    twin = dataclasses.replace(
-        parameters.twin, tolerance=parameters.runs.solver_tolerance, signals=(IMU_IN_SPACE,)
-    )
+    twin = parameters.twin.with_tolerance(parameters.runs.solver_tolerance)
+    twin = dataclasses.replace(twin, signals=(IMU_IN_SPACE,))
     machine = build(parameters.biped, twin, variation.build)
     start = rolling_start(machine, parameters.contact, variation.start(state), normal_force)
     record = simulate_twin(machine, slope, parameters.contact, start, twin, steps=parameters.runs.steps)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.accuracy.level import Level
+from stages.biped.accuracy.tolerances import ConstraintTolerance, PenaltyTolerance, checked
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
@@ -49,8 +50,8 @@ class Settings:
         "1", "what its family's members keep of the chosen set's impact and creep", bound=Bound(above=0)
     )
 
-    constraint_tolerance: float = parameter(
-        "1", "tolerance of the constraint models", bound=Bound(minimum=1e-14, maximum=1e-3)
+    constraint_tolerance: float | None = parameter(
+        "1", "tolerance of the constraint models; null: analytic.tolerance", bound=Bound(minimum=1e-14, maximum=1e-3)
     )
     sampling_rate_hz: float = parameter(
         "Hz", "rate at which the rigid limit is compared", bound=Bound(minimum=100, maximum=1e5)
@@ -63,9 +64,9 @@ class Settings:
     impact_window: float = parameter(
         "s", "time after heel strike in which velocities and forces are not compared", bound=Bound(minimum=0, maximum=1)
     )
-    tolerance: float = parameter(
-        "1", "tolerance of the penalty model, in m, rad, m/s, rad/s", bound=Bound(minimum=1e-12, maximum=1e-3)
-    )
+    tolerance: float | None = parameter(
+        "1", "tolerance of the penalty model, in m, rad, m/s, rad/s; null: multibody.tolerance",
+        bound=Bound(minimum=1e-12, maximum=1e-3))
     cost_tolerance: float = parameter(
         "1", "tolerance at which the evaluations of a step are counted", bound=Bound(minimum=1e-12, maximum=1e-3)
     )
@@ -76,9 +77,9 @@ class Settings:
         "1", "steps with sets drawn by a seed that Exudyn walks too; with more than one, a cycle as well",
         bound=Bound(minimum=1, maximum=1000)
     )
-    checked_tolerance: float = parameter(
-        "1", "tolerance of Exudyn's solver in what it walks too", bound=Bound(minimum=1e-11, maximum=1e-6)
-    )
+    checked_tolerance: float | None = parameter(
+        "1", "tolerance of Exudyn's solver in what it walks too; null: a hundredth of tolerance",
+        bound=Bound(minimum=1e-11, maximum=1e-6))
     most_solver_steps: int = parameter(
         "1",
         "solver steps without a heel strike after which a run is given up",
@@ -101,7 +102,24 @@ class Parameters:
     contact: ContactLaw
     default_set: DefaultSet
     settings: Settings
+    constraint: ConstraintTolerance
+    penalty: PenaltyTolerance
     level: Level = Level()
+
+    @property
+    def constraint_tolerance(self) -> float:
+        """Tolerance of the constraint models."""
+        return self.settings.constraint_tolerance or self.constraint.tolerance
+
+    @property
+    def penalty_tolerance(self) -> float:
+        """Tolerance of the penalty model."""
+        return self.settings.tolerance or self.penalty.tolerance
+
+    @property
+    def checked_tolerance(self) -> float:
+        """Tolerance of Exudyn's solver in what it walks too."""
+        return self.settings.checked_tolerance or checked(self.penalty_tolerance)
 
     def broken_rules(self) -> Iterator[Broken]:
         """The transition velocities are in order, in the default set and in all that it is varied to."""

@@ -29,7 +29,7 @@ def from_rigid_limit(
 
     def constraints(friction: Friction | None) -> ConstraintModel:
         return constraint_model(
-            parameters.biped, parameters.slope, friction, scene.mid_stance, settings.constraint_tolerance,
+            parameters.biped, parameters.slope, friction, scene.mid_stance, parameters.constraint_tolerance,
             settings.sampling_rate_hz,
         )  # fmt: skip
 

@@ -51,7 +51,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     scene = Scene(
         parameters.biped,
         parameters.slope,
-        SolverSettings(settings.tolerance, settings.between, most_solver_steps=settings.most_solver_steps),
+        SolverSettings(parameters.penalty_tolerance, settings.between, most_solver_steps=settings.most_solver_steps),
         settings.cost_tolerance,
         analytic.walk,
         analytic.mid_stance,
@@ -107,7 +107,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         friction_variations=friction[0],
         default_friction_variations=friction[1],
         engines=checked(scene, walked_laws, laws_of(parameters.contact, friction[0]), settings.checked,
-                        settings.checked_tolerance),
+                        parameters.checked_tolerance),
     )
 
 

@@ -109,7 +109,7 @@ def cycle_budget(
     Raises NotWalked, NoGait, StepFailed.
     """
     cycles, settings, law = Cycles(parameters), parameters.settings, parameters.contact
-    limits = Limits(law, settings.cycle_share, cycles.penalty, settings.penalty_tolerance, settings.limit_tolerance)
+    limits = Limits(law, settings.cycle_share, cycles.penalty, parameters.penalty_tolerance, settings.limit_tolerance)
     for on in LIMITS:  # the nodes first, so that each search starts close to its cycle
         limits.at(on)
     limits.at(frozenset(CONTACT))

@@ -24,7 +24,7 @@ class OneStep:
 
     def __init__(self, parameters: Parameters) -> None:
         self.parameters, settings = parameters, parameters.settings
-        self.constraint = constraint_gait(parameters.biped, parameters.slope, settings.constraint_tolerance)
+        self.constraint = constraint_gait(parameters.biped, parameters.slope, parameters.constraint_tolerance)
         self.time = np.linspace(0.0, self.constraint.period, settings.points)
         self.strikes = [float(self.constraint.heel_strikes[0])]
 
@@ -59,7 +59,7 @@ class OneStep:
     def machine(self, law: ContactLaw) -> Machine:
         """The biped on this ground, for both engines."""
         p = self.parameters
-        return Machine(p.biped, p.slope, law, p.settings.checked_tolerance)
+        return Machine(p.biped, p.slope, law, p.checked_tolerance)
 
     def compared(self) -> np.ndarray:
         """Times outside the span in which only some of the models have had their impact, (n,)."""
@@ -71,9 +71,9 @@ def step_budget(scene: OneStep) -> tuple[np.ndarray, Split, Convergence, np.ndar
     """Times (n,), the budget, how its limits converge, and the hip's largest integration error at the paper's
     tolerances, of the constraint model and of Exudyn's (2, 4). Raises NotWalked, NoGait, StepFailed.
     """
-    settings, law = scene.parameters.settings, scene.parameters.contact
-    limits = Limits(law, settings.step_share, scene.penalty, settings.penalty_tolerance, settings.limit_tolerance)
-    coarse = scene.coarse_or_fine(settings.constraint_tolerance)
+    parameters, settings, law = scene.parameters, scene.parameters.settings, scene.parameters.contact
+    limits = Limits(law, settings.step_share, scene.penalty, parameters.penalty_tolerance, settings.limit_tolerance)
+    coarse = scene.coarse_or_fine(parameters.constraint_tolerance)
     fine = scene.coarse_or_fine(settings.constraint_fine_tolerance)
     coulomb = scene.coarse_or_fine(settings.constraint_fine_tolerance, coulomb=True)
     fine_penalty = scene.penalty(law, settings.penalty_fine_tolerance)

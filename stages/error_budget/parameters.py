@@ -7,10 +7,14 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.accuracy.level import Level
+from stages.biped.accuracy.tolerances import ConstraintTolerance, PenaltyTolerance, checked
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
+
+#: So many times as fine is the tolerance that measures another's error, at least.
+TIGHTER = 10.0
 
 
 @dataclass(frozen=True)
@@ -25,15 +29,15 @@ class Settings:
         bound=Bound(above=0, maximum=0.2),
     )
     cycle_share: float = parameter("1", "the same between cycles", bound=Bound(above=0, maximum=0.2))
-    constraint_tolerance: float = parameter(
-        "1", "tolerance of the constraint model, dimensionless", bound=Bound(minimum=1e-13, maximum=1e-3)
-    )
+    constraint_tolerance: float | None = parameter(
+        "1", "tolerance of the constraint model, dimensionless; null: analytic.tolerance",
+        bound=Bound(minimum=1e-13, maximum=1e-3))
     constraint_fine_tolerance: float = parameter(
         "1", "the tighter one that measures its integration error", bound=Bound(minimum=1e-14, maximum=1e-3)
     )
-    penalty_tolerance: float = parameter(
-        "1", "tolerance of the penalty model, in m, rad, m/s, rad/s", bound=Bound(minimum=1e-12, maximum=1e-3)
-    )
+    penalty_tolerance: float | None = parameter(
+        "1", "tolerance of the penalty model, in m, rad, m/s, rad/s; null: multibody.tolerance",
+        bound=Bound(minimum=1e-12, maximum=1e-3))
     limit_tolerance: float = parameter(
         "1",
         "tolerance of the penalty model in limits, where only contact is fast",
@@ -60,16 +64,16 @@ class Settings:
     checked: int = parameter(
         "1", "steps with laws of the budget drawn by a seed that Exudyn walks too", bound=Bound(minimum=0, maximum=10)
     )
-    checked_tolerance: float = parameter(
-        "1", "tolerance of Exudyn's solver in what it walks too", bound=Bound(minimum=1e-11, maximum=1e-6)
-    )
+    checked_tolerance: float | None = parameter(
+        "1", "tolerance of Exudyn's solver in what it walks too; null: a hundredth of penalty_tolerance",
+        bound=Bound(minimum=1e-11, maximum=1e-6))
 
     def broken_rules(self) -> Iterator[Broken]:
         """The fine tolerances are tighter."""
-        if self.constraint_fine_tolerance >= self.constraint_tolerance:
-            yield Broken("constraint_fine_tolerance", f"< constraint_tolerance = {self.constraint_tolerance:g}")
-        if self.penalty_fine_tolerance >= self.penalty_tolerance:
-            yield Broken("penalty_fine_tolerance", f"< penalty_tolerance = {self.penalty_tolerance:g}")
+        for model in ("constraint", "penalty"):
+            own, fine = f"{model}_tolerance", f"{model}_fine_tolerance"
+            if getattr(self, own) is not None and getattr(self, fine) >= getattr(self, own):
+                yield Broken(fine, f"< {own} = {getattr(self, own):g}")
 
 
 @dataclass(frozen=True)
@@ -80,4 +84,23 @@ class Parameters:
     slope: Slope
     contact: ContactLaw
     settings: Settings
+    constraint: ConstraintTolerance
+    penalty: PenaltyTolerance
     level: Level = Level()
+
+    @property
+    def constraint_tolerance(self) -> float:
+        """Tolerance of the constraint model."""
+        given = self.settings.constraint_tolerance
+        return given or max(self.constraint.tolerance, TIGHTER * self.settings.constraint_fine_tolerance)
+
+    @property
+    def penalty_tolerance(self) -> float:
+        """Tolerance of the penalty model."""
+        given = self.settings.penalty_tolerance
+        return given or max(self.penalty.tolerance, TIGHTER * self.settings.penalty_fine_tolerance)
+
+    @property
+    def checked_tolerance(self) -> float:
+        """Tolerance of Exudyn's solver in what it walks too."""
+        return self.settings.checked_tolerance or checked(self.penalty_tolerance)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import ClassVar
 
 from stages.biped.accuracy.asked import Accuracy, accuracy
 from stages.biped.accuracy.estimate import finer_explicit
 from stages.biped.accuracy.level import Level
+from stages.biped.accuracy.tolerances import PenaltyTolerance
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
@@ -18,19 +18,14 @@ from stages.planar.signals import READ_LATER, SIGNALS
 
 
 @dataclass(frozen=True)
-class Settings:
+class Settings(PenaltyTolerance):
     """How the multibody model is assembled, integrated and sampled."""
-
-    FILE: ClassVar[str] = "multibody"
 
     assembly: str = parameter(
         "-", "tree: minimal coordinates, explicit; joints: bodies and joints, implicit", choices=("tree", "joints")
     )
     steps: int = parameter("1", "steps to walk", bound=Bound(minimum=1, maximum=10000))
     sampling_rate_hz: float = parameter("Hz", "rate of the sampled signals", bound=Bound(above=0, maximum=1e5))
-    tolerance: float = parameter(
-        "1", "absolute tolerance of the explicit solver in m, rad, m/s, rad/s", bound=Bound(minimum=1e-11, maximum=1e-3)
-    )
     largest_step: float = parameter("s", "largest step of the explicit solver", bound=Bound(above=0, maximum=1e-2))
     implicit_solver: str = parameter("-", "solver of the joints assembly", choices=("trapezoidal", "generalized_alpha"))
     rolling_step: float = parameter(

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from stages.biped.accuracy.asked import Accuracy, accuracy
 from stages.biped.accuracy.level import Level
+from stages.biped.accuracy.tolerances import scaled
 from stages.biped.design import Biped
 from stages.biped.outsole.rubber import Rubber
 from stages.biped.quantity import Bound, Broken, parameter
@@ -21,6 +22,8 @@ from stages.twin.machine.table_one import faults
 #: what the sensors feel in their sockets; roll, yaw and place across the slope; all coordinates; force on each foot.
 IMU_IN_SPACE, ATTITUDE, COORDINATES, FOOT_FORCE = "imu_in_space", "attitude", "coordinates", "foot_force"
 SIGNALS = (GROUND_REACTION, IMU, IMU_IN_SPACE, ATTITUDE, COORDINATES, FOOT_FORCE)
+#: Loosest tolerance of the solver that is allowed, and by how much walks that others make of the twin may be looser.
+LOOSEST, LOOSER = 1e-4, 10.0
 #: Those that later stages and figures read.
 READ_LATER = (GROUND_REACTION, IMU)
 
@@ -34,8 +37,8 @@ class Settings(Rubber):
     steps: int = parameter("1", "steps to walk", bound=Bound(minimum=1, maximum=1000))
     sampling_rate_hz: float = parameter("Hz", "rate of the sampled signals", bound=Bound(above=0, maximum=1e5))
     tolerance: float = parameter(
-        "1", "absolute tolerance of the explicit solver in m, rad, m/s, rad/s", bound=Bound(minimum=1e-11, maximum=1e-4)
-    )
+        "1", "absolute tolerance of the explicit solver in m, rad, m/s, rad/s",
+        bound=Bound(minimum=1e-11, maximum=LOOSEST))
     largest_step: float = parameter("s", "largest step of the solver", bound=Bound(above=0, maximum=1e-2))
     longest_step: float = parameter(
         "s", "time without a heel strike after which the walk counts as stalled", bound=Bound(above=0, maximum=100)
@@ -70,6 +73,13 @@ class Settings(Rubber):
         "-", "signals recorded beside the motion, sampled at sampling_rate_hz", choices=SIGNALS, default=READ_LATER
     )
     accuracy: str | Accuracy = accuracy("tolerance and largest_step")
+
+    def with_tolerance(self, tolerance: float | None) -> Settings:
+        """These settings at a tolerance; without one at ten times their own, for what is read less finely.
+
+        At ten times the tolerance of 1e-6 a walk's hip moves by 6e-7 m.
+        """
+        return replace(self, tolerance=tolerance or min(scaled(self.tolerance, LOOSER), LOOSEST))
 
     def broken_rules(self) -> Iterator[Broken]:
         """Places are points, lanes do not overlap, a signal is named once."""

@@ -30,9 +30,9 @@ class Settings:
     FILE: ClassVar[str] = "twin_pushes"
 
     steps: int = parameter("1", "steps to walk after a push", bound=Bound(minimum=4, maximum=1000))
-    tolerance: float = parameter(
-        "1", "absolute tolerance of the solver in m, rad, m/s, rad/s", bound=Bound(minimum=1e-11, maximum=1e-4)
-    )
+    tolerance: float | None = parameter(
+        "1", "absolute tolerance of the solver in m, rad, m/s, rad/s; null: ten times twin.tolerance",
+        bound=Bound(minimum=1e-11, maximum=1e-4))
     rate_hz: float = parameter("Hz", "rate of the histories", bound=Bound(above=0, maximum=1e4))
     sideways_speeds: tuple[float, ...] = parameter("m/s", "speeds to the side")
     roll_rates: tuple[float, ...] = parameter("rad/s", "rates of roll")

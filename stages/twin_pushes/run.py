@@ -5,7 +5,6 @@ Inputs: the analytic gait to start from. Settings: params/twin_pushes.yaml. Outp
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,7 +37,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     analytic, settings = inputs.analytic, parameters.settings
     machine = build(parameters.biped, parameters.twin)
     tree = SpatialTree(machine, parameters.slope, parameters.contact)
-    solver = dataclasses.replace(parameters.twin, tolerance=settings.tolerance)
+    solver = parameters.twin.with_tolerance(settings.tolerance)
     force = analytic.walk.standing_force
     pushes = [(keyword, kind, unit, size) for key, keyword, kind, unit in KINDS for size in getattr(settings, key)]
     walks = []

@@ -8,15 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipeline.parameters.loading import load
-from stages.analytic.parameters import Parameters as AnalyticParameters
+from pipeline.study import locate
 from stages.analytic.run import run as run_analytic
 from stages.campaign.parameters import Parameters
 from stages.campaign.result import Result
 from stages.campaign.run import Inputs, run, synthetic_run
 from stages.campaign.twin_run import first_state
 from stages.campaign.variation import draw_variation, generator
-from stages.imu.parameters import Parameters as ImuParameters
 from stages.imu.result import Result as Ingested
 from stages.imu.run import Inputs as Measured
 from stages.imu.run import run as ingest
@@ -24,8 +22,7 @@ from stages.imu.run import run as ingest
 
 @pytest.fixture(scope="module")
 def every(repository: Path) -> dict[str, Any]:
-    wanted = {"analytic": AnalyticParameters, "campaign": Parameters, "imu": ImuParameters}
-    return load(repository / "params", (), wanted, wanted.values())
+    return locate(start=repository).parameters(("analytic", "campaign", "imu"))
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +34,7 @@ def inputs(every: dict[str, Any]) -> Inputs:
 @pytest.fixture(scope="module")
 def few(every: dict[str, Any]) -> Parameters:
     parameters = every["campaign"]
-    return dataclasses.replace(parameters, runs=dataclasses.replace(parameters.runs, runs=2, steps=8))
+    return dataclasses.replace(parameters, runs=dataclasses.replace(parameters.runs, runs=2, steps=7))
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +73,7 @@ def test_runs_differ_in_what_they_should(few: Parameters) -> None:
 
 
 def test_runs_made_again_without_the_outsole_differ_in_that_alone(made: Result, few: Parameters) -> None:
-    assert len(made.bare) == few.runs.bare_runs > 0
+    assert len(made.bare) == few.bare_runs > 0
     for bare, usual in zip(made.bare, made.runs, strict=False):
         assert (bare.outsole, bare.slope_deg, bare.stance_push) == (0.0, usual.slope_deg, usual.stance_push)
         longer = usual.robot.leg_length - bare.robot.leg_length

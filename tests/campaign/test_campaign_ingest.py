@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipeline.parameters.loading import load
-from stages.analytic.parameters import Parameters as AnalyticParameters
+from pipeline.study import locate
 from stages.analytic.run import run as run_analytic
 from stages.biped.processes import each_in_a_process
 from stages.campaign.database import database_bytes
@@ -20,7 +19,6 @@ from stages.campaign.result import Result as Campaign
 from stages.campaign.run import MOUNTING, SYNTHETIC, device, sensed_run
 from stages.campaign.twin_run import TwinRun, first_state, walk_twin
 from stages.comparison.runs.ingest_score import IngestScore, score_ingest
-from stages.imu.parameters import Parameters as ImuParameters
 from stages.imu.run import Inputs
 from stages.imu.run import run as ingest
 
@@ -37,8 +35,7 @@ def seeded(parameters: Parameters, seed: int) -> Parameters:
 
 @pytest.fixture(scope="module")
 def every(repository: Path) -> dict[str, Any]:
-    wanted = {"analytic": AnalyticParameters, "campaign": Parameters, "imu": ImuParameters}
-    return load(repository / "params", (), wanted, wanted.values())
+    return locate(start=repository).parameters(("analytic", "campaign", "imu"))
 
 
 @pytest.fixture(scope="module")

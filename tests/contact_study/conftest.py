@@ -5,14 +5,13 @@ from types import SimpleNamespace
 
 import pytest
 
-from pipeline.parameters.loading import load
+from pipeline.study import locate
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
 from stages.biped.gait import StanceState
 from stages.contact_study.constraint_models import constraint_model
 from stages.contact_study.distance import Ruler
 from stages.contact_study.one_step import Scene
-from stages.contact_study.parameters import Parameters
 from stages.penalty.settings import Settings
 from stages.penalty.walk import simulate
 from stages.planar.sampling import sample
@@ -24,7 +23,7 @@ STANDING_FORCE = 9.4
 
 @pytest.fixture(scope="session")
 def parameters(repository):
-    return load(repository / "params", [], {"contact_study": Parameters}, [Parameters])["contact_study"]
+    return locate(start=repository).parameters(["contact_study"])["contact_study"]
 
 
 @pytest.fixture(scope="session")
@@ -35,7 +34,7 @@ def default(parameters):
 @pytest.fixture(scope="session")
 def solver(parameters):
     settings = parameters.settings
-    return Settings(settings.tolerance, settings.between, most_solver_steps=settings.most_solver_steps)
+    return Settings(parameters.penalty_tolerance, settings.between, most_solver_steps=settings.most_solver_steps)
 
 
 @pytest.fixture(scope="session")
@@ -88,8 +87,8 @@ def small(parameters):
 def constraints(parameters):
     """The constraint models with rolling feet and with Coulomb's transition, from the first one's mid-stance."""
     settings = parameters.settings
-    walker, point = find_gait(parameters.biped, parameters.slope, settings.constraint_tolerance)
-    start = walker.stance_state(crossing_state(walker, point.z, settings.constraint_tolerance))
+    walker, point = find_gait(parameters.biped, parameters.slope, parameters.constraint_tolerance)
+    start = walker.stance_state(crossing_state(walker, point.z, parameters.constraint_tolerance))
     return tuple(
         constraint_model(parameters.biped, parameters.slope, friction, start, 1e-10, settings.sampling_rate_hz)
         for friction in (None, parameters.contact.coefficients)

@@ -2,14 +2,13 @@
 
 import pytest
 
-from pipeline.parameters.loading import load
+from pipeline.study import locate
 from stages.error_budget.one_step import OneStep
-from stages.error_budget.parameters import Parameters
 
 
 @pytest.fixture(scope="session")
 def parameters(repository):
-    return load(repository / "params", [], {"error_budget": Parameters}, [Parameters])["error_budget"]
+    return locate(start=repository).parameters(["error_budget"])["error_budget"]
 
 
 @pytest.fixture(scope="session")

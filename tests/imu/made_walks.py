@@ -6,12 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.parameters.loading import load
+from pipeline.study import locate
 from stages.campaign.parameters import Parameters
 from stages.campaign.standing import joined, rolling_leg, stand_and_push
 from stages.campaign.twin_run import TwinRun
 from stages.campaign.variation import draw_variation, generator
-from stages.imu.parameters import Parameters as ImuParameters
 from tests.imu.stand_in import BIPED, GRID, SLOPE, walking
 
 STEPS, PERIOD_S, REST_S, PUSH_S = 12, 0.48, 2.5, 0.4
@@ -19,8 +18,7 @@ STEPS, PERIOD_S, REST_S, PUSH_S = 12, 0.48, 2.5, 0.4
 
 def campaign_parameters() -> Parameters:
     """The campaign's parameters as they are in the study."""
-    classes = {"campaign": Parameters, "imu": ImuParameters}  # both read imu.yaml
-    found: Parameters = load(Path(__file__).parents[2] / "params", (), classes, classes.values())["campaign"]
+    found: Parameters = locate(start=Path(__file__).parents[2]).parameters(["campaign"])["campaign"]
     return found
 
 

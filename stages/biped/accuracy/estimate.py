@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from stages.biped.accuracy.asked import Accuracy, errors_asked
+from stages.biped.accuracy.tolerances import scaled
 from stages.biped.quantity import quantity
 
 if TYPE_CHECKING:
@@ -75,7 +76,7 @@ def to_accuracy(
 def finer_explicit(settings: S) -> S | None:
     """A tenth of the tolerance and half the largest step of an explicit solver; None below the finest tolerance."""
     given: Any = settings
-    tolerance = float(f"{given.tolerance / 10:.12g}")
+    tolerance = scaled(given.tolerance, 0.1)
     if tolerance < FINEST_EXPLICIT:
         return None
     refined: S = dataclasses.replace(given, tolerance=tolerance, largest_step=given.largest_step / 2)

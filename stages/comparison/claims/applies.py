@@ -25,10 +25,12 @@ def another_biped(parameters: Parameters, keys: Iterable[str] = BIPED) -> tuple[
 
 
 def rests_on(parameters: Parameters, keys: Iterable[str]) -> tuple[str, ...]:
-    """Parameters with their values, and the paper's where it prints another."""
+    """Parameters with their values, and the paper's where it prints another; without those that follow from others."""
     named = []
     for key in keys:
         value, unit = found(parameters, key)
+        if value is None and unit:
+            continue
         text = f"{key} {quantity(value, unit)}".rstrip()
         if key in SETTINGS and value != SETTINGS[key].value:
             text += f" (paper: {quantity(SETTINGS[key].value, unit)}, {SETTINGS[key].source})"

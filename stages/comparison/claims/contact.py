@@ -19,7 +19,8 @@ from stages.comparison.claims.verdict import (
 )
 from stages.comparison.parameters import Settings
 
-STUDIED = ("contact_study.default_stiffness", "contact_study.default_stiction_velocity", "contact_study.tolerance")
+STUDIED = ("contact_study.default_stiffness", "contact_study.default_stiction_velocity", "contact_study.tolerance",
+           "multibody.tolerance")
 
 
 @dataclass(frozen=True)

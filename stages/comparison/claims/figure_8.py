@@ -27,6 +27,7 @@ from stages.comparison.parameters import Settings
 RESTS_ON = (
     "ground.static_friction", "ground.contact_stiffness", "ground.contact_damping", "ground.damping_depth",
     "ground.stiction_velocity", "error_budget.constraint_tolerance", "error_budget.penalty_tolerance",
+    "analytic.tolerance", "multibody.tolerance",
 )  # fmt: skip
 
 
