@@ -29,7 +29,7 @@ OF_LAW = {"impact": ("ground.contact_damping", "ground.damping_depth"),
           "restitution": ("ground.restitution", "ground.impact_speed")}  # fmt: skip
 FINE = Settings(1e-13)
 #: Numbers whose derivatives are held against one rerun.
-TOGETHER = 8
+TOGETHER = 5
 #: What sums may leave: of period and length, and of multipliers, whose derivatives are extrapolated.
 LEFT, LEFT_OF_MULTIPLIERS = 1e-8, 1e-6
 
