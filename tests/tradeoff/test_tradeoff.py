@@ -41,7 +41,7 @@ def without_the_papers(plan):
 @pytest.mark.slow
 def test_the_papers_way_does_not_contradict_the_kept_table(kept, parameters, analytic):
     plan = next(iter(constraint_plans(parameters, analytic)))
-    [way] = set(plan.ways) - set(without_the_papers(plan).ways)
+    [way] = [way for way in plan.ways if way.mark == "paper"]
     _, [row] = measure(dataclasses.replace(plan, ways=(way,)))
     assert compared_with(kept, [row]) == 1
 
