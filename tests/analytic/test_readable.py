@@ -53,7 +53,7 @@ def test_both_paths_have_the_same_impact():
 def refined(table_1_gait):
     """The gait of Table 1 on the readable path, from beside it."""
     walker, point = table_1_gait
-    return refine(walker, point.z + 1e-6, 1e-11, iterations=2)
+    return refine(walker, point.z + 1e-6, 1e-9, iterations=2)
 
 
 def test_derivative_without_variational_equations(table_1_gait, refined):

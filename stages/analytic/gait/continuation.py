@@ -7,6 +7,7 @@ method at fixed distance along the tangent. Special points between two points of
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -124,10 +125,16 @@ class Curve:
             return None
         return None
 
-    def neighbour(self, last: BranchPoint, step: float) -> BranchPoint | None:
+    def neighbour(self, points: Sequence[BranchPoint], step: float) -> BranchPoint | None:
         """The next point of the branch at distance `step`; None if there is none, or if it lies round a sharp bend."""
+        last = points[-1]
         here = coordinates(last, self.span)
-        corrected = self.correct(here + step * last.tangent, last.tangent)
+        guess = here + step * last.tangent
+        if len(points) > 1:  # the branch bends on as it did
+            before = points[-2]
+            turned = (last.tangent - before.tangent) / np.linalg.norm(here - coordinates(before, self.span))
+            guess += 0.5 * step**2 * (turned - turned @ last.tangent * last.tangent)
+        corrected = self.correct(guess, last.tangent)
         if corrected is None or np.linalg.norm(corrected[0] - here) > 2 * step:
             return None
         point = self.point(*corrected, last.tangent)
@@ -168,28 +175,34 @@ test_functions.__test__ = False  # type: ignore[attr-defined]
 
 
 def locate(curve: Curve, kind: str, left: BranchPoint, right: BranchPoint) -> BranchPoint | None:
-    """The special point between two points of the branch, by the regula falsi on its test function."""
-    start = coordinates(left, curve.span)
-    along = coordinates(right, curve.span) - start
-    distance = float(np.linalg.norm(along))
-    along /= distance
-    low, high = 0.0, distance
-    f_low, f_high = test_functions(left)[kind], test_functions(right)[kind]
-    found: BranchPoint | None = None
-    for _ in range(40):
-        middle = low + (high - low) * min(0.95, max(0.05, f_low / (f_low - f_high)))
-        corrected = curve.correct(start + middle * along, along)
+    """The special point between two points of the branch, by Brent's method on its test function.
+
+    It is looked for from the cubic through both points with the tangents there; None if that leads to no gait.
+    """
+    from scipy.optimize import brentq
+
+    start, end = coordinates(left, curve.span), coordinates(right, curve.span)
+    distance = float(np.linalg.norm(end - start))
+    along = (end - start) / distance
+    ends = {0.0: test_functions(left)[kind], distance: test_functions(right)[kind]}
+    found: dict[float, BranchPoint] = {}
+
+    def value(way: float) -> float:
+        if way in ends:
+            return ends[way]
+        s = way / distance
+        bend = (1 - s) * left.tangent - s * right.tangent - (1 - 2 * s) * along
+        corrected = curve.correct(start + way * along + way * (1 - s) * bend, along)
         if corrected is None:
-            return found
-        found = curve.point(*corrected, along)
-        value = test_functions(found)[kind]
-        if min(abs(value), high - low) < 10 * curve.enough:
-            break
-        if value * f_low > 0:
-            low, f_low, f_high = middle, value, f_high / 2  # the Illinois weight keeps both ends moving
-        else:
-            high, f_high, f_low = middle, value, f_low / 2
-    return found
+            raise StepFailed("no gait there")
+        point = curve.point(*corrected, along)
+        here = test_functions(point)[kind]
+        found[abs(here)] = point
+        return here
+
+    with suppress(StepFailed):
+        brentq(value, 0.0, distance, xtol=10 * curve.enough, maxiter=40, disp=False)
+    return found[min(found)] if found else None
 
 
 def special_between(
@@ -263,7 +276,7 @@ def continue_gait(
             return Branch(name, cycle, tuple(points), tuple(special), ended)
         last = points[-1]
         try:
-            point = curve.neighbour(last, step)
+            point = curve.neighbour(points, step)
             new = curve.half_cycle_move(coordinates(point, span)) if point is not None else move
         except StepFailed:
             point, new = None, move
