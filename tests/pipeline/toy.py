@@ -86,9 +86,12 @@ class Toy:
     def _environment(self) -> dict[str, str]:
         return {**os.environ, "PYTHONPATH": str(HOME), "COLUMNS": "200"}
 
-    def command(self, *arguments: str, before: str = "") -> tuple[int, str, str]:
+    def command(
+        self, *arguments: str, before: str = "", environment: Mapping[str, str] | None = None
+    ) -> tuple[int, str, str]:
         """Run `bipedstudy` to its end, after some code: exit code, standard output, standard error."""
-        done = warm.run(before + self._code(), *arguments, cwd=self.root, env=self._environment())
+        asked = {**self._environment(), **(environment or {})}
+        done = warm.run(before + self._code(), *arguments, cwd=self.root, env=asked)
         return done.returncode, done.stdout, done.stderr
 
 
