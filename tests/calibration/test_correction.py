@@ -62,14 +62,16 @@ def test_a_simulator_that_is_the_model_corrects_nothing(drawing, model, drawn, f
     assert np.abs(found.bias / sd_of(model, fit, drawn.known)).max() < 0.3
 
 
-def test_a_fit_begun_near_its_end_ends_there_sooner(drawing, model, drawn, fit):
+def test_a_fit_begun_near_its_end_ends_there_sooner(drawing, model, drawn, fit, monkeypatch):
     near = drawing.with_values(dict(zip(model.shared, fit.design, strict=True)))
     again = fit_near(near, fit.unknowns, drawn.runs[0], model, drawn.known)
     assert np.abs((again.design - fit.design) / sd_of(model, fit, drawn.known)).max() < 0.1
     assert again.converged and again.evaluations < fit.evaluations
     lost = fit.unknowns.copy()
     lost[model.layout.place("start_theta_rate")] *= 0.2  # from there no walker gets to the first heel strike
-    assert np.array_equal(fit_near(drawing, lost, drawn.runs[0], model, drawn.known).design, fit.design)
+    given = drawing, drawn.runs[0], model, drawn.known
+    monkeypatch.setattr("stages.calibration.estimation.fit.fit_run", lambda *other: fit if other == given else None)
+    assert fit_near(drawing, lost, drawn.runs[0], model, drawn.known) is fit
 
 
 def test_a_simulator_that_is_stiffer_than_it_is_told_takes_that_off(drawing, model, drawn, fit):

@@ -17,14 +17,17 @@ from stages.calibration.estimation.fit import horizons
 from stages.calibration.information.plan import free_names
 from tests.calibration.runs import DESIGN, SHORT, fitted
 
+#: Runs of a campaign that many fits are made of.
+SHORTER = dataclasses.replace(SHORT, settings=dataclasses.replace(SHORT.settings, planned_steps=5))
+
 
 @pytest.fixture(scope="module")
 def blind():
-    return [scored(seed, 1, SHORT) for seed in (1, 2, 3)]
+    return [scored(seed, 1, SHORT) for seed in (1, 2)]
 
 
 def test_blind_runs_come_to_rest_at_the_noise(blind):
-    assert [one.converged for one in blind] == [True] * 3
+    assert [one.converged for one in blind] == [True] * 2
     for one in blind:
         assert 0.9 < one.chi2 < 1.1
         assert np.abs((one.estimate - one.truth) / one.sd).max() < 4.5
@@ -37,7 +40,7 @@ def test_blind_runs_come_to_rest_at_the_noise(blind):
 @pytest.fixture(scope="module")
 def campaign():
     """Three runs of one robot; every third sample of the second is off by .2, m/s^2 or rad/s."""
-    drawn = draw(5, 3, SHORT)
+    drawn = draw(5, 3, SHORTER)
     odd = drawn.runs[1]
     samples = {side: one + 0.2 * (np.arange(len(one))[:, None] % 3 == 0) for side, one in odd.samples.items()}
     return dataclasses.replace(drawn, runs=(drawn.runs[0], dataclasses.replace(odd, samples=samples), drawn.runs[2]))

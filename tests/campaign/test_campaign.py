@@ -34,7 +34,7 @@ def inputs(every: dict[str, Any]) -> Inputs:
 @pytest.fixture(scope="module")
 def few(every: dict[str, Any]) -> Parameters:
     parameters = every["campaign"]
-    return dataclasses.replace(parameters, runs=dataclasses.replace(parameters.runs, runs=2, steps=8))
+    return dataclasses.replace(parameters, runs=dataclasses.replace(parameters.runs, runs=2, steps=7))
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ from pipeline.cache import artefact
 from stages.analytic.errors import NoGait
 from stages.contact_study import rigid_limit
 from stages.contact_study import run as stage
+from stages.contact_study.checked import checked
 from stages.contact_study.result import Result
 from stages.contact_study.rigid_limit import same_set
 from stages.contact_study.run import Inputs, run
@@ -86,7 +87,9 @@ def test_tables_show_all_variations_the_family_and_the_best_sets(result):
     assert len(checks) == 3 and all(len(row) == len(heads) for row in checks)
 
 
-def test_the_study_is_within_a_nanometre_of_exudyn_and_fails_if_it_is_not(result, small, analytic, monkeypatch):
+def test_the_study_is_within_a_nanometre_of_exudyn_and_fails_if_it_is_not(
+    result, small, default, beside_rolling, monkeypatch
+):
     step, _, cycle = result.engines.distances
     assert step.allowed == 1e-9 and "step with" in step.what and "cycle with" in cycle.what
     assert result.engines.largest < 1e-9 and "of Exudyn at 3 drawn points" in result.summary()
@@ -98,9 +101,8 @@ def test_the_study_is_within_a_nanometre_of_exudyn_and_fails_if_it_is_not(result
         return dataclasses.replace(machine, contact=stiffer).compiled(state, 1e-12, steps, duration)
 
     monkeypatch.setattr(Machine, "exudyn", other)
-    one = dataclasses.replace(small, settings=dataclasses.replace(small.settings, checked=1))
     with pytest.raises(EnginesDisagree, match="disagree on a step with contact_stiffness"):
-        run(one, Inputs(analytic))
+        checked(beside_rolling, [(default, 1)], (), 1, small.settings.checked_tolerance)
 
 
 def test_without_a_gait_with_slipping_feet_there_is_no_choice_but_a_result(

@@ -14,7 +14,7 @@ from stages.imu.result import Result
 from stages.imu.run import Inputs, run
 from tests.imu.stand_in import PARAMETERS, RADIO, ROUGH_RADIO, SETTINGS, make_database, make_run
 
-RUNS = 10
+RUNS = 6
 
 
 @pytest.fixture(scope="module", params=["usual radio", "5 % lost, 10 % stalls"])

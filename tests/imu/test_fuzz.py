@@ -11,6 +11,9 @@ from stages.imu.run import Inputs, run
 from tests.imu.damage import HARMFUL, NEVER_ACCEPTED, edited
 from tests.imu.stand_in import PARAMETERS, make_database, make_run
 
+#: So many seeds are drawn by the quick test: four of each damage.
+QUICK = 4 * len(HARMFUL)
+
 
 @pytest.fixture(scope="module")
 def sound() -> bytes:
@@ -47,12 +50,12 @@ def fuzz(sound: bytes, folder: Path, first: int, last: int) -> None:
 
 
 def test_damaged_logs(sound: bytes, tmp_path: Path) -> None:
-    fuzz(sound, tmp_path, 0, 170)
+    fuzz(sound, tmp_path, 0, QUICK)
 
 
 @pytest.mark.slow
 def test_two_thousand_damaged_logs(sound: bytes, tmp_path: Path) -> None:
-    fuzz(sound, tmp_path, 170, 2210)
+    fuzz(sound, tmp_path, QUICK, 2210)
 
 
 @pytest.mark.parametrize("damage", NEVER_ACCEPTED, ids=lambda damage: damage.__name__)

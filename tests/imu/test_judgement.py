@@ -20,6 +20,8 @@ from tests.imu.made_walks import campaign_parameters, stand_in_walks
 from tests.imu.stand_in import PARAMETERS
 
 RUNS = 3
+#: Of what is wrong the first run's log is read by the quick tests, those of the others by the slow ones.
+NUMBERS = pytest.mark.parametrize("number", [0, *(pytest.param(one, marks=pytest.mark.slow) for one in range(1, RUNS))])
 Judged = Callable[[wrong_logs.Family, int], tuple[Log, Trial]]
 
 
@@ -50,8 +52,11 @@ def judged(parameters: Parameters, walks: list[TwinRun]) -> Judged:
     return done
 
 
-@pytest.mark.parametrize("times", [1.0, 3.0])
-@pytest.mark.parametrize("number", range(RUNS))
+@pytest.mark.parametrize(
+    ("number", "times"),
+    [(0, 1.0), (1, 3.0)]
+    + [pytest.param(*one, marks=pytest.mark.slow) for one in ((0, 3.0), (1, 1.0), (2, 1.0), (2, 3.0))],
+)
 def test_a_good_log_is_accepted_without_a_word(
     number: int, times: float, walks: list[TwinRun], parameters: Parameters
 ) -> None:
@@ -65,12 +70,12 @@ def test_a_good_log_is_accepted_without_a_word(
 FAMILIES = (*wrong_logs.WRONG, *wrong_logs.LATER, *wrong_logs.CLOCKS)
 
 
+@NUMBERS
 @pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.__name__)
-def test_what_is_wrong_is_refused_or_named(family: wrong_logs.Family, judged: Judged) -> None:
-    for number in range(RUNS):
-        log, trial = judged(family, number)
-        if trial.accepted:
-            assert set(wrong_quantities(log, trial)) <= set(trial.verdict.not_trusted), trial.verdict.findings
+def test_what_is_wrong_is_refused_or_named(family: wrong_logs.Family, number: int, judged: Judged) -> None:
+    log, trial = judged(family, number)
+    if trial.accepted:
+        assert set(wrong_quantities(log, trial)) <= set(trial.verdict.not_trusted), trial.verdict.findings
 
 
 @pytest.mark.parametrize(

@@ -13,9 +13,9 @@ from stages.multibody.result import Result
 from stages.multibody.walking.cycle import Model, search, solve, solved_cycle, unsettled
 from stages.multibody.walking.limit_cycle import limit_cycle
 from stages.multibody.walking.walk import simulate
-from stages.planar.limit_cycle import by_differences, fixed_point
+from stages.planar.limit_cycle import by_differences, fixed_point, gait_near
 from stages.planar.sampling import sample
-from stages.planar.section import SCALES, NoLimitCycle, SectionStep
+from stages.planar.section import SCALES, NoLimitCycle, SectionStep, section_state
 from stages.planar.state import rolling_state
 
 FIXED = np.linspace(0.2, 1.1, 10) * SCALES
@@ -27,12 +27,18 @@ MAP = BASIS @ np.diag(MULTIPLIERS) @ np.linalg.inv(BASIS)
 class MadeUp:
     """Takes the steps of a made-up map, and keeps where from."""
 
+    steps_a_cycle = 1
+
     def __init__(self, step, size):
         self.map, self.size, self.taken = step, size, []
 
     def step(self, numbers):
         self.taken.append(numbers)
         return SectionStep(self.map(numbers), None, 0.5, 0.16, 100)
+
+    @property
+    def steps_walked(self):
+        return len(self.taken)
 
     def derivative(self, numbers, after=None):
         return by_differences(self.step, numbers, self.size * SCALES, after)
@@ -58,6 +64,15 @@ def test_a_kept_derivative_is_corrected_on_the_way():
     assert len(walker.taken) < 10  # a derivative alone would take ten
 
 
+@pytest.mark.parametrize(("central", "steps", "within"), [(True, 20, 1e-9), (False, 10, 1e-6)])
+def test_multipliers_at_a_gait_are_those_of_the_map(start, central, steps, within):
+    """Central differences have no error of the size of the difference, forward ones have, and cost half."""
+    walker = MadeUp(bent, 1e-6)
+    found = gait_near(walker, section_state(FIXED, start), 1e-10, central=central)
+    assert len(walker.taken) == 1 + steps and np.array_equal(found.section_state, FIXED)
+    assert found.floquet_multipliers[:4, 0] == pytest.approx(MULTIPLIERS[:4], abs=within)
+
+
 def test_a_map_without_fixed_point_is_told():
     with pytest.raises(NoLimitCycle, match="no fixed point within"):
         fixed_point(MadeUp(lambda numbers: numbers + SCALES, 1e-4), FIXED, 1e-6)
@@ -81,9 +96,12 @@ def from_gait(biped, slope, contact, settings):
 
 @pytest.fixture(scope="module")
 def settled(from_gait):
-    """The study's gait: model, mid-stance, eight steps from there, and what `solve` says of them."""
+    """The study's gait: model, mid-stance, eight steps from there, and what `solve` says of them.
+
+    The tolerance is one for which multipliers come from forward differences.
+    """
     model, state, walked, walk = from_gait(8)
-    return model, state, walk, solve(model, state, walked, walk)
+    return model, state, walk, solve(model.at(2e-7), state, walked, walk)
 
 
 def test_a_step_from_the_cycle_ends_on_it_and_a_walk_settles_there(settled):
@@ -102,17 +120,19 @@ def test_a_step_from_the_cycle_ends_on_it_and_a_walk_settles_there(settled):
 
 
 def test_a_short_walk_has_not_settled_yet(settled):
-    model, state, _, (cycle, _, _) = settled
+    model, state, whole, (cycle, _, _) = settled
     far = dataclasses.replace(state, hip_velocity=(1.1 * state.hip_velocity[0], state.hip_velocity[1]))
     walked = simulate(model.biped, model.slope, model.contact, far, model.settings, steps=2)
     walk = sample(walked.trajectory, model.slope, model.biped.foot_radii, 500.0)
     assert "stable, but after 2 steps the last one still differs by" in unsettled(walked, walk, cycle, "")
+    away = dataclasses.replace(cycle, floquet_multipliers=np.array([[-1.05, 0.0], [0.6, 0.0]]))
+    assert unsettled(walked, whole, away, "") == "its gait is unstable, largest multiplier 1.050 in magnitude"
 
 
 @pytest.mark.parametrize("changed", [
     pytest.param({"slope_deg": 6.0}, marks=pytest.mark.slow),
     pytest.param({"damping": 0.0}, marks=pytest.mark.slow),
-    {"leg_inertia": 0.003},
+    pytest.param({"leg_inertia": 0.003}, marks=pytest.mark.slow),
 ])
 def test_a_walk_that_does_not_settle_is_called_so(from_gait, changed):
     """Twelve steps of these are finished on this ground, with periods that differ by 17 to 21 %.

@@ -32,8 +32,8 @@ def with_details(biped, assembly, legs, details):
     return dataclasses.replace(biped, **{"legs": legs, "leg_inertia": 2e-3, **details})
 
 
-def fly(biped, slope, contact, settings, assembly, state=TUMBLING, duration=0.15):
-    fine = dataclasses.replace(settings, assembly=assembly, rolling_step=2.5e-5 if biped.detailed else 1e-4)
+def fly(biped, slope, contact, settings, assembly, state=TUMBLING, duration=0.1):
+    fine = dataclasses.replace(settings, assembly=assembly, rolling_step=3.5e-5 if biped.detailed else 1e-4)
     high = dataclasses.replace(state, hip_position=(0.0, 5.0))
     run = simulate(biped, slope, contact, high, fine, duration=duration)
     assert run.completed

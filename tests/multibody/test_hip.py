@@ -101,7 +101,7 @@ def test_standing_legs_slip_and_stick_as_in_the_constraint_model(contact, fricti
         ground = family_member(contact, share)
         state = StanceState(STANCE[0], 0.28, STANCE[1], 0.28, STANCE[2], 0.0, STANCE[3], 0.0)
         start = rolling_state(design, ground, state, 9.81 * design.weighed_mass)
-        run = simulate(design, level, ground, start, Settings.of_one_step(1e-7, 1e-3), duration=0.3)
+        run = simulate(design, level, ground, start, Settings.of_one_step(1e-6, 1e-3), duration=0.3)
         place = run.trajectory.at(times)[0]
         apart.append(np.abs(place[:, 2:4] * [-1.0, 1.0] - found[:, :2]).max())
     assert apart[1] < 0.25 * apart[0] and apart[1] < 3e-4

@@ -103,7 +103,7 @@ def end_of(run):
 
 def test_explicit_solver_converges_at_fifth_order(biped, slope, contact, start, settings):
     """Over a smooth span, with a tolerance so wide that the largest step rules."""
-    fine = dataclasses.replace(settings, tolerance=1e-11, largest_step=2e-5)
+    fine = dataclasses.replace(settings, tolerance=1e-11, largest_step=5e-5)
     reference = end_of(simulate(biped, slope, contact, start, fine, duration=0.1))
     errors = []
     for step in (8e-4, 4e-4, 2e-4):
@@ -119,7 +119,7 @@ def test_implicit_solver_converges_at_second_order_through_heel_strike(biped, sl
     reference = simulate(biped, slope, contact, start, fine, duration=0.2).trajectory.at(time)[0]
     errors = []
     for refinement in (1, 2, 4):
-        steps = {"rolling_step": 4e-4 / refinement, "impact_step": 2e-5 / refinement}
+        steps = {"rolling_step": 6e-4 / refinement, "impact_step": 3e-5 / refinement}
         jointed = dataclasses.replace(settings, assembly="joints", **steps)
         run = simulate(biped, slope, contact, start, jointed, duration=0.2)
         errors.append(np.abs(run.trajectory.at(time)[0] - reference).max())
@@ -130,9 +130,9 @@ def test_implicit_solver_converges_at_second_order_through_heel_strike(biped, sl
 @pytest.mark.parametrize("solver", ["trapezoidal", "generalized_alpha"])
 def test_the_two_assemblies_agree(two_steps, biped, slope, contact, start, settings, solver):
     jointed = dataclasses.replace(settings, assembly="joints", implicit_solver=solver)
-    run = simulate(biped, slope, contact, start, jointed)
+    run = simulate(biped, slope, contact, start, jointed, steps=1)
     assert run.completed and run.joint_drift < 1e-7
-    time = np.linspace(0.0, two_steps.trajectory.time[-1] - 1e-3, 3000)
+    time = np.linspace(0.0, run.trajectory.time[-1] - 1e-3, 3000)
     difference = run.trajectory.at(time)[0] - two_steps.trajectory.at(time)[0]
     assert np.abs(difference[:, :2]).max() < 1e-6
 

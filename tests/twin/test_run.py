@@ -21,15 +21,15 @@ def result(parameters, analytic):
     return run(dataclasses.replace(parameters, settings=settings), Inputs(analytic))
 
 
-def of_two_steps(parameters, analytic, **changed):
+def of_one_step(parameters, analytic, **changed):
     """A shorter run, with other settings."""
-    settings = dataclasses.replace(parameters.settings, steps=2, **changed)
+    settings = dataclasses.replace(parameters.settings, steps=1, **changed)
     return run(dataclasses.replace(parameters, settings=settings), Inputs(analytic))
 
 
 @pytest.fixture(scope="module")
 def short(parameters, analytic):
-    return of_two_steps(parameters, analytic, signals=SIGNALS)
+    return of_one_step(parameters, analytic, signals=SIGNALS)
 
 
 def test_it_walks_and_says_so(result):
@@ -63,7 +63,7 @@ WHERE = {"imu_in_space": "foot_imu_angular_velocity", "attitude": "roll", "coord
 def test_a_signal_left_out_is_not_in_the_result_and_the_others_are(short, parameters, analytic, name):
     """The walk is the same to the bit; the artefact is smaller."""
     named = tuple(other for other in SIGNALS if other != name)
-    less = of_two_steps(parameters, analytic, signals=named)
+    less = of_one_step(parameters, analytic, signals=named)
     rows = {other: len(getattr(less.signals, field)) for other, field in WHERE.items()}
     rows |= {"ground_reaction": len(less.walk.ground_reaction), "imu": len(less.walk.foot_specific_force)}
     assert rows == {other: 0 if other == name else len(less.walk.time) for other in SIGNALS}
@@ -77,7 +77,7 @@ def test_a_signal_left_out_is_not_in_the_result_and_the_others_are(short, parame
 
 def test_the_spike_of_a_heel_strike_does_not_depend_on_the_rate(short, parameters, analytic):
     """It is some 20 us wide; samples 50 us apart show between a half and all of it."""
-    dense = of_two_steps(parameters, analytic, signals=("imu",), sampling_rate_hz=1e5)
+    dense = of_one_step(parameters, analytic, signals=("imu",), sampling_rate_hz=1e5)
     for name in ("hip_specific_force", "foot_specific_force"):
         peaks = [np.abs(getattr(walk, name)).max() for walk in (short.walk, dense.walk)]
         assert peaks[0] == pytest.approx(peaks[1], rel=0.02)

@@ -7,6 +7,7 @@ import pytest
 
 from stages.biped.outsole.rubber import soled
 from stages.biped.sampling_times import uniform_times
+from stages.multibody.assembly.solver import explicit_settings
 from stages.planar.run import FELL, STALLED
 from stages.planar.state import rolling_state
 from stages.twin.machine.bill import join
@@ -14,6 +15,7 @@ from stages.twin.machine.contact import ROLL, YAW, Z
 from stages.twin.machine.machine import Build, build
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import SIGNALS
+from stages.twin.walking import simulate
 from stages.twin.walking.energy import energy_balance
 from stages.twin.walking.events import find_events
 from stages.twin.walking.signals import sample
@@ -52,8 +54,24 @@ def test_evaluations_are_those_that_were_made(machine, parameters, settings, wal
     counted = lambda *given: (made.append(1), inner(*given))[1]  # noqa: E731
     tree.mbs.SetObjectParameter(tree.tree, "forceUserFunction", counted)
     record = walk_from(machine, dataclasses.replace(settings, tolerance=tolerance), 1, tree=tree)
-    assert record.completed and len(made) > 8 * (len(record.time) - 1)
+    assert record.completed and len(made) > 7 * (len(record.time) - 1)
     assert abs(len(made) - record.evaluations) <= 16  # the solver's first look at the system
+
+
+def test_last_stage_tells_the_acceleration_at_a_steps_end(three_steps, machine, settings, walk_from, monkeypatch):
+    """To the last bit what Exudyn evaluates there when it is asked to, which is an eighth of the work."""
+
+    def asked(*given: float) -> object:
+        wanted = explicit_settings(*given)
+        wanted.timeIntegration.explicit.computeEndOfStepAccelerations = True
+        return wanted
+
+    monkeypatch.setattr(simulate, "explicit_settings", asked)
+    again = walk_from(machine, dataclasses.replace(settings, tolerance=1e-7), 1)
+    rows = len(again.time) - 1  # the first walk goes on
+    assert rows > 100 and abs(again.acceleration).max() > 100.0
+    for mine, theirs in zip((again.time, *again.steps), (three_steps.time, *three_steps.steps), strict=True):
+        assert np.array_equal(mine[:rows], theirs[:rows])
 
 
 def test_energy_balances(three_steps, machine, parameters):
@@ -144,17 +162,18 @@ def test_an_outsole_has_the_mass_of_its_rubber(parameters, machine):
     assert massless.mass == pytest.approx(simple.total_mass)
 
 
-def test_planar_equivalent_reproduces_the_planar_checker(parameters, rough, walk_from):
+@pytest.mark.parametrize("steps", [2, pytest.param(5, marks=pytest.mark.slow)])
+def test_planar_equivalent_reproduces_the_planar_checker(parameters, rough, walk_from, steps):
     """Same contact law, same start, two assemblies: the hips stay together."""
     from stages.multibody.parameters import Settings as PlanarSettings
     from stages.multibody.walking.walk import simulate
 
     p = parameters
-    planar = PlanarSettings("tree", 5, 2000.0, 1e-9, 5e-4, "trapezoidal", 2e-4, 1e-5, 0.02, 3.0)
+    planar = PlanarSettings("tree", steps, 2000.0, 1e-9, 5e-4, "trapezoidal", 2e-4, 1e-5, 0.02, 3.0)
     state = rolling_state(p.biped, p.contact, rough, 9.4)
     checker = simulate(p.biped, p.slope, p.contact, state, planar).trajectory
     settings = dataclasses.replace(p.settings, inertia="planar", tolerance=1e-9, largest_step=5e-4)
-    twin = walk_from(build(p.biped, settings), settings, 5)
+    twin = walk_from(build(p.biped, settings), settings, steps)
     time = np.linspace(0.0, min(checker.time[-1], twin.time[-1]), 1000)
-    assert time[-1] > 2.3
+    assert time[-1] > 0.46 * steps
     assert abs(checker.at(time)[0][:, :2] - twin.at(time)[0][:, :2]).max() < 1e-7

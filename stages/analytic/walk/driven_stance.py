@@ -11,6 +11,7 @@ friction turns round or begins to stick, the rates jump and so do they (saltatio
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -24,7 +25,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.integration.dop853_tableau import A, B
 from stages.analytic.model import terms as eq
 from stages.analytic.model.kinds import Rigid
-from stages.analytic.model.walker import Vector
+from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.flow import rigid_acceleration, row4_times
 from stages.analytic.phases.hip_friction import AT_REST, holding_torque
 
@@ -230,20 +231,14 @@ def driven_stance(
     """
     if design.biped.legs != "rigid":
         raise ValueError("biped.legs = compliant: a driven single stance has rigid legs")
-    friction = design.biped.hip_friction
-    design = dataclasses.replace(design, biped=dataclasses.replace(design.biped, hip_friction=0.0), detailed=True)
-    walker = design.walker()
+    walker, by_names = _without_friction(design, tuple(names))
     numbers: Any = walker.p
     directions = np.zeros((0, len(torque))) if torques is None else np.asarray(torques)
-    unit, scales = walker.energy, walker.scales()
-    geometric = [name for name in names if name != RUBS]
-    changes = changes_of(design, geometric)
-    rows = dict(zip(geometric, changes.along / changes.scales[:, None], strict=True))
-    fields, count = len(walker.p), len(names) + len(directions)
-    along, rubs = np.zeros((count, fields)), np.zeros(count)
-    for place, name in enumerate(names):
-        along[place] = rows.get(name, np.zeros(fields))
-        rubs[place] = 1.0 / unit if name == RUBS else 0.0
+    unit, scales, friction = walker.energy, walker.scales(), design.biped.hip_friction
+    count = len(names) + len(directions)
+    along, rubs = np.zeros((count, by_names.shape[1])), np.zeros(count)
+    along[: len(names)] = by_names
+    rubs[: len(names)] = [1.0 / unit if name == RUBS else 0.0 for name in names]
     driven = np.concatenate([np.zeros((len(names), len(torque))), directions / unit])
     first = np.concatenate([np.asarray(start) / scales, np.eye(4).ravel(), np.zeros(4 * count)])
     states = np.empty((len(torque), first.size))
@@ -252,3 +247,13 @@ def driven_stance(
     found = states[:reached].reshape(reached, -1, 4)
     by_start = found[:, 1:5].transpose(0, 2, 1) * scales[:, None] / scales
     return DrivenStance(found[:, 0] * scales, by_start, found[:, 5:].transpose(0, 2, 1) * scales[:, None])
+
+
+@functools.lru_cache(maxsize=4)  # the steps of a recording are those of one design, with either leg standing
+def _without_friction(design: DesignPoint, names: tuple[str, ...]) -> tuple[Walker, np.ndarray]:
+    """Walker of a design whose hip does not rub, and how its numbers change with the parameters, (m, fields)."""
+    smooth = dataclasses.replace(design, biped=dataclasses.replace(design.biped, hip_friction=0.0), detailed=True)
+    changes = changes_of(smooth, [name for name in names if name != RUBS])
+    walker, rows = smooth.walker(), iter(changes.along / changes.scales[:, None])
+    return walker, np.array([np.zeros(len(walker.p)) if name == RUBS else next(rows) for name in names]).reshape(
+        len(names), len(walker.p))

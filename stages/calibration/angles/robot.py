@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -61,22 +62,28 @@ def exchanged(name: str, design: DesignPoint) -> str:
     return f"biped.other_{key}" if f"other_{key}" in fields else name
 
 
+@functools.lru_cache(maxsize=4)
+def standing_on(leg: int, design: DesignPoint, names: tuple[str, ...]) -> tuple[DesignPoint, tuple[str, ...]]:
+    """The design with the leg that stands called the first, and its parameters' names then."""
+    if leg == 0:
+        return design, names
+    other = dataclasses.replace(design, biped=design.biped.exchanged)
+    return other, tuple(exchanged(name, other) for name in names)
+
+
 def show(robot: Robot, step: DrivenStep, start: Vector, names: tuple[str, ...], samples: int | None = None) -> Shown:
     """What the encoders show of a step from `start` (4,), SI: stance angle, swing angle and their rates."""
     count = len(step.signal) if samples is None else samples
-    design, lag = robot.design, robot.value("torque_lag")
-    if step.leg == 1:
-        design = dataclasses.replace(design, biped=design.biped.exchanged)
-    signal, slope = late(step, lag / step.interval)
+    of_design = tuple(name for name in names if name not in OF_ROBOT)
+    design, of_legs = standing_on(step.leg, robot.design, of_design)
+    signal, slope = late(step, robot.value("torque_lag") / step.interval)
     constant = robot.value("torque_constant")
     turn = np.full(len(signal), step.turn)
     torque = constant * signal + robot.value("torque_offset") * turn
-    of_design = [name for name in names if name not in OF_ROBOT]
     rows = {"torque_constant": signal, "torque_offset": turn, "torque_lag": -constant * slope / step.interval}
     of_motor = [name for name in names if name in rows]
     driven = driven_stance(
-        design, start, step.interval, torque[:count],
-        [exchanged(name, design) if step.leg == 1 else name for name in of_design],
+        design, start, step.interval, torque[:count], of_legs,
         np.array([rows[name][:count] for name in of_motor]).reshape(len(of_motor), count))
     n = len(driven.states)
     both = np.array([[1.0, 0.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0]])
