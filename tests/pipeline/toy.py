@@ -10,8 +10,11 @@ import subprocess
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
+from pipeline.cache.fingerprint import WRITER
+from pipeline.cache.syntax import Meaning, SyntaxMemo, beside
 from pipeline.execution.display import Display
 from pipeline.execution.executor import Outcome, bring_up_to_date
 from pipeline.study import Study
@@ -106,7 +109,20 @@ def written(root: Path, package: str) -> Toy:
             path.parent.mkdir(parents=True, exist_ok=True)
             text = source.read_text().replace("stages.biped.", f"{TEMPLATE_PACKAGE}.body.")
             path.write_text(text.replace(TEMPLATE_PACKAGE, package))
+    memo = beside(root / package)
+    memo._known.update(_writer())
+    memo._grown = True
+    memo.save()
     return Toy(root, package)
+
+
+@cache
+def _writer() -> dict[str, Meaning]:
+    """What the sources mean that write artefacts, by content: parsing them is most of what a first run costs."""
+    memo = SyntaxMemo(None)
+    for path in WRITER:
+        memo.meaning(path.read_bytes())
+    return memo._known
 
 
 def with_commands(root: Path) -> Toy:
