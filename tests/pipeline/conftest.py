@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.execution import forked
 from tests.pipeline.toy import Toy, with_commands, written
 
 _serial = itertools.count()
@@ -45,6 +46,7 @@ def toy_with_commands(tmp_path: Path) -> Toy:
 @pytest.fixture(scope="session")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Toy:
     """A toy study that has been run once; tests take a copy, `done`."""
+    pytest_fixture_setup()  # what belongs to the session is set up without this folder's hooks
     toy = written(tmp_path_factory.mktemp("finished"), f"toy{os.getpid()}_{next(_serial)}")
     before = list(sys.path)
     toy.run()
@@ -60,6 +62,16 @@ def done(finished: Toy, tmp_path: Path) -> Toy:
     before = list(sys.path)
     yield replace(finished, root=root)
     sys.path[:] = before
+
+
+@pytest.fixture
+def own_server() -> None:
+    """A server of workers for this test alone, which gives it another environment; that of the others stays."""
+    kept, forked._server = forked._server, None
+    yield
+    if forked._server is not None:
+        forked._server.close()
+    forked._server = kept
 
 
 @pytest.fixture(scope="session")

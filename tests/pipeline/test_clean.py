@@ -11,8 +11,8 @@ def folders(toy):
     return {path.parent.name for path in (toy.root / "results/.cache").glob("*/manifest.json")}
 
 
-def test_earlier_results_go_and_the_current_ones_stay(toy_with_commands):
-    toy = toy_with_commands
+def test_earlier_results_go_and_the_current_ones_stay(ran):
+    toy = ran
     for setting in ("ground.gravity=5", "picture.extra=true"):
         assert toy.command("run-all", "--set", setting)[0] == 0
     toy.command("run-all")
@@ -28,8 +28,8 @@ def test_earlier_results_go_and_the_current_ones_stay(toy_with_commands):
     assert toy.command("clean")[1].split(maxsplit=2)[2] == "in 0 places removed\n"
 
 
-def test_a_damaged_entry_goes_and_a_link_is_left(toy_with_commands, tmp_path):
-    toy = toy_with_commands
+def test_a_damaged_entry_goes_and_a_link_is_left(ran):
+    toy = ran
     toy.command("run-all", "--set", "fall.height=3")
     toy.command("run-all")
     cache = toy.root / "results/.cache"
@@ -74,11 +74,11 @@ def test_old_machine_code_goes(toy_with_commands):
     assert code == 0 and "3.0 MB  machine code of earlier sources: stale" in out and not stale.exists()
 
 
-def test_a_run_says_when_it_is_worth_it(toy_with_commands, monkeypatch):
+def test_a_run_says_when_it_is_worth_it(ran, monkeypatch):
     from pipeline.commands.running import _say_if_large
     from pipeline.execution.display import Display
 
-    toy = toy_with_commands
+    toy = ran
     toy.command("run-all", "--set", "fall.height=3")
     toy.command("run-all")
     said = []

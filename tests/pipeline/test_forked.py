@@ -26,7 +26,7 @@ FALL, SIDE = "PACKAGE/fall/run.py", "PACKAGE/side/run.py"
 
 
 @pytest.fixture
-def package(done, tmp_path, monkeypatch):
+def package(done, own_server, tmp_path, monkeypatch):
     """A foreign package `loud`, with the code that is given; stages fall and side import it."""
 
     def write(code):
@@ -104,7 +104,7 @@ def test_a_server_that_is_killed_costs_nothing(done):
     assert hows == {"fall": "computed", "bounce": "computed", "side": "computed", "picture": "computed"}
 
 
-def test_no_room_for_another_process_fails_its_stage_with_a_sentence(done, tmp_path, monkeypatch):
+def test_no_room_for_another_process_fails_its_stage_with_a_sentence(done, own_server, tmp_path, monkeypatch):
     (tmp_path / "sitecustomize.py").write_text(
         "import errno, os, sys\n"
         "def full():\n"
@@ -120,7 +120,7 @@ def test_no_room_for_another_process_fails_its_stage_with_a_sentence(done, tmp_p
     assert done.run("side.seed=5", names=("side",)) == {"side": "computed"}
 
 
-def test_the_environment_is_that_of_the_moment(done, monkeypatch):
+def test_the_environment_is_that_of_the_moment(done, own_server, monkeypatch):
     in_side(done, "import os\nassert os.environ['MOMENT'] == str(parameters.settings.seed)")
     for moment in ("7", "8"):
         monkeypatch.setenv("MOMENT", moment)
@@ -209,7 +209,7 @@ def test_what_was_parsed_for_the_key_is_not_parsed_again(done, monkeypatch):
     assert memo.meaning(path.read_bytes()).heads
 
 
-def test_a_worker_that_does_not_end_in_time_is_told_apart(done):
+def test_a_worker_that_does_not_end_in_time_is_told_apart(done, own_server):
     with open(os.devnull, "wb") as errors:
         started = forked.started(os.environ, errors, Job(done.package, str(done.root), str(done.root), (), {}))
     with pytest.raises(subprocess.TimeoutExpired):

@@ -33,5 +33,5 @@ def test_the_shell_completes(words, place, wanted, ran):
     (ran.root / "results/figures").mkdir(exist_ok=True)
     (ran.root / "results/figures/pi.png").write_bytes(b"")
     asked = {"_BIPEDSTUDY_COMPLETE": "bash_complete", "COMP_WORDS": words, "COMP_CWORD": str(place)}
-    text, errors = ran.start(environment=asked).communicate(timeout=60)
+    _, text, errors = ran.command(environment=asked)
     assert wanted in text.splitlines(), errors

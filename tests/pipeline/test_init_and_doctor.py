@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 import sys
 from types import SimpleNamespace
 
 import pytest
 
 from pipeline import doctor, graph
+from tests import warm
 
 
 def bipedstudy(folder, *arguments, **environment):
     code = "from pipeline.cli import main; main()"
     home = os.pathsep.join(path for path in sys.path if path)
-    done = subprocess.run(
-        [sys.executable, "-c", code, *arguments], cwd=folder, text=True, capture_output=True,
-        env={**os.environ, "PYTHONPATH": home, **environment})  # fmt: skip
+    done = warm.run(code, *arguments, cwd=folder, env={**os.environ, "PYTHONPATH": home, **environment})
     return done.returncode, done.stdout, done.stderr
 
 
@@ -30,8 +28,6 @@ def test_a_new_study_has_the_same_stages_and_every_parameter(tmp_path, repositor
     assert code == 0, errors
     assert out.splitlines()[0].split() == ["analytic", "stale", "never", "run"]
     assert not list(tmp_path.glob(".mine*"))
-
-
 
 
 def test_a_study_laid_out_by_an_earlier_version_is_told_what_changed_and_renewed(tmp_path, repository):

@@ -68,11 +68,9 @@ def test_an_answer_fits_80_columns(command, study):
 
 def test_commands_of_the_toy_study_fit_80_columns_and_use_more(ran):
     (ran.root / "sweep.yaml").write_text(SWEEP)
-    environment = {"COLUMNS": "80"}
     for words in (["run-all", "--force"], ["status"], ["graph"], ["show", "bounce"], ["sweep", "sweep.yaml"]):
-        process = ran.start(*words, environment=environment)
-        text, errors = process.communicate(timeout=120)
-        assert process.returncode == 0, errors
+        code, text, errors = ran.command(*words, environment={"COLUMNS": "80"})
+        assert code == 0, errors
         assert text and not too_wide(text, 80), text
 
 

@@ -70,7 +70,7 @@ def test_a_relative_import_is_refused(done):
         done.run()
 
 
-def test_what_others_print_before_a_worker_begins_is_no_message(done, tmp_path, monkeypatch):
+def test_what_others_print_before_a_worker_begins_is_no_message(done, own_server, tmp_path, monkeypatch):
     (tmp_path / "sitecustomize.py").write_text("print('hello', 3, '[]', '{}', '{\"a\": 1}', '', sep='\\n', flush=True)")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     assert done.run("fall.height=3", names=("fall",)) == {"fall": "computed"}

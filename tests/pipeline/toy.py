@@ -10,8 +10,11 @@ import subprocess
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
+from pipeline.cache.fingerprint import WRITER
+from pipeline.cache.syntax import Meaning, SyntaxMemo, beside
 from pipeline.execution.display import Display
 from pipeline.execution.executor import Outcome, bring_up_to_date
 from pipeline.study import Study
@@ -86,9 +89,12 @@ class Toy:
     def _environment(self) -> dict[str, str]:
         return {**os.environ, "PYTHONPATH": str(HOME), "COLUMNS": "200"}
 
-    def command(self, *arguments: str, before: str = "") -> tuple[int, str, str]:
+    def command(
+        self, *arguments: str, before: str = "", environment: Mapping[str, str] | None = None
+    ) -> tuple[int, str, str]:
         """Run `bipedstudy` to its end, after some code: exit code, standard output, standard error."""
-        done = warm.run(before + self._code(), *arguments, cwd=self.root, env=self._environment())
+        asked = {**self._environment(), **(environment or {})}
+        done = warm.run(before + self._code(), *arguments, cwd=self.root, env=asked)
         return done.returncode, done.stdout, done.stderr
 
 
@@ -103,7 +109,20 @@ def written(root: Path, package: str) -> Toy:
             path.parent.mkdir(parents=True, exist_ok=True)
             text = source.read_text().replace("stages.biped.", f"{TEMPLATE_PACKAGE}.body.")
             path.write_text(text.replace(TEMPLATE_PACKAGE, package))
+    memo = beside(root / package)
+    memo._known.update(_writer())
+    memo._grown = True
+    memo.save()
     return Toy(root, package)
+
+
+@cache
+def _writer() -> dict[str, Meaning]:
+    """What the sources mean that write artefacts, by content: parsing them is most of what a first run costs."""
+    memo = SyntaxMemo(None)
+    for path in WRITER:
+        memo.meaning(path.read_bytes())
+    return memo._known
 
 
 def with_commands(root: Path) -> Toy:
