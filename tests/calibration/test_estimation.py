@@ -17,13 +17,13 @@ from stages.calibration.estimation.fit import horizons
 from stages.calibration.information.plan import free_names
 from tests.calibration.runs import DESIGN, SHORT, fitted
 
-#: Runs of a campaign that many fits are made of.
+#: As many fits are made of them.
 SHORTER = dataclasses.replace(SHORT, settings=dataclasses.replace(SHORT.settings, planned_steps=5))
 
 
 @pytest.fixture(scope="module")
 def blind():
-    return [scored(seed, 1, SHORT) for seed in (1, 2)]
+    return [scored(seed, 1, SHORTER) for seed in (1, 2)]
 
 
 def test_blind_runs_come_to_rest_at_the_noise(blind):
