@@ -13,7 +13,7 @@ import pytest
 from pipeline import graph
 from pipeline.cache import fingerprint
 from pipeline.cache.closure import Sources
-from pipeline.cache.syntax import SyntaxMemo
+from pipeline.cache.syntax import beside
 from pipeline.execution.fork_server import foreign
 from pipeline.execution.inputs import disagreements
 from pipeline.execution.observed_import import Compiled
@@ -24,7 +24,7 @@ from tests.pipeline.toy import written
 
 ROOT = Path(__file__).resolve().parent.parent
 STAGES = graph.read(ROOT).stages
-SOURCES = Sources(ROOT, "stages", SyntaxMemo(None))
+SOURCES = Sources(ROOT, "stages", beside(ROOT / "stages"))
 
 
 def test_imports_keep_to_the_contracts():

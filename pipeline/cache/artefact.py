@@ -33,30 +33,44 @@ _SHORT = 8
 T = TypeVar("T")
 
 
-def encode(
-    result: Any, provenance: Mapping[str, str], about: Mapping[str, str] | None = None,
-    errors: Mapping[str, float] | None = None,
-) -> bytes:  # fmt: skip
+def encode(result: Any, provenance: Mapping[str, str]) -> bytes:
     """The HDF5 file of a result dataclass. `provenance` becomes the attributes of the group `provenance`.
 
-    `about` (title, source, license, ...) are further attributes of the file, `errors` (by path) become attributes of
+    Raises `TypeError` for what cannot be stored.
+    """
+    plain, told = encoded(result, provenance)
+    return told if provenance else plain
+
+
+def encoded(
+    result: Any, provenance: Mapping[str, str], about: Mapping[str, str] | None = None,
+    errors: Mapping[str, float] | None = None,
+) -> tuple[bytes, bytes]:  # fmt: skip
+    """The HDF5 file of a result dataclass that says nothing else, and the one that says how it was made as well.
+
+    `about` (title, source, license, ...) are further attributes of the latter, `errors` (by path) become attributes of
     what lies there, in its units. Raises `TypeError` for what cannot be stored.
     """
     with h5py.File(
         "artefact", "w", driver="core", backing_store=False, libver=("v110", "v110"), track_order=True
     ) as file:
         file.attrs["format"] = FORMAT
+        tables.write_fields(file, result)
+        group = file.create_group(PROVENANCE)
+        plain = _image(file)
         for name, text in (about or {}).items():
             file.attrs[name] = text
-        tables.write_fields(file, result)
         for path, error in (errors or {}).items():
             if isinstance(file.get(path), h5py.Dataset):
                 file[path].attrs[_ERROR] = error
-        group = file.create_group(PROVENANCE)
         for name in sorted(provenance):
             group.attrs[name] = provenance[name]
-        file.flush()
-        return bytes(file.id.get_file_image())
+        return plain, _image(file)
+
+
+def _image(file: Any) -> bytes:
+    file.flush()
+    return bytes(file.id.get_file_image())
 
 
 def decode(content: bytes, cls: type[T], name: str) -> T:

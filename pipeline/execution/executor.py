@@ -116,9 +116,9 @@ class _Run:
         if forked.HERE and len(self.running) < self.jobs and pending and pending[0] != self.prepared:
             self.prepared = pending[0]
             modules = fingerprint.entry_modules(self.study.graph.stages[self.prepared], self.study.package)
-            files = self.study.sources.closure(modules).files
+            code = self.study.sources.closure(modules).files
             self.study.sources.memo.save()
-            forked.prepare(self.study.package, str(self.study.code_root), [*files], modules)
+            forked.prepare(self.study.package, str(self.study.code_root), code, modules)
 
     def close(self) -> None:
         """End what still runs and forget its unfinished files."""

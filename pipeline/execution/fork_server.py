@@ -1,9 +1,9 @@
 """A process that loads what stages import from other packages, once, and forks their workers, which then have it.
 
 It is asked by `forked` over the socket that is its standard input: a length, then JSON with the package of stages, its
-folder, and the source files that the worker's key was made from; with them come the worker's standard input, output
-and error, and a pipe on which its process id and, at its end, its exit code are told. Without these it only loads what
-a worker will need. Whoever asked is gone when the socket ends; then this process ends as well.
+folder, and the source files that the worker's key was made from with what they mean; with them come the worker's
+standard input, output and error, and a pipe on which its process id and, at its end, its exit code are told. Without
+these it only loads what a worker will need. Whoever asked is gone when the socket ends; then this process ends as well.
 
 It never runs code of the stages: a worker imports that itself, under observation, so that its result's key stays true.
 Sources are only compiled here. It computes nothing and starts no thread, as a forked process has none of its parent's;
@@ -45,6 +45,7 @@ _THREADS = Path("/proc/self/task")
 def main() -> NoReturn:
     """Entry of `python -m pipeline.execution.fork_server`."""
     continue_when_parent_ends()
+    gc.set_threshold(worker.OBJECTS)
     server = _Server()
     os.register_at_fork(after_in_child=np.random.seed)  # or numbers drawn without a seed would be the same in all
     while server.serve():
@@ -66,6 +67,9 @@ class _Server:
         signal.set_wakeup_fd(wake)
         self.own = (self.line.fileno(), self.nothing, self.woken, wake)
         self.compiled = Compiled(SyntaxMemo(None))
+        self.heads: dict[str, dict[str, Imports]] = {}
+        self.meanings: dict[str, str] = {}
+        self.asked: set[tuple[str, ...]] = set()
         self.seen: set[tuple[str, tuple[str, ...]]] = set()
         self.workers: dict[int, int] = {}
 
@@ -94,13 +98,23 @@ class _Server:
             self._begin(ends)
         return True
 
-    def _load(self, package: str, code_root: str, files: list[str], modules: list[str]) -> None:
-        """Compile `files`, and import what the import of `modules` will; the worker says what is wrong with them."""
+    def _load(self, package: str, code_root: str, code: dict[str, str], modules: list[str]) -> None:
+        """Compile the files of `code`, and import what the import of `modules` will, but what was before; the worker
+        says what is wrong with them.
+        """
         with contextlib.suppress(StudyError):
             home = home_of(package, Path(code_root))
+            heads, asked = self.heads.setdefault(str(home), {}), (str(home), *modules)
+            places = {file: str(home / file) for file in code if file.endswith(".py")}
+            fresh = [file for file, place in places.items() if self.meanings.get(place) != code[file]]
+            if asked in self.asked and not fresh:
+                return
+            self.asked.add(asked)
             self.compiled.memo = beside(home / package)  # with what whoever asked has just found in the sources
-            sources = {file: durable.read(home / file) for file in files if file.endswith(".py")}
-            heads = {file: self.compiled.take(home / file, source) for file, source in sources.items() if source}
+            for file in fresh:
+                self.meanings[places[file]] = code[file]
+                source = durable.read(home / file)
+                heads[file] = self.compiled.take(home / file, source) if source else ()
             for module, names in foreign(package, modules, heads):
                 if (module, names) not in self.seen:
                     self.seen.add((module, names))

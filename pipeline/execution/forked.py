@@ -118,7 +118,7 @@ class _Server:
 def started(environment: Mapping[str, str], errors: IO[bytes], job: Job) -> Forked:
     """A worker process for a job; it writes its errors to the open file `errors`."""
     global _server
-    wanted = _wanted(job.package, job.code_root, [*job.code], job.modules)
+    wanted = _wanted(job.package, job.code_root, job.code, job.modules)
     with _lock:
         if _server is not None and _server.fits == _traits(environment):
             with contextlib.suppress(OSError):
@@ -137,15 +137,15 @@ def get_ready(environment: Mapping[str, str]) -> None:
             _server = _Server(environment)
 
 
-def prepare(package: str, code_root: str, files: Sequence[str], modules: Sequence[str]) -> None:
+def prepare(package: str, code_root: str, code: Mapping[str, str], modules: Sequence[str]) -> None:
     """Let the server, where there is one, load what a later worker needs."""
     with _lock, contextlib.suppress(OSError):
         if _server is not None:
-            _server.ask(_wanted(package, code_root, files, modules))
+            _server.ask(_wanted(package, code_root, code, modules))
 
 
-def _wanted(package: str, code_root: str, files: Sequence[str], modules: Sequence[str]) -> bytes:
-    return json.dumps({"package": package, "code_root": code_root, "files": files, "modules": modules}).encode()
+def _wanted(package: str, code_root: str, code: Mapping[str, str], modules: Sequence[str]) -> bytes:
+    return json.dumps({"package": package, "code_root": code_root, "code": {**code}, "modules": modules}).encode()
 
 
 def _readable(file: int, timeout: float | None) -> bool:

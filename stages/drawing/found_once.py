@@ -15,8 +15,7 @@ from typing import Any
 
 import matplotlib
 import numpy as np
-from fontTools import subset
-from matplotlib import font_manager
+from matplotlib import _mathtext, font_manager
 from matplotlib.axis import Axis, Tick
 from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.text import Text
@@ -33,7 +32,7 @@ FONT = 1 << 20
 @contextmanager
 def while_drawing() -> Iterator[None]:
     """All that holds while figures are made."""
-    with plain_fonts(), whole_fonts(), sizes_once(), ticks_alike(), no_garbage():
+    with fonts_once(), whole_fonts(), sizes_once(), ticks_alike(), no_garbage():
         yield
 
 
@@ -55,6 +54,8 @@ def plain_fonts() -> Iterator[None]:
     """Embed fonts without what no PDF reader looks at: cutting that down to the signs in use takes most of the time of
     cutting the font.
     """
+    from fontTools import subset  # loaded for PDFs alone
+
     opened = subset.load_font
 
     def plain(*asked: Any, **how: Any) -> Any:
@@ -65,6 +66,19 @@ def plain_fonts() -> Iterator[None]:
         return font
 
     with replaced(subset, load_font=plain):
+        yield
+
+
+_file_of_font = functools.cache(font_manager.FontManager.findfont)
+
+
+@contextmanager
+def fonts_once() -> Iterator[None]:
+    """Find the file of a font once for all figures, which are drawn under the same rules. Matplotlib asks for it with
+    each text, fifty times with each formula, and reads eleven rules each time.
+    """
+    of_formulas = functools.partial(_file_of_font, font_manager.fontManager)
+    with replaced(font_manager.FontManager, findfont=_file_of_font), replaced(_mathtext, findfont=of_formulas):
         yield
 
 

@@ -117,7 +117,8 @@ def pictures(name: str, figure: Figure, dpi: int, *, pdf: bool = True) -> dict[s
         if pdf:
             buffer = io.BytesIO()
             nameless = {"CreationDate": None, "Producer": None, "Creator": None}
-            figure.savefig(buffer, format="pdf", dpi=dpi, metadata=nameless)
+            with found_once.plain_fonts():
+                figure.savefig(buffer, format="pdf", dpi=dpi, metadata=nameless)
             files[f"figures/{name}.pdf"] = buffer.getvalue()
     plt.close(figure)
     return files

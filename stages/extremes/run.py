@@ -33,22 +33,30 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
         progress(count / len(asked), f"{count} of {len(asked)} points")
 
     progress(0.0, "compiling")
-    compile_once(parameters, {point.engine for point in asked})
-    found = compute(evaluate, parameters, asked, processes=settings.processes, longest_s=settings.longest_s, done=done)
-    return as_result(settings.resolution, asked, found)
+    usual = compile_once(parameters, {point.engine for point in asked})
+    known = {i: usual[point.engine] for i, point in enumerate(asked) if point.engine in usual and not point.changes}
+    others = [point for i, point in enumerate(asked) if i not in known]
+    rest = iter(compute(
+        evaluate, parameters, others, processes=settings.processes, longest_s=settings.longest_s, done=done))
+    return as_result(settings.resolution, asked, [known[i] if i in known else next(rest) for i in range(len(asked))])
 
 
-def compile_once(parameters: Parameters, engines: Collection[str]) -> None:
-    """Leave compiled code on the disk before the clock of a point runs: compiling takes longer than any point."""
+def compile_once(parameters: Parameters, engines: Collection[str]) -> dict[str, Finding]:
+    """Leave compiled code on the disk before the clock of a point runs: compiling takes longer than any point.
+
+    What was found meanwhile: the verdicts on the usual parameters, by engine.
+    """
     full = parameters.settings.resolution == "full"
+    found = {}
     for engine in (GAIT, COULOMB, STEP, *(OF_A_GAIT if full else ()), COMPILED, TWIN):
         if engine not in engines:
             continue
-        evaluate(parameters, Point(engine, "none", 0.0, ()))
+        found[engine] = evaluate(parameters, Point(engine, "none", 0.0, ()))
     for kind in range(len(KINDS)) if full else ():
         evaluate(parameters, Point(DETAILED, "none", 0.0, detailed_draw(parameters.biped, kind * BLOCK)))
     if full and COMPILED in engines:
         evaluate(parameters, Point(COMPILED, "none", 0.0, (("ground.normal_force", "restitution"),)))
+    return found
 
 
 def evaluate(parameters: Parameters, point: Point) -> Finding:

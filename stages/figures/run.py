@@ -7,6 +7,7 @@ captions.yaml.
 from __future__ import annotations
 
 import gc
+import importlib
 import json
 from collections.abc import Mapping, Sequence
 
@@ -26,6 +27,8 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     """Draw all figures and write their captions. All cores draw: laying out and embedding fonts takes seconds."""
     names = sorted(NAMES, key=lambda name: (figure(name).PLACE, name))
     drawn = {}
+    if parameters.settings.pdf:
+        importlib.import_module("matplotlib.backends.backend_pdf")  # once for all processes
     for number, files_and_text in each_in_a_process(_draw, names, parameters, vars(inputs)):
         drawn[names[number]] = files_and_text
         progress(len(drawn) / len(names), f"drew {names[number]}")

@@ -88,10 +88,10 @@ def _episodes(run: Recorded, leg: int) -> list[tuple[float, float, bool]]:
 
 def _crossing(trajectory: Trajectory, leg: int, radius: float, row: int) -> float:
     """Time between two recorded rows at which the foot's lowest point is at the ground's surface."""
+    at = trajectory.after(row)
 
     def depth(time: float) -> float:
-        position, velocity = trajectory.at(np.array([time]))
-        return float(foot_kinematics(position, velocity, leg, radius)[0][0])
+        return float(foot_kinematics(*at(time), leg, radius)[0])
 
     early, late = float(trajectory.time[row]), float(trajectory.time[row + 1])
     if depth(early) == 0.0:

@@ -67,15 +67,16 @@ def mid_stance_after(run: Run) -> SectionStep:
         raise NoLimitCycle(run.message or run.outcome)
     trajectory = run.trajectory
     stance = int(np.argmin(np.abs(trajectory.position[-1, 2:4])))
-
-    def lean(time: float) -> float:
-        return float(trajectory.at(np.array([time]))[0][0, 2 + stance])
-
     behind = np.flatnonzero(trajectory.position[:, 2 + stance] > 0.0)
     if not len(behind) or behind[-1] + 1 == len(trajectory.time):
         raise NoLimitCycle("the step does not end in mid-stance")
     before = behind[-1]  # the solver may take a step more than asked
-    moment = late = float(trajectory.time[before + 1])
+    at, moment = trajectory.after(before), float(trajectory.time[before + 1])
+    late = moment
+
+    def lean(time: float) -> float:
+        return float(at(time)[0][2 + stance])
+
     if lean(late) < 0.0:  # else it is upright there, but for round-off
         moment = float(brentq(lean, trajectory.time[before], late, xtol=1e-15, rtol=8.9e-16))
     state = trajectory.state_at(moment)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from stages.biped.between_steps import acting, hermite
+from stages.biped.between_steps import acting, hermite, hermite_from
 from stages.planar.state import PlanarState
 
 
@@ -54,18 +55,27 @@ class Trajectory:
 
         Quintic when the accelerations are exact, cubic when they ring, as those of an implicit solver do.
         """
-        acceleration = self.acceleration if self.exact_acceleration else None
-        return hermite(self.time, self.position, self.velocity, acceleration, time)
+        return hermite(self.time, self.position, self.velocity, self._known_acceleration, time)
+
+    def after(self, row: int) -> Callable[[float], tuple[np.ndarray, np.ndarray]]:
+        """The same at one time after another between a row and the next, each (6,)."""
+        return hermite_from(row, self.time, self.position, self.velocity, self._known_acceleration)
+
+    @property
+    def _known_acceleration(self) -> np.ndarray | None:
+        return self.acceleration if self.exact_acceleration else None
 
 
 def foot_kinematics(
     position: np.ndarray, velocity: np.ndarray, leg: int, radius: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Penetration [m], its rate [m/s] and slip velocity [m/s] of one leg's foot from columns as in `Trajectory`."""
-    angle, rate = position[:, 2 + leg], velocity[:, 2 + leg]
-    reach, reach_rate = position[:, 4 + leg] - radius, velocity[:, 4 + leg]
+    """Penetration [m], its rate [m/s] and slip velocity [m/s] of one leg's foot from columns as in `Trajectory`, or one
+    of their rows.
+    """
+    angle, rate = position[..., 2 + leg], velocity[..., 2 + leg]
+    reach, reach_rate = position[..., 4 + leg] - radius, velocity[..., 4 + leg]
     sine, cosine = np.sin(angle), np.cos(angle)
-    penetration = radius - (position[:, 1] - reach * cosine)
-    penetration_rate = -(velocity[:, 1] - reach_rate * cosine + reach * rate * sine)
-    centre_velocity = velocity[:, 0] + reach_rate * sine + reach * rate * cosine
+    penetration = radius - (position[..., 1] - reach * cosine)
+    penetration_rate = -(velocity[..., 1] - reach_rate * cosine + reach * rate * sine)
+    centre_velocity = velocity[..., 0] + reach_rate * sine + reach * rate * cosine
     return penetration, penetration_rate, centre_velocity + radius * rate

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
@@ -106,21 +107,14 @@ def step_map(machine: Machine, slope: Slope, contact: ContactLaw, settings: Sett
 def _mid_stance(record: Record, stance: int, length: np.ndarray) -> Step:
     """The end of a record, brought to the moment in which the new standing pair is normal to the ground."""
 
-    def lean(rows: np.ndarray) -> np.ndarray:
-        return rows[:, PITCH] + (rows[:, HINGE] if stance else 0.0)
+    def lean(place: np.ndarray) -> Any:
+        return place[..., PITCH] + (place[..., HINGE] if stance else 0.0)
 
     ahead = np.flatnonzero(lean(record.position) > 0.0)
     if not len(ahead) or ahead[-1] + 1 == len(record.time):
         raise NoLimitCycle("the step does not end in mid-stance")
     before = int(ahead[-1])  # the solver may take a step more than asked
-    moment = float(
-        brentq(
-            lambda time: float(lean(record.at(np.array([time]))[0])[0]),
-            record.time[before],
-            record.time[before + 1],
-            xtol=1e-15,
-            rtol=8.9e-16,
-        )
-    )
+    at, span = record.after(before), record.time[before : before + 2]
+    moment = float(brentq(lambda time: float(lean(at(time)[0])), *span, xtol=1e-15, rtol=8.9e-16))
     q, v = (rows[0] for rows in record.at(np.array([moment])))
     return Step(section_state(q, v, stance, length), moment, float(q[X]), before + 1, record)

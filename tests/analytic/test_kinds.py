@@ -1,8 +1,6 @@
 """What kind of walker it is stands in the type of its numbers, and decides what is compiled."""
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 from types import ModuleType
 
@@ -15,6 +13,7 @@ from stages.analytic.model.kinds import PlainLimited, PlainRigid, PlainRolling, 
 from stages.analytic.model.walker import build_walker
 from stages.analytic.phases.flow import flow
 from stages.analytic.phases.section import section_state
+from tests import warm
 from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID, changed
 
 STIFF = changed(TABLE_1, damping=1e5)
@@ -67,46 +66,50 @@ def test_a_step_calls_only_what_its_kind_of_walker_needs():
     assert not any(of_module(functions, "derivatives") for functions in step.values())
 
 
-#: What a heel strike is given, of a rolling walker and of one that carries changes of its numbers.
-STRUCK = ("walker_of().p", "varied(walker_of().p, numpy.ones((1, 10)), 1)")
+#: Numbers of a rolling walker, and of one that carries changes of its numbers.
+NUMBERS = ("walker_of().p", "varied(walker_of().p, numpy.ones((1, 10)), 1)")
+#: What begins a step, which is quickly compiled, and all that a heel strike calls.
+BEGINS = "compiled(lambda phase, y, p: first_phase(y, exchanged(p)))"
+STRIKES = "succeed"
 
 
-@pytest.fixture(scope="module")
-def compiled_for(tmp_path_factory):
-    """Names of the functions compiled for each of `STRUCK`, one after the other, in a process without machine code."""
+def compiled_for(called, code):
+    """Names of the functions compiled for each of `NUMBERS`, one after the other, in a process without machine code."""
     program = f"""
 import numpy
 from numba.core import event
+from stages.analytic.compiled import compiled
 from stages.analytic.derivatives import walking
+from stages.analytic.model.terms import exchanged
 from stages.analytic.model.varied import varied
-from stages.analytic.phases.succession import succeed
+from stages.analytic.phases.succession import first_phase, succeed
 from tests.analytic.designs import walker_of
+called = {called}
 y = numpy.array([0.28, 1.0, 0.27, 1.0, 0.5, 0.0, 0.4, 0.0])
-for y, p in ((y, {STRUCK[0]}), (numpy.concatenate([y, 0 * y]), {STRUCK[1]})):
+for y, p in ((y, {NUMBERS[0]}), (numpy.concatenate([y, 0 * y]), {NUMBERS[1]})):
     with event.install_recorder("numba:compile") as recorder:
-        succeed(1, y, p)
+        called(1, y, p)
     functions = {{record.data["dispatcher"].py_func for _, record in recorder.buffer}}
     print(*sorted({{f"{{f.__module__}}.{{f.__name__}}" for f in functions if f.__module__.startswith("stages")}}))
 """
-    done = subprocess.run(
-        [sys.executable, "-c", program], cwd=Path(__file__).parents[2], capture_output=True, text=True, check=True,
-        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path_factory.mktemp("code"))})  # fmt: skip
-    return dict(zip(STRUCK, map(str.split, done.stdout.splitlines()), strict=True))
+    done = warm.run(program, cwd=Path(__file__).parents[2], env={**os.environ, "NUMBA_CACHE_DIR": str(code)})
+    assert done.returncode == 0, done.stderr
+    return map(str.split, done.stdout.splitlines())
 
 
-@pytest.mark.parametrize("numbers, reset", [
-    (STRUCK[0], "phases.transitions.rolling_reset"),
-    (STRUCK[1], "derivatives.impacts.rolling_varied_reset"),
-])
-def test_compiler_follows_the_kind(compiled_for, numbers, reset):
-    """Heel strike of a rolling walker: nothing of Coulomb's is compiled.
+@pytest.mark.parametrize(("called", "own"), [
+    (BEGINS, ("phases.succession.rolling_phase", "derivatives.walking.plain_exchanged")),
+    pytest.param(STRIKES, ("phases.transitions.rolling_reset", "derivatives.impacts.rolling_varied_reset"),
+                 marks=pytest.mark.slow)])  # fmt: skip
+def test_compiler_follows_the_kind(called, own, tmp_path):
+    """Of a rolling walker nothing of Coulomb's is compiled.
 
     Nor is what carries changes of the walker's numbers, unless they are asked for.
     """
-    names = compiled_for[numbers]
-    assert f"stages.analytic.{reset}" in names
-    assert any("derivatives" in name for name in names) == reset.startswith("derivatives")
-    assert not [name for name in names if "coulomb" in name or "rigid" in name or "limited" in name]
+    for names, needed in zip(compiled_for(called, tmp_path), own, strict=True):
+        assert f"stages.analytic.{needed}" in names
+        assert any("derivatives" in name for name in names) == needed.startswith("derivatives")
+        assert not [name for name in names if "coulomb" in name or "rigid" in name or "limited" in name]
 
 
 def test_numbers_of_no_kind_are_refused():

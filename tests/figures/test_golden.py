@@ -33,8 +33,9 @@ PICTURES = [name for name in NAMES if figure(name).draw.__annotations__["return"
 #: Drawings of the robot: a thousandth more in every number is the same drawing at another scale, a tenth is not.
 DRAWINGS = tuple(f"figure_{name}" for name in (
     "03_simple_model", "09_section", "12_ramp", "13_steps", "14_data_way", "15_sensors"))  # fmt: skip
-#: Of every stage's figures one that is drawn quickly; the others are drawn twice by the slow tests.
-QUICK = ("figure_04_normal_force", "twin_ladder", "extremes")
+#: Of every stage's figures one that is drawn quickly, and a drawing; the others are drawn again by the slow tests.
+QUICK = ("figure_03_simple_model", "figure_04_normal_force", "twin_ladder", "extremes")
+DRAWN_AGAIN = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in PICTURES]
 
 
 def draw(name, scale, path):
@@ -47,9 +48,7 @@ def draw(name, scale, path):
     return path
 
 
-@pytest.mark.parametrize(
-    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in PICTURES]
-)
+@pytest.mark.parametrize("name", DRAWN_AGAIN)
 def test_a_figure_has_the_same_bytes_twice(name):
     with style.drawing():
         first, second = (style.pictures(name, drawn(name), DPI) for _ in range(2))
@@ -69,7 +68,7 @@ def test_a_figure_is_the_golden_picture(name, tmp_path, request):
 
 
 @same_version
-@pytest.mark.parametrize("name", PICTURES)
+@pytest.mark.parametrize("name", DRAWN_AGAIN)
 def test_a_thousandth_more_in_the_data_is_seen(name, tmp_path):
     changed = draw(name, 1.1 if name in DRAWINGS else 1.001, tmp_path / f"{name}.png")
     assert rms(GOLDEN / f"{name}.png", changed) > 3 * TOLERANCE

@@ -6,6 +6,7 @@ from contextlib import nullcontext
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pytest
 from fontTools.ttLib import TTFont
 from matplotlib.axis import Axis
 from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -38,16 +39,21 @@ def drawn(monkeypatch, plainly):
         return style.pictures("it", figure, 100)
 
 
-def test_what_is_found_once_is_what_matplotlib_finds(monkeypatch):
+@pytest.fixture(scope="module")
+def once():
     before = {(owner, name): vars(owner)[name] for owner, name in REPLACED}
-    once = drawn(monkeypatch, False)
+    files = drawn(None, False)
     assert {(owner, name): vars(owner)[name] for owner, name in REPLACED} == before
+    return files
+
+
+def test_what_is_found_once_is_what_matplotlib_finds(once, monkeypatch):
     assert once == drawn(monkeypatch, True)
     assert {*once} == {"figures/it.csv", "figures/it.png", "figures/it.pdf"}
 
 
-def test_the_last_digits_of_a_layout_are_in_no_picture(monkeypatch):
-    once, execute = drawn(monkeypatch, False), ConstrainedLayoutEngine.execute
+def test_the_last_digits_of_a_layout_are_in_no_picture(once, monkeypatch):
+    execute = ConstrainedLayoutEngine.execute
 
     def moved(engine, figure):
         execute(engine, figure)

@@ -1,12 +1,13 @@
 """The contact laws as machine code are their own texts over floats: the whole register, and every operation."""
 
 import dataclasses
+from pathlib import Path
 
 import numba
 import numpy as np
 import pytest
 
-from stages.ground.compiled import COMPILED, TANGENTS, compiled_coefficient, compiled_slope
+from stages.ground.compiled import COMPILED, TANGENTS, compiled_coefficient, compiled_slope, kept_with_ground
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import friction_slope, signed_coefficient
 from stages.ground.laws import FRICTIONS, NORMAL_FORCES, PointLaw
@@ -16,14 +17,16 @@ LAW = ContactLaw(1e5, 2.2, 1e4, 1e-4, 1.1, 1.0, 0.1, 1.0)
 DEPTHS = (-1e-5, 0.0, 1e-6, 3e-5, 1e-4, 5e-4)
 SPEEDS = (0.0, 1e-9, 0.01, 0.0999, 0.1, 0.3, 1.0, 2.0)
 GRID = (-2.0, -1.0, -0.3, 0.0, 1e-9, 0.2, 0.5, 1.0, 3.0)
+#: Machine code of what stands here is kept as that of the stages is: by the digest of all its sources.
+compiled = kept_with_ground(Path(__file__).parent)
 
 
-@numba.njit
+@compiled
 def force(law, penetration, rate):
     return law.force(penetration, rate, COMPILED)
 
 
-@numba.njit
+@compiled
 def slope(law, slip_x, slip_z):
     return compiled_slope(law, slip_x, slip_z, COMPILED)
 
@@ -51,32 +54,62 @@ def test_what_is_no_law_does_not_compile():
         force(LAW.numbers.friction, 1e-5, 0.0)
 
 
-@pytest.mark.parametrize(
-    ("name", "arguments"),
-    [
-        *((name, ()) for name in ("sign", "absolute", "round")),
-        *((name, (0.4,)) for name in ("minimum", "maximum")),
-        *((name, (0.5, 1.1)) for name in ("step", "rise")),
-    ],
-)
+#: What each operation is given besides x: of those that any x may be given, and of those that are for x >= 0.
+ANY = {"sign": (), "absolute": (), "round": (), "minimum": (0.4,), "maximum": (0.4,), "step": (0.5, 1.1),
+       "rise": (0.5, 1.1)}  # fmt: skip
+POSITIVE = {"sqrt": (), "power": (2.2,), "creep": (0.5, 1.1), "length": (-0.3,)}
+
+
+@compiled
+def of_any(x):
+    """Every operation of `ANY` on x, in its order."""
+    return (COMPILED.sign(x), COMPILED.absolute(x), COMPILED.round(x), COMPILED.minimum(x, 0.4),
+            COMPILED.maximum(x, 0.4), COMPILED.step(x, 0.5, 1.1), COMPILED.rise(x, 0.5, 1.1))  # fmt: skip
+
+
+@compiled
+def of_positive(x):
+    """Every operation of `POSITIVE` on x, in its order."""
+    return COMPILED.sqrt(x), COMPILED.power(x, 2.2), COMPILED.creep(x, 0.5, 1.1), COMPILED.length(x, -0.3)
+
+
+@compiled
+def tangents(x):
+    """Every operation of both on a number that carries a change."""
+    return (TANGENTS.sign(x), TANGENTS.absolute(x), TANGENTS.round(x), TANGENTS.minimum(x, 0.4),
+            TANGENTS.maximum(x, 0.4), TANGENTS.step(x, 0.5, 1.1), TANGENTS.rise(x, 0.5, 1.1), TANGENTS.sqrt(x),
+            TANGENTS.power(x, 2.2), TANGENTS.creep(x, 0.5, 1.1), TANGENTS.length(x, -0.3))  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "arguments"), ANY.items())
 def test_an_operation_means_the_same_in_every_table(name, arguments):
-    at = [getattr(table, name) for table in (COMPILED, SCALARS)]
-    expected = getattr(ARRAYS, name)(np.array(GRID), *arguments)
-    for operation in at:
-        assert [operation(x, *arguments) for x in GRID] == pytest.approx(expected.tolist(), rel=1e-15, abs=1e-15)
+    expected = getattr(ARRAYS, name)(np.array(GRID), *arguments).tolist()
+    assert [of_any(x)[[*ANY].index(name)] for x in GRID] == pytest.approx(expected, rel=1e-15, abs=1e-15)
+    assert [getattr(SCALARS, name)(x, *arguments) for x in GRID] == pytest.approx(expected, rel=1e-15, abs=1e-15)
 
 
 def test_operations_on_what_is_not_negative_mean_the_same_in_every_table():
     for x in (1e-9, 0.2, 0.5, 3.0):
+        sqrt, power, creep, length = of_positive(x)
         for table in (SCALARS, ARRAYS):
-            assert COMPILED.sqrt(x) == table.sqrt(x)
+            assert sqrt == table.sqrt(x)
             # roots are rounded rightly everywhere; powers are not, and NumPy 1.26 has its own with AVX-512
-            assert COMPILED.power(x, 2.2) == pytest.approx(table.power(x, 2.2), rel=1e-15)
-            assert COMPILED.creep(x, 0.5, 1.1) == pytest.approx(table.creep(x, 0.5, 1.1), rel=1e-14)
-            assert COMPILED.length(x, -0.3) == pytest.approx(table.length(x, -0.3), rel=1e-15)
+            assert power == pytest.approx(table.power(x, 2.2), rel=1e-15)
+            assert creep == pytest.approx(table.creep(x, 0.5, 1.1), rel=1e-14)
+            assert length == pytest.approx(table.length(x, -0.3), rel=1e-15)
 
 
 STEP = 1e-40
+
+
+@compiled
+def force_tangent(law, penetration, rate):
+    return law.force(penetration, rate, TANGENTS)
+
+
+@compiled
+def coefficient_tangent(law, slip):
+    return compiled_coefficient(law, slip, TANGENTS)
 
 
 @pytest.mark.parametrize("name", NORMAL_FORCES)
@@ -86,8 +119,8 @@ def test_a_law_gives_its_own_derivatives_of_the_normal_force(name):
     for depth in (-1e-5, 1e-6, 3e-5, 0.99e-4, 5e-4):
         for rate in (-1.0, -0.01, 0.0, 0.3):
             tangents = (
-                law.force(complex(depth, STEP), complex(rate, 0.0), TANGENTS),
-                law.force(complex(depth, 0.0), complex(rate, STEP), TANGENTS),
+                force_tangent(law, complex(depth, STEP), complex(rate, 0.0)),
+                force_tangent(law, complex(depth, 0.0), complex(rate, STEP)),
             )
             sizes = 1e-5 * max(abs(depth), 1e-6), 1e-6
             by_depth = [law.force(depth + sign * sizes[0], rate, SCALARS) for sign in (1.0, -1.0)]
@@ -103,31 +136,28 @@ def test_a_law_gives_its_own_derivatives_of_the_normal_force(name):
 def test_a_law_gives_its_own_derivative_of_friction(name):
     law = dataclasses.replace(LAW, friction=name).numbers
     for slip in (-2.0, -0.4, -0.05, 0.0, 0.03, 0.2, 0.7, 1.5):
-        tangent = signed_coefficient(law, complex(slip, STEP), TANGENTS)
+        tangent = coefficient_tangent(law, complex(slip, STEP))
         ends = [signed_coefficient(law, slip + sign * 1e-7, SCALARS) for sign in (1.0, -1.0)]
         assert complex(tangent).real == pytest.approx(signed_coefficient(law, slip, SCALARS), rel=1e-12, abs=1e-15)
         assert complex(tangent).imag / STEP == pytest.approx((ends[0] - ends[1]) / 2e-7, rel=1e-6, abs=1e-7)
 
 
 def test_every_operation_has_its_derivative():
-    pairs = {"sqrt": (), "power": (2.2,), "creep": (0.5, 1.1), "minimum": (0.4,), "maximum": (0.4,), "step": (0.5, 1.1),
-             "rise": (0.5, 1.1), "length": (-0.3,), "absolute": (), "sign": (), "round": ()}  # fmt: skip
-    assert set(pairs) == set(TANGENTS._fields)
-    for name, arguments in pairs.items():
-        for x in (0.2, 0.45, 0.7, 1.3):
+    assert {*ANY, *POSITIVE} == set(TANGENTS._fields)
+    for x in (0.2, 0.45, 0.7, 1.3):
+        for (name, arguments), found in zip({**ANY, **POSITIVE}.items(), tangents(complex(x, 1e-20)), strict=True):
             function, size = getattr(SCALARS, name), 1e-6
             expected = (function(x + size, *arguments) - function(x - size, *arguments)) / (2 * size)
-            found = getattr(TANGENTS, name)(complex(x, 1e-20), *arguments)
             assert found.real == pytest.approx(function(x, *arguments), rel=1e-12)
             assert found.imag / 1e-20 == pytest.approx(expected, rel=1e-7, abs=1e-9), (name, x)
 
 
-@numba.njit
+@compiled
 def normal_of_numbers(law, numbers, depth, rate):
     return law.like(numbers, 0).force(complex(depth, 0.0), complex(rate, 0.0), TANGENTS)
 
 
-@numba.njit
+@compiled
 def friction_of_numbers(law, numbers, slip):
     friction = law.friction.like(numbers, 0)
     return compiled_coefficient(PointLaw(friction, friction, numbers[-1]), complex(slip, 0.0), TANGENTS)

@@ -69,14 +69,14 @@ def test_stribeck_is_the_piecewise_law_of_adams():
 
 
 @all_normal
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(gap=st.floats(0.0, 1.0), rate=st.floats(-5.0, 5.0))
 def test_no_force_out_of_contact(law, gap, rate):
     assert normal_force(law, -gap, rate, SCALARS) == 0.0
 
 
 @all_normal
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(depth=st.floats(0.0, 1e-2), rate=st.floats(-5.0, 5.0))
 def test_the_ground_never_pulls_and_its_damping_never_gives_energy(law, depth, rate):
     force = normal_force(law, depth, rate, SCALARS)
@@ -139,7 +139,7 @@ def test_stribeck_rises_only_below_the_stiction_velocity():
 
 
 @all_friction
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(angle=st.floats(0.0, 6.3), speed=st.floats(0.0, 3.0))
 def test_friction_in_two_directions_points_along_the_slip(law, angle, speed):
     x, z = speed * np.cos(angle), speed * np.sin(angle)

@@ -81,13 +81,19 @@ class Flipped:
         for name in study.graph.stages:
             yield ("syntax", name), study.sources.closure([f"{self.toy.package}.{name}.run"])
 
-    def files(self) -> list[Path]:
-        """Every file that can be hit."""
-        return [path for path in sorted(self.results.rglob("*")) if path.is_file() and path.stat().st_size]
+    def files(self) -> dict[str, list[Path]]:
+        """Every file that can be hit, by its kind."""
+        found: dict[str, list[Path]] = {}
+        for path in sorted(self.results.rglob("*")):
+            if path.is_file() and path.stat().st_size:
+                found.setdefault(_kind(path.relative_to(self.results).as_posix()), []).append(path)
+        return dict(sorted(found.items()))
 
     def flip(self, chance: random.Random, count: Count) -> None:
-        """Flip a bit of some file, ask the study what it believes, and bring some variant up to date."""
-        path, variant = chance.choice(self.files()), chance.choice(VARIANTS)
+        """Flip a bit of a file of each kind in turn, ask the study what it believes, and bring a variant up to date."""
+        files = self.files()
+        kind = [*files][count.flips % len(files)]
+        path, variant = chance.choice(files[kind]), chance.choice(VARIANTS)
         content = bytearray(path.read_bytes())
         at = chance.randrange(8 * len(content))
         content[at // 8] ^= 1 << at % 8
@@ -95,7 +101,7 @@ class Flipped:
         name = path.relative_to(self.results).as_posix()
         told = f"flip {count.flips}: bit {at} of {name}"
         count.flips += 1
-        count.hit[_kind(name)] += 1
+        count.hit[kind] += 1
         try:
             count.wrong += [f"{told}: {belief}" for belief, said in self.beliefs()
                             if self.believed.get(belief, said) != said]  # fmt: skip

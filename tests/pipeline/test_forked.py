@@ -168,8 +168,9 @@ def test_processes_of_a_stage_have_what_it_loaded(done):
 def test_what_is_imported_late_is_not_loaded_before(repository):
     """The derivation of the equations, with SymPy, is imported by no function that stage analytic calls."""
     files = [path.relative_to(repository).as_posix() for path in (repository / "stages").rglob("*.py")]
-    memo = SyntaxMemo(None)
+    memo = beside(repository / "stages")  # parsing takes two seconds, once
     heads = {file: memo.meaning((repository / file).read_bytes()).heads for file in files}
+    memo.save()
     found = {stage: {module.split(".")[0] for module, _ in foreign("stages", [f"stages.{stage}.run"], heads)}
              for stage in ("analytic", "extremes", "figures")}  # fmt: skip
     assert {"numpy", "numba"} <= found["analytic"] and not found["analytic"] & {"sympy", "matplotlib", "exudyn"}

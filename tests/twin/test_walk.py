@@ -7,6 +7,7 @@ import pytest
 
 from stages.biped.outsole.rubber import soled
 from stages.biped.sampling_times import uniform_times
+from stages.multibody.assembly.solver import explicit_settings
 from stages.planar.run import FELL, STALLED
 from stages.planar.state import rolling_state
 from stages.twin.machine.bill import join
@@ -14,6 +15,7 @@ from stages.twin.machine.contact import ROLL, YAW, Z
 from stages.twin.machine.machine import Build, build
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import SIGNALS
+from stages.twin.walking import simulate
 from stages.twin.walking.energy import energy_balance
 from stages.twin.walking.events import find_events
 from stages.twin.walking.signals import sample
@@ -52,8 +54,24 @@ def test_evaluations_are_those_that_were_made(machine, parameters, settings, wal
     counted = lambda *given: (made.append(1), inner(*given))[1]  # noqa: E731
     tree.mbs.SetObjectParameter(tree.tree, "forceUserFunction", counted)
     record = walk_from(machine, dataclasses.replace(settings, tolerance=tolerance), 1, tree=tree)
-    assert record.completed and len(made) > 8 * (len(record.time) - 1)
+    assert record.completed and len(made) > 7 * (len(record.time) - 1)
     assert abs(len(made) - record.evaluations) <= 16  # the solver's first look at the system
+
+
+def test_last_stage_tells_the_acceleration_at_a_steps_end(three_steps, machine, settings, walk_from, monkeypatch):
+    """To the last bit what Exudyn evaluates there when it is asked to, which is an eighth of the work."""
+
+    def asked(*given: float) -> object:
+        wanted = explicit_settings(*given)
+        wanted.timeIntegration.explicit.computeEndOfStepAccelerations = True
+        return wanted
+
+    monkeypatch.setattr(simulate, "explicit_settings", asked)
+    again = walk_from(machine, dataclasses.replace(settings, tolerance=1e-7), 1)
+    rows = len(again.time) - 1  # the first walk goes on
+    assert rows > 100 and abs(again.acceleration).max() > 100.0
+    for mine, theirs in zip((again.time, *again.steps), (three_steps.time, *three_steps.steps), strict=True):
+        assert np.array_equal(mine[:rows], theirs[:rows])
 
 
 def test_energy_balances(three_steps, machine, parameters):

@@ -70,7 +70,7 @@ def terms(legs: str, detailed: bool = False) -> Terms:
     arguments = [[*q, *qd], [design.parameters[name] for name in names]]
 
     def function(matrix: sp.Matrix) -> Callable[..., np.ndarray]:
-        compute: Callable[..., np.ndarray] = sp.lambdify(arguments, matrix, "numpy", cse=True)
+        compute: Callable[..., np.ndarray] = sp.lambdify(arguments, matrix, "numpy", cse=True, docstring_limit=0)
         return lambda y, p: compute(y, p[: len(names)])
 
     return Terms(function(equations.mass), function(force), function(equations.constraint), function(jacobian),

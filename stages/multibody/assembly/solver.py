@@ -20,8 +20,8 @@ SMALLEST_STEP = 1e-13
 LAST_SOLVER = "dynamicSolver"  # under which Exudyn keeps it
 EVERY_STEP = 1e-12
 #: Evaluations of the rates in a step of Exudyn's DOPRI5, also in one that its error control rejects: seven stages, none
-#: of them kept from the step before, and the acceleration at its end. An implicit step is counted as one.
-EVALUATIONS = 8
+#: of them kept from the step before. An implicit step is counted as one.
+EVALUATIONS = 7
 DESCENT = 1.0  # m/s, an upper bound for how fast a foot comes down, to refine the step in time
 
 
@@ -107,13 +107,18 @@ def _simulation_settings(settings: Settings, start: float, end: float, fine: boo
 
 
 def explicit_settings(tolerance: float, largest_step: float, end: float, start: float = 0.0) -> Any:
-    """Exudyn's settings for an explicit solver with error control from start to end [s]."""
+    """Exudyn's settings for DOPRI5 with error control from start to end [s].
+
+    The acceleration at a step's end is that of its last stage, which lies there: asked for once more it would be the
+    same to the last bit.
+    """
     wanted = _silent_settings(largest_step, end, start)
     integration = wanted.timeIntegration
     integration.absoluteTolerance = tolerance
     integration.relativeTolerance = 0.0  # Exudyn's error scale takes signed values: a relative part could vanish
     integration.initialStepSize = FIRST_STEP
     integration.minimumStepSize = SMALLEST_STEP
+    integration.explicit.computeEndOfStepAccelerations = False
     return wanted
 
 

@@ -100,46 +100,49 @@ def feet_forces(
 
 
 @compiled
-def generalized_force(state: np.ndarray, feet: np.ndarray, law: PointLaw, total: np.ndarray) -> None:
-    """The generalized forces of `feet_forces` into `total` (11,), for the solver.
+def generalized_force(work: np.ndarray, law: PointLaw) -> None:
+    """The generalized forces of `feet_forces` for the solver, which come last in `work` (51,).
 
-    state (24,): coordinates, rates, and whether the ground acts on each pair. An array for the answer costs less than
-    a new one, which takes as long as the forces.
+    Before them: coordinates, rates, whether the ground acts on each pair, and `Machine.feet` row by row. One array for
+    all costs less than to hand over three, which takes as long as the forces.
     """
-    force = feet_forces(state[:11], state[11:22], state[22:], feet, law)[0]
+    force = feet_forces(work[:11], work[11:22], work[22:24], work[24:40].reshape((4, 4)), law)[0]
     for row in range(11):
-        total[row] = force[row]
+        work[40 + row] = force[row]
 
 
 @compiled
-def rigid_generalized_force(state: np.ndarray, feet: np.ndarray, law: PointLaw, total: np.ndarray) -> None:
-    """The same for rigid legs: coordinates, rates and generalized forces are those of `RIGID_ROWS`, state (16,)."""
+def rigid_generalized_force(work: np.ndarray, law: PointLaw) -> None:
+    """The same for rigid legs: coordinates, rates and generalized forces are those of `RIGID_ROWS`, work (39,)."""
     place, motion = np.zeros(11), np.zeros(11)
     for row in range(7):
         wide = row if row < 6 else 8
-        place[wide], motion[wide] = state[row], state[7 + row]
-    force = feet_forces(place, motion, state[14:], feet, law)[0]
+        place[wide], motion[wide] = work[row], work[7 + row]
+    force = feet_forces(place, motion, work[14:16], work[16:32].reshape((4, 4)), law)[0]
     for row in range(7):
-        total[row] = force[row if row < 6 else 8]
+        work[32 + row] = force[row if row < 6 else 8]
 
 
 def solver_force(
-    state: np.ndarray, feet: np.ndarray, law: PointLaw, rigid: bool = False
-) -> Callable[[Sequence[float], Sequence[float]], np.ndarray]:
-    """`generalized_force` of coordinates and rates, which are put into `state`; the array is the same in every answer.
+    feet: np.ndarray, law: PointLaw, rigid: bool = False
+) -> tuple[Callable[[Sequence[float], Sequence[float]], memoryview], np.ndarray]:
+    """`generalized_force` of coordinates and rates, and the array (2,) that tells it on which pairs the ground acts.
 
-    The compiled function is found once: numba's search by type would take twice the call.
+    The answer is the same view each time, whose items Exudyn takes for less than those of an array. The compiled
+    function is found once: numba's search by type would take twice the call.
     """
     rows = len(RIGID_ROWS) if rigid else COUNT
-    total, view, put = np.zeros(rows), state.data, Struct(f"{2 * rows}d").pack_into
-    force = found(rigid_generalized_force if rigid else generalized_force, state, feet, law, total)
+    work = np.concatenate([np.zeros(2 * rows), np.ones(2), feet.ravel(), np.zeros(rows)])
+    view, put = work.data, Struct(f"{2 * rows}d").pack_into
+    total = view[-rows:]
+    force = found(rigid_generalized_force if rigid else generalized_force, work, law)
 
-    def answer(q: Sequence[float], v: Sequence[float]) -> np.ndarray:
+    def answer(q: Sequence[float], v: Sequence[float]) -> memoryview:
         put(view, 0, *q, *v)
-        force(state, feet, law, total)
+        force(work, law)
         return total
 
-    return answer
+    return answer, work[2 * rows : 2 * rows + 2]
 
 
 def found(function: Callable[..., Any], *arguments: object) -> Callable[..., Any]:

@@ -41,9 +41,7 @@ class SpatialTree:
         self.feet = machine.feet
         self.contact = contact
         self.rows = list(RIGID_ROWS) if machine.rigid else list(range(COUNT))  # coordinates of the tree
-        self.state = np.zeros(2 * len(self.rows) + 2)  # coordinates and rates, as the solver asks for forces
-        self.in_play = self.state[-2:]
-        self.in_play[:] = 1.0
+        self.in_play = np.ones(2)
         self.container = exudyn.SystemContainer()
         self.mbs = self.container.AddSystem()
         nothing = np.zeros(len(self.rows))
@@ -102,9 +100,9 @@ class SpatialTree:
     def add_ground(self) -> None:
         """Let the ground act through the compiled generalized forces."""
         law = point_law(self.contact)
-        force = solver_force(self.state, self.feet, law, self.machine.rigid)
+        force, self.in_play = solver_force(self.feet, law, self.machine.rigid)
 
-        def ground(mbs: Any, time: float, item: int, q: list[float], v: list[float]) -> np.ndarray:
+        def ground(mbs: Any, time: float, item: int, q: list[float], v: list[float]) -> memoryview:
             return force(q, v)
 
         self.ground = ground

@@ -22,9 +22,10 @@ def find_events(record: Record) -> Events:
 
 def _crossing(record: Record, feet: np.ndarray, pair: int, row: int) -> float:
     """Time between two recorded rows at which the pair's lowest point is at the ground's surface."""
+    at = record.after(row)
 
     def height(time: float) -> float:
-        return float(clearances(record.at(np.array([time]))[0][0], feet)[0][pair])
+        return float(clearances(at(time)[0], feet)[0][pair])
 
     early, late = float(record.time[row]), float(record.time[row + 1])
     if height(early) * height(late) >= 0.0:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from stages.biped.between_steps import acting, hermite
+from stages.biped.between_steps import acting, hermite, hermite_from
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.planar.run import COMPLETED
@@ -55,3 +56,7 @@ class Record:
     def at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates and rates at given times, each (m, 11), by quintic Hermite interpolation between the steps."""
         return hermite(self.time, self.position, self.velocity, self.acceleration, time)
+
+    def after(self, row: int) -> Callable[[float], tuple[np.ndarray, np.ndarray]]:
+        """The same at one time after another between a row and the next, each (11,)."""
+        return hermite_from(row, self.time, self.position, self.velocity, self.acceleration)
