@@ -82,13 +82,13 @@ def test_a_late_signal_is_the_one_before():
 
 
 def test_blind_recordings_give_back_the_robot():
-    """12 recordings of the model's own, each with another robot: 95 % intervals hold the truth about as often."""
+    """8 recordings of the model's own, each with another robot: 95 % intervals hold the truth about as often."""
     rng, held, errors = np.random.default_rng(7), [], []
-    for seed in range(12):
+    for seed in range(8):
         truth = ROBOT.with_values({
             name: ROBOT.value(name) + (SIZES["m"] * 0.3 if name.endswith("com") else sizes(ROBOT)[name]) * (
                 abs(rng.normal()) if ROBOT.value(name) == 0 else rng.normal()) for name in NAMES})
-        steps = driven(truth, seed, 16, 1e-3)
+        steps = driven(truth, seed, 24, 1e-3)
         fit = fit_robot(ROBOT, steps, NAMES, sizes(ROBOT), {}, (), 1e-3)
         assert fit.converged
         spread = np.sqrt(np.diag(fit.covariance(np.array([sizes(ROBOT)[name] for name in NAMES]))))

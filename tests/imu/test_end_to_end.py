@@ -133,7 +133,7 @@ def test_registered_strides_are_the_motion(ingested) -> None:
     assert (result.ensemble.mean[inside] <= upper[inside] + 1e-12).all()
 
 
-def test_same_database_same_bits(ingested, tmp_path: Path) -> None:
+def test_same_database_same_bits(tmp_path: Path) -> None:
     path = tmp_path / "again.sqlite"
     path.write_bytes(make_database([make_run(3)]))
     first, second = (run(PARAMETERS, Inputs(path)) for _ in range(2))

@@ -111,6 +111,7 @@ def test_a_refusal_says_where_to_look(family: wrong_logs.Family, words: str, jud
         (wrong_logs.no_stamps, "has no stamps", {"clock", "step frequency"}),
         (wrong_logs.accelerometer_range_narrow, "its full scale is there", {"foot force"}),
         (wrong_logs.put_on, "was set by", {"clock"}),
+        (wrong_logs.device_stamps_only, "is dated by its own clock", {"clock", "step frequency"}),
     ],
     ids=lambda one: getattr(one, "__name__", ""),
 )

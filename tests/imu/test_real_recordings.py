@@ -1,7 +1,9 @@
 """Real recordings with their own faults; the numbers come from the note beside them."""
 
 import dataclasses
+import functools
 import json
+from collections.abc import Iterable
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from scipy.signal import find_peaks
 from stages.imu.clock.packet_index import index_samples
 from stages.imu.judgement.verdict import REFUSED
 from stages.imu.reports.sensor_report import SensorReport
+from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.sources.source_csv import CsvSource
 from stages.imu.strikes.landings import INNER
 from stages.imu.trial.sensor_on_body import read_sensor
@@ -22,20 +25,36 @@ from tests.imu.stand_in import LIMITS, PARAMETERS, SETTINGS
 pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason=f"the real recordings are not at {FOLDER.name}")
 
 
+@functools.cache
+def recorded(name: str) -> tuple[Experiment, tuple[Recording, ...]]:
+    """What was measured on a person, read once for all tests that look at it."""
+    ((experiment, recordings),) = CsvSource(ipol(name), FOLDER).runs()
+    return experiment, tuple(recordings)
+
+
+def reports_of(recordings: Iterable[Recording]) -> dict[str, SensorReport]:
+    return {one.device.place: read_sensor(one, SETTINGS, LIMITS)[1] for one in recordings}
+
+
 def reports(description: dict) -> dict[str, SensorReport]:
     ((_, recordings),) = CsvSource(description, FOLDER).runs()
-    return {one.device.place: read_sensor(one, SETTINGS, LIMITS)[1] for one in recordings}
+    return reports_of(recordings)
+
+
+@functools.cache
+def reports_on(name: str) -> dict[str, SensorReport]:
+    return reports_of(recorded(name)[1])
 
 
 @pytest.mark.parametrize(("name", "fewest", "most"), [("8-5", 572, 783), ("3-3", 532, 651), ("7-4", 0, 0)])
 def test_lost_packets_of_xsens(name: str, fewest: int, most: int) -> None:
-    lost = [report.lost_packets for report in reports(ipol(name)).values()]
+    lost = [report.lost_packets for report in reports_on(name).values()]
     assert (min(lost), max(lost)) == (fewest, most)
 
 
 @pytest.mark.parametrize("name", ["8-5", "3-3", "7-4"])
 def test_unit_and_gain_of_xsens(name: str) -> None:
-    for report in reports(ipol(name)).values():
+    for report in reports_on(name).values():
         assert 9.9 <= report.static_reading <= 10.4
         assert report.acceleration_unit == "m/s^2"
         assert report.angular_rate_unit == "rad/s"
@@ -77,7 +96,7 @@ def test_a_wrong_unit_of_angular_rate_is_refused() -> None:
 def test_packet_counters_place_the_events_where_rows_do_not() -> None:
     """In a swing marked by hand, as packet counters, the foot turns; read as row numbers, half of them stand."""
     events = json.loads((FOLDER / "ipol_8-5.json").read_text())
-    ((_, recordings),) = CsvSource(ipol("8-5"), FOLDER).runs()
+    _, recordings = recorded("8-5")
     foot = next(one for one in recordings if one.device.place == "left foot")
     rate = np.linalg.norm(foot.angular_rate, axis=1)
     walk = [pair for pair in events["LeftFootEvents"] if pair[1] < 3200]
@@ -108,7 +127,7 @@ def recall_and_precision(found: np.ndarray, marked: np.ndarray) -> tuple[float, 
 def test_reading_by_packet_finds_swings_that_reading_by_row_misses(name: str, lossy: bool, side: str) -> None:
     """One plain detector on the same foot, its samples numbered by row or by our index, against marks by hand."""
     marked = np.array(json.loads((FOLDER / f"ipol_{name}.json").read_text())[f"{side}FootEvents"])
-    ((_, recordings),) = CsvSource(ipol(name), FOLDER).runs()
+    _, recordings = recorded(name)
     foot = next(one for one in recordings if one.device.place == f"{side.lower()} foot")
     indexed = index_samples(foot)
     by_row = push_offs(np.arange(foot.rows), np.linalg.norm(foot.angular_rate, axis=1))
@@ -131,7 +150,7 @@ FOUND = {("8-5", "Left"): (0.69, 0.94), ("8-5", "Right"): (0.77, 0.84), ("3-3", 
 def test_the_shipped_detector_finds_a_persons_heel_strikes(name: str, side: str) -> None:
     """The one that the ingest uses, on a foot whose mounting is declared; benchmarks/event_detectors.py compares it."""
     marked = np.array(json.loads((FOLDER / f"ipol_{name}.json").read_text())[f"{side}FootEvents"])[:, 1]
-    ((_, recordings),) = CsvSource(ipol(name), FOLDER).runs()
+    _, recordings = recorded(name)
     foot = next(one for one in recordings if one.device.place == f"{side.lower()} foot")
     sensor, _, _ = read_sensor(foot, SETTINGS, LIMITS)
     assert sensor is not None
@@ -148,7 +167,7 @@ def test_the_shipped_detector_finds_a_persons_heel_strikes(name: str, side: str)
                                           ("right foot", "left foot")])  # fmt: skip
 def test_a_persons_log_is_not_taken_for_the_robots(name: str, hip: str, foot: str) -> None:
     """A person's sensors are not on one rigid leg in a plane, whatever they are called."""
-    ((experiment, recordings),) = CsvSource(ipol(name), FOLDER).runs()
+    experiment, recordings = recorded(name)
     renamed = {hip: "hip", foot: "foot"}
     chosen = tuple(
         dataclasses.replace(one, device=dataclasses.replace(one.device, place=renamed[one.device.place],

@@ -88,7 +88,7 @@ def test_energy_goes_where_the_hip_takes_it(scissors, assembly):
     assert np.abs(energy - energy[0] + lost).max() < 1e-3 * lost[-1]
 
 
-@pytest.mark.parametrize("friction", [0.03, 0.12])
+@pytest.mark.parametrize("friction", [pytest.param(0.03, marks=pytest.mark.slow), 0.12])
 def test_standing_legs_slip_and_stick_as_in_the_constraint_model(contact, friction):
     """Point feet on level ground, a counterweight, friction at the hip. With harder ground the two come together."""
     design, level = dataclasses.replace(ROBOT, hip_friction=friction), Slope(0.0, 9.81)
