@@ -45,7 +45,7 @@ def walk(parameters, settings):
 
 def test_the_planar_equivalent_walks_as_the_planar_model_does(parameters, biped, settings, walk):
     p = parameters
-    planar = PlanarSettings("tree", 2, 2000.0, 1e-9, 5e-4, "trapezoidal", 2e-4, 1e-5, 0.02, 3.0)
+    planar = PlanarSettings(1e-9, "tree", 2, 2000.0, 5e-4, "trapezoidal", 2e-4, 1e-5, 0.02, 3.0)
     state = rolling_state(biped, p.contact, ROUGH, 9.4)
     checker = simulate(biped, p.slope, p.contact, state, planar)
     machine = build(biped, dataclasses.replace(settings, inertia="planar"))
@@ -58,7 +58,7 @@ def test_the_planar_equivalent_walks_as_the_planar_model_does(parameters, biped,
 
 def test_the_ladders_step_is_the_planar_models(parameters, biped, settings):
     p = parameters
-    planar = PlanarSettings("tree", 1, 2000.0, 1e-9, 5e-4, "trapezoidal", 2e-4, 1e-5, 0.02, 3.0)
+    planar = PlanarSettings(1e-9, "tree", 1, 2000.0, 5e-4, "trapezoidal", 2e-4, 1e-5, 0.02, 3.0)
     state = rolling_state(biped, p.contact, ROUGH, 9.4)
     numbers = section_numbers(state)
     machine = build(biped, dataclasses.replace(settings, inertia="planar"))

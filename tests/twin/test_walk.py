@@ -169,7 +169,7 @@ def test_planar_equivalent_reproduces_the_planar_checker(parameters, rough, walk
     from stages.multibody.walking.walk import simulate
 
     p = parameters
-    planar = PlanarSettings("tree", steps, 2000.0, 1e-9, 5e-4, "trapezoidal", 2e-4, 1e-5, 0.02, 3.0)
+    planar = PlanarSettings(1e-9, "tree", steps, 2000.0, 5e-4, "trapezoidal", 2e-4, 1e-5, 0.02, 3.0)
     state = rolling_state(p.biped, p.contact, rough, 9.4)
     checker = simulate(p.biped, p.slope, p.contact, state, planar).trajectory
     settings = dataclasses.replace(p.settings, inertia="planar", tolerance=1e-9, largest_step=5e-4)
