@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.accuracy.level import Level
-from stages.biped.accuracy.tolerances import ConstraintTolerance, PenaltyTolerance, checked
+from stages.biped.accuracy.tolerances import ConstraintTolerance, PenaltyTolerance, checked, scaled
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 
-#: So many times as fine is the tolerance that measures another's error, at least.
+#: So many times as fine, at least, is the tolerance that measures another's error, or that of a cycle's steps as what
+#: the cycle is found to.
 TIGHTER = 10.0
 
 
@@ -36,7 +37,7 @@ class Settings:
         "1", "the tighter one that measures its integration error", bound=Bound(minimum=1e-14, maximum=1e-3)
     )
     penalty_tolerance: float | None = parameter(
-        "1", "tolerance of the penalty model, in m, rad, m/s, rad/s; null: multibody.tolerance",
+        "1", "tolerance of the penalty model, in m, rad, m/s, rad/s; null: multibody.tolerance, if it finds cycles",
         bound=Bound(minimum=1e-12, maximum=1e-3))
     limit_tolerance: float = parameter(
         "1",
@@ -96,9 +97,10 @@ class Parameters:
 
     @property
     def penalty_tolerance(self) -> float:
-        """Tolerance of the penalty model."""
-        given = self.settings.penalty_tolerance
-        return given or max(self.penalty.tolerance, TIGHTER * self.settings.penalty_fine_tolerance)
+        """Tolerance of the penalty model: a cycle is found to no less than the error of its steps."""
+        own, settings = self.penalty.tolerance, self.settings
+        follows = max(min(own, scaled(settings.residual, 1 / TIGHTER)), TIGHTER * settings.penalty_fine_tolerance)
+        return settings.penalty_tolerance or follows
 
     @property
     def checked_tolerance(self) -> float:
