@@ -163,7 +163,7 @@ def page(costs: Mapping[str, Any], walks: Mapping[str, Mapping[str, float]]) -> 
             *earlier_rows(costs)]),
         "", "## Which settings it decides", "",
         "A value that is set by hand holds at every level. Other settings follow these: a key that is `null` in "
-        "`params/` says beside it what it follows, and so has what is decided here, set by hand or asked for.", "",
+        "`params/` says beside it what it follows, and moves with what is decided here, set by hand or asked for.", "",
         *markdown_table(["setting", *LEVELS, "why"], list(settings_rows())),
         "", "## What it changes: the walks shown", "",
         "Largest difference from the reference (its own: from tighter settings) over the walks of constraint model, "
