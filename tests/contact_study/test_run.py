@@ -102,7 +102,7 @@ def test_the_study_is_within_a_nanometre_of_exudyn_and_fails_if_it_is_not(
 
     monkeypatch.setattr(Machine, "exudyn", other)
     with pytest.raises(EnginesDisagree, match="disagree on a step with contact_stiffness"):
-        checked(beside_rolling, [(default, 1)], (), 1, small.settings.checked_tolerance)
+        checked(beside_rolling, [(default, 1)], (), 1, small.checked_tolerance)
 
 
 def test_without_a_gait_with_slipping_feet_there_is_no_choice_but_a_result(

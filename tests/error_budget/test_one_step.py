@@ -70,7 +70,7 @@ def budget(parameters):
 def test_the_whole_difference_is_explained(budget, parameters, scene):
     """The parts add up to the difference of two walks made apart from the path; at most 2 % of it has no name."""
     assert budget.outcome == "completed", budget.outcome
-    direct = scene.penalty(parameters.contact, parameters.settings.penalty_tolerance) - scene.constraint.hip(scene.time)
+    direct = scene.penalty(parameters.contact, parameters.penalty_tolerance) - scene.constraint.hip(scene.time)
     for parts in budget.step.split.orders:
         assert parts.sum(axis=0) == pytest.approx(direct, abs=1e-9)
     for _, found in budget.known():
