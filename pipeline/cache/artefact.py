@@ -10,6 +10,7 @@ A field `files` (path -> content) is not stored here; the pipeline writes it bes
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import io
 import typing
@@ -38,8 +39,9 @@ def encode(result: Any, provenance: Mapping[str, str]) -> bytes:
 
     Raises `TypeError` for what cannot be stored.
     """
-    plain, told = encoded(result, provenance)
-    return told if provenance else plain
+    with _written(result) as file:
+        _tell(file, provenance)
+        return _image(file)
 
 
 def encoded(
@@ -51,21 +53,32 @@ def encoded(
     `about` (title, source, license, ...) are further attributes of the latter, `errors` (by path) become attributes of
     what lies there, in its units. Raises `TypeError` for what cannot be stored.
     """
-    with h5py.File(
-        "artefact", "w", driver="core", backing_store=False, libver=("v110", "v110"), track_order=True
-    ) as file:
-        file.attrs["format"] = FORMAT
-        tables.write_fields(file, result)
-        group = file.create_group(PROVENANCE)
+    with _written(result) as file:
         plain = _image(file)
         for name, text in (about or {}).items():
             file.attrs[name] = text
         for path, error in (errors or {}).items():
             if isinstance(file.get(path), h5py.Dataset):
                 file[path].attrs[_ERROR] = error
-        for name in sorted(provenance):
-            group.attrs[name] = provenance[name]
+        _tell(file, provenance)
         return plain, _image(file)
+
+
+@contextlib.contextmanager
+def _written(result: Any) -> Iterator[Any]:
+    """A file in memory that has the result, and nothing of how it was made."""
+    with h5py.File(
+        "artefact", "w", driver="core", backing_store=False, libver=("v110", "v110"), track_order=True
+    ) as file:
+        file.attrs["format"] = FORMAT
+        tables.write_fields(file, result)
+        file.create_group(PROVENANCE)
+        yield file
+
+
+def _tell(file: Any, provenance: Mapping[str, str]) -> None:
+    for name in sorted(provenance):
+        file[PROVENANCE].attrs[name] = provenance[name]
 
 
 def _image(file: Any) -> bytes:
