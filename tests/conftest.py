@@ -14,6 +14,8 @@ from tests import warm
 os.environ.setdefault("MPLBACKEND", "Agg")
 # As in the study's own processes: matrices are small here, and threads that wait for each other spin meanwhile.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.fsync = warm.trust  # no test cuts the power
+warm.keep_files_in_memory()
 
 # The same examples on every machine, however slow it is: a test that fails must say something about the code.
 settings.register_profile("study", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
@@ -34,6 +36,7 @@ def pytest_collection_finish() -> None:
 
 def pytest_sessionfinish() -> None:
     warm.stop()
+    gc.freeze()  # pytest looks through all there is once more, when the process ends anyway
 
 
 @pytest.fixture(scope="session")

@@ -1,8 +1,9 @@
 """Runs Python code like `python -c`, in a process of its own that begins with large packages loaded: it takes less.
 
-Such a process is forked from one that this test session starts once. It has the packages below, and the engine; of the
-stages it has nothing, as studies of tests bring their own. The server that forks its workers is forked from it in turn,
-so all begin in the environment that the engine gives to workers. `Toy.start` has processes that begin with nothing.
+Such a process is forked from one that this test session starts once, or from another that has less. It has the
+packages below, and the engine; of the stages it has nothing, as studies of tests bring their own. The server that forks
+its workers is forked from it in turn, so all begin in the environment that the engine gives to workers. `Toy.start` has
+processes that begin with nothing.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import time
 import traceback
 import types
 from collections.abc import Mapping
+from multiprocessing import forkserver
 from pathlib import Path
 from typing import NoReturn
 
@@ -24,25 +26,32 @@ from pipeline.cache import processor
 from pipeline.execution.process import _SETTINGS
 
 HOME = Path(__file__).resolve().parents[1]
-LOADED = (
-    "h5py", "jinja2", "matplotlib.figure", "numba", "rich.progress", "scipy.interpolate", "scipy.ndimage",
-    "scipy.signal", "yaml", "pipeline.cli", "pipeline.commands.running", "pipeline.questions.command",
-    "pipeline.execution.fork_server", "pipeline.report.content", "tests.warmed",
+#: What every command of a study can need, and what the stages of this one need beside.
+LIGHT = (
+    "h5py", "jinja2", "rich.progress", "yaml", "pipeline.cache.untouched", "pipeline.changes.command", "pipeline.cli",
+    *(f"pipeline.commands.{name}" for name in ("figures", "running", "show", "sweep")),
+    "pipeline.execution.fork_server", "pipeline.questions.asking", "pipeline.questions.command",
+    "pipeline.report.content", "pipeline.report.page", "pipeline.sweep.sweep",
 )  # fmt: skip
+HEAVY = ("matplotlib.figure", "numba", "scipy.interpolate", "scipy.ndimage", "scipy.signal")
+_MEMORY, _ROOM = "/dev/shm", 4e9
+_servers: dict[bool, forkserver.ForkServer] = {}
 
 
 def run(
-    code: str, *arguments: str, cwd: Path, env: Mapping[str, str], timeout: float = 300.0, anew: bool = False
-) -> subprocess.CompletedProcess[str]:
+    code: str, *arguments: str, cwd: Path, env: Mapping[str, str], timeout: float = 300.0, anew: bool = False,
+    light: bool = False,
+) -> subprocess.CompletedProcess[str]:  # fmt: skip
     """What comes of `python -c code arguments` in this folder and environment; its standard input is empty.
 
-    `anew`, nothing is loaded before: for variables that packages read when they are.
+    `anew`, nothing is loaded before: for variables that packages read when they are. `light` is for studies of tests,
+    whose stages need little: a process with numba and SciPy takes three times as long to fork, and to end.
     """
     command = [sys.executable, "-c", code, *arguments]
     if anew or "forkserver" not in multiprocessing.get_all_start_methods():
         return subprocess.run(command, cwd=cwd, env=env, text=True, capture_output=True, timeout=timeout)
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload([*LOADED])
+    forkserver.connect_to_new_process = _server(light).connect_to_new_process
     with tempfile.TemporaryDirectory() as folder:
         files = [Path(folder) / name for name in ("out", "errors")]
         process = context.Process(target=_run, args=(code, arguments, cwd, dict(env), *files))
@@ -60,11 +69,31 @@ def run(
     return subprocess.CompletedProcess(command, process.exitcode, out, errors)
 
 
-def stop() -> None:
-    """End the process that the others are forked from, and wait for it, so that its time counts."""
-    from multiprocessing import forkserver
+def _server(light: bool) -> forkserver.ForkServer:
+    if light not in _servers:
+        _servers[light] = forkserver.ForkServer()
+        _servers[light].set_forkserver_preload([*LIGHT, *(() if light else HEAVY), "tests.warmed"])
+    return _servers[light]
 
-    forkserver._forkserver._stop()
+
+def trust(file: int) -> None:
+    """In place of `os.fsync`: what is written will stay."""
+
+
+def keep_files_in_memory() -> None:
+    """Let temporary files lie in memory where there is room and nothing else is asked for: most of them are small, and
+    to make and delete tens of thousands on a disk takes a tenth of the tests' time.
+    """
+    if "TMPDIR" not in os.environ and os.access(_MEMORY, os.W_OK):
+        found = os.statvfs(_MEMORY)
+        if found.f_bavail * found.f_frsize > _ROOM and not found.f_flag & os.ST_NOEXEC:
+            os.environ["TMPDIR"] = tempfile.tempdir = _MEMORY
+
+
+def stop() -> None:
+    """End the processes that the others are forked from, and wait for them, so that their time counts."""
+    for server in _servers.values():
+        server._stop()
 
 
 def _run(code: str, arguments: tuple[str, ...], cwd: Path, env: dict[str, str], out: Path, errors: Path) -> NoReturn:

@@ -9,11 +9,11 @@ from typing import Any, TypeVar, cast
 
 from numba import types
 from numba.core.imputils import lower_constant
-from numba.core.registry import CPUDispatcher
 from numba.extending import models, register_model
 
 from stages.biped import quantity
 from stages.biped.machine_code import MachineCode, folder_of
+from stages.biped.machine_code.dispatchers import Compiled
 from stages.ground import slope
 
 #: What compiled functions take and give besides arrays: a few numbers; one number for each coordinate; the parts of a
@@ -26,7 +26,7 @@ Jacobians = tuple[Numbers, Numbers, Numbers]
 F = TypeVar("F", bound=Callable[..., Any])
 FOLDER = Path(__file__).parent
 #: What is worth saying while nothing is compiled yet.
-COMPILING = "compiling the equations of motion: some 15 s, once after an install or an edit"
+COMPILING = "compiling the equations of motion: some 10 s, once after an install or an edit"
 #: Compiled functions take constants and types from these folders.
 SOURCES = FOLDER, folder_of(quantity), folder_of(slope)
 CODE = MachineCode("analytic", *SOURCES)
@@ -37,19 +37,12 @@ CODE = MachineCode("analytic", *SOURCES)
 OPTIONS: dict[str, Any] = {"nopython": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
 
 
-class Compiled(CPUDispatcher):
-    """A function as machine code, to which a constant is a number like others: numba would compile it apart."""
-
-    def get_call_template(self, arguments: Any, keywords: Any) -> Any:
-        """How compiled code calls it."""
-        return super().get_call_template(tuple(map(types.unliteral, arguments)), keywords)
-
-
 def keeper(code: MachineCode) -> Callable[..., Any]:
     """The decorator whose machine code is kept with these sources: compiled(function, **options of numba)."""
 
     def compiled(function: F, **options: Any) -> F:
-        dispatcher = Compiled(function, targetoptions=OPTIONS | options)
+        dispatcher = Compiled(function, OPTIONS | options)
+        code.keep(dispatcher.inner)
         return cast(F, code.keep(dispatcher))
 
     return compiled
@@ -79,13 +72,17 @@ class ByKind:
 
     def __init__(self, choices: Mapping[Any, Callable[..., Any]], by: str = "p") -> None:
         self.choices = choices
+        self.chosen: dict[type, Any] = {}
         self.place = list(inspect.signature(next(iter(choices.values()))).parameters).index(by)
         self._numba_type_ = ByKindType(self)
 
     def of(self, kind: type) -> Any:
         """The function for a kind of walker."""
+        if kind in self.chosen:
+            return self.chosen[kind]
         for kinds, function in self.choices.items():
             if issubclass(kind, kinds):
+                self.chosen[kind] = function
                 return function
         raise TypeError(f"{kind.__name__} is no kind of walker that is known here")
 
@@ -96,7 +93,7 @@ class ByKind:
 def extend(function: Callable[..., Any], choices: Mapping[Any, Callable[..., Any]]) -> None:
     """Let a `ByKind` know functions for further kinds of walkers, from modules that import the one it stands in."""
     assert isinstance(function, ByKind)
-    function.choices = {**function.choices, **choices}
+    function.choices, function.chosen = {**function.choices, **choices}, {}
 
 
 class ByKindType(types.Callable, types.Opaque):

@@ -19,6 +19,8 @@ NEWTON_STEPS = 16
 SLOW, PATIENCE, MOST_RENEWALS = 0.8, 2, 4
 #: Times a change of the state is halved if the model does not take a step from it.
 HALVINGS = 4
+#: A change of the state beyond this, in `SCALES`, leads where nothing walks: ten metres, or ten metres a second.
+FARTHEST = 1e3
 #: So near to a gait, in `SCALES`, the derivative is the gait's, but for what forward differences leave uncertain.
 CLOSE = 5e-3
 
@@ -125,8 +127,7 @@ def fixed_point(
         if derivative is None or (slow >= PATIENCE and renewals < MOST_RENEWALS):
             derivative, renewals, slow, began = walker.derivative(numbers, after), renewals + 1, 0, residual
         previous = residual
-        change = np.linalg.solve(np.eye(10) - derivative, moved)
-        change, then = _taken(walker, numbers, change)
+        change, then = _taken(walker, numbers, _newton_change(derivative, moved))
         scaled = change / SCALES
         missed = then.numbers - after.numbers - derivative @ change
         derivative = derivative + np.outer(missed, scaled / SCALES) / float(scaled @ scaled)
@@ -134,6 +135,17 @@ def fixed_point(
     else:
         raise NoLimitCycle(f"no fixed point within {NEWTON_STEPS} iterations, residual {residual:.1e}")
     return FixedPointOf(numbers, after, residual, np.eye(10) if derivative is None else derivative)
+
+
+def _newton_change(derivative: np.ndarray, moved: np.ndarray) -> np.ndarray:
+    """The change of the section numbers (10,) that makes up for what a step moved them. Raises NoLimitCycle."""
+    try:
+        change = np.linalg.solve(np.eye(10) - derivative, moved)
+    except np.linalg.LinAlgError:
+        change = np.full(10, np.inf)
+    if not np.abs(change / SCALES).max() < FARTHEST:
+        raise NoLimitCycle("no fixed point in reach: the step map has a multiplier of one, and moves every state")
+    return change
 
 
 def _taken(walker: Steps[S], numbers: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, S]:

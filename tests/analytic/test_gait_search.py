@@ -7,7 +7,7 @@ from benchmarks.missed_gaits import drawn
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import report_gait
-from stages.analytic.gait.gait_search import by_stability, describe, find_gait, find_gaits
+from stages.analytic.gait.gait_search import by_stability, describe, find_gait, find_gaits, gaits_kept
 from stages.analytic.gait.neighbours import from_neighbours
 from stages.analytic.gait.poincare import FixedPoint, poincare_map
 from stages.ground.slope import Slope
@@ -30,6 +30,15 @@ def test_stable_long_step_and_unstable_short_step_are_both_found(table_1_gait, t
     for point in table_1_gaits:
         assert closes(walker, point) <= 1e-9
         assert describe(walker, point).stable == (by_stability(point) < 1)
+
+
+def test_what_is_found_once_is_kept_and_each_caller_has_arrays_of_its_own(rigid_gait):
+    walker, point = rigid_gait
+    first, before = find_gaits(walker, 1e-12, unstable=False), gaits_kept.cache_info().misses
+    assert np.array_equal(first[0].z, point.z)
+    first.pop(0).z[:] = 0.0
+    again = find_gaits(walker, 1e-12, unstable=False)
+    assert gaits_kept.cache_info().misses == before and np.array_equal(again[0].z, point.z)
 
 
 @pytest.mark.parametrize("stiffness", [pytest.param(1e4, marks=pytest.mark.slow), 1e5])

@@ -73,9 +73,18 @@ def test_multipliers_at_a_gait_are_those_of_the_map(start, central, steps, withi
     assert found.floquet_multipliers[:4, 0] == pytest.approx(MULTIPLIERS[:4], abs=within)
 
 
-def test_a_map_without_fixed_point_is_told():
-    with pytest.raises(NoLimitCycle, match="no fixed point within"):
-        fixed_point(MadeUp(lambda numbers: numbers + SCALES, 1e-4), FIXED, 1e-6)
+@pytest.mark.parametrize("derivative", [None, np.eye(10), (1.0 - 1e-14) * np.eye(10)])
+def test_a_map_without_fixed_point_is_told(derivative):
+    """Its derivative is one but for the round-off of differences, and Newton's change is infinite or nearly so."""
+    with pytest.raises(NoLimitCycle, match="no fixed point in reach"):
+        fixed_point(MadeUp(lambda numbers: numbers + SCALES, 1e-4), FIXED, 1e-6, derivative)
+
+
+def test_a_map_that_moves_every_state_is_told():
+    """Each number by its scale at least, and by more the further away: Newton's method goes to and fro."""
+    walker = MadeUp(lambda numbers: numbers + SCALES * (1.0 + ((numbers - FIXED) / SCALES) ** 2), 1e-4)
+    with pytest.raises(NoLimitCycle, match="no fixed point within 16 iterations, residual"):
+        fixed_point(walker, FIXED + 0.5 * SCALES, 1e-6)
 
 
 @pytest.fixture(scope="module")

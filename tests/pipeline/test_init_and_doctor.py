@@ -16,7 +16,7 @@ from tests import warm
 def bipedstudy(folder, *arguments, **environment):
     code = "from pipeline.cli import main; main()"
     home = os.pathsep.join(path for path in sys.path if path)
-    done = warm.run(code, *arguments, cwd=folder, env={**os.environ, "PYTHONPATH": home, **environment})
+    done = warm.run(code, *arguments, cwd=folder, env={**os.environ, "PYTHONPATH": home, **environment}, light=True)
     return done.returncode, done.stdout, done.stderr
 
 

@@ -19,6 +19,7 @@ from pipeline.cache import artefact
 from pipeline.cache.hdf5 import dimensions, values
 from pipeline.cache.hdf5.tables import ROWS
 from pipeline.graph import read as read_graph
+from stages.biped.quantity import quantity
 from stages.engines.result import EnginesDisagree
 from tests.pipeline.test_artefact import Everything, example, inner
 
@@ -164,6 +165,26 @@ def test_a_table_is_a_dataset_for_each_column(tmp_path):
     path.write_bytes(artefact.encode(example(rows=(inner(3), inner(2))), {}))
     with h5py.File(path) as file:  # no column for what has another shape in each row
         assert list(file["rows"]) == ["row", "value", "0", "1"] and file["rows/1/samples"].shape == (2, 2)
+
+
+@dataclasses.dataclass(frozen=True)
+class Step:
+    """A row whose heights lie along its times."""
+
+    time: np.ndarray = quantity("s", "time")
+    height: np.ndarray = quantity("m", "height", dimensions=("time",))
+
+
+@dataclasses.dataclass(frozen=True)
+class Steps:
+    """A table of them."""
+
+    steps: tuple[Step, ...] = quantity("-", "steps")
+
+
+def test_a_field_without_a_column_gives_no_dimension_its_name():
+    result = Steps((Step(np.ones(2), np.zeros(2)), Step(np.ones(3), np.zeros(2))))
+    assert bits(artefact.decode(artefact.encode(result, {}), Steps, "x")) == bits(result)
 
 
 def test_rows_of_several_classes_are_no_table():

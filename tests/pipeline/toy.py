@@ -23,6 +23,8 @@ from tests import warm
 HOME = Path(__file__).resolve().parents[2]
 TEMPLATE = Path(__file__).with_name("toy_study")
 TEMPLATE_PACKAGE = "toystages"
+#: What the command line calls the package of stages.
+COMMANDS = "stages"
 
 
 @dataclass
@@ -94,37 +96,52 @@ class Toy:
     ) -> tuple[int, str, str]:
         """Run `bipedstudy` to its end, after some code: exit code, standard output, standard error."""
         asked = {**self._environment(), **(environment or {})}
-        done = warm.run(before + self._code(), *arguments, cwd=self.root, env=asked)
+        done = warm.run(before + self._code(), *arguments, cwd=self.root, env=asked, light=True)
         return done.returncode, done.stdout, done.stderr
 
 
 def written(root: Path, package: str) -> Toy:
     """A toy study in `root` whose stages are the package of this name; the words they declare with are their own."""
-    sources = {source.relative_to(TEMPLATE).as_posix(): source for source in TEMPLATE.rglob("*.*")}
-    own = f"{TEMPLATE_PACKAGE}/body"
-    words = {f"{own}/{name}.py": HOME / f"stages/biped/{name}.py" for name in ("quantity", "question")}
-    for name, source in {**sources, **words}.items():
-        if source.is_file() and "__pycache__" not in source.parts:
-            path = root / name.replace(TEMPLATE_PACKAGE, package)
-            path.parent.mkdir(parents=True, exist_ok=True)
-            text = source.read_text().replace("stages.biped.", f"{TEMPLATE_PACKAGE}.body.")
-            path.write_text(text.replace(TEMPLATE_PACKAGE, package))
+    texts = _texts(package)
+    for folder in {(root / name).parent for name in texts}:
+        folder.mkdir(parents=True, exist_ok=True)
+    for name, text in texts.items():
+        (root / name).write_text(text)
     memo = beside(root / package)
-    memo._known.update(_writer())
+    memo._known.update(_meanings())
     memo._grown = True
     memo.save()
     return Toy(root, package)
 
 
+def _texts(package: str) -> dict[str, str]:
+    return {name.replace(TEMPLATE_PACKAGE, package): text.replace(TEMPLATE_PACKAGE, package)
+            for name, text in _template().items()}  # fmt: skip
+
+
 @cache
-def _writer() -> dict[str, Meaning]:
-    """What the sources mean that write artefacts, by content: parsing them is most of what a first run costs."""
+def _template() -> dict[str, str]:
+    """The texts of the toy study's files by their names."""
+    own = f"{TEMPLATE_PACKAGE}/body"
+    sources = {source.relative_to(TEMPLATE).as_posix(): source for source in TEMPLATE.rglob("*.*")}
+    words = {f"{own}/{name}.py": HOME / f"stages/biped/{name}.py" for name in ("quantity", "question")}
+    return {name: source.read_text().replace("stages.biped.", f"{TEMPLATE_PACKAGE}.body.")
+            for name, source in {**sources, **words}.items()
+            if source.is_file() and "__pycache__" not in source.parts}  # fmt: skip
+
+
+@cache
+def _meanings() -> dict[str, Meaning]:
+    """What the sources mean that write artefacts, and the stages of commands, by content: parsing them is most of what
+    a first run costs.
+    """
     memo = SyntaxMemo(None)
-    for path in WRITER:
-        memo.meaning(path.read_bytes())
+    stages = (text.encode() for name, text in _texts(COMMANDS).items() if name.endswith(".py"))
+    for source in (*(path.read_bytes() for path in WRITER), *stages):
+        memo.meaning(source)
     return memo._known
 
 
 def with_commands(root: Path) -> Toy:
     """A fresh toy study whose package is called `stages`, as the command line expects."""
-    return written(root, "stages")
+    return written(root, COMMANDS)

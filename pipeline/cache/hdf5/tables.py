@@ -106,7 +106,7 @@ def _column(cells: Sequence[Any]) -> Any:
 
 
 def _write_columns(group: Any, columns: Columns, scale: Any) -> None:
-    members = {}
+    members = dict.fromkeys(columns)  # no dimension is called like a field of the rows that has no column
     for name, (metadata, column) in columns.items():
         if isinstance(column, dict):
             members[name] = group.create_group(name, track_order=True)

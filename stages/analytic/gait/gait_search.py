@@ -9,6 +9,8 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 from contextlib import suppress
+from copy import deepcopy
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -120,7 +122,16 @@ def sources(walker: Walker, *, quick: bool) -> Iterator[list[Vector]]:
 
 
 def find_gaits(walker: Walker, tolerance: float, *, unstable: bool) -> list[FixedPoint]:
-    """Fixed points of the step map, most stable first; with `unstable` the search goes on after a stable one."""
+    """Fixed points of the step map, most stable first; with `unstable` the search goes on after a stable one.
+
+    What was found is kept; each caller gets arrays of its own.
+    """
+    return deepcopy(gaits_kept(walker, type(walker.p).__name__, tolerance, unstable))
+
+
+@lru_cache(maxsize=64)
+def gaits_kept(walker: Walker, kind: str, tolerance: float, unstable: bool) -> list[FixedPoint]:
+    """What `find_gaits` finds. Two kinds of walkers with the same numbers are equal, as tuples are: hence `kind`."""
     found: list[FixedPoint] = []
     if walker.p.g_x <= 0.0:
         return found

@@ -82,6 +82,13 @@ def terms_of(walker: Walker) -> Terms:
     return terms("rigid" if walker.rigid else "compliant", isinstance(walker.p, Detailed))
 
 
+def held(mass: np.ndarray, pi: np.ndarray) -> np.ndarray:
+    """The matrix (6, 6) of motion with both feet held: mass (4, 4), constraint forces and constraints (4, 2)."""
+    matrix = np.zeros((6, 6))
+    matrix[:4, :4], matrix[:4, 4:], matrix[4:, :4] = mass, -pi, pi.T
+    return matrix
+
+
 def accelerations(walker: Walker, y: Vector, both_feet: bool) -> tuple[Vector, Vector]:
     """qdd and, with both feet on the ground, the forces lambda on the second one: eq. (6) solved as it stands."""
     t = terms_of(walker)
@@ -89,8 +96,7 @@ def accelerations(walker: Walker, y: Vector, both_feet: bool) -> tuple[Vector, V
     if not both_feet:
         return np.linalg.solve(mass, force), np.zeros(2)
     pi, bias = t.constraint_jacobian(y, walker.p), t.constraint_bias(y, walker.p).ravel()
-    system = np.block([[mass, -pi], [pi.T, np.zeros((2, 2))]])
-    solution = np.linalg.solve(system, np.concatenate([force, -bias]))
+    solution = np.linalg.solve(held(mass, pi), np.concatenate([force, -bias]))
     return solution[:4], solution[4:]
 
 
@@ -164,8 +170,7 @@ def heel_strike(walker: Walker, y: Vector) -> Vector:
         after = np.concatenate([q, np.zeros(2)])
         return np.concatenate([q, np.linalg.solve(t.mass(after, walker.exchanged.p), t.handover(y, walker.p) @ y[2:])])
     mass, pi = t.mass(y, walker.p), t.constraint_jacobian(y, walker.p)
-    system = np.block([[mass, -pi], [pi.T, np.zeros((2, 2))]])
-    qd = np.linalg.solve(system, np.concatenate([mass @ y[4:], np.zeros(2)]))[:4]
+    qd = np.linalg.solve(held(mass, pi), np.concatenate([mass @ y[4:], np.zeros(2)]))[:4]
     return np.array([-y[2], y[3], -y[0], y[1], -qd[2], qd[3], -qd[0], qd[1]])
 
 

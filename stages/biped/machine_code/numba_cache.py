@@ -15,6 +15,8 @@ from typing import Any, Protocol
 from llvmlite import binding
 from numba.core import caching
 
+from stages.biped.machine_code import dispatchers
+
 #: Numba's own annotations are partly missing.
 Cache: Any = caching.FunctionCache
 Files: Any = caching.IndexDataCacheFile
@@ -35,7 +37,7 @@ class Code(Protocol):
 
 def attach(dispatcher: Any, code: Code) -> None:
     """Let a compiled function load its machine code, from the shipped folder or its own, and leave it in its own."""
-    dispatcher._cache = _FunctionCache(dispatcher.py_func, code)
+    dispatcher._cache = _FunctionCache(dispatcher, code)
 
 
 class _Files(Files):  # type: ignore[misc]
@@ -64,13 +66,17 @@ class _Files(Files):  # type: ignore[misc]
 
 
 class _FunctionCache(Cache):  # type: ignore[misc]
-    def __init__(self, function: Any, code: Code) -> None:
-        self._code = code
+    def __init__(self, dispatcher: Any, code: Code) -> None:
+        self._code, self._kind = code, type(dispatcher).__name__
         self._impl_class = lambda py_func: _Kept(py_func, code)
-        super().__init__(function)
+        super().__init__(dispatcher.py_func)
         folders = [*([code.shipped] if code.shipped else []), *([] if code.refusal else [code.folder])]
         self._read = [_Files(str(folder), self._impl.filename_base, code.stamp) for folder in folders]
         self._cache_file = _Files(str(code.folder), self._impl.filename_base, code.stamp)
+
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        signature, target, code = super()._index_key(sig, codegen)
+        return signature, target, (*code, self._kind)
 
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
         key = self._index_key(sig, target_context.codegen())
@@ -103,6 +109,8 @@ class _Kept(caching.CompileResultCacheImpl):
         """The function, ready to be called. Its bitcode, which only the compiling of a caller asks for, is read then:
         reading it takes longer than all else here.
         """
+        if payload[0][1] == dispatchers.INNER:
+            return dispatchers.rebuilt(target_context, payload)
         (name, kind, (code, bitcode)), description, *rest = payload
         names = {description.llvm_func_name, description.llvm_cpython_wrapper_name}
         target_context.codegen()._engine._defined_symbols |= names
