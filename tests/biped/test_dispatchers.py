@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 from types import SimpleNamespace
 
 import pytest
@@ -31,6 +32,14 @@ def late(x):
     return area(x) - root(x)
 
 @compiled
+def whole(x):
+    return root(int(x))
+
+@compiled
+def twice(x):
+    return root(x) + root(int(x))
+
+@compiled
 def pair(x):
     both = np.empty(2)
     both[0], both[1] = x, root(x)
@@ -54,7 +63,7 @@ def compiled(function):
     return code.keep(made[-1])
 {TOYS}
 answer = [float(np.sum(globals()[name](9.0))) for name in sys.argv[2:]]
-parts = [function.__name__ for function in made if function.inner.stats.cache_hits]
+parts = [function.__name__ for function in made for _ in function.inner.stats.cache_hits.elements()]
 print(json.dumps([answer, parts, [function.__name__ for function in made if function.overloads]]))
 """
 
@@ -97,9 +106,9 @@ def test_a_constant_is_a_number_like_others():
 @pytest.fixture
 def called(tmp_path, repository):
     """What a new process that calls some of `TOYS` finds: what they give, what it loaded as parts, what as a whole."""
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(repository)}
 
-    def process(*names):
+    def process(*names, cache="cache"):
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / cache), "PYTHONPATH": str(repository)}
         done = warm.run(CALLED, str(tmp_path), *names, cwd=repository, env=environment)
         assert done.returncode == 0, done.stderr
         return json.loads(done.stdout)
@@ -114,8 +123,20 @@ def test_kept_parts_serve_callers_that_are_compiled_later(called):
     assert called("root") == [[3.0], ["root"], ["root"]]
 
 
-def test_an_entry_has_its_own_python_objects(called):
+@pytest.mark.parametrize("orders", [
+    [("pair",), ("total",), ("total", "pair"), ("pair", "total")],
+    [("total",), ("pair",), ("pair", "total")],  # the entry of `pair` is made from a part that another process kept
+])  # fmt: skip
+def test_an_entry_has_its_own_python_objects(called, orders):
     """Those of the part, which its callers bring along, are without what the entry needs to return an array."""
-    for order in (("pair",), ("total",), ("total", "pair"), ("pair", "total")):
+    for order in orders:
         answer, _, whole = called(*order)
         assert answer == [12.0] * len(order) and sorted(whole) == sorted(order)
+
+
+def test_what_two_processes_keep_at_once_serves_both(called, tmp_path):
+    """Each begins with nothing kept, and so did the other: they keep one function for different types."""
+    for name, cache in (("area", "one"), ("whole", "other")):
+        called(name, cache=cache)
+        shutil.copytree(tmp_path / cache, tmp_path / "cache", dirs_exist_ok=True)
+    assert called("twice") == [[6.0], ["root", "root"], ["twice"]]

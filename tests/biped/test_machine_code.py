@@ -119,9 +119,9 @@ class Planted:
 
 
 def plant(folder: Path, mark: Path) -> None:
-    """Put code of our own in place of every index of machine code."""
-    for index in folder.rglob("*.nbi"):
-        index.write_bytes(pickle.dumps(Planted(mark)))
+    """Put code of our own in place of all machine code."""
+    for path in folder.rglob("*.nbc"):
+        path.write_bytes(pickle.dumps(Planted(mark)))
 
 
 @root
@@ -199,7 +199,7 @@ def test_without_any_folder_nothing_is_kept(
     (tmp_path / "file").touch()
     found = used(package, repository, **{variable: tmp_path / "file"})
     assert (found["answer"], found["hits"]) == (14.0, 0) and "cannot be written" in str(found["refusal"])
-    assert not list(package.parent.rglob("*.nbi"))
+    assert not list(package.parent.rglob("*.nbc"))
 
 
 def test_shipped_code_is_read_and_never_written(package: Path, repository: Path, tmp_path: Path) -> None:
@@ -226,18 +226,17 @@ def test_code_for_any_processor_serves_this_one(package: Path, repository: Path,
 
 
 def test_damaged_code_is_compiled_again(package: Path, repository: Path, tmp_path: Path) -> None:
-    """A flipped bit of machine code is another number or a crash; a truncated index was an unexpected error."""
+    """A flipped bit of machine code is another number or a crash."""
     cache = tmp_path / "cache"
     folder = Path(str(used(package, repository, NUMBA_CACHE_DIR=cache)["folder"]))
-    for ending in ("*times*.nbi", "*times*.nbc"):
-        (path,) = folder.glob(ending)
-        content = bytearray(path.read_bytes())
-        content[2 * len(content) // 3] ^= 8
-        for damaged in (bytes(content), bytes(content)[:100], b""):
-            path.write_bytes(damaged)
-            found = used(package, repository, NUMBA_CACHE_DIR=cache)
-            assert (found["answer"], found["hits"]) == (14.0, 0)
-        assert used(package, repository, NUMBA_CACHE_DIR=cache)["hits"] == 1
+    (path,) = folder.glob("*times*.nbc")
+    content = bytearray(path.read_bytes())
+    content[2 * len(content) // 3] ^= 8
+    for damaged in (bytes(content), bytes(content)[:100], b""):
+        path.write_bytes(damaged)
+        found = used(package, repository, NUMBA_CACHE_DIR=cache)
+        assert (found["answer"], found["hits"]) == (14.0, 0)
+    assert used(package, repository, NUMBA_CACHE_DIR=cache)["hits"] == 1
 
 
 def test_old_code_is_removed_but_the_last_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

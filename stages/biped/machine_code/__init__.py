@@ -1,8 +1,8 @@
 """Where machine code is kept on disk: in a folder of the user's own, named by all the sources that it was made from.
 
-Loading machine code runs it, and numba's index of it is a pickle, which runs too. So it is read only where nobody else
-could have put it: a folder of this user's that others cannot write, nor rename or replace from above. If there is none,
-nothing is kept. Numba alone would fall back to the shared temporary folder.
+Loading machine code runs it, and the file that it is kept in is a pickle, which runs too. So it is read only where
+nobody else could have put it: a folder of this user's that others cannot write, nor rename or replace from above. If
+there is none, nothing is kept. Numba alone would fall back to the shared temporary folder.
 
 Numba knows code to be old by the path and time of its own file, not by the files of the functions it calls. Here the
 stamp is a digest of whole folders of sources: any edit of them compiles afresh, undoing it does not, and a copy of the
@@ -117,7 +117,7 @@ class MachineCode:
     def is_cold(self) -> bool:
         """Whether nothing is compiled yet of these sources."""
         places = [*([self.shipped] if self.shipped else []), *([] if self.refusal else [self.folder])]
-        return not any(next(place.glob("*.nbi"), None) for place in places)
+        return not any(next(place.glob("*.nbc"), None) for place in places)
 
     def begin(self) -> None:
         """Make the folder, and remove old ones of its name."""

@@ -55,7 +55,7 @@ class Compiled(Dispatcher):  # type: ignore[misc]
         """
         self.inner.compile(arguments)
         part = self.inner.overloads[arguments]
-        target, described = part.target_context, copy.copy(part.fndesc)
+        target, described = part.target_context.subtarget(enable_nrt=True), copy.copy(part.fndesc)
         described.env_name += ".entry"
         environment = environment_of(described)
         library = _EntryLibrary(target.codegen(), described.qualname)

@@ -41,28 +41,35 @@ def attach(dispatcher: Any, code: Code) -> None:
 
 
 class _Files(Files):  # type: ignore[misc]
-    """The index and the data of one function: a digest and what it was taken of. Damaged ones count as missing."""
+    """The machine code of one function: a file for each choice of types, named by it, whose seal tells damage.
 
-    def _load_index(self) -> Any:
+    Numba numbers such files and keeps an index. Two processes that compile at once may then give one number twice, and
+    a file that holds another choice's machine code is run.
+    """
+
+    def load(self, key: Any) -> Any:
+        """What was saved for these types, or None. What is damaged, or was made of other sources, counts as missing."""
         try:
-            version, stamp, overloads = self._load_data(self._index_name)
+            content = self._file(key).read_bytes()
         except OSError:
-            return {}
-        return overloads if (version, stamp) == (self._version, self._source_stamp) else {}
-
-    def _save_index(self, overloads: Any) -> None:
-        self._save_data(self._index_name, (self._version, self._source_stamp, overloads))
-
-    def _load_data(self, name: str) -> Any:
-        content = Path(self._data_path(name)).read_bytes()
+            return None
         if hashlib.sha256(content[_SEAL:]).digest() != content[:_SEAL]:
-            raise OSError(f"{name} was damaged")
-        return pickle.loads(content[_SEAL:])
+            return None
+        *known, data = pickle.loads(content[_SEAL:])
+        return data if known == self._known(key) else None
 
-    def _save_data(self, name: str, data: Any) -> None:
-        content: bytes = self._dump(data)
-        with self._open_for_write(self._data_path(name)) as file:
+    def save(self, key: Any, data: Any) -> None:
+        """Keep it; whoever else saves the same just now keeps as good a one."""
+        content: bytes = self._dump([*self._known(key), data])
+        with self._open_for_write(self._file(key)) as file:
             file.write(hashlib.sha256(content).digest() + content)
+
+    def _known(self, key: Any) -> list[Any]:
+        return [self._version, self._source_stamp, key]
+
+    def _file(self, key: Any) -> Path:
+        number = int.from_bytes(hashlib.sha256(repr(key).encode()).digest()[:8], "big")
+        return Path(self._data_path(self._data_name(number)))
 
 
 class _FunctionCache(Cache):  # type: ignore[misc]
