@@ -41,9 +41,7 @@ def keeper(code: MachineCode) -> Callable[..., Any]:
     """The decorator whose machine code is kept with these sources: compiled(function, **options of numba)."""
 
     def compiled(function: F, **options: Any) -> F:
-        dispatcher = Compiled(function, OPTIONS | options)
-        code.keep(dispatcher.inner)
-        return cast(F, code.keep(dispatcher))
+        return cast(F, code.keep(Compiled(function, OPTIONS | options)))
 
     return compiled
 

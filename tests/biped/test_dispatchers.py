@@ -59,7 +59,6 @@ from stages.biped.machine_code.dispatchers import Compiled
 code, made = MachineCode("toy", Path(sys.argv[1])), []
 def compiled(function):
     made.append(Compiled(function, {OPTIONS}))
-    code.keep(made[-1].inner)
     return code.keep(made[-1])
 {TOYS}
 answer = [float(np.sum(globals()[name](9.0))) for name in sys.argv[2:]]

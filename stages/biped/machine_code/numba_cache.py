@@ -36,8 +36,13 @@ class Code(Protocol):
 
 
 def attach(dispatcher: Any, code: Code) -> None:
-    """Let a compiled function load its machine code, from the shipped folder or its own, and leave it in its own."""
+    """Let a compiled function load its machine code, from the shipped folder or its own, and leave it in its own.
+
+    So does what compiled code calls of it.
+    """
     dispatcher._cache = _FunctionCache(dispatcher, code)
+    if isinstance(dispatcher, dispatchers.Compiled):
+        attach(dispatcher.inner, code)
 
 
 class _Files(Files):  # type: ignore[misc]
