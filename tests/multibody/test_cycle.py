@@ -13,6 +13,8 @@ from stages.multibody.result import Result
 from stages.multibody.walking.cycle import Model, search, solve, solved_cycle, unsettled
 from stages.multibody.walking.limit_cycle import limit_cycle
 from stages.multibody.walking.walk import simulate
+from stages.penalty.settings import Settings as PenaltySettings
+from stages.penalty.step_map import PenaltyStepper
 from stages.planar.limit_cycle import by_differences, fixed_point, gait_near
 from stages.planar.sampling import sample
 from stages.planar.section import SCALES, NoLimitCycle, SectionStep, section_state
@@ -89,13 +91,18 @@ def test_a_map_that_moves_every_state_is_told():
 
 @pytest.fixture(scope="module")
 def from_gait(biped, slope, contact, settings):
-    """Model, mid-stance of the constraint model's gait and a walk from it, for changes of biped, slope or ground."""
+    """Model, mid-stance of the constraint model's gait and a walk from it, for changes of biped, slope or ground.
 
-    def prepared(steps, slope_deg=2.0, contact=contact, **changed):
+    `before`: steps of the compiled walker that lead from there to where the walk begins, nearer to the gait.
+    """
+
+    def prepared(steps, slope_deg=2.0, contact=contact, before=0, **changed):
         machine, ground = dataclasses.replace(biped, **changed), dataclasses.replace(slope, slope_deg=slope_deg)
         walker, point = find_gait(machine, ground, 1e-9, None)
         upright = walker.stance_state(crossing_state(walker, point.z, 1e-9))
         state = rolling_state(machine, contact, upright, 9.4)
+        if before:
+            state = PenaltyStepper(machine, ground, contact, state, PenaltySettings(1e-7)).walk(state, before).state
         model = Model(machine, ground, contact, dataclasses.replace(settings, tolerance=1e-7))
         walked = simulate(machine, ground, contact, state, model.settings, steps=steps)
         return model, state, walked, sample(walked.trajectory, ground, machine.foot_radii, 500.0)
@@ -107,9 +114,10 @@ def from_gait(biped, slope, contact, settings):
 def settled(from_gait):
     """The study's gait: model, mid-stance, eight steps from there, and what `solve` says of them.
 
-    The tolerance is one for which multipliers come from forward differences.
+    The tolerance is one for which multipliers come from forward differences, and the walk nearly settles: so the gait
+    is looked for where it ends, and one derivative does.
     """
-    model, state, walked, walk = from_gait(8)
+    model, state, walked, walk = from_gait(8, before=6)
     return model, state, walk, solve(model.at(2e-7), state, walked, walk)
 
 
