@@ -96,14 +96,15 @@ def from_gait(biped, slope, contact, settings):
     `before`: steps of the compiled walker that lead from there to where the walk begins, nearer to the gait.
     """
 
-    def prepared(steps, slope_deg=2.0, contact=contact, before=0, **changed):
+    def prepared(steps, slope_deg=2.0, contact=contact, before=0, largest_step=settings.largest_step, **changed):
         machine, ground = dataclasses.replace(biped, **changed), dataclasses.replace(slope, slope_deg=slope_deg)
         walker, point = find_gait(machine, ground, 1e-9, None)
         upright = walker.stance_state(crossing_state(walker, point.z, 1e-9))
         state = rolling_state(machine, contact, upright, 9.4)
         if before:
             state = PenaltyStepper(machine, ground, contact, state, PenaltySettings(1e-7)).walk(state, before).state
-        model = Model(machine, ground, contact, dataclasses.replace(settings, tolerance=1e-7))
+        coarse = dataclasses.replace(settings, tolerance=1e-7, largest_step=largest_step)
+        model = Model(machine, ground, contact, coarse)
         walked = simulate(machine, ground, contact, state, model.settings, steps=steps)
         return model, state, walked, sample(walked.trajectory, ground, machine.foot_radii, 500.0)
 
@@ -117,7 +118,7 @@ def settled(from_gait):
     The tolerance is one for which multipliers come from forward differences, and the walk nearly settles: so the gait
     is looked for where it ends, and one derivative does.
     """
-    model, state, walked, walk = from_gait(8, before=6)
+    model, state, walked, walk = from_gait(8, before=6, largest_step=1e-3)
     return model, state, walked, walk, solve(model.at(2e-7), state, walked, walk)
 
 
