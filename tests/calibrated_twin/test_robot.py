@@ -34,10 +34,16 @@ def made():
     return drawn, model, robot, like
 
 
-def test_in_its_first_swing_the_twin_shows_what_the_model_does(made):
-    """Then no contact has yet changed anything but the standing foot's creep."""
+@pytest.fixture(scope="module")
+def shown(made):
+    """What the robot shows with the design and the unknowns of the drawing."""
     drawn, model, robot, like = made
-    shown = robot.run(drawn, model.layout.middle, like)
+    return robot.run(drawn, model.layout.middle, like)
+
+
+def test_in_its_first_swing_the_twin_shows_what_the_model_does(made, shown):
+    """Then no contact has yet changed anything but the standing foot's creep."""
+    drawn, model, _, like = made
     expected = predict(drawn, (), model.layout.middle, model.layout, like.sampling, 1e-9)
     for side in SIDES:
         early = getattr(like.sampling, side) < shown.strikes[1] - 0.03
@@ -50,23 +56,23 @@ def test_in_its_first_swing_the_twin_shows_what_the_model_does(made):
     assert len(shown.strikes) == len(like.strikes)
 
 
-def test_its_numbers_are_those_it_is_given(made):
+def test_its_numbers_are_those_it_is_given(made, shown):
     """A longer leg lands later than a shorter one, by what the constraint model says of it."""
     drawn, model, robot, like = made
     longer = drawn.with_values({"biped.leg_length": 0.345, "biped.other_leg_length": 0.345, "biped.foot_com": 0.112})
-    ends = [robot.run(each, model.layout.middle, like).strikes[1] for each in (drawn, longer)]
+    ends = shown.strikes[1], robot.run(longer, model.layout.middle, like).strikes[1]
     said = [predict(each, (), model.layout.middle, model.layout, like.sampling, 1e-8).strikes[0]
             for each in (drawn, longer)]
     assert ends[1] - ends[0] == pytest.approx(said[1] - said[0], rel=0.1)
     assert abs(said[1] - said[0]) > 1e-3
 
 
-def test_sensors_errors_are_those_it_is_given(made):
+def test_sensors_errors_are_those_it_is_given(made, shown):
     drawn, model, robot, like = made
     unknowns = model.layout.middle.copy()
     unknowns[model.layout.place("hip_rate_bias")] += 0.01
     unknowns[model.layout.place("foot_up_gain")] += 0.02
-    plain, wrong = (robot.run(drawn, each, like).samples for each in (model.layout.middle, unknowns))
+    plain, wrong = shown.samples, robot.run(drawn, unknowns, like).samples
     np.testing.assert_allclose(wrong["hip"][:, 2] - plain["hip"][:, 2], 0.01, atol=1e-12)
     np.testing.assert_allclose(wrong["foot"][:, 1], 1.02 * plain["foot"][:, 1], rtol=1e-12)
 

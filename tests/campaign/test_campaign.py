@@ -10,6 +10,7 @@ import pytest
 
 from pipeline.study import locate
 from stages.analytic.run import run as run_analytic
+from stages.campaign import sensor_range
 from stages.campaign.parameters import Parameters
 from stages.campaign.result import Result
 from stages.campaign.run import Inputs, run, synthetic_run
@@ -27,8 +28,10 @@ def every(repository: Path) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def inputs(every: dict[str, Any]) -> Inputs:
-    """The analytic walk starts where the twin's does."""
-    return Inputs(run_analytic(every["analytic"]))
+    """The analytic walk starts where the twin's does; no more of it is read."""
+    analytic = every["analytic"]
+    settings = dataclasses.replace(analytic.settings, steps=1)
+    return Inputs(run_analytic(dataclasses.replace(analytic, settings=settings)))
 
 
 @pytest.fixture(scope="module")
@@ -42,6 +45,7 @@ def made(few: Parameters, inputs: Inputs) -> Result:
     """Walked in this process: others would load everything anew, which takes more than these few walks."""
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr("os.cpu_count", lambda: 1)
+        patched.setattr(sensor_range, "SHARES", (4.0, 1.0))  # spikes are looked at in `test_sensor_range.py`
         return run(few, inputs)
 
 

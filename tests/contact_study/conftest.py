@@ -66,11 +66,11 @@ def small(parameters):
     """A study of a few sets."""
     few = dataclasses.replace(
         parameters.settings,
-        stiffness_values=(1e6,),
+        stiffness_values=(3e5,),
         exponent_values=(),
         damping_values=(),
         depth_values=(),
-        stiction_velocity_values=(0.02,),
+        stiction_velocity_values=(0.05,),
         friction_velocity_values=(),
         searched_stiffness=(1e5,),
         searched_damping=(1e4,),
@@ -79,6 +79,8 @@ def small(parameters):
         finalists=1,
         family_shares=(1.0, 0.5),
         checked=2,
+        checked_tolerance=3e-9,
+        residual=1e-4,
     )
     return dataclasses.replace(parameters, settings=few)
 

@@ -45,7 +45,7 @@ def unchecked(result, monkeypatch):
 
 def test_rows_and_curves_belong_together(result):
     assert result.variations.key == ("contact_stiffness", "stiction_velocity")
-    assert result.variations.value.tolist() == [1e6, 0.02]
+    assert result.variations.value.tolist() == [3e5, 0.05]
     assert result.variations.outcome == ("completed", "completed")
     assert result.variations.force.shape == (2, len(result.time), 2)
     assert result.default_force.shape == result.chosen_force.shape == (len(result.time), 2)

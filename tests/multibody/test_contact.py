@@ -51,7 +51,7 @@ def test_symbols_floats_and_arrays_agree(recording, contact, normal, friction):
 
 
 def test_a_walk_with_the_compiled_law_has_the_bits_of_one_with_python(biped, slope, contact, start, settings):
-    coarse = dataclasses.replace(settings, tolerance=1e-6)
+    coarse = dataclasses.replace(settings, tolerance=1e-4, largest_step=1e-3)
     runs = [
         simulate(
             biped,
@@ -89,8 +89,8 @@ def test_standing_still_sinks_to_the_static_penetration(biped, slope, contact, s
     carried = 0.5 * biped.total_mass * level.gravity
     squeezed = 0.5 * biped.hip_mass * level.gravity / biped.stiffness
     standing = PlanarState((0.0, 0.333), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.333, 0.333), (0.0, 0.0), (True, True))
-    coarse = dataclasses.replace(settings, assembly=assembly, impact_step=2e-4)
-    run = simulate(biped, level, contact, standing, coarse, duration=1.5)
+    coarse = dataclasses.replace(settings, assembly=assembly, largest_step=1e-3, rolling_step=5e-4, impact_step=5e-4)
+    run = simulate(biped, level, contact, standing, coarse, duration=1.0)
     assert run.completed
     end = run.last_state
     assert end.leg_length == pytest.approx([0.333 - squeezed] * 2, abs=1e-9)

@@ -32,8 +32,8 @@ def with_details(biped, assembly, legs, details):
     return dataclasses.replace(biped, **{"legs": legs, "leg_inertia": 2e-3, **details})
 
 
-def fly(biped, slope, contact, settings, assembly, state=TUMBLING, duration=0.1):
-    fine = dataclasses.replace(settings, assembly=assembly, rolling_step=3.5e-5 if biped.detailed else 1e-4)
+def fly(biped, slope, contact, settings, assembly, state=TUMBLING, duration=0.1, rolling_step=1e-4):
+    fine = dataclasses.replace(settings, assembly=assembly, rolling_step=rolling_step)
     high = dataclasses.replace(state, hip_position=(0.0, 5.0))
     run = simulate(biped, slope, contact, high, fine, duration=duration)
     assert run.completed
@@ -45,7 +45,7 @@ def fly(biped, slope, contact, settings, assembly, state=TUMBLING, duration=0.1)
 @DETAILS
 def test_mass_centre_falls_on_a_parabola(biped, slope, contact, settings, assembly, legs, details):
     design = with_details(biped, assembly, legs, details)
-    flight = fly(design, slope, contact, settings, assembly).trajectory
+    flight = fly(design, slope, contact, settings, assembly, rolling_step=2e-4).trajectory
     centre = mass_moment(design, flight.position) / design.total_mass
     gravity, t = np.array(slope.gravity_vector), flight.time[:, None]
     thrown = moving_masses(design, flight.position, flight.velocity)
@@ -59,7 +59,8 @@ def test_mass_centre_falls_on_a_parabola(biped, slope, contact, settings, assemb
 @DETAILS
 def test_undamped_flight_keeps_its_energy_and_spin(biped, slope, contact, settings, assembly, legs, details):
     design = dataclasses.replace(with_details(biped, assembly, legs, details), damping=0.0, other_damping=None)
-    flight = fly(design, slope, contact, settings, assembly).trajectory
+    duration, step = (0.05, 3.5e-5) if details else (0.1, 1e-4)
+    flight = fly(design, slope, contact, settings, assembly, duration=duration, rolling_step=step).trajectory
     position, velocity = flight.position, flight.velocity
     energy = kinetic_energy(design, position, velocity) + spring_energy(design, position)
     energy = energy - mass_moment(design, position) @ np.array(slope.gravity_vector)

@@ -17,7 +17,8 @@ from stages.planar.section import NoLimitCycle
 from stages.planar.state import rolling_state
 
 LAWS = ("impact", "restitution")
-SEED = 20
+#: Seeds of the draws: of many, and of one, which Exudyn's solver walks in few steps.
+SEED, OF_ONE = 20, 24
 
 
 @pytest.fixture(scope="module")
@@ -35,8 +36,9 @@ def placed(biped, slope, rough):
 
 @pytest.mark.parametrize("law", LAWS)
 def test_one_step_is_the_same_to_a_nanometre(placed, contact, law):
-    drawn = next(drawn_sets(contact, SEED, 1, law))
-    distance = over_a_walk("a step", *placed(drawn))
+    drawn = next(drawn_sets(contact, OF_ONE, 1, law))
+    machine, start = placed(drawn)
+    distance = over_a_walk("a step", dataclasses.replace(machine, tolerance=1e-9), start)
     assert distance.fine and distance.distance < 1e-9, drawn
 
 
@@ -46,12 +48,12 @@ def test_rigid_legs_and_legs_with_inertia_are_the_same_too(placed, contact):
         assert distance.fine, (changed, distance)
 
 
-@pytest.mark.parametrize("drawn", [1, pytest.param(3, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("seed", "drawn"), [(OF_ONE, 1), pytest.param(SEED, 3, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("legs", ["compliant", "rigid"])
-def test_detailed_designs_are_the_same_too(biped, slope, contact, rough, legs, drawn):
+def test_detailed_designs_are_the_same_too(biped, slope, contact, rough, legs, seed, drawn):
     """Frames, masses off the line, legs that differ, the hip's spring, damper, friction and weight; drawn by a seed."""
-    for design, ground in zip(drawn_designs(dataclasses.replace(biped, legs=legs), SEED, drawn),
-                              drawn_sets(contact, SEED, drawn, "impact"), strict=True):  # fmt: skip
+    for design, ground in zip(drawn_designs(dataclasses.replace(biped, legs=legs), seed, drawn),
+                              drawn_sets(contact, seed, drawn, "impact"), strict=True):  # fmt: skip
         assert design.detailed and not design.alike
         lengths = [design.leg(leg).leg_length for leg in (0, 1)]
         stance = rough if legs == "compliant" else dataclasses.replace(
@@ -65,7 +67,7 @@ def test_detailed_designs_are_the_same_too(biped, slope, contact, rough, legs, d
 def test_the_sensor_of_a_foot_off_its_line_is_the_same(biped, slope, contact, rough):
     design = next(drawn_designs(biped, SEED, 1))
     state = rolling_state(design, contact, rough, 9.4)
-    other = exudyn_walk(design, slope, contact, state, ExudynSettings.of_one_step(1e-10, 2e-4), steps=1)
+    other = exudyn_walk(design, slope, contact, state, ExudynSettings.of_one_step(1e-8, 2e-4), steps=1)
     ours = simulate(design, slope, contact, state, Settings(COMPILED), steps=1)
     time = np.linspace(1e-3, 0.25, 400)
     one, two = (
@@ -83,16 +85,16 @@ def test_the_cycle_of_legs_that_differ_is_the_same(biped, slope, contact, rough)
         next(drawn_designs(biped, SEED, 1)), hip_stiffness=0.0, hip_rest_angle=0.0, hip_friction=0.0,
         other_leg_length=biped.leg_length + 1e-4, other_foot_mass=None, other_frame_mass=None)
     state = rolling_state(design, contact, rough, 9.4)
-    stepper = PenaltyStepper(design, slope, contact, state, Settings(1e-9))
-    cycle = gait_near(stepper, state, 1e-6)
+    stepper = PenaltyStepper(design, slope, contact, state, Settings(1e-7))
+    cycle = gait_near(stepper, state, 1e-4)
     assert stepper.steps_a_cycle == 2
-    distance = between_cycles("a cycle", Machine(design, slope, contact), state, cycle.section_state)
+    distance = between_cycles("a cycle", Machine(design, slope, contact, 1e-8), state, cycle.section_state)
     assert distance.fine and distance.distance < 1e-7, distance
 
 
 def test_forces_and_the_foot_sensor_are_the_same(placed, contact, biped, slope):
     _, start = placed(contact)
-    other = exudyn_walk(biped, slope, contact, start, ExudynSettings.of_one_step(1e-10, 2e-4), steps=1)
+    other = exudyn_walk(biped, slope, contact, start, ExudynSettings.of_one_step(1e-8, 2e-4), steps=1)
     ours = simulate(biped, slope, contact, start, Settings(COMPILED), steps=1)
     assert ours.completed and other.completed and ours.heel_strikes == other.heel_strikes == 1
     time = np.linspace(1e-3, 0.45, 400)
@@ -107,7 +109,7 @@ def test_forces_and_the_foot_sensor_are_the_same(placed, contact, biped, slope):
 
 def test_the_cycle_is_the_same(placed, contact, gait):
     machine, start = placed(contact)
-    distance = between_cycles("a cycle", machine, start, gait.section_state)
+    distance = between_cycles("a cycle", dataclasses.replace(machine, tolerance=1e-9), start, gait.section_state)
     assert distance.fine and 0.0 < distance.own_error < 1e-8
 
 
@@ -121,7 +123,7 @@ def test_a_walk_that_ends_otherwise_is_not_fine(placed, contact):
             return heavier.exudyn(*given)
 
     mixed = Mixed(machine.biped, machine.slope, machine.contact)
-    assert not over_a_walk("a step", mixed, start).fine
+    assert not over_a_walk("a step", mixed, start, duration=0.1).fine
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ from stages.twin_ladder.section import SectionState, section_state, start_from, 
 @pytest.fixture(scope="module")
 def take(machines, parameters):
     """A step of the rung with this number at a fine tolerance."""
-    fine = dataclasses.replace(parameters.twin, tolerance=1e-8, largest_step=1e-3)
+    fine = dataclasses.replace(parameters.twin, tolerance=1e-7, largest_step=1e-3)
     maps = {}
 
     def step(rung, plane, side=UPRIGHT, stance=0):
@@ -43,7 +43,7 @@ def test_pairs_and_width_do_not_change_a_step_in_the_plane(take, plane, paramete
     """Without and with width, from the inner and from the outer pair: the step of the planar checker."""
     steps = [take(rung, plane, stance=stance) for rung in (0, 1) for stance in (0, 1)]
     like = PlanarState((0.0, 0.331), (0.2, 0.0), (0.0, 0.27), (0.0, 0.0), (0.33, 0.33), (0.0, 0.0), (True, False))
-    planar = dataclasses.replace(parameters.planar, assembly="tree", tolerance=1e-8, largest_step=1e-3)
+    planar = dataclasses.replace(parameters.planar, assembly="tree", tolerance=1e-7, largest_step=1e-3)
     start = planar_state(plane, like)
     assert np.array_equal(section_numbers(start), plane)
     run = simulate(parameters.biped, parameters.slope, parameters.contact, start, planar, steps=1)
