@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import cache
 
 import numpy as np
 
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.gait.poincare import FixedPoint, fixed_point
 from stages.analytic.model.kinds import Kind
 from stages.analytic.model.walker import Vector, Walker, build_walker
 from stages.analytic.phases.section import section_state
@@ -35,6 +38,25 @@ def changed(design: Biped, **values: object) -> Biped:
 def walker_of(design: Biped = TABLE_1, slope_deg: float = 2.0) -> Walker:
     """The dimensionless walker of a design on Earth."""
     return build_walker(design, Slope(slope_deg=slope_deg, gravity=9.81))
+
+
+@cache
+def found_gait(design: Biped, friction: Friction | None = None) -> tuple[Walker, FixedPoint]:
+    """Walker and most stable gait of a design on SLOPE, at tolerance 1e-12, searched for once for all tests.
+
+    Whoever writes into its arrays takes a copy.
+    """
+    return find_gait(design, SLOPE, 1e-12, friction)
+
+
+def gait_beside(
+    design: Biped, near: Vector, friction: Friction | None = None, tolerance: float = 1e-12
+) -> tuple[Walker, FixedPoint]:
+    """Walker and gait of a design on SLOPE by Newton's method from another's coordinates: a tenth of a search."""
+    walker = build_walker(design, SLOPE, friction)
+    point = fixed_point(walker, near, tolerance)
+    assert point is not None
+    return walker, point
 
 
 def random_states(walker: Walker, count: int, seed: int = 0) -> np.ndarray:

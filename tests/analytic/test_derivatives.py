@@ -21,7 +21,16 @@ from stages.analytic.phases.flow import DOUBLE_STANCE, HOVERING, SLIDING_BACK, S
 from stages.analytic.phases.section import section_state
 from stages.analytic.walk.recording import record
 from stages.ground.friction_coefficients import Friction
-from tests.analytic.designs import HEAVY_LEGS, SLOPE, TABLE_1, TABLE_1_RIGID, changed, walker_of
+from tests.analytic.designs import (
+    HEAVY_LEGS,
+    SLOPE,
+    TABLE_1,
+    TABLE_1_RIGID,
+    changed,
+    found_gait,
+    gait_beside,
+    walker_of,
+)
 from tests.analytic.test_transitions import landing_states
 
 STIFF = changed(TABLE_1, damping=1e5)
@@ -34,15 +43,13 @@ DESIGNS = {
     "low friction": DesignPoint(TABLE_1, SLOPE, Friction(0.5, 0.4)),
     "ice": DesignPoint(TABLE_1, SLOPE, Friction(0.05, 0.05)),
 }
-_FOUND = {}
 
 
 def gait_of(kind, tolerance=1e-12):
-    """(design, its gait), found once."""
-    if (kind, tolerance) not in _FOUND:
-        design = DESIGNS[kind]
-        _FOUND[kind, tolerance] = find_gait(design.biped, design.slope, tolerance, design.friction)[1]
-    return DESIGNS[kind], _FOUND[kind, tolerance]
+    """(design, its gait)."""
+    design = DESIGNS[kind]
+    _, point = found_gait(design.biped, design.friction)
+    return design, point if tolerance == 1e-12 else gait_beside(design.biped, point.z, design.friction, tolerance)[1]
 
 
 def slope_of(function, h, levels=3):

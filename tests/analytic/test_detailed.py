@@ -8,7 +8,7 @@ import pytest
 from stages.analytic.gait.continuation import TURNING_POINT, continue_gait
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import limp_of, report_gait
-from stages.analytic.gait.gait_search import find_gait, step_length, step_lengths
+from stages.analytic.gait.gait_search import step_length, step_lengths
 from stages.analytic.gait.poincare import fixed_point, iterate, poincare_derivative, poincare_map
 from stages.analytic.model import terms as eq
 from stages.analytic.model.kinds import (
@@ -25,7 +25,8 @@ from stages.analytic.phases.section import section_state
 from stages.analytic.phases.transitions import foot_clearance, heel_strike_reset
 from stages.analytic.walk.recording import record, states_at
 from stages.analytic.walk.sampling import sample_walk
-from tests.analytic.designs import FRICTION, HEAVY_LEGS, SLOPE, TABLE_1, changed, random_states
+from tests.analytic.designs import FRICTION, HEAVY_LEGS, SLOPE, TABLE_1, changed, gait_beside, random_states
+from tests.analytic.designs import found_gait as gait_of
 
 #: Every detail at work, and a gait with it.
 LAME = changed(
@@ -39,10 +40,6 @@ KINDS = pytest.mark.parametrize(("legs", "friction", "kind"), [
     ("rigid", None, DetailedRigid), ("compliant", None, DetailedRolling), ("compliant", FRICTION, DetailedLimited)])
 
 
-def gait_of(biped, friction=None, tolerance=1e-12):
-    return find_gait(biped, SLOPE, tolerance, friction)
-
-
 @pytest.fixture(scope="module")
 def lame():
     return gait_of(LAME)
@@ -54,7 +51,8 @@ def lame():
 def test_without_details_the_detailed_equations_are_table_1s(legs, friction, kind):
     """Step, derivative and gait differ by round-off, so a plain design may be walked as either."""
     biped = changed(HEAVY_LEGS, legs=legs)
-    plain, point = gait_of(biped, friction)
+    rolling = gait_of(biped)[1].z
+    plain, point = gait_beside(biped, rolling if friction is None else np.append(rolling, [0.0, 0.0]), friction)
     detailed = build_walker(biped, SLOPE, friction, detailed=True)
     assert type(detailed.p) is kind and not detailed.alternates
     (step, derivative), (own, own_derivative) = (poincare_derivative(w, point.z, 1e-12) for w in (plain, detailed))
@@ -265,7 +263,7 @@ def test_a_design_stays_detailed_where_a_detail_passes_zero():
 
 def test_gaits_by_the_difference_of_the_legs_are_a_closed_family():
     """Table 1 with one leg longer or shorter: two folds, alike on both sides, where stable and unstable gaits meet."""
-    walker, point = gait_of(TABLE_1, tolerance=1e-10)
+    walker, point = gait_of(TABLE_1)
     design = DesignPoint(TABLE_1, SLOPE).with_value("biped.other_leg_length", 0.333)
     branch = continue_gait(design, "biped.other_leg_length", (0.328, 0.338), point.z, 1e-9)
     assert branch.ended == "closes on itself" and branch.points[0].period == pytest.approx(

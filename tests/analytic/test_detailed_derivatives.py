@@ -10,9 +10,9 @@ from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.derivatives.multipliers import multiplier_derivatives
 from stages.analytic.derivatives.numbers import sensitive_names
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.gait.gait_search import find_gait, step_length
+from stages.analytic.gait.gait_search import step_length
 from stages.analytic.gait.poincare import fixed_point
-from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, changed
+from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, changed, found_gait, gait_beside
 from tests.analytic.differences import together
 from tests.analytic.test_detailed import LAME
 
@@ -23,7 +23,7 @@ DESIGNS = pytest.mark.parametrize(("legs", "friction"), [
 
 def varied(biped, friction, names=None):
     design = DesignPoint(biped, SLOPE, friction)
-    _, point = find_gait(biped, SLOPE, 1e-13, friction)
+    _, point = gait_beside(biped, found_gait(biped, friction)[1].z, friction, 1e-13)
     names = sensitive_names(design) if names is None else names
     return design, point, gait_derivatives(design, point, names, 1e-13)
 

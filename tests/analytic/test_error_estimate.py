@@ -16,13 +16,11 @@ from stages.analytic.walk.error_estimate import estimate_errors, gait_error
 from stages.analytic.walk.recording import crossing_state, record, states_at, walk_on
 from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.biped.accuracy.estimate import walk_differences
-from stages.ground.friction_coefficients import Friction
-from tests.analytic.designs import SLOPE, TABLE_1
+from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, found_gait, gait_beside
 from tests.analytic.test_detailed import LAME
 
 STEPS = 6
 FRAMES = dataclasses.replace(TABLE_1, frame_mass=0.01, frame_com=0.02)
-SLIPPERY = Friction(static_friction=1.1, dynamic_friction=0.9)
 
 
 def computed(walker, z, tolerance):
@@ -34,7 +32,9 @@ def computed(walker, z, tolerance):
 @cache
 def as_exact_as_can_be(design, friction):
     """Walker, gait, and what is computed of it, at the finest tolerance; each design's once."""
-    walker, found = find_gait(design, SLOPE, 1e-13, friction)
+    walker, found = found_gait(dataclasses.replace(design, hip_friction=0.0), friction)
+    if design.hip_friction:
+        walker, found = gait_beside(design, found.z)
     return walker, found, computed(walker, found.z, 1e-13)
 
 
@@ -52,8 +52,8 @@ def is_the_error(design, friction, tolerance):
 
 
 @pytest.mark.parametrize(("design", "legs", "friction"), [
-    (TABLE_1, "compliant", None), (TABLE_1, "rigid", None), (TABLE_1, "compliant", SLIPPERY),
-    (LAME, "compliant", None), (LAME, "rigid", None), (LAME, "compliant", SLIPPERY),
+    (TABLE_1, "compliant", None), (TABLE_1, "rigid", None), (TABLE_1, "compliant", FRICTION),
+    (LAME, "compliant", None), (LAME, "rigid", None), (LAME, "compliant", FRICTION),
 ])  # fmt: skip
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-8])
 def test_the_estimate_is_the_error(design, legs, friction, tolerance):
@@ -76,7 +76,7 @@ def test_the_estimate_is_the_error_of_a_hip_that_rubs(design, legs, tolerance):
 @pytest.mark.parametrize("design", [TABLE_1, LAME])
 def test_an_error_at_the_start_is_carried_through_impacts_and_phases(design):
     """A small change of the start, carried as an error, is what the changed walk differs by."""
-    walker, found = find_gait(design, SLOPE, 1e-13)
+    walker, found = found_gait(design)
     start = crossing_state(walker, found.z, 1e-13)
     change = 1e-7 * np.array([0.0, 0.3, -1.0, 0.2, 1.0, -0.4, 0.5, 0.7])
     walks = [walk_on(walker, start + sign * change, 3, 1e-13) for sign in (1, -1)]
@@ -90,7 +90,7 @@ def test_an_error_at_the_start_is_carried_through_impacts_and_phases(design):
 
 def test_the_errors_of_the_steps_have_the_integrators_order():
     """A quarter of a step has an own error, and so an estimate of it, of about 1 / 4^9."""
-    walker, found = find_gait(TABLE_1, SLOPE, 1e-13)
+    walker, found = found_gait(TABLE_1)
     single = record(walker, section_state(found.z, walker.p), 1, 1e-4)[-1]
     sizes = []
     for length in (0.06, 0.015):
@@ -112,7 +112,7 @@ def test_on_stiff_legs_an_estimate_that_does_not_lead_is_not_given():
 
 
 def test_where_estimates_do_not_lead_none_is_given(monkeypatch):
-    walker, found = find_gait(TABLE_1, SLOPE, 1e-8)
+    walker, found = gait_beside(TABLE_1, found_gait(TABLE_1)[1].z, tolerance=1e-8)
     monkeypatch.setattr(error_estimate, "OFF", 0.0)
     estimate = estimate_errors(walker, found, STEPS, 1e-8)
     assert not estimate.given

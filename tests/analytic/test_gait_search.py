@@ -124,7 +124,8 @@ def test_the_unstable_gait_of_rigid_legs_is_found():
     assert max(closes(walker, point) for point in points) <= 1e-9
 
 
-@pytest.mark.parametrize("index", [238, 260, 446, 460, 313])
+@pytest.mark.parametrize("index", [
+    238, 260, 313, *(pytest.param(index, marks=pytest.mark.slow) for index in (446, 460))])
 def test_gaits_that_were_missed_before(index):
     """Designs of benchmarks/missed_gaits.py with a stable gait that the search once did not find."""
     _, point = find_gait(*drawn(1, index), 1e-10)

@@ -5,12 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
+from stages.analytic.gait import gait_search
 from stages.analytic.gait.gait_report import record_steps, report_gait
-from stages.analytic.gait.gait_search import find_gait, gaits_kept
+from stages.analytic.gait.gait_search import gaits_kept
 from stages.analytic.parameters import Parameters, Settings
 from stages.analytic.run import run
 from stages.analytic.walk.recording import ROOM
-from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID
+from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID, gait_beside
 
 RATE = 20_000.0
 
@@ -93,9 +94,9 @@ def test_step_length_is_the_advance_of_the_hip(result):
     assert gait.speed_m_s == pytest.approx(gait.step_length_m / gait.period_s)
 
 
-def test_two_runs_give_the_same_bits(result):
+def test_two_runs_give_the_same_bits(result, monkeypatch):
     biped = TABLE_1 if result.gait.double_stance_s else TABLE_1_RIGID
-    gaits_kept.cache_clear()  # this run searches as well
+    monkeypatch.setattr(gait_search, "gaits_kept", gaits_kept.__wrapped__)  # this run searches as well
     again = run(Parameters(biped, SLOPE, FRICTION, RUBBER, Settings(tolerance=1e-11, steps=4, sampling_rate_hz=RATE)))
     assert again.walk.hip_specific_force.tobytes() == result.walk.hip_specific_force.tobytes()
     assert again.gait.floquet_multipliers.tobytes() == result.gait.floquet_multipliers.tobytes()
@@ -104,7 +105,8 @@ def test_two_runs_give_the_same_bits(result):
 def test_a_stiff_phase_is_recorded_whole():
     """Stiff legs, damped little, take more steps than there is room for at first; energy balances over all of them."""
     stiff = dataclasses.replace(TABLE_1, stiffness=2e8, damping=224.0)
-    walker, point = find_gait(stiff, SLOPE, 1e-10)
+    near = np.array([-0.277233, 1.0000000331, 0.9999999351, 0.474979, -0.205984])
+    walker, point = gait_beside(stiff, near, tolerance=1e-10)
     report = report_gait(walker, point, 1e-10, FRICTION.static_friction)
     longest = max(len(segment.times) for segment in record_steps(walker, point, 1e-10))
     assert longest > ROOM
