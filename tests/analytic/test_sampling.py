@@ -19,7 +19,7 @@ RATE = 20_000.0
 @pytest.fixture(scope="module", params=["compliant", "rigid"])
 def result(request):
     biped = TABLE_1 if request.param == "compliant" else TABLE_1_RIGID
-    return run(Parameters(biped, SLOPE, FRICTION, RUBBER, Settings(tolerance=1e-11, steps=4, sampling_rate_hz=RATE)))
+    return run(Parameters(biped, SLOPE, FRICTION, RUBBER, Settings(tolerance=1e-11, steps=2, sampling_rate_hz=RATE)))
 
 
 def smooth(walk):
@@ -75,7 +75,7 @@ def test_leg_signals_are_continuous_and_names_alternate(result):
     walk = result.walk
     assert np.abs(np.diff(walk.leg_angle, axis=0)).max() <= 20 / RATE
     assert np.abs(np.diff(walk.hip_position, axis=0)).max() <= 2 / RATE
-    assert walk.heel_strike_leg.tolist() == [1, 0, 1, 0, 1]
+    assert walk.heel_strike_leg.tolist() == [1, 0, 1]
     assert walk.toe_off_leg[0] == 0
 
 
@@ -89,15 +89,15 @@ def test_walk_starts_upright_on_leg_zero(result):
 def test_step_length_is_the_advance_of_the_hip(result):
     """Mean speed from hip position over whole steps, against the gait's own numbers."""
     walk, gait = result.walk, result.gait
-    advance = np.interp(walk.time[0] + 4 * gait.period_s, walk.time, walk.hip_position[:, 0]) - walk.hip_position[0, 0]
-    assert advance == pytest.approx(4 * gait.step_length_m, rel=1e-6)
+    advance = np.interp(walk.time[0] + 2 * gait.period_s, walk.time, walk.hip_position[:, 0]) - walk.hip_position[0, 0]
+    assert advance == pytest.approx(2 * gait.step_length_m, rel=1e-6)
     assert gait.speed_m_s == pytest.approx(gait.step_length_m / gait.period_s)
 
 
 def test_two_runs_give_the_same_bits(result, monkeypatch):
     biped = TABLE_1 if result.gait.double_stance_s else TABLE_1_RIGID
     monkeypatch.setattr(gait_search, "gaits_kept", gaits_kept.__wrapped__)  # this run searches as well
-    again = run(Parameters(biped, SLOPE, FRICTION, RUBBER, Settings(tolerance=1e-11, steps=4, sampling_rate_hz=RATE)))
+    again = run(Parameters(biped, SLOPE, FRICTION, RUBBER, Settings(tolerance=1e-11, steps=2, sampling_rate_hz=RATE)))
     assert again.walk.hip_specific_force.tobytes() == result.walk.hip_specific_force.tobytes()
     assert again.gait.floquet_multipliers.tobytes() == result.gait.floquet_multipliers.tobytes()
 
@@ -105,7 +105,7 @@ def test_two_runs_give_the_same_bits(result, monkeypatch):
 def test_a_stiff_phase_is_recorded_whole():
     """Stiff legs, damped little, take more steps than there is room for at first; energy balances over all of them."""
     stiff = dataclasses.replace(TABLE_1, stiffness=2e8, damping=224.0)
-    near = np.array([-0.277233, 1.0000000331, 0.9999999351, 0.474979, -0.205984])
+    near = np.array([-0.27723267252, 1.00000003311, 0.999999935063, 0.47497871623, -0.205984075264])
     walker, point = gait_beside(stiff, near, tolerance=1e-10)
     report = report_gait(walker, point, 1e-10, FRICTION.static_friction)
     longest = max(len(segment.times) for segment in record_steps(walker, point, 1e-10))
