@@ -265,7 +265,7 @@ def test_gaits_by_the_difference_of_the_legs_are_a_closed_family():
     """Table 1 with one leg longer or shorter: two folds, alike on both sides, where stable and unstable gaits meet."""
     walker, point = gait_of(TABLE_1)
     design = DesignPoint(TABLE_1, SLOPE).with_value("biped.other_leg_length", 0.333)
-    branch = continue_gait(design, "biped.other_leg_length", (0.328, 0.338), point.z, 1e-9)
+    branch = continue_gait(design, "biped.other_leg_length", (0.328, 0.338), point.z, 1e-8)
     assert branch.ended == "closes on itself" and branch.points[0].period == pytest.approx(
         2 * point.period * walker.time, abs=1e-9)  # fmt: skip
     folds = [special.point.value for special in branch.special if special.kind == TURNING_POINT]

@@ -9,17 +9,17 @@ from stages.analytic.gait import gait_search
 from stages.analytic.gait.gait_report import record_steps, report_gait
 from stages.analytic.gait.gait_search import gaits_kept
 from stages.analytic.parameters import Parameters, Settings
-from stages.analytic.run import run
 from stages.analytic.walk.recording import ROOM
-from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID, gait_beside
+from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID, gait_beside, run_alone
 
 RATE = 20_000.0
+SETTINGS = Settings(tolerance=1e-11, steps=2, sampling_rate_hz=RATE)
 
 
 @pytest.fixture(scope="module", params=["compliant", "rigid"])
 def result(request):
     biped = TABLE_1 if request.param == "compliant" else TABLE_1_RIGID
-    return run(Parameters(biped, SLOPE, FRICTION, RUBBER, Settings(tolerance=1e-11, steps=2, sampling_rate_hz=RATE)))
+    return run_alone(Parameters(biped, SLOPE, FRICTION, RUBBER, SETTINGS))
 
 
 def smooth(walk):
@@ -97,7 +97,7 @@ def test_step_length_is_the_advance_of_the_hip(result):
 def test_two_runs_give_the_same_bits(result, monkeypatch):
     biped = TABLE_1 if result.gait.double_stance_s else TABLE_1_RIGID
     monkeypatch.setattr(gait_search, "gaits_kept", gaits_kept.__wrapped__)  # this run searches as well
-    again = run(Parameters(biped, SLOPE, FRICTION, RUBBER, Settings(tolerance=1e-11, steps=2, sampling_rate_hz=RATE)))
+    again = run_alone(Parameters(biped, SLOPE, FRICTION, RUBBER, SETTINGS))
     assert again.walk.hip_specific_force.tobytes() == result.walk.hip_specific_force.tobytes()
     assert again.gait.floquet_multipliers.tobytes() == result.gait.floquet_multipliers.tobytes()
 
