@@ -11,6 +11,7 @@ import pytest
 from stages.analytic import run as stage
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import FixedPoint, fixed_point
+from stages.analytic.gait.search_starts import lengths_after_heel_strike
 from stages.analytic.model.kinds import Kind
 from stages.analytic.model.walker import Vector, Walker, build_walker
 from stages.analytic.parameters import Parameters
@@ -48,9 +49,11 @@ def walker_of(design: Biped = TABLE_1, slope_deg: float = 2.0) -> Walker:
 def found_gait(design: Biped, friction: Friction | None = None) -> tuple[Walker, FixedPoint]:
     """Walker and most stable gait of a design on SLOPE, at tolerance 1e-12, searched for once for all tests.
 
-    Whoever writes into its arrays takes a copy.
+    With friction it is the gait beside that of rolling feet. Whoever writes into its arrays takes a copy.
     """
-    return find_gait(design, SLOPE, 1e-12, friction)
+    if friction is not None:
+        return gait_beside(design, np.append(found_gait(design)[1].z, [0.0, 0.0]), friction)
+    return gait_beside(design, find_gait(design, SLOPE, 1e-8)[1].z)
 
 
 def gait_beside(
@@ -61,6 +64,12 @@ def gait_beside(
     point = fixed_point(walker, near, tolerance)
     assert point is not None
     return walker, point
+
+
+def stiff_gait(design: Biped, tolerance: float) -> tuple[Walker, FixedPoint]:
+    """Walker and gait of a design with stiff legs on SLOPE: beside that of rigid ones."""
+    lengths = lengths_after_heel_strike(build_walker(design, SLOPE).p)
+    return gait_beside(design, np.array([-0.2772, *lengths, 0.475, -0.2057]), tolerance=tolerance)
 
 
 def run_alone(parameters: Parameters) -> Result:

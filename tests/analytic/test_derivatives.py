@@ -12,7 +12,7 @@ from stages.analytic.derivatives.multipliers import APART, LEADING, multiplier_d
 from stages.analytic.derivatives.numbers import changes_of, moved, sensitive_names
 from stages.analytic.derivatives.step_map import varied_step, walk_derivatives
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.gait.gait_search import describe, find_gait, step_length
+from stages.analytic.gait.gait_search import describe, step_length
 from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poincare_map
 from stages.analytic.model.kinds import StiffRolling
 from stages.analytic.model.varied import varied
@@ -29,6 +29,7 @@ from tests.analytic.designs import (
     changed,
     found_gait,
     gait_beside,
+    stiff_gait,
     walker_of,
 )
 from tests.analytic.test_transitions import landing_states
@@ -277,7 +278,7 @@ def test_impact_with_limited_friction_answers_to_the_numbers(kind):
 def test_stiff_legs_have_derivatives_too():
     """Implicit steps carry them as well."""
     design = DesignPoint(STIFF, SLOPE)
-    walker, point = find_gait(STIFF, SLOPE, 1e-12)
+    walker, point = stiff_gait(STIFF, 1e-12)
     assert type(walker.p) is StiffRolling
     names = ("biped.hip_mass", "biped.foot_com", "ground.slope_deg")
     given = gait_derivatives(design, point, names, 1e-12).elasticities()["period_s"]

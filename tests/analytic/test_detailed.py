@@ -25,7 +25,7 @@ from stages.analytic.phases.section import section_state
 from stages.analytic.phases.transitions import foot_clearance, heel_strike_reset
 from stages.analytic.walk.recording import record, states_at
 from stages.analytic.walk.sampling import sample_walk
-from tests.analytic.designs import FRICTION, HEAVY_LEGS, SLOPE, TABLE_1, changed, gait_beside, random_states
+from tests.analytic.designs import FRICTION, HEAVY_LEGS, SLOPE, TABLE_1, changed, random_states
 from tests.analytic.designs import found_gait as gait_of
 
 #: Every detail at work, and a gait with it.
@@ -51,8 +51,7 @@ def lame():
 def test_without_details_the_detailed_equations_are_table_1s(legs, friction, kind):
     """Step, derivative and gait differ by round-off, so a plain design may be walked as either."""
     biped = changed(HEAVY_LEGS, legs=legs)
-    rolling = gait_of(biped)[1].z
-    plain, point = gait_beside(biped, rolling if friction is None else np.append(rolling, [0.0, 0.0]), friction)
+    plain, point = gait_of(biped, friction)
     detailed = build_walker(biped, SLOPE, friction, detailed=True)
     assert type(detailed.p) is kind and not detailed.alternates
     (step, derivative), (own, own_derivative) = (poincare_derivative(w, point.z, 1e-12) for w in (plain, detailed))

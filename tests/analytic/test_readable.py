@@ -22,12 +22,11 @@ from tests.analytic.test_detailed import LAME
 @pytest.mark.parametrize("kind", ["table_1_gait", "rigid_gait"])
 def test_both_paths_take_the_same_step(kind, request):
     walker, point = request.getfixturevalue(kind)
-    disturbed = point.z * 1.003
-    for z in (point.z, disturbed):
-        compiled, other = poincare_map(walker, z, 1e-12), take_step(walker, z, 1e-12)
-        assert np.abs(other.z - compiled.z).max() <= 1e-9
-        assert other.period == pytest.approx(compiled.period, rel=1e-9)
-        assert other.double_stance == pytest.approx(compiled.double_stance, abs=1e-10)
+    z = point.z * 1.003
+    compiled, other = poincare_map(walker, z, 1e-12), take_step(walker, z, 1e-12)
+    assert np.abs(other.z - compiled.z).max() <= 1e-9
+    assert other.period == pytest.approx(compiled.period, rel=1e-9)
+    assert other.double_stance == pytest.approx(compiled.double_stance, abs=1e-10)
 
 
 @pytest.mark.parametrize("legs", ["rigid", "compliant"])

@@ -137,7 +137,7 @@ def test_legs_that_differ_are_put_down_each_in_its_time():
 
 
 def test_feet_that_retract_and_land_themselves_scuff_nothing(free):
-    walker, point = find_gait(changed(FREE, feet_retract=True), SLOPE, TOLERANCE)
+    walker, point = found_gait(changed(FREE, feet_retract=True))
     assert np.array_equal(point.z, free[1].z) and walker.retracts
     assert report_gait(walker, point, TOLERANCE, 1.1).validity.deepest_scuff == 0.0
     assert report_gait(*free, TOLERANCE, 1.1).validity.deepest_scuff > 1e-5
