@@ -133,7 +133,7 @@ def test_detailed_points_have_every_detail_and_kind(full, parameters):
 def test_the_compiled_penalty_walker_is_asked_of_a_detailed_design(parameters):
     design = dataclasses.replace(
         parameters.biped, frame_mass=0.03, frame_com=0.04, frame_inertia=1e-4, hip_damping=5e-4)
-    given = dataclasses.replace(with_settings(parameters, penalty_tolerance=1e-6), biped=design)
+    given = dataclasses.replace(parameters, biped=design)
     point = next(point for point in points(given) if point.engine == COMPILED)
     found = evaluate(given, point)
     assert found.status == RIGHT and "tree" in found.reference
