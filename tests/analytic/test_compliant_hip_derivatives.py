@@ -102,7 +102,7 @@ def test_a_gait_s_derivatives_are_those_of_differences(free, values):
     names = ("biped.hip_friction", "biped.foot_mass", "biped.frame_com", "ground.slope_deg", "biped.damping")
     gait = gait_derivatives(design, point, names, 1e-13)
     exact = np.array([gait.period * gait.walker.time, gait.step_length * gait.walker.length])
-    for group, weights in along_all(np.abs(exact).max(axis=0), 3):
+    for group, weights in along_all(np.abs(exact).max(axis=0), 5):
         wanted = gait_slope(design, point.z, {names[row]: by for row, by in zip(group, weights, strict=True)})
         # what each of them may be off by at most, if it is alone
         allowed = np.abs(weights) * np.maximum(1e-8, 2e-6 * np.abs(exact[:, group]))

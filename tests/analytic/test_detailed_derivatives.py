@@ -46,7 +46,7 @@ def test_derivatives_by_all_numbers_are_those_of_differences(legs, friction):
                        for name in names])  # fmt: skip
     values, steps = np.array([design.value(name) for name in names]), shares * gait.changes.scales[rows]
     exact = np.array([gait.period[rows] * walker.time, gait.step_length[rows] * walker.length]) * shares
-    for group, weights in together(np.abs(exact).max(axis=0), 10):
+    for group, weights in together(np.abs(exact).max(axis=0), 18):
 
         def at(by):
             changed = values[group] + by * weights * steps[group]  # noqa: B023

@@ -96,7 +96,7 @@ def test_a_parameter_that_is_zero_may_be_uncertain_too(gait):
     assert one.worst == pytest.approx(one.value - heavier["step_frequency_hz"], rel=0.02)
 
 
-def test_the_stage_tells_elasticities_of_all_and_uncertainties_of_what_is_given(gait):
+def test_the_stage_tells_elasticities_of_all_and_uncertainties_of_what_is_given(gait, uncertainties):
     settings = Settings(tolerance=1e-7, steps=1, sampling_rate_hz=200.0)
     result = run_alone(Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, settings, DesignDigits(DIGITS), SlopeDigits()))
     assert [one.parameter for one in result.elasticities] == list(sensitive_names(DESIGN))
@@ -104,7 +104,7 @@ def test_the_stage_tells_elasticities_of_all_and_uncertainties_of_what_is_given(
         f"biped.{name}": width for name, width in DIGITS.items()}
     assert all(one.slope_least == one.slope_most == one.value for one in result.uncertainties)
     again = uncertainties_of(DESIGN, gait, WIDTHS, multiplier_derivatives(gait))
-    assert again == uncertainties_of(DESIGN, gait, WIDTHS), "multipliers known already are not derived again"
+    assert again == tuple(uncertainties.values()), "multipliers known already are not derived again"
     assert result.uncertainties[0].value == result.gait.period_s
     exact = run_alone(Parameters(TABLE_1_RIGID, SLOPE, FRICTION, RUBBER, settings))
     names = sensitive_names(DesignPoint(TABLE_1_RIGID, SLOPE))
