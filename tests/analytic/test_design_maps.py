@@ -24,7 +24,7 @@ from stages.analytic.maps.following import along_tangent, corrected, in_parts
 from stages.analytic.parameters import Parameters, Settings
 from stages.analytic.questions import map as design_map
 from stages.biped.question import WrongOption
-from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID
+from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID, found_gait, gait_beside
 
 TOLERANCE = 1e-8
 BASE = DesignPoint(TABLE_1, SLOPE)
@@ -174,7 +174,7 @@ def test_a_map_that_was_killed_goes_on_where_it_was_and_gives_the_same_rows(clou
     ids=["rolling", "limited", "rigid"],
 )
 def test_a_gait_follows_from_its_neighbour_for_every_kind_of_walker(design, name, to):
-    known = anchor(*find_gait(design.biped, design.slope, TOLERANCE, design.friction), TOLERANCE)
+    known = anchor(*found_gait(design.biped, design.friction), TOLERANCE)
     there = design.with_value(name, to)
     walker, point = find_gait(there.biped, there.slope, TOLERANCE, there.friction)
     for found in (along_tangent(walker, known, TOLERANCE), in_parts(walker, known, TOLERANCE)):
@@ -290,6 +290,5 @@ def test_a_map_over_the_friction_of_a_hip_begins_without_it(biped):
     known = [each for each in anchors_of(task, 0, 1) if each]
     rows = np.array(block(Task(box, base, TOLERANCE, "complete", known), 0, box.size))
     for row, values in zip(rows, box.values(0, box.size), strict=True):
-        design = box.design(base, values)
-        walker, point = find_gait(design.biped, design.slope, TOLERANCE)
+        walker, point = gait_beside(box.design(base, values).biped, found_gait(biped)[1].z)
         assert row[2] == pytest.approx(point.period * walker.time, rel=1e-6)
