@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -57,11 +57,14 @@ def step_slope(walker: Walker, z: Vector, change: Vector, size: float) -> Vector
     return extrapolated(there, size)
 
 
-def gait_slope(design: DesignPoint, z: Vector, name: str) -> Vector:
-    """Derivatives (2,) of period [s] and step length [m] of the gait near `z` for a whole share of a parameter."""
+def gait_slope(design: DesignPoint, z: Vector, weights: Mapping[str, float]) -> Vector:
+    """Derivatives (2,) of period [s] and step length [m] of the gait near `z` for parameters that change together, each
+    by so many whole shares.
+    """
 
     def there(share: float) -> Vector:
-        walker = design.with_value(name, design.value(name) * (1 + share)).walker()
+        walker = design.with_values(
+            {name: design.value(name) * (1 + share * weight) for name, weight in weights.items()}).walker()
         found = fixed_point(walker, z, 1e-13)
         assert found is not None
         return np.array([found.period * walker.time, step_length(walker, found) * walker.length])

@@ -5,14 +5,13 @@ import pytest
 
 from stages.analytic.explored import BACK, REACHES, STILL
 from stages.analytic.gait.basin import NONE, basin_of_attraction
-from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import poincare_map
-from tests.analytic.designs import SLOPE, TABLE_1
+from tests.analytic.designs import TABLE_1, found_gait
 
 
 @pytest.fixture(scope="module")
 def gait():
-    return find_gait(TABLE_1, SLOPE, 1e-10)
+    return found_gait(TABLE_1)
 
 
 def small_map(gait, workers):
@@ -21,8 +20,13 @@ def small_map(gait, workers):
     return basin_of_attraction(walker, [point.z], angles, rates, workers=workers)
 
 
-def test_the_map_does_not_depend_on_the_number_of_workers(gait):
-    one, two = small_map(gait, 1), small_map(gait, 2)
+@pytest.fixture(scope="module")
+def mapped(gait):
+    return small_map(gait, 2)
+
+
+def test_the_map_does_not_depend_on_the_number_of_workers(gait, mapped):
+    one, two = small_map(gait, 1), mapped
     assert (one.steps == two.steps).all()
     assert (one.ending == two.ending).all()
     assert (one.reached == two.reached).all()
@@ -37,9 +41,8 @@ def test_the_gait_lies_in_its_own_basin_and_a_standstill_does_not(gait):
     assert mapped.steps[0, 1] < 30
 
 
-def test_a_start_in_the_basin_does_walk_to_the_gait(gait):
+def test_a_start_in_the_basin_does_walk_to_the_gait(gait, mapped):
     walker, point = gait
-    mapped = small_map(gait, 2)
     inside = np.argwhere(mapped.reached >= 0)
     assert len(inside) > 3
     row, column = inside[0]

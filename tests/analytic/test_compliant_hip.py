@@ -20,7 +20,7 @@ from stages.analytic.phases.succession import ends_step
 from stages.analytic.walk.recording import crossing_state, record, walk_on
 from stages.analytic.walk.sampling import sample_walk
 from stages.biped.design import BeyondModel
-from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, changed
+from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, changed, found_gait
 from tests.analytic.differences import map_slope
 
 FREE = changed(TABLE_1, frame_mass=0.01, frame_com=0.02)
@@ -30,7 +30,7 @@ SIZES = (4e-6, 4e-7, 4e-7, 4e-6, 4e-6)
 
 @pytest.fixture(scope="module")
 def free():
-    return find_gait(FREE, SLOPE, 1e-12)
+    return found_gait(FREE)
 
 
 def rubbing(friction, **values):

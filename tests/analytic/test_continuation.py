@@ -89,7 +89,7 @@ def test_a_family_is_followed_round_its_turning_points():
     """Table 1's gait turns three times in the damping: between two of the turns four gaits stand side by side."""
     design = DesignPoint(TABLE_1, SLOPE)
     z = np.array([-0.2648, 1.00253, 0.99483, 0.4220, -0.1568])
-    branch = continue_gait(design, "biped.damping", (50.0, 195.0), z, 1e-10)
+    branch = continue_gait(design, "biped.damping", (50.0, 195.0), z, 1e-8)
     turns = [special.point for special in branch.special if special.kind == TURNING_POINT]
     assert len(turns) == 3
     for turn in turns:

@@ -12,7 +12,7 @@ from stages.analytic.derivatives.multipliers import APART, LEADING, multiplier_d
 from stages.analytic.derivatives.numbers import changes_of, moved, sensitive_names
 from stages.analytic.derivatives.step_map import varied_step, walk_derivatives
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.gait.gait_search import describe, find_gait, step_length
+from stages.analytic.gait.gait_search import describe, step_length
 from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poincare_map
 from stages.analytic.model.kinds import StiffRolling
 from stages.analytic.model.varied import varied
@@ -21,7 +21,17 @@ from stages.analytic.phases.flow import DOUBLE_STANCE, HOVERING, SLIDING_BACK, S
 from stages.analytic.phases.section import section_state
 from stages.analytic.walk.recording import record
 from stages.ground.friction_coefficients import Friction
-from tests.analytic.designs import HEAVY_LEGS, SLOPE, TABLE_1, TABLE_1_RIGID, changed, walker_of
+from tests.analytic.designs import (
+    HEAVY_LEGS,
+    SLOPE,
+    TABLE_1,
+    TABLE_1_RIGID,
+    changed,
+    found_gait,
+    gait_beside,
+    stiff_gait,
+    walker_of,
+)
 from tests.analytic.test_transitions import landing_states
 
 STIFF = changed(TABLE_1, damping=1e5)
@@ -34,15 +44,13 @@ DESIGNS = {
     "low friction": DesignPoint(TABLE_1, SLOPE, Friction(0.5, 0.4)),
     "ice": DesignPoint(TABLE_1, SLOPE, Friction(0.05, 0.05)),
 }
-_FOUND = {}
 
 
 def gait_of(kind, tolerance=1e-12):
-    """(design, its gait), found once."""
-    if (kind, tolerance) not in _FOUND:
-        design = DESIGNS[kind]
-        _FOUND[kind, tolerance] = find_gait(design.biped, design.slope, tolerance, design.friction)[1]
-    return DESIGNS[kind], _FOUND[kind, tolerance]
+    """(design, its gait)."""
+    design = DESIGNS[kind]
+    _, point = found_gait(design.biped, design.friction)
+    return design, point if tolerance == 1e-12 else gait_beside(design.biped, point.z, design.friction, tolerance)[1]
 
 
 def slope_of(function, h, levels=3):
@@ -270,7 +278,7 @@ def test_impact_with_limited_friction_answers_to_the_numbers(kind):
 def test_stiff_legs_have_derivatives_too():
     """Implicit steps carry them as well."""
     design = DesignPoint(STIFF, SLOPE)
-    walker, point = find_gait(STIFF, SLOPE, 1e-12)
+    walker, point = stiff_gait(STIFF, 1e-12)
     assert type(walker.p) is StiffRolling
     names = ("biped.hip_mass", "biped.foot_com", "ground.slope_deg")
     given = gait_derivatives(design, point, names, 1e-12).elasticities()["period_s"]

@@ -13,7 +13,7 @@ from stages.analytic.design.search import Problem, search_design
 from stages.analytic.design.stance_extremes import shift_to_letting_go
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import record_steps, report_gait
-from stages.analytic.gait.gait_search import describe, find_gait
+from stages.analytic.gait.gait_search import describe
 from stages.analytic.gait.poincare import fixed_point
 from stages.analytic.integration.phase import EVENT, NO_NODES
 from stages.analytic.integration.step import integrate
@@ -24,17 +24,17 @@ from stages.analytic.phases.flow import HIP_STICKS
 from stages.analytic.questions import design as design_question
 from stages.analytic.walk.recording import in_single_stance
 from stages.ground.slope import Slope
-from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1
+from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, found_gait, gait_beside
 from tests.analytic.test_detailed import LAME
 from tests.analytic.test_questions import Listener
 
 DESIGN = DesignPoint(TABLE_1, SLOPE)
-TOLERANCE = 1e-10
+TOLERANCE = 1e-8
 
 
 @pytest.fixture(scope="module")
 def start():
-    return find_gait(TABLE_1, SLOPE, TOLERANCE)[1].z
+    return found_gait(TABLE_1)[1].z
 
 
 def within(share, *names):
@@ -92,7 +92,7 @@ PARAMETERS = ("biped.foot_radius", "biped.foot_com", "biped.leg_length", "biped.
 def varied_gait(request):
     """A walker's gait with derivatives, and the change of its gait with one parameter."""
     design = WALKERS[request.param]
-    _, point = find_gait(design.biped, SLOPE, 1e-12, design.friction)
+    _, point = found_gait(design.biped, design.friction)
     names = PARAMETERS if request.param == "rigid" else (*PARAMETERS, "biped.stiffness", "biped.damping")
 
     gait = gait_derivatives(design, point, names, 1e-12)
@@ -184,9 +184,9 @@ def test_a_search_that_runs_out_of_steps_says_so(start):
 def test_a_search_ends_on_the_fold_of_the_family():
     """With damping 300 the long steps of steeper slopes turn back near 2.1038 degrees, see test_gait_search."""
     design = DesignPoint(dataclasses.replace(TABLE_1, damping=300.0), Slope(slope_deg=2.3, gravity=9.81))
-    point = fixed_point(design.walker(), np.array([-0.2655, 1.0029, 0.9942, 0.4258, -0.1524]), TOLERANCE)
+    point = fixed_point(design.walker(), np.array([-0.2655, 1.0029, 0.9942, 0.4258, -0.1524]), 1e-10)
     found = search_design(
-        design, point.z, {"ground.slope_deg": (1.9, 2.5)}, tolerance=TOLERANCE, goal="scuff")[0]
+        design, point.z, {"ground.slope_deg": (1.9, 2.5)}, tolerance=1e-10, goal="scuff")[0]
     assert found.ending == "fold"
     assert found.best.design.slope.slope_deg == pytest.approx(2.10382, abs=1e-5)
 
@@ -209,7 +209,8 @@ def detailed_gait(request):
     design = DesignPoint(dataclasses.replace(
         LAME if "limps" in request.param else RUBBING, hip_friction=1e-3 if "rubs" in request.param else 0.0,
         legs="rigid" if "rigid" in request.param else "compliant"), SLOPE)
-    _, point = find_gait(design.biped, SLOPE, 1e-12)
+    free = found_gait(dataclasses.replace(design.biped, hip_friction=0.0))[1]
+    _, point = gait_beside(design.biped, free.z)
     names = "biped.frame_com", "biped.foot_com", "biped.hip_friction", "biped.other_foot_mass"
     there = tuple(name for name in names if name in sensitive_names(design))
     gait = gait_derivatives(design, point, there, 1e-12)
@@ -269,7 +270,7 @@ def test_where_a_hip_lets_go_variations_are_brought_to_that_event():
 def test_a_search_makes_a_gait_that_limps_more_stable():
     """The target is held by the mean of both steps."""
     design = DesignPoint(LAME, SLOPE)
-    walker, point = find_gait(LAME, SLOPE, TOLERANCE)
+    walker, point = found_gait(LAME)
     speed = describe(walker, point).speed_m_s
     bounds = {name: (0.97 * design.value(name), 1.03 * design.value(name))
               for name in ("biped.other_foot_com", "biped.frame_com", "biped.hip_damping")}

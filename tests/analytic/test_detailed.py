@@ -8,7 +8,7 @@ import pytest
 from stages.analytic.gait.continuation import TURNING_POINT, continue_gait
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import limp_of, report_gait
-from stages.analytic.gait.gait_search import find_gait, step_length, step_lengths
+from stages.analytic.gait.gait_search import step_length, step_lengths
 from stages.analytic.gait.poincare import fixed_point, iterate, poincare_derivative, poincare_map
 from stages.analytic.model import terms as eq
 from stages.analytic.model.kinds import (
@@ -26,6 +26,7 @@ from stages.analytic.phases.transitions import foot_clearance, heel_strike_reset
 from stages.analytic.walk.recording import record, states_at
 from stages.analytic.walk.sampling import sample_walk
 from tests.analytic.designs import FRICTION, HEAVY_LEGS, SLOPE, TABLE_1, changed, random_states
+from tests.analytic.designs import found_gait as gait_of
 
 #: Every detail at work, and a gait with it.
 LAME = changed(
@@ -37,10 +38,6 @@ LAME_RIGID = changed(LAME, legs="rigid")
 #: The kinds of walkers there are with details.
 KINDS = pytest.mark.parametrize(("legs", "friction", "kind"), [
     ("rigid", None, DetailedRigid), ("compliant", None, DetailedRolling), ("compliant", FRICTION, DetailedLimited)])
-
-
-def gait_of(biped, friction=None, tolerance=1e-12):
-    return find_gait(biped, SLOPE, tolerance, friction)
 
 
 @pytest.fixture(scope="module")
@@ -265,9 +262,9 @@ def test_a_design_stays_detailed_where_a_detail_passes_zero():
 
 def test_gaits_by_the_difference_of_the_legs_are_a_closed_family():
     """Table 1 with one leg longer or shorter: two folds, alike on both sides, where stable and unstable gaits meet."""
-    walker, point = gait_of(TABLE_1, tolerance=1e-10)
+    walker, point = gait_of(TABLE_1)
     design = DesignPoint(TABLE_1, SLOPE).with_value("biped.other_leg_length", 0.333)
-    branch = continue_gait(design, "biped.other_leg_length", (0.328, 0.338), point.z, 1e-9)
+    branch = continue_gait(design, "biped.other_leg_length", (0.328, 0.338), point.z, 1e-8)
     assert branch.ended == "closes on itself" and branch.points[0].period == pytest.approx(
         2 * point.period * walker.time, abs=1e-9)  # fmt: skip
     folds = [special.point.value for special in branch.special if special.kind == TURNING_POINT]

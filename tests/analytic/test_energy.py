@@ -2,12 +2,12 @@
 
 import pytest
 
-from stages.analytic.gait.gait_search import find_gait, step_length
+from stages.analytic.gait.gait_search import step_length
 from stages.analytic.phases.flow import DOUBLE_STANCE, RIGID
 from stages.analytic.phases.section import section_state
 from stages.analytic.walk.energy import audit
 from stages.analytic.walk.recording import record
-from tests.analytic.designs import HEAVY_LEGS, SLOPE, TABLE_1, TABLE_1_RIGID, changed
+from tests.analytic.designs import HEAVY_LEGS, TABLE_1, TABLE_1_RIGID, changed, found_gait
 
 DESIGNS = {
     "Table 1": TABLE_1,
@@ -20,7 +20,7 @@ DESIGNS = {
 @pytest.mark.parametrize("name", DESIGNS)
 def test_gravity_pays_for_dampers_and_impact(name):
     """Closes to 1e-9 of gravity's work; every term is counted where it arises, none as the rest of the others."""
-    walker, point = find_gait(DESIGNS[name], SLOPE, 1e-12)
+    walker, point = found_gait(DESIGNS[name])
     start = section_state(point.z, walker.p)
     segments = record(walker, start, 1, 1e-12, RIGID if walker.rigid else DOUBLE_STANCE)
     report = audit(walker, segments, step_length(walker, point))

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from stages.analytic.gait.gait_search import find_gait, step_length
+from stages.analytic.gait.gait_search import step_length
 from stages.analytic.gait.poincare import fixed_point
 from stages.analytic.model.kinds import Rubbing, StiffRolling
 from stages.analytic.phases.section import section_state
@@ -17,7 +17,7 @@ from stages.analytic.walk.recording import crossing_state, record, states_at, wa
 from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.biped.accuracy.estimate import walk_differences
 from stages.ground.friction_coefficients import Friction
-from tests.analytic.designs import SLOPE, TABLE_1
+from tests.analytic.designs import TABLE_1, found_gait, gait_beside, stiff_gait
 from tests.analytic.test_detailed import LAME
 
 STEPS = 6
@@ -34,7 +34,9 @@ def computed(walker, z, tolerance):
 @cache
 def as_exact_as_can_be(design, friction):
     """Walker, gait, and what is computed of it, at the finest tolerance; each design's once."""
-    walker, found = find_gait(design, SLOPE, 1e-13, friction)
+    walker, found = found_gait(dataclasses.replace(design, hip_friction=0.0), friction)
+    if design.hip_friction:
+        walker, found = gait_beside(design, found.z)
     return walker, found, computed(walker, found.z, 1e-13)
 
 
@@ -65,7 +67,7 @@ def test_the_estimate_is_the_error(design, legs, friction, tolerance):
 
 @pytest.mark.parametrize(("design", "legs"), [
     (FRAMES, "rigid"), (FRAMES, "compliant"), (LAME, "rigid"), (LAME, "compliant")])
-@pytest.mark.parametrize("tolerance", [1e-6, 1e-8])
+@pytest.mark.parametrize("tolerance", [1e-6, pytest.param(1e-8, marks=pytest.mark.slow)])
 def test_the_estimate_is_the_error_of_a_hip_that_rubs(design, legs, tolerance):
     """Through the events at which the hip turns, or comes to rest."""
     own = dataclasses.replace(design, legs=legs, hip_friction=2e-3)
@@ -76,7 +78,7 @@ def test_the_estimate_is_the_error_of_a_hip_that_rubs(design, legs, tolerance):
 @pytest.mark.parametrize("design", [TABLE_1, LAME])
 def test_an_error_at_the_start_is_carried_through_impacts_and_phases(design):
     """A small change of the start, carried as an error, is what the changed walk differs by."""
-    walker, found = find_gait(design, SLOPE, 1e-13)
+    walker, found = found_gait(design)
     start = crossing_state(walker, found.z, 1e-13)
     change = 1e-7 * np.array([0.0, 0.3, -1.0, 0.2, 1.0, -0.4, 0.5, 0.7])
     walks = [walk_on(walker, start + sign * change, 3, 1e-13) for sign in (1, -1)]
@@ -90,7 +92,7 @@ def test_an_error_at_the_start_is_carried_through_impacts_and_phases(design):
 
 def test_the_errors_of_the_steps_have_the_integrators_order():
     """A quarter of a step has an own error, and so an estimate of it, of about 1 / 4^9."""
-    walker, found = find_gait(TABLE_1, SLOPE, 1e-13)
+    walker, found = found_gait(TABLE_1)
     single = record(walker, section_state(found.z, walker.p), 1, 1e-4)[-1]
     sizes = []
     for length in (0.06, 0.015):
@@ -104,7 +106,7 @@ def test_the_errors_of_the_steps_have_the_integrators_order():
 def test_on_stiff_legs_an_estimate_that_does_not_lead_is_not_given():
     """Radau's order falls on stiff legs, so that halves of a step do not tell the error of the whole."""
     stiff = dataclasses.replace(TABLE_1, stiffness=2800.0 * 1e4, damping=58.35 * 1e2)
-    walker, found = find_gait(stiff, SLOPE, 1e-7)
+    walker, found = stiff_gait(stiff, 1e-7)
     assert isinstance(walker.p, StiffRolling)
     estimate = estimate_errors(walker, found, STEPS, 1e-7)
     assert not estimate.given
@@ -112,7 +114,7 @@ def test_on_stiff_legs_an_estimate_that_does_not_lead_is_not_given():
 
 
 def test_where_estimates_do_not_lead_none_is_given(monkeypatch):
-    walker, found = find_gait(TABLE_1, SLOPE, 1e-8)
+    walker, found = gait_beside(TABLE_1, found_gait(TABLE_1)[1].z, tolerance=1e-8)
     monkeypatch.setattr(error_estimate, "OFF", 0.0)
     estimate = estimate_errors(walker, found, STEPS, 1e-8)
     assert not estimate.given

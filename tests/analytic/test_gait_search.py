@@ -34,11 +34,12 @@ def test_stable_long_step_and_unstable_short_step_are_both_found(table_1_gait, t
 
 def test_what_is_found_once_is_kept_and_each_caller_has_arrays_of_its_own(rigid_gait):
     walker, point = rigid_gait
-    first, before = find_gaits(walker, 1e-12, unstable=False), gaits_kept.cache_info().misses
-    assert np.array_equal(first[0].z, point.z)
+    first, before = find_gaits(walker, 1e-10, unstable=False), gaits_kept.cache_info().misses
+    z = first[0].z.copy()
+    assert z == pytest.approx(point.z, abs=1e-9)
     first.pop(0).z[:] = 0.0
-    again = find_gaits(walker, 1e-12, unstable=False)
-    assert gaits_kept.cache_info().misses == before and np.array_equal(again[0].z, point.z)
+    again = find_gaits(walker, 1e-10, unstable=False)
+    assert gaits_kept.cache_info().misses == before and np.array_equal(again[0].z, z)
 
 
 @pytest.mark.parametrize("stiffness", [pytest.param(1e4, marks=pytest.mark.slow), 1e5])
@@ -124,7 +125,8 @@ def test_the_unstable_gait_of_rigid_legs_is_found():
     assert max(closes(walker, point) for point in points) <= 1e-9
 
 
-@pytest.mark.parametrize("index", [238, 260, 446, 460, 313])
+@pytest.mark.parametrize("index", [
+    238, 260, 313, *(pytest.param(index, marks=pytest.mark.slow) for index in (446, 460))])
 def test_gaits_that_were_missed_before(index):
     """Designs of benchmarks/missed_gaits.py with a stable gait that the search once did not find."""
     _, point = find_gait(*drawn(1, index), 1e-10)

@@ -5,15 +5,14 @@ import math
 
 import pytest
 
-from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.outsole_effect import outsole_effect, zero_of
 from stages.analytic.gait.sensitivity import Neighbours
 from stages.biped.outsole.rubber import soled
-from tests.analytic.designs import RUBBER, SLOPE, TABLE_1
+from tests.analytic.designs import RUBBER, SLOPE, TABLE_1, found_gait
 
 
 def test_the_sign_turns_where_the_frequency_is_the_bare_feets():
-    _, point = find_gait(TABLE_1, SLOPE, 1e-10, None)
+    _, point = found_gait(TABLE_1)
     near = Neighbours(TABLE_1, SLOPE, point.z, 1e-10)
     usual = near.of(TABLE_1)[1]
     found = outsole_effect(near, RUBBER, 0.002)

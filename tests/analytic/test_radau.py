@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from stages.analytic.gait.gait_report import report_gait
-from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import poincare_derivative, poincare_map
 from stages.analytic.integration.integrator import STAGES
 from stages.analytic.integration.radau import error_norm, jacobian, take_step
@@ -13,7 +12,7 @@ from stages.analytic.integration.readable import take_step as readable_step
 from stages.analytic.model.kinds import Stiff
 from stages.analytic.model.stiffness import axial_rates
 from stages.analytic.phases.flow import SINGLE_STANCE, flow
-from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, changed, random_states, walker_of
+from tests.analytic.designs import FRICTION, TABLE_1, changed, random_states, stiff_gait, walker_of
 from tests.analytic.test_dop853 import fixed_steps
 
 STATE = np.array([-0.2, 0.995, -0.25, 1.001, 0.4, -0.1, -0.3, 0.05])
@@ -83,7 +82,7 @@ def test_estimate_is_not_smaller_than_the_error():
 
 @pytest.mark.parametrize("design", STIFF, ids=lambda d: f"k {d.stiffness:g}, b {d.damping:g}")
 def test_stiff_legs_take_implicit_steps_and_few_of_them(design):
-    walker, point = find_gait(design, SLOPE, 1e-9)
+    walker, point = stiff_gait(design, 1e-9)
     assert isinstance(walker.p, Stiff)
     assert point.residual <= max(1e-10, np.finfo(float).eps * walker.p.k)  # the spring force's round-off
     assert abs(report_gait(walker, point, 1e-9, FRICTION.static_friction).energy.residual) <= 1e-7
@@ -106,7 +105,7 @@ def test_table_1_takes_explicit_steps():
 
 
 def test_variations_through_implicit_steps_are_the_derivative():
-    walker, point = find_gait(STIFF[0], SLOPE, 1e-12)
+    walker, point = stiff_gait(STIFF[0], 1e-12)
     _, derivative = poincare_derivative(walker, point.z, 1e-12)
     for i, size in enumerate((1e-4, 1e-6, 1e-6, 1e-4, 1e-4)):
         step = size * np.eye(5)[i]
@@ -117,7 +116,7 @@ def test_variations_through_implicit_steps_are_the_derivative():
 
 def test_implicit_path_agrees_with_an_integrator_of_another_make():
     """SciPy's on lambdified equations, with events of its own."""
-    walker, point = find_gait(changed(TABLE_1, damping=2e3), SLOPE, 1e-11)
+    walker, point = stiff_gait(changed(TABLE_1, damping=1.5e3), 1e-11)
     assert isinstance(walker.p, Stiff)
     other = readable_step(walker, point.z, 1e-10)
     np.testing.assert_allclose(other.z, point.z, atol=2e-8)

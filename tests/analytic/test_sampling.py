@@ -5,20 +5,21 @@ import dataclasses
 import numpy as np
 import pytest
 
+from stages.analytic.gait import gait_search
 from stages.analytic.gait.gait_report import record_steps, report_gait
-from stages.analytic.gait.gait_search import find_gait, gaits_kept
+from stages.analytic.gait.gait_search import gaits_kept
 from stages.analytic.parameters import Parameters, Settings
-from stages.analytic.run import run
 from stages.analytic.walk.recording import ROOM
-from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID
+from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID, run_alone, stiff_gait
 
 RATE = 20_000.0
+SETTINGS = Settings(tolerance=1e-11, steps=2, sampling_rate_hz=RATE)
 
 
 @pytest.fixture(scope="module", params=["compliant", "rigid"])
 def result(request):
     biped = TABLE_1 if request.param == "compliant" else TABLE_1_RIGID
-    return run(Parameters(biped, SLOPE, FRICTION, RUBBER, Settings(tolerance=1e-11, steps=4, sampling_rate_hz=RATE)))
+    return run_alone(Parameters(biped, SLOPE, FRICTION, RUBBER, SETTINGS))
 
 
 def smooth(walk):
@@ -74,7 +75,7 @@ def test_leg_signals_are_continuous_and_names_alternate(result):
     walk = result.walk
     assert np.abs(np.diff(walk.leg_angle, axis=0)).max() <= 20 / RATE
     assert np.abs(np.diff(walk.hip_position, axis=0)).max() <= 2 / RATE
-    assert walk.heel_strike_leg.tolist() == [1, 0, 1, 0, 1]
+    assert walk.heel_strike_leg.tolist() == [1, 0, 1]
     assert walk.toe_off_leg[0] == 0
 
 
@@ -88,15 +89,15 @@ def test_walk_starts_upright_on_leg_zero(result):
 def test_step_length_is_the_advance_of_the_hip(result):
     """Mean speed from hip position over whole steps, against the gait's own numbers."""
     walk, gait = result.walk, result.gait
-    advance = np.interp(walk.time[0] + 4 * gait.period_s, walk.time, walk.hip_position[:, 0]) - walk.hip_position[0, 0]
-    assert advance == pytest.approx(4 * gait.step_length_m, rel=1e-6)
+    advance = np.interp(walk.time[0] + 2 * gait.period_s, walk.time, walk.hip_position[:, 0]) - walk.hip_position[0, 0]
+    assert advance == pytest.approx(2 * gait.step_length_m, rel=1e-6)
     assert gait.speed_m_s == pytest.approx(gait.step_length_m / gait.period_s)
 
 
-def test_two_runs_give_the_same_bits(result):
+def test_two_runs_give_the_same_bits(result, monkeypatch):
     biped = TABLE_1 if result.gait.double_stance_s else TABLE_1_RIGID
-    gaits_kept.cache_clear()  # this run searches as well
-    again = run(Parameters(biped, SLOPE, FRICTION, RUBBER, Settings(tolerance=1e-11, steps=4, sampling_rate_hz=RATE)))
+    monkeypatch.setattr(gait_search, "gaits_kept", gaits_kept.__wrapped__)  # this run searches as well
+    again = run_alone(Parameters(biped, SLOPE, FRICTION, RUBBER, SETTINGS))
     assert again.walk.hip_specific_force.tobytes() == result.walk.hip_specific_force.tobytes()
     assert again.gait.floquet_multipliers.tobytes() == result.gait.floquet_multipliers.tobytes()
 
@@ -104,7 +105,7 @@ def test_two_runs_give_the_same_bits(result):
 def test_a_stiff_phase_is_recorded_whole():
     """Stiff legs, damped little, take more steps than there is room for at first; energy balances over all of them."""
     stiff = dataclasses.replace(TABLE_1, stiffness=2e8, damping=224.0)
-    walker, point = find_gait(stiff, SLOPE, 1e-10)
+    walker, point = stiff_gait(stiff, 1e-10)
     report = report_gait(walker, point, 1e-10, FRICTION.static_friction)
     longest = max(len(segment.times) for segment in record_steps(walker, point, 1e-10))
     assert longest > ROOM

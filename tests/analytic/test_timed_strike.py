@@ -24,7 +24,7 @@ from stages.analytic.walk.error_estimate import estimate_errors
 from stages.analytic.walk.recording import crossing, record, walk_on
 from stages.analytic.walk.sampling import sample_walk
 from stages.biped.quantity import faults
-from tests.analytic.designs import SLOPE, TABLE_1, TABLE_1_RIGID, changed
+from tests.analytic.designs import SLOPE, TABLE_1, TABLE_1_RIGID, changed, found_gait
 from tests.analytic.differences import gait_slope, map_slope, shares, step_slope
 from tests.analytic.test_detailed import LAME_RIGID
 
@@ -35,7 +35,7 @@ TOLERANCE = 1e-12
 
 @pytest.fixture(scope="module")
 def free():
-    return find_gait(FREE, SLOPE, TOLERANCE)
+    return found_gait(FREE)
 
 
 def timed(time, **values):
@@ -91,7 +91,7 @@ def test_a_gait_s_derivatives_are_those_of_differences_and_keep_dimensions(later
     gait = gait_derivatives(design, point, names, 1e-13)
     for name in ("biped.strike_time", "biped.foot_com", "ground.slope_deg"):
         length = gait.step_length[names.index(name)] * gait.walker.length
-        assert length == pytest.approx(gait_slope(design, point.z, name)[1], rel=1e-6)
+        assert length == pytest.approx(gait_slope(design, point.z, {name: 1.0})[1], rel=1e-6)
     there = [row for row, value in enumerate(gait.changes.values) if value != 0.0]
     units = [gait.changes.units[row] for row in there]
     for measure, unit in (("period_s", "s"), ("step_length_m", "m")):
@@ -125,7 +125,7 @@ def test_a_walk_from_mid_stance_keeps_the_clock_and_climbs(later):
 
 
 def test_legs_that_differ_are_put_down_each_in_its_time():
-    walker, point = find_gait(LAME_RIGID, SLOPE, TOLERANCE)
+    walker, point = found_gait(LAME_RIGID)
     biped = changed(LAME_RIGID, feet_retract=True, strike_time=point.period * walker.time)
     own, found = find_gait(biped, SLOPE, TOLERANCE)
     assert exchanged(own.p) == with_legs_exchanged(own.p) != own.p
@@ -137,7 +137,7 @@ def test_legs_that_differ_are_put_down_each_in_its_time():
 
 
 def test_feet_that_retract_and_land_themselves_scuff_nothing(free):
-    walker, point = find_gait(changed(FREE, feet_retract=True), SLOPE, TOLERANCE)
+    walker, point = found_gait(changed(FREE, feet_retract=True))
     assert np.array_equal(point.z, free[1].z) and walker.retracts
     assert report_gait(walker, point, TOLERANCE, 1.1).validity.deepest_scuff == 0.0
     assert report_gait(*free, TOLERANCE, 1.1).validity.deepest_scuff > 1e-5

@@ -60,7 +60,7 @@ def test_round_feet_tend_to_mcgeers_synthetic_wheel():
     for share in (0.01, 0.02):
         biped = Biped("rigid", 1e7, 1.0, 1.0, radius, 1.0 - height, 1.0, 0.0, 0.0)
         slope = Slope(slope_deg=math.degrees(share * (1 - radius) ** 2), gravity=1.0)
-        gaits = find_gaits(build_walker(biped, slope), 1e-12, unstable=True)
+        gaits = find_gaits(build_walker(biped, slope), 1e-12, unstable=False)
         wheel = min(gaits, key=lambda point: abs(point.steps[0].period - synthetic_wheel_period() * math.sqrt(height)))
         assert by_stability(wheel) < 1
         angles.append(-wheel.z[0])

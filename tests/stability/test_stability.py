@@ -20,7 +20,7 @@ from stages.stability.run import SLOPE, over_slope, section_of, starts_around
 from tests.analytic.designs import SLOPE as TWO_DEGREES
 from tests.analytic.designs import TABLE_1
 
-SETTINGS = Settings(0.4, 2.8, 2, 0.1, 1e-10, 0.5, 2.0, 0.3, 2.3, 12, 30)
+SETTINGS = Settings(0.4, 2.8, 2, 0.1, 1e-9, 0.5, 2.0, 0.3, 2.3, 12, 30)
 TOLERANCE = 1e-10
 
 
