@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.calibration.blind.draw import draw
 from stages.calibration.estimation import fit as fitting
 from stages.calibration.estimation.correction import corrected
 from stages.calibration.estimation.fit import fit_near, fit_run
@@ -15,7 +14,8 @@ from stages.calibration.estimation.levenberg import least_squares
 from stages.calibration.observation.prediction import predict
 from stages.calibration.observation.unknowns import SIDES
 from stages.calibration.study.recorded import first_steps
-from tests.calibration.runs import SHORT, fitted
+from tests.calibration import runs
+from tests.calibration.runs import fitted
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,7 @@ def model():
 @pytest.fixture(scope="module")
 def drawn():
     """One run of a robot that was drawn, cut to six steps."""
-    campaign = draw(1001, 1, SHORT)
+    campaign = runs.drawn(1001)
     return dataclasses.replace(campaign, runs=(first_steps(campaign.runs[0], 6),))
 
 

@@ -1,7 +1,6 @@
 """A lab's way: from a database to its own robot as a folder of parameters that the whole study takes."""
 
 import json
-import os
 
 import numpy as np
 import pytest
@@ -16,7 +15,7 @@ from stages.calibration.study.drawing import drawn_design, looked_for
 from stages.campaign.database import database_bytes
 from stages.campaign.run import MOUNTING, device, synthetic_run
 from stages.campaign.twin_run import first_state
-from tests import warm
+from tests import commands
 
 
 @pytest.fixture(scope="module")
@@ -37,18 +36,12 @@ def lab(repository, tmp_path_factory):
     return folder, truth
 
 
-def told(repository, *arguments):
-    environment = {**os.environ, "PYTHONPATH": str(repository)}
-    done = warm.run("from pipeline.cli import main; main()", *map(str, arguments), cwd=repository, env=environment)
-    assert "Traceback" not in done.stderr
-    return done
-
-
 def test_a_lab_gets_its_robot_as_a_folder_that_the_study_takes(repository, lab):
     folder, truth = lab
     robot = folder / "robot"
-    done = told(repository, "calibrate", folder / "lab.sqlite", "--with", folder / "known.yaml", "--into", robot,
-                "--set", "biped.leg_inertia=8.576e-4", "--figure", folder / "fit.png", "--json")  # fmt: skip
+    done = commands.run("calibrate", folder / "lab.sqlite", "--with", folder / "known.yaml", "--into", robot,
+                        "--set", "biped.leg_inertia=8.576e-4", "--figure", folder / "fit.png", "--json",
+                        cwd=repository)  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert (folder / "fit.png").read_bytes().startswith(b"\x89PNG")
     found = json.loads(done.stdout)["parameters"]
@@ -58,7 +51,7 @@ def test_a_lab_gets_its_robot_as_a_folder_that_the_study_takes(repository, lab):
         assert entry["value"] == pytest.approx(row["found"], rel=1e-12)
         assert entry["uncertainty"] == pytest.approx(row["sd"], rel=1e-12)
     assert abs(written["leg_length"]["value"] / truth.robot.leg_length - 1) < 0.03
-    planned = told(repository, "run-all", "--dry-run", "--params", robot, "--results", folder / "results")
+    planned = commands.run("run-all", "--dry-run", "--params", robot, "--results", folder / "results", cwd=repository)
     assert planned.returncode == 0, planned.stderr
     assert "analytic" in planned.stdout + planned.stderr
 
@@ -81,8 +74,8 @@ def test_from_the_bill_of_parts_the_studys_own_runs_widen_the_intervals(reposito
     del about["fixed"]
     (folder / "parts.yaml").write_text(yaml.safe_dump(about))
     robot = folder / "robot_of_parts"
-    done = told(repository, "calibrate", folder / "lab.sqlite", "--with", folder / "parts.yaml", "--into", robot,
-                "--results", results, "--json")  # fmt: skip
+    done = commands.run("calibrate", folder / "lab.sqlite", "--with", folder / "parts.yaml", "--into", robot,
+                        "--results", results, "--json", cwd=repository)  # fmt: skip
     assert done.returncode == 0, done.stderr
     answer = json.loads(done.stdout)
     assert answer["model_error_runs"] == 5, answer["model_error"]
@@ -95,5 +88,6 @@ def test_from_the_bill_of_parts_the_studys_own_runs_widen_the_intervals(reposito
     frame = answer["parameters"]["biped.frame_mass"]
     assert written["hip_mass"]["value"] == pytest.approx(drawn.biped.hip_mass + 2 * frame["found"])
     assert written["hip_mass"]["uncertainty"] == pytest.approx(2 * frame["sd"])
-    planned = told(repository, "run-all", "--dry-run", "--params", robot, "--results", folder / "results_of_parts")
+    planned = commands.run("run-all", "--dry-run", "--params", robot, "--results", folder / "results_of_parts",
+                           cwd=repository)  # fmt: skip
     assert planned.returncode == 0, planned.stderr
