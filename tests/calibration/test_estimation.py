@@ -11,7 +11,7 @@ from stages.biped.question import WrongOption
 from stages.calibration.blind.draw import draw
 from stages.calibration.blind.score import scored, summary
 from stages.calibration.estimation.asked import asked_of
-from stages.calibration.estimation.campaign import alone, fit_campaign
+from stages.calibration.estimation.campaign import fit_campaign
 from stages.calibration.estimation.each_run import as_plain, from_plain
 from stages.calibration.estimation.fit import fit_near, horizons
 from stages.calibration.information.plan import free_names
@@ -54,11 +54,10 @@ def campaign():
 
 @pytest.fixture(scope="module")
 def own_fits(campaign):
-    """By their places; that of the odd one begins at the truth, as it is found by many attempts else."""
-    drawing, model = fitted()
-    first, third = dict(alone(drawing, campaign.runs[::2], model, campaign.known)).values()
-    odd = fit_near(campaign.design, campaign.unknowns[1], campaign.runs[1], model, campaign.known)
-    return {0: first, 1: odd, 2: third}
+    """By their places; they begin at the truth, as that of the odd one is found by many attempts else."""
+    _, model = fitted()
+    return {number: fit_near(campaign.design, begin, run, model, campaign.known)
+            for number, (begin, run) in enumerate(zip(campaign.unknowns, campaign.runs))}  # fmt: skip
 
 
 @pytest.fixture(scope="module")

@@ -135,8 +135,14 @@ def test_twenty_results_of_a_stage_come_back(stage, tmp_path):
     test_any_result_of_a_stage_comes_back_to_the_last_bit_and_opens_elsewhere(stage, tmp_path, range(20), True)
 
 
-@pytest.mark.parametrize("every", [False, pytest.param(True, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("stage", STAGES)
+#: Results of many groups: the quick tests open those that are made up.
+LARGE = ("campaign", "comparison", "contact_study", "imu")
+
+
+@pytest.mark.parametrize(("stage", "every"), [
+    *((stage, False) for stage in STAGES if stage not in LARGE),
+    *(pytest.param(stage, True, marks=pytest.mark.slow) for stage in STAGES),
+])  # fmt: skip
 def test_every_artefact_that_is_there_opens_elsewhere(stage, every):
     path = ROOT / "results" / f"{stage}.h5"
     if not path.exists():
