@@ -8,7 +8,8 @@ import yaml
 
 from pipeline.cache import artefact
 from pipeline.study import Study
-from stages.analytic.run import run as run_analytic
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.calibration.information.plan import first_model
 from stages.calibration.result import HALF_WIDTH, Misses, Result
 from stages.calibration.study.drawing import drawn_design, looked_for
@@ -24,9 +25,11 @@ def lab(repository, tmp_path_factory):
     folder = tmp_path_factory.mktemp("lab")
     every = Study(repository, repository / "params", repository / "results", ("campaign.steps=7",)).parameters(
         ["analytic", "campaign"])  # fmt: skip
-    parameters = every["campaign"]
-    experiment, truth, sent = synthetic_run(
-        (1, True), *first_state(run_analytic(every["analytic"]).walk), parameters)
+    parameters, of_model = every["campaign"], every["analytic"]
+    tolerance, rate = of_model.settings.tolerance, of_model.settings.sampling_rate_hz
+    walker, point = find_gait(of_model.biped, of_model.slope, tolerance, None)
+    walk, _ = walk_from_mid_stance(walker, point.z, 1, tolerance, rate)  # it is only begun with
+    experiment, truth, sent = synthetic_run((1, True), *first_state(walk), parameters)
     (folder / "lab.sqlite").write_bytes(
         database_bytes([device(place, parameters) for place in MOUNTING], [(experiment, sent)]))
     scale = {"value": truth.weighed, "uncertainty": 1e-3, "unit": "kg", "source": "kitchen scale"}
