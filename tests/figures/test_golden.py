@@ -33,8 +33,8 @@ PICTURES = [name for name in NAMES if figure(name).draw.__annotations__["return"
 #: Drawings of the robot: a thousandth more in every number is the same drawing at another scale, a tenth is not.
 DRAWINGS = tuple(f"figure_{name}" for name in (
     "03_simple_model", "09_section", "12_ramp", "13_steps", "14_data_way", "15_sensors"))  # fmt: skip
-#: Of every stage's figures one that is drawn quickly, and a drawing; the others are drawn again by the slow tests.
-QUICK = ("figure_03_simple_model", "figure_04_normal_force", "twin_ladder", "extremes")
+#: Two figures that are drawn quickly, and a drawing; the others are drawn again by the slow tests.
+QUICK = ("figure_03_simple_model", "twin_ladder", "extremes")
 DRAWN_AGAIN = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in PICTURES]
 
 
