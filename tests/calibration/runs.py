@@ -11,7 +11,7 @@ from pipeline.study import Study
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.biped.design import Biped
-from stages.calibration.blind.draw import model_of
+from stages.calibration.blind.draw import draw, model_of
 from stages.calibration.observation.prediction import Sampling
 from stages.calibration.observation.unknowns import layout_of, mid_stance
 
@@ -36,6 +36,12 @@ def gait():
 def fitted():
     """The drawing's design and the model that short runs are fitted by."""
     return model_of(SHORT)
+
+
+@cache
+def drawn(seed):
+    """A campaign of one short run of a robot that was drawn."""
+    return draw(seed, 1, SHORT)
 
 
 def disturbed(seed, steps):

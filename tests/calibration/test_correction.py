@@ -5,15 +5,17 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.calibration.blind.draw import draw
+from stages.calibration.estimation import fit as fitting
 from stages.calibration.estimation.correction import corrected
 from stages.calibration.estimation.fit import fit_near, fit_run
 from stages.calibration.estimation.foretold import explained, rms_of
 from stages.calibration.estimation.known import information_of
+from stages.calibration.estimation.levenberg import least_squares
 from stages.calibration.observation.prediction import predict
 from stages.calibration.observation.unknowns import SIDES
 from stages.calibration.study.recorded import first_steps
-from tests.calibration.runs import SHORT, fitted
+from tests.calibration import runs
+from tests.calibration.runs import fitted
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +31,7 @@ def model():
 @pytest.fixture(scope="module")
 def drawn():
     """One run of a robot that was drawn, cut to six steps."""
-    campaign = draw(1001, 1, SHORT)
+    campaign = runs.drawn(1001)
     return dataclasses.replace(campaign, runs=(first_steps(campaign.runs[0], 6),))
 
 
@@ -62,16 +64,34 @@ def test_a_simulator_that_is_the_model_corrects_nothing(drawing, model, drawn, f
     assert np.abs(found.bias / sd_of(model, fit, drawn.known)).max() < 0.3
 
 
-def test_a_fit_begun_near_its_end_ends_there_sooner(drawing, model, drawn, fit, monkeypatch):
+def test_a_fit_begun_near_its_end_ends_there_sooner(drawing, model, drawn, fit):
     near = drawing.with_values(dict(zip(model.shared, fit.design, strict=True)))
     again = fit_near(near, fit.unknowns, drawn.runs[0], model, drawn.known)
     assert np.abs((again.design - fit.design) / sd_of(model, fit, drawn.known)).max() < 0.1
     assert again.converged and again.evaluations < fit.evaluations
-    lost = fit.unknowns.copy()
-    lost[model.layout.place("start_theta_rate")] *= 0.2  # from there no walker gets to the first heel strike
+
+
+def fits_anew(drawing, model, drawn, fit, begin):
+    """Whether a fit that was begun there is left for that from a first guess."""
     given = drawing, drawn.runs[0], model, drawn.known
-    monkeypatch.setattr("stages.calibration.estimation.fit.fit_run", lambda *other: fit if other == given else None)
-    assert fit_near(drawing, lost, drawn.runs[0], model, drawn.known) is fit
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(fitting, "fit_run", lambda *other: fit if other == given else None)
+        return fit_near(drawing, begin, drawn.runs[0], model, drawn.known) is fit
+
+
+def test_a_fit_begun_where_none_walks_or_that_finds_no_rest_is_begun_anew(drawing, model, drawn, fit, monkeypatch):
+    lost = fit.unknowns.copy()
+    lost[model.layout.place("start_theta_rate")] = 0.0  # from there no walker gets to the first heel strike
+    assert fits_anew(drawing, model, drawn, fit, lost)
+    monkeypatch.setattr(fitting, "least_squares", lambda *begun: least_squares(*begun[:4], most=2))
+    assert fits_anew(drawing, model, drawn, fit, fit.unknowns)
+
+
+@pytest.mark.slow
+def test_a_fit_begun_far_from_its_end_is_begun_anew(drawing, model, drawn, fit):
+    lost = fit.unknowns.copy()
+    lost[model.layout.place("start_theta_rate")] *= 0.2
+    assert fits_anew(drawing, model, drawn, fit, lost)
 
 
 def test_a_simulator_that_is_stiffer_than_it_is_told_takes_that_off(drawing, model, drawn, fit):

@@ -3,15 +3,14 @@
 import numpy as np
 import pytest
 
-from stages.calibration.blind.draw import draw
 from stages.calibration.estimation.first_guess import first_guess
-from tests.calibration.runs import SHORT, fitted
+from tests.calibration.runs import drawn, fitted
 
 
-@pytest.mark.parametrize("seed", [1045, 1080, pytest.param(1126, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [1045, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1080, 1126))])
 def test_a_push_is_told_from_the_strikes_alone(seed):
     """Of robots not the drawing's, pushed so that mid-stance is .05 to .15 s off the gait's, strikes wrong by 2 ms."""
-    run = draw(seed, 1, SHORT)
+    run = drawn(seed)
     drawing, model = fitted()
     layout, truth = model.layout, run.unknowns[0]
     guess = first_guess(drawing, run.runs[0].strikes, run.runs[0].sampling.first_leg, layout)

@@ -12,7 +12,7 @@ from stages.calibration.information.experiments import experiments, gains, weigh
 from stages.calibration.information.identifiability import identifiability
 from stages.calibration.information.plan import plan_of, planned_equations
 from stages.calibration.information.words import described, is_scale_of_mass
-from tests import warm
+from tests import commands, warm
 from tests.calibration.runs import PARAMETERS, ROOT
 
 PLAN = plan_of(PARAMETERS)
@@ -71,15 +71,9 @@ def test_a_known_length_and_more_runs_tell_more_and_never_less(planned):
     assert before.sd[row] / many.sd[row] == pytest.approx(10.0, rel=0.02)
 
 
-def told(*arguments):
-    """What the command `calibrate` ends with and says."""
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    return warm.run("from pipeline.cli import main; main()", "calibrate", *arguments, cwd=ROOT, env=environment)
-
-
 def test_the_command_says_what_runs_tell_without_any_recording(tmp_path):
-    done = told("--identifiability", "--runs", "2", "--json", "--results", str(tmp_path),
-                "--set", "biped.leg_inertia=8.576e-4")  # fmt: skip
+    done = commands.run("calibrate", "--identifiability", "--runs", 2, "--json", "--results", tmp_path,
+                        "--set", "biped.leg_inertia=8.576e-4", cwd=ROOT)  # fmt: skip
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     assert "weigh the robot" in found["not_seen"][0]["in_words"]
@@ -88,5 +82,7 @@ def test_the_command_says_what_runs_tell_without_any_recording(tmp_path):
 
 
 def test_the_command_asks_for_recordings(tmp_path):
-    done = told("--results", str(tmp_path))
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = warm.run("from pipeline.cli import main; main()", "calibrate", "--results", str(tmp_path), cwd=ROOT,
+                    env=environment)  # fmt: skip
     assert (done.returncode, "name the recordings" in done.stderr) == (2, True)

@@ -1,7 +1,6 @@
 """A lab's way: from a database to its own robot as a folder of parameters that the whole study takes."""
 
 import json
-import os
 
 import numpy as np
 import pytest
@@ -9,14 +8,15 @@ import yaml
 
 from pipeline.cache import artefact
 from pipeline.study import Study
-from stages.analytic.run import run as run_analytic
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.calibration.information.plan import first_model
 from stages.calibration.result import HALF_WIDTH, Misses, Result
 from stages.calibration.study.drawing import drawn_design, looked_for
 from stages.campaign.database import database_bytes
 from stages.campaign.run import MOUNTING, device, synthetic_run
 from stages.campaign.twin_run import first_state
-from tests import warm
+from tests import commands
 
 
 @pytest.fixture(scope="module")
@@ -25,9 +25,11 @@ def lab(repository, tmp_path_factory):
     folder = tmp_path_factory.mktemp("lab")
     every = Study(repository, repository / "params", repository / "results", ("campaign.steps=7",)).parameters(
         ["analytic", "campaign"])  # fmt: skip
-    parameters = every["campaign"]
-    experiment, truth, sent = synthetic_run(
-        (1, True), *first_state(run_analytic(every["analytic"]).walk), parameters)
+    parameters, of_model = every["campaign"], every["analytic"]
+    tolerance, rate = of_model.settings.tolerance, of_model.settings.sampling_rate_hz
+    walker, point = find_gait(of_model.biped, of_model.slope, tolerance, None)
+    walk, _ = walk_from_mid_stance(walker, point.z, 1, tolerance, rate)  # it is only begun with
+    experiment, truth, sent = synthetic_run((1, True), *first_state(walk), parameters)
     (folder / "lab.sqlite").write_bytes(
         database_bytes([device(place, parameters) for place in MOUNTING], [(experiment, sent)]))
     scale = {"value": truth.weighed, "uncertainty": 1e-3, "unit": "kg", "source": "kitchen scale"}
@@ -37,18 +39,12 @@ def lab(repository, tmp_path_factory):
     return folder, truth
 
 
-def told(repository, *arguments):
-    environment = {**os.environ, "PYTHONPATH": str(repository)}
-    done = warm.run("from pipeline.cli import main; main()", *map(str, arguments), cwd=repository, env=environment)
-    assert "Traceback" not in done.stderr
-    return done
-
-
 def test_a_lab_gets_its_robot_as_a_folder_that_the_study_takes(repository, lab):
     folder, truth = lab
     robot = folder / "robot"
-    done = told(repository, "calibrate", folder / "lab.sqlite", "--with", folder / "known.yaml", "--into", robot,
-                "--set", "biped.leg_inertia=8.576e-4", "--figure", folder / "fit.png", "--json")  # fmt: skip
+    done = commands.run("calibrate", folder / "lab.sqlite", "--with", folder / "known.yaml", "--into", robot,
+                        "--set", "biped.leg_inertia=8.576e-4", "--figure", folder / "fit.png", "--json",
+                        cwd=repository)  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert (folder / "fit.png").read_bytes().startswith(b"\x89PNG")
     found = json.loads(done.stdout)["parameters"]
@@ -58,7 +54,7 @@ def test_a_lab_gets_its_robot_as_a_folder_that_the_study_takes(repository, lab):
         assert entry["value"] == pytest.approx(row["found"], rel=1e-12)
         assert entry["uncertainty"] == pytest.approx(row["sd"], rel=1e-12)
     assert abs(written["leg_length"]["value"] / truth.robot.leg_length - 1) < 0.03
-    planned = told(repository, "run-all", "--dry-run", "--params", robot, "--results", folder / "results")
+    planned = commands.run("run-all", "--dry-run", "--params", robot, "--results", folder / "results", cwd=repository)
     assert planned.returncode == 0, planned.stderr
     assert "analytic" in planned.stdout + planned.stderr
 
@@ -81,8 +77,8 @@ def test_from_the_bill_of_parts_the_studys_own_runs_widen_the_intervals(reposito
     del about["fixed"]
     (folder / "parts.yaml").write_text(yaml.safe_dump(about))
     robot = folder / "robot_of_parts"
-    done = told(repository, "calibrate", folder / "lab.sqlite", "--with", folder / "parts.yaml", "--into", robot,
-                "--results", results, "--json")  # fmt: skip
+    done = commands.run("calibrate", folder / "lab.sqlite", "--with", folder / "parts.yaml", "--into", robot,
+                        "--results", results, "--json", cwd=repository)  # fmt: skip
     assert done.returncode == 0, done.stderr
     answer = json.loads(done.stdout)
     assert answer["model_error_runs"] == 5, answer["model_error"]
@@ -95,5 +91,6 @@ def test_from_the_bill_of_parts_the_studys_own_runs_widen_the_intervals(reposito
     frame = answer["parameters"]["biped.frame_mass"]
     assert written["hip_mass"]["value"] == pytest.approx(drawn.biped.hip_mass + 2 * frame["found"])
     assert written["hip_mass"]["uncertainty"] == pytest.approx(2 * frame["sd"])
-    planned = told(repository, "run-all", "--dry-run", "--params", robot, "--results", folder / "results_of_parts")
+    planned = commands.run("run-all", "--dry-run", "--params", robot, "--results", folder / "results_of_parts",
+                           cwd=repository)  # fmt: skip
     assert planned.returncode == 0, planned.stderr

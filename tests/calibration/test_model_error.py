@@ -102,7 +102,7 @@ OFTEN = OFTEN / OFTEN.sum()
 
 
 @pytest.mark.parametrize("pulled", [False, True])
-@pytest.mark.parametrize("count", [5, 8, 24])
+@pytest.mark.parametrize("count", [5, pytest.param(8, marks=pytest.mark.slow), 24])
 def test_a_discrepancy_holds_what_it_says(count, pulled):
     """Of studies with a scatter from few runs, 90 % have intervals that hold 95 % of what further runs miss."""
     rng = np.random.default_rng(2)

@@ -5,12 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.calibration.blind.draw import draw, model_of
+from stages.calibration.blind.draw import model_of
 from stages.calibration.estimation.equations import run_equations
 from stages.calibration.intervals.widening import widening
 from stages.calibration.study.drawing import drawn_design, looked_for, table_value
 from stages.calibration.study.recorded import first_steps
-from tests.calibration.runs import DESIGN, PARAMETERS, SHORT
+from tests.calibration.runs import DESIGN, PARAMETERS, drawn
 
 
 def test_the_drawing_is_what_the_bill_of_parts_makes_seen_from_the_side():
@@ -38,7 +38,7 @@ def test_a_biped_that_says_its_details_is_taken_as_it_is():
 
 @pytest.fixture(scope="module")
 def run():
-    return draw(1002, 1, SHORT).runs[0]
+    return drawn(1001).runs[0]
 
 
 def test_a_run_is_cut_at_a_heel_strike(run):

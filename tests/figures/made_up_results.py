@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from functools import cache
 from types import SimpleNamespace
 
+import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from stages.analytic.explored import Basin, RecordedFamily, Turn
 from stages.biped.accuracy.level import Level
@@ -12,6 +15,7 @@ from stages.calibrated_twin.result import Check, Number, Pair, Robot
 from stages.calibration.result import FittedRun, HeldOut, Trace
 from stages.comparison.hip_motion import HipDifference
 from stages.comparison.stride import last_stride
+from stages.drawing import style
 from stages.extremes.result import Result as Extremes
 from stages.figures.drawn import figure, given_to
 from stages.figures.parameters import Settings
@@ -212,15 +216,21 @@ def parameters(level="paper"):
     )  # fmt: skip
 
 
-def results(**other):
-    """All of them by the stages' names, `other` ones in their place."""
+@cache
+def usual():
+    """All of them by the stages' names, made once: figures change nothing in what they are given."""
     made_up = {
         "analytic": analytic, "multibody": multibody, "contact_study": make_study, "error_budget": make_budget,
         "twin": twin, "twin_ladder": ladder, "twin_pushes": pushes, "tradeoff": ways, "extremes": extreme_points,
         "imu": imu, "comparison": comparison, "calibration": calibration, "calibrated_twin": calibrated_twin,
         "stability": stability,
     }  # fmt: skip
-    return {name: make() for name, make in made_up.items()} | other
+    return {name: make() for name, make in made_up.items()}
+
+
+def results(**other):
+    """All of them by the stages' names, `other` ones in their place."""
+    return usual() | other
 
 
 def given(name, factor=1.0, **other):
@@ -231,3 +241,13 @@ def given(name, factor=1.0, **other):
 def drawn(name, factor=1.0, **other):
     """The figure `name` of the made-up results."""
     return figure(name).draw(given(name, factor, **other))
+
+
+@cache
+def shown(name):
+    """The same, drawn once for all tests that only look at it."""
+    with style.drawing():
+        picture = drawn(name)
+        plt.close(picture)
+        FigureCanvasAgg(picture)  # Matplotlib 3.11 takes it from what is closed, and measures each text twice without
+    return picture

@@ -88,23 +88,23 @@ def test_captions_survive_yaml():
 
 
 def test_the_stage_draws_all_in_their_places_with_captions_beside(monkeypatch):
-    monkeypatch.setattr(run, "NAMES", ("error_budget", "figure_04_normal_force", "gait_animation"))
+    monkeypatch.setattr(run, "NAMES", ("extremes", "figure_04_normal_force", "gait_animation"))
     monkeypatch.setattr(processes.os, "cpu_count", lambda: 1)
     said = []
     made = run.run(parameters(), SimpleNamespace(**results()), lambda share, what: said.append(share))
-    assert [caption.name for caption in made.captions] == ["gait_animation", "figure_04_normal_force", "error_budget"]
+    assert [caption.name for caption in made.captions] == ["gait_animation", "figure_04_normal_force", "extremes"]
     assert yaml.safe_load(made.files["captions.yaml"])["figures"] == [
         vars(caption) | {"claims": list(caption.claims), "shows": list(caption.shows)} for caption in made.captions
     ]
     assert set(made.files) == {
         "captions.yaml", "figures/gait_animation.html",
-        *(f"figures/{name}.{kind}" for name in ("figure_04_normal_force", "error_budget")
+        *(f"figures/{name}.{kind}" for name in ("figure_04_normal_force", "extremes")
           for kind in ("png", "pdf", "csv")),
     }  # fmt: skip
     assert said[-1] == 1.0
 
 
-@pytest.mark.parametrize("name", ["error_budget", "gait_animation"])
+@pytest.mark.parametrize("name", ["extremes", "gait_animation"])
 def test_a_figure_of_another_accuracy_than_the_usual_says_so(name, monkeypatch):
     drafts, usual = ([], [])
     for level, shown in (("draft", drafts), ("paper", usual)):

@@ -10,7 +10,7 @@ from PIL import Image
 
 from stages.drawing import style
 from stages.drawing.drawn_numbers import COLUMNS, as_csv
-from tests.figures.made_up_results import analytic, drawn
+from tests.figures.made_up_results import analytic, shown
 
 
 def rows(figure):
@@ -41,11 +41,10 @@ def test_curves_and_points_are_all_there_with_their_labels():
 
 
 def test_a_figures_numbers_are_those_of_the_walk():
-    with style.drawing():
-        _, found = rows(drawn("figure_08_hip_motion"))
+    _, found = rows(shown("figure_08_hip_motion"))
     walk = analytic().walk
-    shown = [float(row["y"]) for row in found if row["panel"] == "a" and row["series"].startswith("constraint")]
-    assert shown == pytest.approx(walk.hip_position[: len(shown), 0], rel=1e-5) and len(shown) > 10
+    hip = [float(row["y"]) for row in found if row["panel"] == "a" and row["series"].startswith("constraint")]
+    assert hip == pytest.approx(walk.hip_position[: len(hip), 0], rel=1e-5) and len(hip) > 10
 
 
 def test_a_map_has_every_cell_and_an_axis_of_words_its_words():
@@ -62,8 +61,7 @@ def test_a_map_has_every_cell_and_an_axis_of_words_its_words():
 
 
 def test_a_drawing_has_no_numbers():
-    with style.drawing():
-        assert rows(drawn("figure_12_ramp")) == ([], [])
+    assert rows(shown("figure_12_ramp")) == ([], [])
 
 
 def test_few_colours_are_the_same_picture():

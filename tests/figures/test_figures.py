@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import dataclasses
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -11,7 +10,7 @@ from stages.figures.drawn import figure_02_ground_reaction as figure_02
 from stages.figures.drawn import figure_04_normal_force as figure_04
 from stages.figures.drawn import figure_05_contact_parameters as figure_05
 from tests.comparison.made_up import DEFAULTS, make_study, make_walk
-from tests.figures.made_up_results import comparison, drawn, multibody
+from tests.figures.made_up_results import comparison, drawn, multibody, shown
 from tests.figures.test_golden import PICTURES
 
 
@@ -23,10 +22,8 @@ def labels(figure):
 
 @pytest.mark.parametrize("name", PICTURES)
 def test_every_axis_label_carries_a_unit(name):
-    with style.drawing():
-        figure = drawn(name)
-        plt.close(figure)
-    assert all("[" in label and "]" in label for label in labels(figure)), labels(figure)
+    found = labels(shown(name))
+    assert all("[" in label and "]" in label for label in found), found
 
 
 def test_figure_08_shows_the_walks_and_their_difference_in_millimetres():
@@ -42,10 +39,9 @@ def test_figure_08_shows_the_walks_and_their_difference_in_millimetres():
 
 
 def test_figure_16_says_what_is_synthetic():
+    synthetic = shown("figure_16_measurement")
     with style.drawing():
-        synthetic, measured = (
-            drawn("figure_16_measurement", comparison=comparison(origin)) for origin in ("synthetic", "measured")
-        )
+        measured = drawn("figure_16_measurement", comparison=comparison("measured"))
 
     def words(figure):
         return " ".join(text.get_text() for axes in figure.get_axes() for text in axes.texts)
@@ -72,8 +68,7 @@ def test_figure_04_shows_the_laws_of_the_ground():
         assert figure_04.spring_force(DEFAULTS, exponent, millimetre) == pytest.approx([1e5])
     depths = np.array([-1e-5, 0.0, 0.5e-4, 1e-4, 1e-3])
     assert figure_04.damping(DEFAULTS, depths) == pytest.approx([0.0, 0.0, 5e3, 1e4, 1e4])
-    with style.drawing():
-        spring, ramp, whole = drawn("figure_04_normal_force").get_axes()
+    spring, ramp, whole = shown("figure_04_normal_force").get_axes()
     depth, damping = ramp.lines[0].get_data()
     assert 1e3 * damping == pytest.approx(figure_04.damping(DEFAULTS, 1e-3 * depth))
     depth, force = spring.lines[2].get_data()
@@ -84,8 +79,7 @@ def test_figure_04_shows_the_laws_of_the_ground():
 
 def test_figure_05_lays_each_variation_over_the_constraint_model():
     study, walk = make_study(), make_walk()
-    with style.drawing():
-        figure = drawn("figure_05_contact_parameters")
+    figure = shown("figure_05_contact_parameters")
     for row, (key, *_, factor) in enumerate(figure_05.ROWS):
         impact, _, difference = figure.get_axes()[3 * row : 3 * row + 3]
         exact, default, *varied, chosen = [line for line in impact.lines if len(line.get_xdata()) > 10]
@@ -108,8 +102,7 @@ def test_figure_05_lays_each_variation_over_the_constraint_model():
 
 def test_the_figure_of_contact_sets_shows_distances_that_do_not_cancel():
     limit = make_study().limit
-    with style.drawing():
-        cost, stiffness, parts, cycles = drawn("contact_sets").get_axes()
+    cost, stiffness, parts, cycles = shown("contact_sets").get_axes()
     for axes, places in (
         (cost, [400, 800, 1600, 3200]),
         (stiffness, [one.law.contact_stiffness for one in limit.family]),
@@ -133,8 +126,7 @@ def test_without_a_rigid_limit_the_figures_say_so():
 
 def test_figure_06_shows_the_friction_law_its_force_and_what_the_velocities_do():
     study = make_study()
-    with style.drawing():
-        law, force, hip, creep = drawn("figure_06_friction").get_axes()
+    law, force, hip, creep = shown("figure_06_friction").get_axes()
     slip, coefficient = law.lines[0].get_data()
     assert np.interp([-0.1, 0.0, 0.1, 1.0], slip, coefficient) == pytest.approx([-1.1, 0.0, 1.1, 1.0], abs=1e-6)
     assert force.lines[1].get_ydata() == pytest.approx(study.default_force[:, 0])
@@ -145,16 +137,14 @@ def test_figure_06_shows_the_friction_law_its_force_and_what_the_velocities_do()
 
 
 def test_the_ladder_leads_from_the_simple_model_to_the_last_rung():
-    with style.drawing():
-        figure = drawn("twin_ladder")
+    figure = shown("twin_ladder")
     bars = figure.get_axes()[0].patches
     assert [bar.get_x() + bar.get_width() for bar in bars] == pytest.approx([490.0, 470.0])
     assert bars[0].get_x() == pytest.approx(480.0) and bars[1].get_x() == pytest.approx(490.0)
 
 
 def test_a_fall_is_crossed_where_it_happened():
-    with style.drawing():
-        figure = drawn("twin_pushes")
+    figure = shown("twin_pushes")
     roll, yaw, _ = figure.get_axes()
     crosses = [line for line in yaw.lines if line.get_marker() == "x"]
     assert len(crosses) == 1 and len(roll.lines) == 3

@@ -16,7 +16,7 @@ import pytest
 from pipeline.report.pictures import TOLERANCE, difference, rms
 from stages.drawing import style
 from stages.figures.drawn import NAMES, figure
-from tests.figures.made_up_results import drawn
+from tests.figures.made_up_results import drawn, shown
 
 GOLDEN = Path(__file__).parents[1] / "baseline"
 DRAWN_BY = GOLDEN / "drawn_by.txt"
@@ -33,25 +33,30 @@ PICTURES = [name for name in NAMES if figure(name).draw.__annotations__["return"
 #: Drawings of the robot: a thousandth more in every number is the same drawing at another scale, a tenth is not.
 DRAWINGS = tuple(f"figure_{name}" for name in (
     "03_simple_model", "09_section", "12_ramp", "13_steps", "14_data_way", "15_sensors"))  # fmt: skip
-#: Of every stage's figures one that is drawn quickly, and a drawing; the others are drawn again by the slow tests.
-QUICK = ("figure_03_simple_model", "figure_04_normal_force", "twin_ladder", "extremes")
+#: Two figures that are drawn quickly, and a drawing; the others are drawn again by the slow tests.
+QUICK = ("figure_03_simple_model", "twin_ladder", "extremes")
 DRAWN_AGAIN = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in PICTURES]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def drawing():
+    """Fonts and rules are read once for all of these figures."""
+    with style.drawing():
+        yield
 
 
 def draw(name, scale, path):
     """A figure of the made-up results times a factor, at a low resolution."""
-    with style.drawing():
-        picture = drawn(name, scale)
-        with style.laid_out(picture, DPI):
-            picture.savefig(path, dpi=DPI)
-        plt.close(picture)
+    picture = shown(name) if scale == 1.0 else drawn(name, scale)
+    with style.laid_out(picture, DPI):
+        picture.savefig(path, dpi=DPI)
+    plt.close(picture)
     return path
 
 
 @pytest.mark.parametrize("name", DRAWN_AGAIN)
 def test_a_figure_has_the_same_bytes_twice(name):
-    with style.drawing():
-        first, second = (style.pictures(name, drawn(name), DPI) for _ in range(2))
+    first, second = (style.pictures(name, one, DPI) for one in (shown(name), drawn(name)))
     assert set(first) - {f"figures/{name}.csv"} == {f"figures/{name}.png", f"figures/{name}.pdf"}
     assert second == first
 

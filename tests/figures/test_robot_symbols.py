@@ -18,7 +18,6 @@ from stages.drawing import style
 from stages.figures.drawn import robot_symbols
 from stages.figures.mechanism import DrawnLeg, Page, formula
 from stages.figures.parameters import Parameters
-from tests.figures.made_up_results import drawn
 from tests.figures.test_golden import same_version
 
 ROOT = Path(__file__).parents[2]
@@ -27,8 +26,10 @@ COLOUR = re.compile(r"(?:stroke|fill): (#[0-9a-f]{6})")
 
 @pytest.fixture(scope="module")
 def picture():
+    """The drawing of the study's own parameters."""
+    values = load(ROOT / "params", [], {"figures": Parameters}, [Parameters, Comparison])["figures"]
     with style.drawing():
-        return drawn("robot_symbols")
+        return robot_symbols.draw(SimpleNamespace(parameters=values))
 
 
 def shown(picture):
@@ -90,8 +91,5 @@ def test_a_leg_is_drawn_with_the_designs_lengths():
 
 
 @same_version
-def test_the_picture_of_the_docs_is_that_of_the_parameters():
-    values = load(ROOT / "params", [], {"figures": Parameters}, [Parameters, Comparison])["figures"]
-    with style.drawing():
-        now = robot_symbols.draw(SimpleNamespace(parameters=values))
-    assert (ROOT / "docs/robot.svg").read_text() == now, "make readme"
+def test_the_picture_of_the_docs_is_that_of_the_parameters(picture):
+    assert (ROOT / "docs/robot.svg").read_text() == picture, "make readme"

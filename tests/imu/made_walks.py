@@ -13,7 +13,7 @@ from stages.campaign.twin_run import TwinRun
 from stages.campaign.variation import draw_variation, generator
 from tests.imu.stand_in import BIPED, GRID, SLOPE, walking
 
-STEPS, PERIOD_S, REST_S, PUSH_S = 12, 0.48, 2.5, 0.4
+STEPS, PERIOD_S, REST_S, PUSH_S = 9, 0.48, 2.5, 0.4
 
 
 def campaign_parameters() -> Parameters:

@@ -18,7 +18,7 @@ from stages.imu.sources.schema import Recording
 from stages.imu.sources.source_csv import CsvSource
 from stages.imu.sources.stamps import in_seconds, moment, moments, unit_of
 
-ROWS, START = 400, 1_614_852_000.25
+ROWS, START = 200, 1_614_852_000.25
 TIME = START + 0.01 * np.arange(ROWS)
 VALUES = np.round(np.random.default_rng(4).normal(size=(ROWS, 6)), 4)
 NAMES = ["t", "ax", "ay", "az", "gx", "gy", "gz"]

@@ -36,14 +36,15 @@ def sampled(strikes: np.ndarray, sizes: np.ndarray, seed: int, delay: float = 0.
     return Samples(time - delay, (shapes + rng.normal(scale=0.05, size=len(time)))[:, None], RATE_HZ, delay)
 
 
+@pytest.mark.parametrize("seeds", [8, pytest.param(20, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("delay", [0.0, 0.0056])
-def test_strikes_move_to_where_the_impacts_begin(delay: float) -> None:
+def test_strikes_move_to_where_the_impacts_begin(delay: float, seeds: int) -> None:
     """Whatever was found within some milliseconds, each leg off by its own: within a twentieth of a sample."""
     true = 0.3 + 0.4937 * np.arange(12)
     legs = np.arange(12) % 2
     sizes = np.where(legs[:, None] == 0, [8.0, 5.0, 1.0], [-6.0, 7.0, 0.0])
     off = []
-    for seed in range(20):
+    for seed in range(seeds):
         rng = np.random.default_rng(100 + seed)
         shift = rng.uniform(-0.006, 0.006, 2)
         found, corner = at_onsets(HeelStrikes(true + shift[legs], legs), sampled(true, sizes, seed, delay), 0)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import yaml
 
-from tests import warm
+from tests import commands, warm
 from tests.imu.stand_in import make_database, make_run
 
 ACCELERATION, RATE = ("ax", "ay", "az"), ("gx", "gy", "gz")
@@ -24,7 +24,13 @@ def database(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def ingest(repository: Path, *arguments: object, **environment: str) -> tuple[int, str, str]:
+def ingest(repository: Path, *arguments: object) -> tuple[int, str, str]:
+    done = commands.run("ingest", *arguments, cwd=repository)
+    return done.returncode, done.stdout, done.stderr
+
+
+def ingest_by_itself(repository: Path, *arguments: object, **environment: str) -> tuple[int, str, str]:
+    """The same by a process of its own."""
     environment = {**os.environ, "PYTHONPATH": str(repository), **environment}
     code = "from pipeline.cli import main; main()"
     done = warm.run(code, "ingest", *map(str, arguments), cwd=repository, env=environment)
@@ -35,7 +41,7 @@ def ingest(repository: Path, *arguments: object, **environment: str) -> tuple[in
 def test_the_report_and_a_stored_copy(repository: Path, database: Path, tmp_path: Path) -> None:
     before = database.read_bytes()
     copy = tmp_path / "copy.sqlite"
-    code, out, errors = ingest(repository, database, "--store", copy)
+    code, out, errors = ingest_by_itself(repository, database, "--store", copy)
     assert code == 0 and "2 of 2 runs can be used" in errors
     assert [line.split()[0] for line in out.splitlines() if "(synthetic)" in line] == [
         "Rows", "Clocks", "Sensors", "Runs", "Legs,"
@@ -86,7 +92,8 @@ def test_a_connection_string_is_never_told(repository: Path, tmp_path: Path) -> 
     """Neither on the screen nor in any file, whether it comes as an argument or by its variable."""
     secret = "postgresql://anna:swordfish@host.invalid/gait"
     for arguments in ((secret,), ("env:LAB",)):
-        code, out, errors = ingest(repository, *arguments, "--results", tmp_path / "results", LAB=secret)
+        told = ingest_by_itself(repository, *arguments, "--results", tmp_path / "results", LAB=secret)
+        code, out, errors = told
         assert code == 2 and out == "" and len(errors.splitlines()) == 1
         assert not [part for part in ("anna", "swordfish", "invalid", "gait") if part in errors], errors
     assert not [path for path in tmp_path.rglob("*") if path.is_file() and b"swordfish" in path.read_bytes()]

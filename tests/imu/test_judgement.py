@@ -68,10 +68,20 @@ def test_a_good_log_is_accepted_without_a_word(
 
 
 FAMILIES = (*wrong_logs.WRONG, *wrong_logs.LATER, *wrong_logs.CLOCKS)
+#: Like another one of them, but for one sensor instead of both, by more or less, or together with another.
+LIKE_ANOTHER = (
+    wrong_logs.forward_turned_at_one, wrong_logs.acceleration_turned_at_one, wrong_logs.foot_clock_1_s_off,
+    wrong_logs.nothing_declared_and_gyroscope_columns_exchanged, wrong_logs.set_back, wrong_logs.set_twice,
+    wrong_logs.no_counter_but_device_stamps, wrong_logs.foot_of_another_run_and_device_stamps_only,
+)  # fmt: skip
 
 
 @NUMBERS
-@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.__name__)
+@pytest.mark.parametrize(
+    "family",
+    [pytest.param(one, marks=pytest.mark.slow) if one in LIKE_ANOTHER else one for one in FAMILIES],
+    ids=lambda family: family.__name__,
+)
 def test_what_is_wrong_is_refused_or_named(family: wrong_logs.Family, number: int, judged: Judged) -> None:
     log, trial = judged(family, number)
     if trial.accepted:
@@ -144,7 +154,7 @@ def test_what_cannot_be_known_is_said(walks: list[TwinRun], parameters: Paramete
     assert "the foot's mounting is not declared" in said(hip, replaced(foot, device=bare))
 
 
-@pytest.mark.parametrize("late", [-0.4, 0.4, 2.0])
+@pytest.mark.parametrize("late", [-0.4, *(pytest.param(one, marks=pytest.mark.slow) for one in (0.4, 2.0))])
 def test_a_lag_is_never_taken_from_beyond_the_search(late: float, walks: list[TwinRun], parameters: Parameters) -> None:
     log = made_log(0, walks[0], parameters)
     moved = log.changed("foot", lambda one: replaced(one, phone_stamp=one.phone_stamp + late))

@@ -16,7 +16,7 @@ from tests.imu.made_walks import REST_S, campaign_parameters, stand_in_walks
 from tests.imu.stand_in import BIPED, DRAWING, PARAMETERS
 
 AMPLITUDE = 0.24  # of the stand-in's leg
-RUNS = 4
+RUNS = 3
 
 
 @pytest.fixture(scope="module")

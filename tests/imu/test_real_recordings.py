@@ -3,7 +3,6 @@
 import dataclasses
 import functools
 import json
-from collections.abc import Iterable
 
 import numpy as np
 import pytest
@@ -16,6 +15,7 @@ from stages.imu.reports.sensor_report import SensorReport
 from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.sources.source_csv import CsvSource
 from stages.imu.strikes.landings import INNER
+from stages.imu.trial.places import BodySensor
 from stages.imu.trial.sensor_on_body import read_sensor
 from stages.imu.trial.trial import read_trial
 from stages.imu.trial.walking import strikes_of
@@ -32,18 +32,21 @@ def recorded(name: str) -> tuple[Experiment, tuple[Recording, ...]]:
     return experiment, tuple(recordings)
 
 
-def reports_of(recordings: Iterable[Recording]) -> dict[str, SensorReport]:
+def reports(description: dict) -> dict[str, SensorReport]:
+    ((_, recordings),) = CsvSource(description, FOLDER).runs()
     return {one.device.place: read_sensor(one, SETTINGS, LIMITS)[1] for one in recordings}
 
 
-def reports(description: dict) -> dict[str, SensorReport]:
-    ((_, recordings),) = CsvSource(description, FOLDER).runs()
-    return reports_of(recordings)
-
-
 @functools.cache
+def sensed(name: str, place: str) -> tuple[BodySensor | None, SensorReport]:
+    """What one of a person's sensors showed, and the report on it."""
+    recording = next(one for one in recorded(name)[1] if one.device.place == place)
+    sensor, report, _ = read_sensor(recording, SETTINGS, LIMITS)
+    return sensor, report
+
+
 def reports_on(name: str) -> dict[str, SensorReport]:
-    return reports_of(recorded(name)[1])
+    return {place: sensed(name, place)[1] for place in (one.device.place for one in recorded(name)[1])}
 
 
 @pytest.mark.parametrize(("name", "fewest", "most"), [("8-5", 572, 783), ("3-3", 532, 651), ("7-4", 0, 0)])
@@ -150,9 +153,7 @@ FOUND = {("8-5", "Left"): (0.69, 0.94), ("8-5", "Right"): (0.77, 0.84), ("3-3", 
 def test_the_shipped_detector_finds_a_persons_heel_strikes(name: str, side: str) -> None:
     """The one that the ingest uses, on a foot whose mounting is declared; benchmarks/event_detectors.py compares it."""
     marked = np.array(json.loads((FOLDER / f"ipol_{name}.json").read_text())[f"{side}FootEvents"])[:, 1]
-    _, recordings = recorded(name)
-    foot = next(one for one in recordings if one.device.place == f"{side.lower()} foot")
-    sensor, _, _ = read_sensor(foot, SETTINGS, LIMITS)
+    sensor, _ = sensed(name, f"{side.lower()} foot")
     assert sensor is not None
     strikes, _ = strikes_of({"foot": sensor}, SETTINGS)
     own = np.interp(strikes.time[strikes.leg == INNER], sensor.time, sensor.trace.indexed.recording.packet)

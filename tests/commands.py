@@ -1,0 +1,33 @@
+"""Runs a command of the study in this process: for what a command answers, where a process of its own tells no more."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from unittest import mock
+
+from pipeline.cli import main
+
+
+def run(*arguments: object, cwd: Path) -> subprocess.CompletedProcess[str]:
+    """What comes of `bipedstudy arguments` in this folder. Errors that are no sentences are raised here."""
+    command, before, folder = ["bipedstudy", *map(str, arguments)], signal.getsignal(signal.SIGTERM), Path.cwd()
+    ended, (out, errors) = 0, (io.StringIO(), io.StringIO())
+    with (contextlib.redirect_stdout(out), contextlib.redirect_stderr(errors), mock.patch.object(sys, "argv", command),
+          mock.patch.dict(os.environ)):  # fmt: skip
+        os.chdir(cwd)
+        try:
+            main(command[1:])
+        except SystemExit as end:
+            assert isinstance(end.code, int)
+            ended = end.code
+        finally:
+            os.chdir(folder)
+            signal.signal(signal.SIGTERM, before)
+    assert "unexpected" not in errors.getvalue(), errors.getvalue()
+    return subprocess.CompletedProcess(command, ended, out.getvalue(), errors.getvalue())
