@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.cache.closure import Sources
-from pipeline.cache.syntax import SyntaxMemo
+from pipeline.cache.syntax import beside
 from stages.biped import machine_code
 from tests import warm
 
@@ -126,6 +126,18 @@ def plant(folder: Path, mark: Path) -> None:
 
 @root
 @pytest.mark.parametrize("place", ["cache", "cache/bipedstudy", "cache/bipedstudy/FOLDER"])
+def test_whose_folder_it_is_is_seen_in_each_above_it(tmp_path: Path, place: str) -> None:
+    folder = tmp_path / "cache/bipedstudy/FOLDER"
+    folder.mkdir(parents=True)
+    os.chown(tmp_path / place, SOMEBODY_ELSE, SOMEBODY_ELSE)
+    assert machine_code.refusal(folder) == f"{tmp_path / place} belongs to somebody else"
+
+
+@root
+@pytest.mark.parametrize("place", [
+    pytest.param("cache", marks=pytest.mark.slow), pytest.param("cache/bipedstudy", marks=pytest.mark.slow),
+    "cache/bipedstudy/FOLDER",
+])  # fmt: skip
 def test_a_folder_of_somebody_else_is_refused(package: Path, repository: Path, tmp_path: Path, place: str) -> None:
     """Who owns it, or one above it, could put his own code there; with our own folders it would run."""
     cache, mark = tmp_path / "cache", tmp_path / "ran"
@@ -265,7 +277,9 @@ def test_every_source_of_compiled_code_is_in_its_digest(repository: Path, stage:
     folders = {"analytic": analytic.SOURCES, "twin": ground.sources(repository / "stages/twin/machine")}[stage]
     modules = [path.relative_to(repository).with_suffix("").as_posix().replace("/", ".")
                for path in (repository / "stages" / stage).rglob("*.py") if mark in path.read_text()]  # fmt: skip
-    files = Sources(repository, "stages", SyntaxMemo(None)).closure(modules).files
+    memo = beside(repository / "stages")  # parsing takes seconds, once
+    files = Sources(repository, "stages", memo).closure(modules).files
+    memo.save()
     inside = [folder.relative_to(repository) for folder in folders]
     outside = [file for file in files if not any(Path(file).is_relative_to(folder) for folder in inside)]
     assert modules and [file for file in outside if not file.endswith("__init__.py")] == []

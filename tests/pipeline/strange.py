@@ -138,7 +138,8 @@ class Strange:
         code += "from tests.pipeline import strange; strange.bounded(); main()"
         environment = {**os.environ, "PYTHONPATH": str(HOME), "COLUMNS": "200"}
         try:
-            done = warm.run(code, *words, cwd=home, env=environment, timeout=_LONGEST_S)
+            done = warm.run(code, *words, cwd=home, env=environment, timeout=_LONGEST_S,
+                            light=words[0] != _INGEST)  # fmt: skip
         except subprocess.TimeoutExpired:
             return -1, f"did not end within {_LONGEST_S} s"
         return done.returncode, done.stderr

@@ -220,7 +220,7 @@ def test_a_second_name_of_a_file_is_left_as_it_is(done, victim, name):
         assert file.seek(0) == 0 and file.read() == b"mine"
         file.write(b"more")
     assert victim.read_bytes() == b"mine" and path.read_bytes() == b"minemore"
-    done.run("fall.behaviour=well", force=True)
+    done.run(names=("side",), force=True)
     with held(done.root / "results", "results", "x", False, pytest.fail):
         pass
     assert victim.read_bytes() == b"mine"

@@ -31,12 +31,12 @@ BOUNCE = "PACKAGE/bounce/run.py"
          'its Inputs have "side" as PACKAGE.bounce.result.Result; allowed: pathlib.Path'),
     ],
 )  # fmt: skip
-def test_inputs_that_disagree_with_the_graph_are_one_sentence(toy, path, old, new, sentence):
-    toy.edit(path, old, new)
+def test_inputs_that_disagree_with_the_graph_are_one_sentence(done, path, old, new, sentence):
+    done.edit(path, old, new)
     with pytest.raises(StageFailed) as failed:
-        toy.run()
+        done.run()
     assert len(failed.value.sentences) == 1
-    assert failed.value.sentences[0].partition(": ")[2].startswith(sentence.replace("PACKAGE", toy.package))
+    assert failed.value.sentences[0].partition(": ")[2].startswith(sentence.replace("PACKAGE", done.package))
 
 
 def test_every_disagreement_is_found_at_once():

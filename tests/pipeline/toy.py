@@ -8,13 +8,14 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 from pipeline.cache.fingerprint import WRITER
-from pipeline.cache.syntax import Meaning, SyntaxMemo, beside
+from pipeline.cache.syntax import SyntaxMemo, beside
 from pipeline.execution.display import Display
 from pipeline.execution.executor import Outcome, bring_up_to_date
 from pipeline.study import Study
@@ -107,10 +108,10 @@ def written(root: Path, package: str) -> Toy:
         folder.mkdir(parents=True, exist_ok=True)
     for name, text in texts.items():
         (root / name).write_text(text)
-    memo = beside(root / package)
-    memo._known.update(_meanings())
-    memo._grown = True
-    memo.save()
+    kept = beside(root / package)._path
+    assert kept is not None
+    kept.parent.mkdir(exist_ok=True)
+    kept.write_bytes(_kept())
     return Toy(root, package)
 
 
@@ -131,15 +132,18 @@ def _template() -> dict[str, str]:
 
 
 @cache
-def _meanings() -> dict[str, Meaning]:
-    """What the sources mean that write artefacts, and the stages of commands, by content: parsing them is most of what
-    a first run costs.
+def _kept() -> bytes:
+    """A file with what the sources mean that write artefacts, and the stages of commands, by content: parsing them is
+    most of what a first run costs.
     """
-    memo = SyntaxMemo(None)
     stages = (text.encode() for name, text in _texts(COMMANDS).items() if name.endswith(".py"))
-    for source in (*(path.read_bytes() for path in WRITER), *stages):
-        memo.meaning(source)
-    return memo._known
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "kept.json"
+        memo = SyntaxMemo(path)
+        for source in (*(path.read_bytes() for path in WRITER), *stages):
+            memo.meaning(source)
+        memo.save()
+        return path.read_bytes()
 
 
 def with_commands(root: Path) -> Toy:

@@ -14,7 +14,7 @@ from toystages.fall.result import Result, Sample
 def run(parameters, inputs=None, progress=lambda fraction, what: None):
     assert inputs is None
     settings = parameters.settings
-    print("stages print nothing, but libraries do")
+    print("stages print nothing, but libraries do", flush=True)
     behaviour = settings.behaviour
     if behaviour == "raise":
         raise ZeroDivisionError("a pendulum\nwithout length")
