@@ -29,6 +29,18 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 gc.disable()  # while all tests are imported, whose many objects stay: looking for garbage takes a quarter of that time
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
+    """A process tests whole folders, whose tests share machine code, gaits and servers; the largest begin."""
+    from xdist.scheduler import LoadFileScheduling
+
+    class ByFolder(LoadFileScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            return nodeid.split("::")[0].rpartition("/")[0]
+
+    return ByFolder(config, log)
+
+
 def pytest_collection_finish() -> None:
     gc.freeze()  # nor are these looked through later
     gc.enable()
