@@ -104,15 +104,15 @@ def a_stride(parameters):
 @pytest.mark.parametrize("biped", [LAME, LAME_RIGID])
 def test_a_study_s_own_detailed_design_is_measured_by_the_constraint_model_alone(parameters, biped):
     """As its own reference at two tolerances, and beside SciPy on readable equations."""
-    [plan] = plans(dataclasses.replace(parameters, biped=biped, settings=a_stride(parameters)), None)
+    [plan] = plans(dataclasses.replace(parameters, biped=biped), None)
     ways = tuple(way for way in plan.ways
-                 if way.setting["tolerance"] in ((1e-4, 1e-10) if way.name == "compiled" else (1e-4,)))  # fmt: skip
+                 if way.setting["tolerance"] in ((1e-4, 1e-8) if way.name == "compiled" else (1e-4,)))  # fmt: skip
     reference, rows = measure(dataclasses.replace(plan, ways=ways))
     assert {row.way for row in rows} == {"compiled", "SciPy DOP853"}
     assert reference.model == "detailed constraint model" and all(row.completed for row in rows)
     assert reference.second_differs.hip_position < 1e-11 and reference.independent_differs.hip_position < 1e-9
     found = {(row.way, row.tolerance): row.errors.hip_position for row in rows}
-    assert found["compiled", 1e-10] < 1e-3 * found["compiled", 1e-4]
+    assert found["compiled", 1e-8] < 1e-3 * found["compiled", 1e-4]
 
 
 @pytest.mark.parametrize(("values", "words"), [
