@@ -1,5 +1,7 @@
 """The search for gaits: all kinds found and labelled, refusals with a reason, nothing wrong at the extremes."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import by_stability, describe, find_gait, find_gaits, gaits_kept
 from stages.analytic.gait.neighbours import from_neighbours
 from stages.analytic.gait.poincare import FixedPoint, poincare_map
+from stages.analytic.model.kinds import RubbingRigid, TimedRigid
 from stages.ground.slope import Slope
 from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID, changed, walker_of
 
@@ -40,6 +43,14 @@ def test_what_is_found_once_is_kept_and_each_caller_has_arrays_of_its_own(rigid_
     first.pop(0).z[:] = 0.0
     again = find_gaits(walker, 1e-10, unstable=False)
     assert gaits_kept.cache_info().misses == before and np.array_equal(again[0].z, z)
+
+
+def test_walkers_of_two_kinds_with_the_same_numbers_are_not_mistaken_for_each_other(rigid_gait):
+    """What is kept of one, starts and gaits, is not given for the other."""
+    numbers = np.linspace(1.0, 2.0, len(RubbingRigid._fields)).tolist()
+    rubbing, timed = (dataclasses.replace(rigid_gait[0], p=kind(*numbers)) for kind in (RubbingRigid, TimedRigid))
+    assert rubbing.p == timed.p and rubbing != timed
+    assert rubbing == dataclasses.replace(timed, p=rubbing.p)
 
 
 @pytest.mark.parametrize("stiffness", [pytest.param(1e4, marks=pytest.mark.slow), 1e5])

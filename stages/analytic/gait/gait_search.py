@@ -126,12 +126,12 @@ def find_gaits(walker: Walker, tolerance: float, *, unstable: bool) -> list[Fixe
 
     What was found is kept; each caller gets arrays of its own.
     """
-    return deepcopy(gaits_kept(walker, type(walker.p).__name__, tolerance, unstable))
+    return deepcopy(gaits_kept(walker, tolerance, unstable))
 
 
 @lru_cache(maxsize=64)
-def gaits_kept(walker: Walker, kind: str, tolerance: float, unstable: bool) -> list[FixedPoint]:
-    """What `find_gaits` finds. Two kinds of walkers with the same numbers are equal, as tuples are: hence `kind`."""
+def gaits_kept(walker: Walker, tolerance: float, unstable: bool) -> list[FixedPoint]:
+    """What `find_gaits` finds."""
     found: list[FixedPoint] = []
     if walker.p.g_x <= 0.0:
         return found

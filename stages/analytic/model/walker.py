@@ -7,7 +7,7 @@ the same for every size of biped, and similar bipeds have the same numbers.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -43,6 +43,11 @@ class Walker:
     time: float
     #: Whether a foot is drawn in while it swings, so that it touches nothing.
     retracts: bool = False
+    #: The type of `p`: two kinds with the same numbers are equal, as tuples are, but walkers of them are not.
+    kind: type[Kind] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "kind", type(self.p))
 
     @property
     def timed(self) -> bool:
