@@ -29,6 +29,12 @@ def dvc(toy, shims, *arguments):
     return done.stdout
 
 
+def git(folder, *arguments):
+    identity = ["-c", "user.name=a lab", "-c", "user.email=lab@example.org"]
+    words = ["git", *identity, *arguments]
+    return subprocess.run(words, cwd=folder, check=True, text=True, capture_output=True).stdout
+
+
 def put_on_path(folder, code):
     """The command `bipedstudy` in a folder, as an installation of the `code` would put it on the path."""
     command = folder / "bipedstudy"
@@ -71,19 +77,30 @@ def test_the_same_study_by_either_way(toy_with_commands, shims):
 
 
 def test_the_whole_study_by_either_way(repository, tmp_path, shims):
-    """A copy of the checkout; results that it has already are restored, so that this takes minutes only without any."""
+    """A copy of the checkout under git, as a user has it, whose .gitignore must leave DVC's own files alone; results
+    that it has already are restored, so that this takes minutes only without any. An edit builds anew what it changes.
+    """
     root = tmp_path / "study"
     for name in ("params", "pipeline", "stages", "results/.cache"):
         if (repository / name).is_dir():
             shutil.copytree(repository / name, root / name)
-    for name in ("dvc.yaml", ".dvcignore"):
+    for name in ("dvc.yaml", ".dvcignore", ".gitignore"):
         shutil.copyfile(repository / name, root / name)
+    git(root, "init", "-q")
+    git(root, "add", "-A")
+    git(root, "commit", "-q", "-m", "as cloned")
     command = put_on_path(shims, root)
     subprocess.run([command, "run-all"], cwd=root, check=True, capture_output=True)
     right = Toy(root, "stages").results()
     for name in right:
         (root / "results" / name).unlink()
-    dvc(Toy(root, "stages"), shims, "init", "--no-scm")
-    said = dvc(Toy(root, "stages"), shims, "repro")
+    study = Toy(root, "stages")
+    dvc(study, shims, "init")
+    said = dvc(study, shims, "repro")
     assert all(f"Running stage '{name}'" in said for name in graph.read(root).stages)
-    assert Toy(root, "stages").results() == right
+    assert study.results() == right
+    assert git(root, "status", "--porcelain", "--untracked-files").splitlines() == [
+        "A  .dvc/.gitignore", "A  .dvc/config", "?? dvc.lock"]  # fmt: skip
+    study.edit("params/ground.yaml", "slope_deg:", "slope_deg: {value: 2.1, unit: deg}\n#")
+    said = dvc(study, shims, "repro", "stability")
+    assert all(f"Running stage '{name}'" in said for name in ("analytic", "stability"))
