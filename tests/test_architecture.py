@@ -17,7 +17,8 @@ from pipeline.cache.syntax import beside
 from pipeline.execution.fork_server import foreign
 from pipeline.execution.inputs import disagreements
 from pipeline.execution.observed_import import Compiled
-from pipeline.parameters import yaml_text
+from pipeline.parameters import loading, yaml_text
+from pipeline.parameters.value import declared
 from pipeline.stage_modules import stage_module
 from pipeline.study import Study
 from tests.pipeline.toy import written
@@ -68,6 +69,15 @@ def test_declared_parameters_are_those_the_stages_read():
     study = Study(ROOT, ROOT / "params", ROOT / "results")
     values = study.parameters(tuple(STAGES))  # raises if dvc.yaml and the classes disagree
     assert set(values) == set(STAGES)
+
+
+def test_every_parameter_is_read_by_some_code():
+    """As an attribute, or by its name, `other_mass` as the other leg's mass; an idle setting is a broken promise."""
+    text = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "stages").rglob("*.py"))
+    read = set(re.findall(r'[."]([a-z_0-9]+)\b', text))
+    sections = loading.sections([stage_module("stages", name, "parameters").Parameters for name in STAGES])
+    keys = {key for classes in sections.values() for cls in classes for key in declared(cls)}
+    assert len(keys) > 200 and sorted(key for key in keys if key.removeprefix("other_") not in read) == []
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "params").glob("*.yaml")), ids=lambda path: path.name)

@@ -12,8 +12,9 @@ from stages.analytic.walk.sampling import sample_walk
 from stages.biped.gait import StanceState
 from stages.ground.friction_coefficients import Friction
 from stages.ground.hardening import family_member
+from stages.penalty.motion import feet
 from stages.penalty.settings import Settings
-from stages.penalty.walk import simulate
+from stages.penalty.walk import numbers_of, simulate
 from stages.planar.energy import energy_balance
 from stages.planar.events import find_events
 from stages.planar.run import FELL, STALLED, STEP_FLOOR
@@ -106,3 +107,15 @@ def test_as_contact_hardens_it_walks_as_the_constraint_model_does(biped, slope, 
         away.append(np.abs(hip - walk.hip_position[np.isin(walk.time, time)]).max())
     far, middle, near = away
     assert abs(8.0 * near - 6.0 * middle + far) / 3.0 < 0.1 * near
+
+
+@pytest.mark.parametrize("ahead", [0.1, -0.1])
+def test_a_foot_is_in_the_air_once_it_is_above_the_ground_by_a_millionth_of_its_leg(biped, slope, contact, ahead):
+    """However little it clears: ahead of the other foot the ground acts on it again, behind it no longer."""
+    p, y, reach = numbers_of(biped, slope, contact), np.zeros(12), biped.leg_length - biped.foot_radius
+    y[2:4], y[4:6] = (np.arcsin(ahead / reach), 0.0), biped.leg_length
+    y[8] = 1.0  # it swings forward
+    phase = feet.phase_of(feet.OUT if ahead > 0 else feet.LANDED, feet.LANDED, 0)
+    for above, flies in ((1e-6, True), (-1e-6, False)):
+        y[1] = biped.foot_radius + reach * np.cos(y[2]) + above * biped.leg_length
+        assert (feet.leg_guard(phase, y, p, 0, y, 0)[0] < 0) == flies

@@ -1,0 +1,108 @@
+"""Keys see all that results follow from; what is copied or renamed is either whole or not called so."""
+
+from __future__ import annotations
+
+import os
+import stat
+import types
+from pathlib import Path
+
+import pytest
+
+from pipeline.cache import artefact, distributions, durable, fingerprint, regular, untouched
+from pipeline.parameters import loading
+
+#: What encodes an artefact, as its own folder says.
+WRITERS = [Path(artefact.__file__), *sorted(Path(artefact.__file__).with_name("hdf5").glob("*.py"))]
+
+
+def key(toy):
+    study = toy.study()
+    values = study.parameters(["fall"])
+    parts = fingerprint.ingredients(study.graph.stages["fall"], study.sources, loading.as_plain(values["fall"]), {})
+    return fingerprint.key(parts)
+
+
+@pytest.mark.parametrize("file", WRITERS, ids=lambda path: path.name)
+def test_an_edit_of_any_file_that_writes_artefacts_is_in_the_key(done, monkeypatch, file):
+    before, edited = key(done), file.read_bytes()
+    meaning = type(done.study().sources.memo).meaning
+
+    def another(memo, content):
+        found = meaning(memo, content)
+        return types.SimpleNamespace(tree="another", imports=found.imports) if content == edited else found
+
+    monkeypatch.setattr(type(done.study().sources.memo), "meaning", another)
+    assert key(done) != before
+
+
+def test_another_h5py_is_in_the_key_of_every_stage(done, monkeypatch):
+    before, version = key(done), distributions._version
+    monkeypatch.setattr(distributions, "_version", lambda name: "0" if name == "h5py" else version(name))
+    assert key(done) != before
+
+
+def test_a_package_that_is_installed_meanwhile_ends_the_belief_that_all_lies_as_it_lay(done, monkeypatch, tmp_path):
+    (tmp_path / "site").mkdir()
+    monkeypatch.syspath_prepend(tmp_path / "site")
+    monkeypatch.setattr(untouched, "_IN_DOUBT_NS", -(10**12))
+    untouched.note(done.study(), untouched.look(done.study()), {"fall": "fell"})
+    assert untouched.recall(done.study()) == {"fall": "fell"}
+    (tmp_path / "site" / "numpy-99.dist-info").mkdir()
+    assert untouched.recall(done.study()) == {}
+
+
+def test_a_stored_file_that_changes_while_it_is_copied_is_not_put_in_place(done, monkeypatch):
+    store, place = done.study().store, done.root / "results/fall.h5"
+    entry = store.current("fall")
+    stored, looked = store.folder / entry.key / "results/fall.h5", []
+    place.write_bytes(b"an earlier result")
+    whole = regular.blocks
+
+    def changing(path):
+        looked.append(path)
+        yield from whole(path) if looked.count(stored) < 2 else (b"other bytes",)
+
+    monkeypatch.setattr(regular, "blocks", changing)
+    with pytest.raises(OSError, match="changed while it was copied"):
+        store.put_in_place(entry)
+    assert looked.count(stored) == 2 and place.read_bytes() == b"an earlier result"
+
+
+def test_results_that_were_put_in_place_in_part_are_not_called_current(done, monkeypatch):
+    store = done.study().store
+    entry, write = store.current("side"), durable.write
+    for out in entry.outs:
+        store.place(out).unlink()
+
+    def full(path, content):
+        if path == store.place(sorted(entry.outs)[-1]):
+            raise OSError("no room")
+        write(path, content)
+
+    monkeypatch.setattr(durable, "write", full)
+    with pytest.raises(OSError, match="no room"):
+        store.put_in_place(entry)
+    assert store.current("side") is None
+
+
+def test_a_rename_is_flushed_with_its_folder_and_after_the_files_content(tmp_path, monkeypatch):
+    """What a power cut leaves is what was flushed: first the content, then the folder that has the new name."""
+    flushed, replace = [], Path.replace
+
+    def sync(handle):
+        flushed.append("folder" if stat.S_ISDIR(os.fstat(handle).st_mode) else "file")
+
+    monkeypatch.setattr(os, "fsync", sync)
+    monkeypatch.setattr(Path, "replace", lambda path, to: (flushed.append("renamed"), replace(path, to))[1])
+    durable.write(tmp_path / "result", b"whole")
+    assert flushed == ["file", "renamed", "folder"]
+
+
+def test_a_stored_entry_is_flushed_with_its_folder(done, monkeypatch):
+    store, flushed = done.study().store, []
+    entry = store.current("fall")
+    folder = store.new_folder(entry.key)
+    monkeypatch.setattr(durable, "sync_folder", flushed.append)
+    store.keep(folder, entry)
+    assert flushed[-1] == store.folder
