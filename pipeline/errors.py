@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 FAILED = 1
 BAD_INPUT = 2
@@ -29,9 +30,20 @@ class Declined(StudyError):
 
 
 class StageFailed(StudyError):
-    """A stage did not finish: it raised, crashed, or could not write. What was there before is unchanged."""
+    """A stage did not finish: it raised, crashed, or could not write. What was there before is unchanged.
+
+    `outcomes` are those of the run's stages.
+    """
 
     exit_code = FAILED
+
+    def __init__(self, sentences: str | Iterable[str], outcomes: Iterable[Any] = ()) -> None:
+        super().__init__(sentences)
+        self.outcomes = list(outcomes)
+
+
+class Lacking(StudyError):
+    """A stage needs a result that is not there, as its own stage said no or failed; the sentence says which, and why."""
 
 
 class Stopped(StudyError):

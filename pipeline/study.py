@@ -16,7 +16,7 @@ from pipeline.cache.closure import Sources
 from pipeline.cache.regular import Digests
 from pipeline.cache.store import Store
 from pipeline.cache.syntax import beside
-from pipeline.errors import StudyError
+from pipeline.errors import Declined, StudyError
 from pipeline.graph import Graph, Stage
 from pipeline.home import DISTRIBUTION, face, home
 from pipeline.parameters import loading
@@ -92,6 +92,13 @@ class Study:
     def warnings(self, values: Mapping[str, Any]) -> list[str]:
         """What the stages' modules `warnings` say of parameters (stage -> parameters) before a run."""
         return [sentence for module in self.offered("warnings") for sentence in module.warnings(values)]
+
+    def absent(self, stage: str, path: Path, made_by: str = "") -> StudyError:
+        """Why a stage's file is not there: it said no, or has not been run."""
+        entry = self.store.current(stage)
+        if entry is not None and entry.refused:
+            return Declined(f"stage {stage}: {entry.summary}")
+        return StudyError(f"{shown(path)} is not there yet; make it with: {DISTRIBUTION} {made_by or f'run {stage}'}")
 
     def _laid_out_earlier(self) -> list[str]:
         """What to do where dvc.yaml is not the user's own work and does not fit the installed stages."""

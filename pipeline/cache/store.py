@@ -45,7 +45,10 @@ class Out:
 
 @dataclass(frozen=True)
 class Entry:
-    """A stage's stored result. `outs` maps paths like results/analytic.h5 to their files."""
+    """A stage's stored result. `outs` maps paths like results/analytic.h5 to their files.
+
+    A stage that said no for a reason of its own has none of them, and its `summary` is the reason.
+    """
 
     stage: str
     ingredients: Ingredients
@@ -58,8 +61,15 @@ class Entry:
         """The cache key."""
         return fingerprint.key(self.ingredients)
 
+    @property
+    def refused(self) -> bool:
+        """Whether the stage said no."""
+        return not self.outs
+
     def contents(self, path: str) -> dict[str, str]:
-        """Content hash of each file that the out `path`, a file or a folder, consists of."""
+        """Content hash of each file that the out `path`, a file or a folder, consists of; of none, the reason."""
+        if self.refused:
+            return {path: f"none: {self.summary}"}
         return {name: out.content for name, out in self.outs.items() if name == path or name.startswith(path + "/")}
 
 

@@ -16,7 +16,7 @@ from pipeline.study import Study
 def command(
     study: Study, jobs: int | None, force: bool, dry_run: bool, wait: bool, as_json: bool, verbose: bool
 ) -> None:
-    """Bring every stage up to date, then the report."""
+    """Bring every stage up to date, then the report. Ends with 3 where a stage or a figure is missing for a reason."""
     from pipeline.cache import untouched
 
     plain = not (force or dry_run or as_json)
@@ -29,6 +29,8 @@ def command(
         shows.close()
         return
     from pipeline.commands.running import run_stages
+    from pipeline.errors import Declined
+    from pipeline.report.content import undrawn
     from pipeline.report.page import refresh
 
     lay = untouched.look(study) if plain else None
@@ -38,5 +40,7 @@ def command(
         study, names, forced=forced, jobs=jobs, dry_run=dry_run, wait=wait, as_json=as_json, verbose=verbose,
         afterwards=refresh,
     )  # fmt: skip
+    if not dry_run and (absent := undrawn(study)):
+        raise Declined(absent)
     if all(outcome.how == "current" for outcome in outcomes) and not study.warnings(study.parameters(names)):
         untouched.note(study, lay, {outcome.stage: outcome.summary for outcome in outcomes})

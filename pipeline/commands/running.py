@@ -16,8 +16,9 @@ from pipeline.cache import lock, old
 from pipeline.cache.fingerprint import compact
 from pipeline.commands.options import print_json
 from pipeline.commands.status import print_survey
+from pipeline.errors import StageFailed, StudyError
 from pipeline.execution import display
-from pipeline.execution.executor import Outcome, bring_up_to_date
+from pipeline.execution.executor import FAILING, Outcome, bring_up_to_date
 from pipeline.execution.planning import Planner, State
 from pipeline.parameters import levels, loading
 from pipeline.study import Study, shown
@@ -33,11 +34,12 @@ def run_stages(
     wait: bool,
     as_json: bool,
     verbose: bool,
-    afterwards: Callable[[Study], Path | None] | None = None,
+    afterwards: Callable[[Study, Mapping[str, str]], Path | None] | None = None,
 ) -> list[Outcome]:
     """Bring `names` up to date under the results folder's lock, or say what that would take.
 
-    `afterwards` follows under the same lock; it returns the file it wrote, if any.
+    `afterwards` follows under the same lock, given why which stages failed; it returns the file it wrote, if any.
+    Raises `StageFailed` after it where a stage said no or failed.
     """
     if not dry_run and any(study.store.current(name) is None for name in names):
         from pipeline.execution.process import get_ready
@@ -53,13 +55,23 @@ def run_stages(
     began = time.perf_counter()
     shows = display.for_terminal(verbose, as_json)
     command = " ".join(["bipedstudy", *sys.argv[1:]])
+    failed: StageFailed | None = None
     try:
         with lock.held(study.results, shown(study.results), command, wait, shows.note):
             with contextlib.suppress(OSError):
                 study.store.sweep()
             _say_what_gives_way(study, values, shows)
-            outcomes = bring_up_to_date(study, values, shows, force=forced, jobs=jobs or os.cpu_count() or 1)
-            written = afterwards(study) if afterwards else None
+            try:
+                outcomes = bring_up_to_date(study, values, shows, force=forced, jobs=jobs or os.cpu_count() or 1)
+            except StageFailed as error:
+                outcomes, failed = error.outcomes, error
+            why, written = {outcome.stage: outcome.summary for outcome in outcomes if outcome.how == FAILING}, None
+            try:
+                written = afterwards(study, why) if afterwards else None
+            except StudyError as error:
+                if failed is None:
+                    raise
+                shows.note(str(error))
             if written is not None and not as_json:
                 click.echo(f"{written.stem:<13} written             {shown(written)}")
             if any(outcome.how == "computed" for outcome in outcomes):
@@ -71,6 +83,8 @@ def run_stages(
     seconds = time.perf_counter() - began
     if as_json:
         print_json({"stages": [_plain(outcome) for outcome in outcomes], "seconds": round(seconds, 3)})
+    if failed is not None:
+        raise failed
     return outcomes
 
 

@@ -84,7 +84,7 @@ def _path(study: Study, name: str) -> Path:
     if name in study.graph.stages:
         path = study.store.place(study.graph.stages[name].artefact)
         if not path.exists():
-            raise StudyError(f"{shown(path)} is not there yet; make it with: bipedstudy run {name}")
+            raise study.absent(name, path)
         return path
     path = Path(name)
     if not path.exists():

@@ -46,6 +46,8 @@ def print_survey(
     for item in survey:
         state = _WORDS[State.STALE] if item.name in forced else _WORDS[item.state]
         reasons = ("asked for by --force",) if item.name in forced else item.reasons
+        if item.state is State.CURRENT and item.entry is not None and item.entry.refused and item.name not in forced:
+            state, reasons = "refused", (item.entry.summary,)
         rows.append({"stage": item.name, "state": state, "reasons": list(reasons)})
     if as_json:
         options.print_json(rows)

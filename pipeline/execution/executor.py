@@ -26,12 +26,13 @@ if TYPE_CHECKING:
     from pipeline.execution.process import Message, Worker
 
 _LOG = "stage.log"
+REFUSED, FAILING = "refused", "failed"
 
 
 @dataclass(frozen=True)
 class Outcome:
     """How a stage came to be up to date: current, restored or computed; its summary; seconds spent now, by the clock
-    and of all processors.
+    and of all processors. Or refused or failed, with the reason in place of the summary.
     """
 
     stage: str
@@ -49,7 +50,8 @@ def bring_up_to_date(
     """Make the results of the stages in `values` current; those in `force` are computed anew.
 
     `values` maps each stage, in order and with everything upstream, to its checked parameters. Call it under the
-    results folder's lock. Raises `StageFailed` after everything that could be done was done.
+    results folder's lock. Raises `StageFailed` after everything that could be done was done. A stage that says no is
+    kept as a result without files; what can do without it goes on, as it does where a stage fails.
     """
     run = _Run(study, Planner(study, values), display, frozenset(force), max(1, jobs))
     try:
@@ -59,7 +61,7 @@ def bring_up_to_date(
         run.close()
     if run.failures:
         code = ANSWER if set(run.codes) == {ANSWER} else FAILED
-        failed = StageFailed(run.failures)
+        failed = StageFailed(run.failures, [run.outcomes[name] for name in values])
         failed.exit_code = code
         raise failed
     return [run.outcomes[name] for name in values]
@@ -85,6 +87,8 @@ class _Run:
         self.running: dict[str, _Running] = {}
         self.failures: list[str] = []
         self.codes: list[int] = []
+        self.lacking: list[str] = []
+        self.broken: set[str] = set()
         self.prepared = ""
         self.events: queue.SimpleQueue[tuple[str, Message]] = queue.SimpleQueue()
         self.log = Log(study.results / "log.jsonl")
@@ -96,8 +100,8 @@ class _Run:
             self._prepare(pending)
             self._take_event()
             self._begin_ready(pending)
-        if pending and self.failures:
-            self.display.note(f"not computed, as they stand on what failed: {', '.join(pending)}")
+        if self.lacking:
+            self.display.note(f"not computed, as they stand on what failed: {', '.join(self.lacking)}")
 
     def _begin_ready(self, pending: list[str]) -> None:
         """Begin with every stage that waits for nothing; what is current makes more of them ready."""
@@ -160,7 +164,7 @@ class _Run:
         assert parts is not None
         stage = self.study.graph.stages[name]
         inputs = {
-            file: (str(store.place(file)), above.outs[file].sha256)
+            file: ("", above.summary) if above.refused else (str(store.place(file)), above.outs[file].sha256)
             for path in stage.inputs
             for above in [self.entries[self.study.graph.maker(path)]]
             for file in above.contents(path)
@@ -189,8 +193,27 @@ class _Run:
         if "done" in message:
             self._guarded(name, self._keep, running, message, seconds)
         else:
-            self._explain(name, running.folder, message.get("failed", {"kind": "crash", "text": how}), seconds)
+            failure = message.get("failed", {"kind": "crash", "text": how})
+            if failure["kind"] in ("answer", "lacking"):
+                self._guarded(name, self._refuse, running, failure, seconds)
+            else:
+                self._explain(name, running.folder, failure, seconds)
         shutil.rmtree(running.folder, ignore_errors=True)
+
+    def _refuse(self, name: str, running: _Running, failure: Message, seconds: float) -> None:
+        """Keep what a stage says in place of a result; not what follows from a failure, which may be another's next."""
+        if self.broken.intersection(self.study.graph.upstream(name)):
+            self.lacking.append(name)
+            self._go_on_without(name, failure["text"])
+            return
+        told = {"outs": {}, "summary": failure["text"]}
+        self._keep(name, running, {"done": told, "processor_seconds": 0.0}, seconds)
+
+    def _go_on_without(self, name: str, reason: str) -> None:
+        """Let what can do without this stage's result be computed; nothing of this is kept."""
+        self.broken.add(name)
+        self.entries[name] = Entry(name, {}, {}, reason, 0.0)
+        self.outcomes[name] = Outcome(name, FAILING, reason, 0.0, (), "")
 
     def _keep(self, name: str, running: _Running, message: Message, seconds: float) -> None:
         folder, assessment, done = running.folder, running.assessment, message["done"]
@@ -214,6 +237,13 @@ class _Run:
     ) -> None:
         name = assessment.name
         self.entries[name] = entry
+        if entry.refused:
+            how = REFUSED
+            if any(above.refused and entry.summary.endswith(above.summary) for above in self._above(name)):
+                self.lacking.append(name)
+            else:
+                self.failures.append(f"stage {name}: {entry.summary}")
+                self.codes.append(ANSWER)
         outcome = Outcome(name, how, entry.summary, seconds, assessment.reasons, entry.key, processor_seconds)
         self.outcomes[name] = outcome
         self.display.finished(name, how, seconds, entry.summary)
@@ -223,9 +253,7 @@ class _Run:
 
     def _explain(self, name: str, folder: Path, failure: Message, seconds: float) -> None:
         kind, text = failure["kind"], failure["text"]
-        if kind == "answer":
-            self._fail(name, f"stage {name}: {text}", ANSWER)
-        elif kind == "refused":
+        if kind == "refused":
             self._fail(name, f"stage {name}: {text}")
         elif kind == "system":
             self._fail(name, f"stage {name}: it did not finish: {text}; earlier results are unchanged")
@@ -234,9 +262,13 @@ class _Run:
             kept = self.log.keep(folder / _LOG, log)
             place = f"the full account is in {shown(log)}" if kept else "no log could be kept"
             self._fail(name, f"stage {name}: {text}; {place}")
-        self.log.add(stage=name, how="failed", seconds=round(seconds, 3), text=text)
+        self.log.add(stage=name, how=FAILING, seconds=round(seconds, 3), text=text)
 
-    def _fail(self, name: str, sentence: str, code: int = FAILED) -> None:
+    def _fail(self, name: str, sentence: str) -> None:
         self.failures.append(sentence)
-        self.codes.append(code)
+        self.codes.append(FAILED)
         self.display.failed(name)
+        self._go_on_without(name, sentence.removeprefix(f"stage {name}: "))
+
+    def _above(self, name: str) -> list[Entry]:
+        return [self.entries[above] for above in self.study.graph.upstream(name)]

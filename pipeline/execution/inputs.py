@@ -1,7 +1,8 @@
 """What a stage reads: the class `Inputs` beside its `run`, filled field by field.
 
 A field is named like a result (`results/fall.h5` is `fall`) or like a parameter that names a file. Its type says how it
-is given: as the maker's `Result`, decoded, or as `Path`, the file itself. What has no field is not read.
+is given: as the maker's `Result`, decoded, or as `Path`, the file itself. What has no field is not read. A stage that
+goes on without one has its type `| None`, and a field `missing`: what is None, and why, by name.
 """
 
 from __future__ import annotations
@@ -13,11 +14,14 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.cache import artefact, durable, regular
-from pipeline.errors import StudyError, nearest
+from pipeline.errors import Lacking, StudyError, nearest
 from pipeline.execution.job import File, beneath
 from pipeline.graph import Stage
 from pipeline.parameters.value import declared
 from pipeline.stage_modules import result_class, stage_module
+
+MISSING = "missing"
+_NONE = "there is no "
 
 
 def disagreements(package: str, stage: Stage, inputs: type | None, parameters: type) -> Iterator[str]:
@@ -30,12 +34,14 @@ def disagreements(package: str, stage: Stage, inputs: type | None, parameters: t
         if name not in fields:
             yield f'dvc.yaml lists {path} among its deps, but its Inputs have no "{name}"{nearest(name, fields)}'
     for name, (_, kind) in fields.items():
+        if name == MISSING:
+            continue
         if name not in {*results, *named}:
             hint = nearest(name, {*results, *named})
             yield f'its Inputs have "{name}", but dvc.yaml lists no such result and no parameter such a file{hint}'
         elif Path not in _kinds(kind):
             allowed = [result_class(package, name)] if results.get(name, "").endswith(".h5") else []
-            if kind not in allowed:
+            if kind not in allowed and _kinds(kind)[0] not in allowed:
                 yield f'its Inputs have "{name}" as {_named(_kinds(kind))}; allowed: {_named([*allowed, Path])}'
 
 
@@ -45,19 +51,28 @@ def given(
     """The stage's inputs (None without a class for them), and those of its files that it is given as they lie there.
 
     `named` are the files that `parameters` name, by key, `results` those of stages, by path. Raises `StudyError` for a
-    disagreement and for a file that is not as it was.
+    disagreement and for a file that is not as it was, `Lacking` for a result that is not there and has to be.
     """
     inputs = getattr(stage_module(package, stage.name, "run"), "Inputs", None)
     for sentence in disagreements(package, stage, inputs, type(parameters)):
         raise StudyError(sentence)
     values: dict[str, Any] = {}
     open_files: dict[str, File] = {}
+    missing: dict[str, str] = {}
     for name, (_, kind) in (declared(inputs) if inputs else {}).items():
+        if name == MISSING:
+            continue
         path = next((path for path in stage.inputs if Path(path).stem == name), name)
         files = {name: named[name]} if name in named else {each: results[each] for each in beneath(path, results)}
         if not files:
             continue  # a parameter that names no file; the field has a default
-        if Path in _kinds(kind):
+        why = next((reason for place, reason in files.values() if not place), None)
+        if why is not None:
+            missing[name] = why if why.startswith(_NONE) else f"{_NONE}{name}: {why}"
+            if type(None) not in _kinds(kind):
+                raise Lacking(missing[name])
+            values[name] = None
+        elif Path in _kinds(kind):
             open_files |= files
             check_unchanged(files, "was changed by someone else meanwhile; run again")
             first, (place, _) = next(iter(files.items()))
@@ -67,8 +82,9 @@ def given(
             content = durable.read(Path(files[path][0])) or b""
             if durable.digest(content) != files[path][1]:
                 raise StudyError(f"its input {path} was changed by someone else meanwhile; run again")
-            values[name] = artefact.decode(content, kind, path)
-    return inputs and inputs(**values), open_files
+            values[name] = artefact.decode(content, _kinds(kind)[0], path)
+    told = {MISSING: missing} if missing else {}
+    return inputs and inputs(**values, **told), open_files
 
 
 def check_unchanged(

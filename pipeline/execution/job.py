@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from pipeline.cache.fingerprint import Ingredients
     from pipeline.study import Study
 
-#: A file and the SHA-256 it must have.
+#: A file and the SHA-256 it must have; in place of one that is not there "", and why it is not.
 File = tuple[str, str]
 #: Of each stage its parameters, file -> key -> plain value, and the files that they name, by key.
 Point = Mapping[str, tuple[Mapping[str, Mapping[str, Any]], Mapping[str, File]]]

@@ -23,7 +23,7 @@ from typing import Any
 
 from pipeline.cache import artefact, durable
 from pipeline.cache.distributions import versions
-from pipeline.errors import StudyError, is_answer
+from pipeline.errors import Lacking, StudyError, is_answer
 from pipeline.execution.columns import columns
 from pipeline.execution.inputs import check_unchanged, given
 from pipeline.execution.job import File, Function, Job, Point, beneath, engine_code
@@ -218,7 +218,7 @@ def failure(error: BaseException, package: str) -> dict[str, Any]:
     text = " ".join(str(error).split())
     kind = "unexpected"
     if isinstance(error, StudyError):
-        kind = "refused"
+        kind = "lacking" if isinstance(error, Lacking) else "refused"
     elif is_answer(error, package):
         kind = "answer"
     elif isinstance(error, OSError) and error.errno is not None:

@@ -11,6 +11,7 @@ import base64
 import dataclasses
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 from pipeline.cache import durable
@@ -52,7 +53,9 @@ class Figure:
 
 @dataclass(frozen=True)
 class Content:
-    """Everything the page shows. `stages` and `parameters` are rows by column name."""
+    """Everything the page shows. `stages` and `parameters` are rows by column name, `missing` are stages without a
+    result, and why.
+    """
 
     claims: Claims
     figures: list[Figure]
@@ -61,6 +64,7 @@ class Content:
     stages: list[Row]
     parameters: dict[str, list[Row]]
     versions: dict[str, str]
+    missing: dict[str, str]
 
     @property
     def opening(self) -> list[Figure]:
@@ -81,21 +85,34 @@ class Content:
         return [claim for claim in self.claims.claims if claim.id in figure.claims]
 
 
-def entries(study: Study) -> dict[str, Entry]:
-    """The stored result of every stage, by name. Raises `StudyError` if one has not been computed."""
+def entries(study: Study, failed: Mapping[str, str] = MappingProxyType({})) -> dict[str, Entry]:
+    """The stored result of every stage, by name; one without files where it said no, has `failed`, or was never run.
+
+    Raises `StudyError` if no stage has been computed.
+    """
     found = {name: study.store.current(name) for name in study.graph.stages}
-    missing = [name for name, entry in found.items() if entry is None]
-    if missing:
+    if not any(found.values()):
         raise StudyError(
-            f"{shown(study.results)} holds no result of {', '.join(missing)}; make it with: bipedstudy run-all"
+            f"{shown(study.results)} holds no result of {', '.join(found)}; make it with: bipedstudy run-all"
         )
-    return {name: entry for name, entry in found.items() if entry is not None}
+    return {name: entry if entry is not None and name not in failed
+            else Entry(name, {}, {}, failed.get(name, "not computed yet; make it with: bipedstudy run-all"), 0.0)
+            for name, entry in found.items()}  # fmt: skip
+
+
+def undrawn(study: Study) -> list[str]:
+    """A sentence for each figure that the captions have and the results have not: its reason is its caption."""
+    place = study.store.place(CAPTIONS)
+    words, folder = _words(durable.read(place)), study.store.place(FIGURES)
+    return [f"{caption['name']}: {caption['text']}" for caption in words.get("figures", ())
+            if not any(folder.glob(f"{caption['name']}.*"))]  # fmt: skip
 
 
 def gather(study: Study, made: Mapping[str, Entry], with_times: bool) -> Content:
     """Read everything. Raises `StudyError` for a file that is missing or not as its stage made it."""
     files = {path: _intact(study, entry, path) for entry in made.values() for path in entry.outs if _is_shown(path)}
-    words = _words(files.get(CAPTIONS))
+    words, missing = _words(files.get(CAPTIONS)), {name: one.summary for name, one in made.items() if one.refused}
+    made = {name: entry for name, entry in made.items() if not entry.refused}
     parameters: dict[str, dict[str, Any]] = {}
     versions: dict[str, str] = {}
     for entry in made.values():
@@ -110,6 +127,7 @@ def gather(study: Study, made: Mapping[str, Entry], with_times: bool) -> Content
         stages=[_stage(entry, with_times) for entry in made.values()],
         parameters={file: list(_parameters(study, file, values)) for file, values in sorted(parameters.items())},
         versions=dict(sorted(versions.items())),
+        missing=missing,
     )
 
 
@@ -131,15 +149,18 @@ def _words(content: bytes | None) -> dict[str, Any]:
 
 
 def _figures(files: Mapping[str, bytes], words: Mapping[str, Any], outs: Collection[str]) -> list[Figure]:
-    """Figures in the captions' order, then those without a caption by name; `outs` are all files of the results."""
+    """Figures in the captions' order, then those without a caption by name; `outs` are all files of the results.
+
+    One that was not drawn has its caption, which says why.
+    """
     captions = {caption["name"]: caption for caption in words.get("figures", ())}
     drawn = {path.removeprefix(FIGURES + "/").rpartition(".")[0]: path for path in sorted(files) if FIGURES in path}
-    order = [name for name in captions if name in drawn] + [name for name in drawn if name not in captions]
+    order = [*captions, *(name for name in drawn if name not in captions)]
     found = []
     for name in order:
-        caption, content = captions.get(name, {}), files[drawn[name]]
-        is_page = drawn[name].endswith(".html")
-        picture = "" if is_page else "data:image/png;base64," + base64.b64encode(content).decode()
+        caption, content = captions.get(name, {}), files[drawn[name]] if name in drawn else b""
+        is_page = name in drawn and drawn[name].endswith(".html")
+        picture = "" if is_page or name not in drawn else "data:image/png;base64," + base64.b64encode(content).decode()
         fragment = content.decode() if is_page else ""
         title, text = caption.get("title", name), caption.get("text", "")
         claims, places = tuple(caption.get("claims", ())), {key: bool(caption.get(key, False)) for key in PLACES}

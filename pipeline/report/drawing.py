@@ -49,6 +49,6 @@ def _result(study: Study, stage: Stage, key: str) -> Any:
     path = next(path for path in stage.inputs if Path(path).stem == key)
     file = study.store.place(path)
     if not file.exists():
-        raise StudyError(f"{shown(file)} is not there yet; make it with: bipedstudy run-all")
+        raise study.absent(study.graph.maker(path), file, "run-all")
     regular.check(file, shown(file), regular.ARTEFACT)
     return artefact.load(file, result_class(study.package, key)) if path.endswith(".h5") else file

@@ -11,6 +11,7 @@ import json
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from pipeline.cache import durable
@@ -32,7 +33,9 @@ _WHOLE_LENGTH = len(_WHOLE.format(durable.digest(b"")))
 
 def seal(study: Study, made: Mapping[str, Entry], with_times: bool, stale: Mapping[str, str]) -> str:
     """Hash of all that the page follows from: keys of the results, parameter files, template and its code."""
-    parts: list[Any] = [[(entry.key, entry.seconds if with_times else 0) for entry in made.values()], dict(stale)]
+    parts: list[Any] = [
+        [(entry.key, entry.seconds if with_times else 0, entry.summary if entry.refused else "")
+         for entry in made.values()], dict(stale)]  # fmt: skip
     files = [*sorted(study.params.glob("*.yaml")), *sorted(_TEMPLATE.parent.glob("*.*"))]
     parts += [durable.digest(durable.read(path) or b"") for path in files]
     return durable.digest(json.dumps(parts).encode())[:32]
@@ -82,11 +85,13 @@ def html(content: Content, sealed: str, seconds: str, stale: Mapping[str, str]) 
     return head + mark + _whole(head, rest) + rest
 
 
-def refresh(study: Study) -> Path | None:
-    """Write results/report.html if it does not fit the results; its path if it was written. For the end of a run."""
+def refresh(study: Study, failed: Mapping[str, str] = MappingProxyType({})) -> Path | None:
+    """Write results/report.html if it does not fit the results; its path if it was written. For the end of a run, in
+    which stages may have failed: (stage -> why).
+    """
     from pipeline.report.content import entries
 
-    made = entries(study)
+    made = entries(study, failed)
     path = study.results / REPORT
     if is_current(path, seal(study, made, True, {})):
         return None

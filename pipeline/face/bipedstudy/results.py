@@ -31,7 +31,7 @@ def load(stage: str, study: str | Path | None = None) -> Any:
         raise StudyError(f"there is no study in {Path.cwd()} or above it to load from; name one: study=DIR")
     place = found.store.place(found.graph.stage(stage).artefact)
     if not place.exists():
-        raise StudyError(f"{shown(place)} is not there yet; make it with: bipedstudy run {stage}")
+        raise found.absent(stage, place)
     regular.check(place, shown(place), regular.ARTEFACT)
     importable(found.package, found.code_root)
     return artefact.load(place, result_class(found.package, stage))

@@ -1,0 +1,88 @@
+"""A stage that says no is a result: kept, told by every command, and what can do without it is computed."""
+
+from __future__ import annotations
+
+import pytest
+
+from pipeline.errors import StageFailed
+from pipeline.execution import executor
+from pipeline.execution.planning import Planner
+
+
+def can_do_without(toy):
+    """The toy's picture goes on without the bounce."""
+    toy.edit("PACKAGE/picture/run.py", "    bounce: Bounce\n    side: Path\n",
+             "    bounce: Bounce | None\n    side: Path\n    missing: dict[str, str] = field(default_factory=dict)\n")
+    toy.edit("PACKAGE/picture/run.py", "import dataclass\n", "import dataclass, field\nimport json\n")
+    toy.edit("PACKAGE/picture/run.py", "(CLAIM % inputs.bounce.force)",
+             "(CLAIM % (inputs.bounce.force if inputs.bounce else 0.0)).replace("
+             "'it is another toy', json.dumps(inputs.missing.get('bounce')))")
+    return toy
+
+
+def test_it_is_kept_its_files_go_and_what_needs_it_says_so(done, monkeypatch):
+    toy = can_do_without(done)
+    with pytest.raises(StageFailed) as no:
+        toy.run("fall.behaviour=answer")
+    assert no.value.exit_code == 3 and no.value.sentences == ("stage fall: nothing falls upwards",)
+    told = {one.stage: (one.how, one.summary) for one in no.value.outcomes}
+    assert told == {"fall": ("refused", "nothing falls upwards"),
+                    "bounce": ("refused", "there is no fall: nothing falls upwards"),
+                    "side": ("current", told["side"][1]), "picture": ("computed", "2 figures")}
+    assert not toy.results().keys() & {"fall.h5", "bounce.h5"}, "nothing of them is left to be mixed in"
+    assert b"there is no fall: nothing falls upwards" in toy.results()["claims.yaml"]
+    study = toy.study("fall.behaviour=answer")
+    kept = {one.name: one.entry.refused for one in Planner(study, study.parameters(study.graph.stages)).survey(
+        study.graph.stages)}
+    assert kept == {"fall": True, "bounce": True, "side": False, "picture": False}
+    monkeypatch.setattr(executor._Run, "_start", None)  # whatever is computed now fails
+    with pytest.raises(StageFailed) as again:
+        toy.run("fall.behaviour=answer")
+    assert again.value.sentences == no.value.sentences
+    monkeypatch.undo()
+    assert toy.run() == {"fall": "restored", "bounce": "restored", "side": "current", "picture": "computed"}
+
+
+def test_another_reason_is_another_key(done):
+    """What a stage does without something follows from the reason."""
+    toy, keys = can_do_without(done), []
+    for words in ("nothing falls upwards", "it is held"):
+        with pytest.raises(StageFailed) as no:
+            toy.run("fall.behaviour=answer")
+        keys.append({one.stage: one.key for one in no.value.outcomes}["picture"])
+        toy.edit("PACKAGE/fall/run.py", "nothing falls upwards", "it is held") if len(keys) == 1 else None
+        assert words.encode() in toy.results()["claims.yaml"]
+    assert keys[0] != keys[1]
+
+
+def test_a_failure_is_not_kept_and_takes_no_earlier_result(done):
+    toy, before = can_do_without(done), done.results()
+    with pytest.raises(StageFailed) as failure:
+        toy.run("fall.behaviour=raise")
+    assert failure.value.exit_code == 1
+    assert {one.stage: one.how for one in failure.value.outcomes} == {
+        "fall": "failed", "bounce": "failed", "side": "current", "picture": "computed"}
+    after = toy.results()
+    assert {name for name in before if after.get(name) != before[name]} == {"claims.yaml", "picture.h5"}
+    assert toy.run()["fall"] == "current"
+
+
+def test_every_command_tells_the_reason_and_the_report_is_written(toy_with_commands):
+    toy = can_do_without(toy_with_commands)
+    code, out, errors = toy.command("run-all", "--set", "fall.behaviour=answer")
+    assert code == 3 and out.splitlines()[-1].split() == ["report", "written", "results/report.html"]
+    assert errors.splitlines()[-1] == "error: stage fall: nothing falls upwards"
+    page = (toy.root / "results/report.html").read_text(encoding="utf-8")
+    assert "<li>fall: nothing falls upwards</li>" in page and "<li>bounce: there is no fall" in page
+    for arguments in (("show", "fall"), ("run", "bounce", "--set", "fall.behaviour=answer")):
+        code, _, errors = toy.command(*arguments)
+        assert code == 3 and errors.endswith("error: stage fall: nothing falls upwards\n")
+    assert "refused  nothing falls upwards" in toy.command("status", "--set", "fall.behaviour=answer")[1]
+
+
+def test_after_a_failure_the_report_shows_the_rest(toy_with_commands):
+    toy = can_do_without(toy_with_commands)
+    code, _, errors = toy.command("run-all", "--set", "fall.behaviour=raise")
+    assert code == 1 and "the full account is in results/log/fall.log" in errors
+    page = (toy.root / "results/report.html").read_text(encoding="utf-8")
+    assert "<li>fall: ZeroDivisionError" in page and "it is a toy" in page
