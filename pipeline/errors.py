@@ -43,7 +43,7 @@ class StageFailed(StudyError):
 
 
 class Lacking(StudyError):
-    """A stage needs a result that is not there, as its own stage said no or failed; the sentence says which, and why."""
+    """A stage needs a result that is not there, as its own stage said no or failed; it says which, and why."""
 
 
 class Stopped(StudyError):
