@@ -1,16 +1,19 @@
 """Compares the numbers of two results folders, one of which another processor filled, or one that computes like it.
 
 Run: python -m benchmarks.processors RESULTS [OTHER]. Without OTHER the study of the working folder is computed anew as
-an older processor would: other kernels of OpenBLAS, no wide vector instructions in NumPy, plain machine code. Ends with
-1 if a number differs by more than is allowed. The nightly workflow calls this; `docs/faults.md` has the table.
+an older processor would: other kernels of OpenBLAS, no wide vector instructions in NumPy, plain machine code. These are
+set for that run alone. `--levels draft paper reference` in place of RESULTS computes both at each of these levels.
+Ends with 1 if a number differs by more than is allowed. The nightly workflow calls it; `docs/faults.md` has its table.
 
 Allowed are `TOLERANCE` of the largest number in a field, or of its SI unit. What a stage tells of its own errors (what
 an iteration left over, how far two solvers differ, orders of convergence, multipliers fitted to how a walk settles) is
 made of rounding errors itself: such fields are listed, their differences are printed, and they stop nothing.
+Beside that stands how many numbers differ by more than the numerical error that the file states of them.
 """
 
 from __future__ import annotations
 
+import argparse
 import fnmatch
 import os
 import subprocess
@@ -47,18 +50,21 @@ ESTIMATES = {
 
 @dataclass(frozen=True)
 class Difference:
-    """A field that differs: how far in parts of its largest number and of what is allowed, and whether it is listed."""
+    """A field that differs: how far in parts of its largest number, of what is allowed and of the error that the file
+    states (0 where it states none), and whether it is listed.
+    """
 
     name: str
     relative: float
     of_allowed: float
     estimate: bool
+    of_stated: float = 0.0
 
 
 def differences(one: Path, other: Path) -> Iterator[Difference]:
     """Every field of the artefact `one` that is not the same in `other`."""
     with h5py.File(one) as first, h5py.File(other) as second:
-        fields, others = _fields(first), _fields(second)
+        fields, others, stated = _fields(first), _fields(second), _stated(first)
     for name in sorted({*fields, *others}):
         a, b = fields.get(name), others.get(name)
         full = f"{one.stem}/{name}"
@@ -69,15 +75,24 @@ def differences(one: Path, other: Path) -> Iterator[Difference]:
             if not np.array_equal(a, b):
                 yield Difference(full, np.inf, np.inf, estimate)
         elif not np.array_equal(a, b, equal_nan=a.dtype.kind == "f"):
-            yield _difference(full, a.astype(float), b.astype(float), estimate)
+            yield _difference(full, a.astype(float), b.astype(float), estimate, stated.get(name, np.inf))
 
 
-def _difference(name: str, a: Any, b: Any, estimate: bool) -> Difference:
+def _difference(name: str, a: Any, b: Any, estimate: bool, stated: float) -> Difference:
     if not np.array_equal(np.isfinite(a), np.isfinite(b)):
         return Difference(name, np.inf, np.inf, estimate)
     finite = np.isfinite(a)
     apart, size = float(np.max(abs(a - b)[finite])), float(np.max(abs(a)[finite]))
-    return Difference(name, apart / size if size else np.inf, apart / (TOLERANCE * max(1.0, size)), estimate)
+    relative = apart / size if size else np.inf
+    return Difference(name, relative, apart / (TOLERANCE * max(1.0, size)), estimate, apart / stated)
+
+
+def _stated(file: h5py.File) -> dict[str, float]:
+    """The numerical errors that the file states of its fields."""
+    found: dict[str, float] = {}
+    file.visititems(lambda name, item: found.update({name: float(item.attrs["numerical_error"])})
+                    if "numerical_error" in item.attrs else None)  # fmt: skip
+    return found
 
 
 def _fields(file: h5py.File) -> dict[str, Any]:
@@ -94,29 +109,46 @@ def _fields(file: h5py.File) -> dict[str, Any]:
 def compare(results: Path, other: Path) -> list[Difference]:
     """Print a line for each artefact; the differences beyond what is allowed."""
     beyond: list[Difference] = []
-    print("| artefact | fields that differ | largest difference, in parts of the field | beyond what is allowed |")
-    print("|---|---|---|---|")
+    print("| artefact | fields that differ | largest difference, in parts of the field | beyond what is allowed "
+          "| beyond the error that is stated |")  # fmt: skip
+    print("|---|---|---|---|---|")
     for path in sorted(results.glob("*.h5")):
         found = list(differences(path, other / path.name))
         plain = [each for each in found if not each.estimate]
         estimates = [each.relative for each in found if each.estimate]
         listed = f" and {len(estimates)} estimates of errors, by up to {max(estimates):.1e}" if estimates else ""
         wrong = [each for each in plain if each.of_allowed > 1]
+        overtold = sorted((each for each in found if each.of_stated > 1), key=lambda each: -each.of_stated)
+        named = f": {overtold[0].name.partition('/')[2]} by {overtold[0].of_stated:.1f} times" if overtold else ""
         largest = max((min(each.relative, each.of_allowed * TOLERANCE) for each in plain), default=0.0)
-        print(f"| {path.stem} | {len(plain)}{listed} | {largest:.1e} | {len(wrong)} |")
+        print(f"| {path.stem} | {len(plain)}{listed} | {largest:.1e} | {len(wrong)} | {len(overtold)}{named} |")
         beyond += wrong
     return beyond
 
 
+def compute(results: Path, *options: str, **environment: str) -> Path:
+    """The study of the working folder, computed into `results` with these variables for it alone."""
+    words = [sys.executable, "-m", "pipeline.cli", "run-all", "--results", str(results), *options]
+    subprocess.run(words, check=True, stdout=sys.stderr, env={**os.environ, **environment})
+    return results
+
+
 def main() -> None:
-    """Compare, computing the other results first if they are not given."""
-    results = Path(sys.argv[1])
+    """Compare, computing first the results that are not given."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("results", nargs="*", type=Path)
+    parser.add_argument("--levels", nargs="+", default=[])
+    asked = parser.parse_args()
+    beyond = []
     with tempfile.TemporaryDirectory() as folder:
-        other = Path(sys.argv[2]) if sys.argv[2:] else Path(folder, "results")
-        if not sys.argv[2:]:
-            words = [sys.executable, "-m", "pipeline.cli", "run-all", "--results", str(other)]
-            subprocess.run(words, check=True, stdout=sys.stderr, env={**os.environ, **OLDER})
-        beyond = compare(results, other)
+        if asked.results:
+            other = asked.results[1] if asked.results[1:] else compute(Path(folder, "older"), **OLDER)
+            beyond = compare(asked.results[0], other)
+        for level in asked.levels:
+            here = compute(Path(folder, level), "--accuracy", level)
+            older = compute(Path(folder, f"{level}-older"), "--accuracy", level, **OLDER)
+            print(f"\n{level}:\n")
+            beyond += compare(here, older)
     if beyond:
         sys.exit("\n".join(f"{each.name}: {each.of_allowed:.1f} times what is allowed" for each in beyond))
 

@@ -28,7 +28,7 @@ def two(done):
 
 
 def test_equal_results_do_not_differ(two, capsys):
-    assert compare(*two) == [] and "| fall | 0 | 0.0e+00 | 0 |" in capsys.readouterr().out
+    assert compare(*two) == [] and "| fall | 0 | 0.0e+00 | 0 | 0 |" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(("change", "beyond"), [(0.5, 0), (2.0, 1)])
