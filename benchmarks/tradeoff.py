@@ -175,8 +175,9 @@ def page(kept: dict[str, Any]) -> str:
     lines += [
         "", f"All ways of a model walk {kept['walked_steps']} steps from one mid-stance. Time is processor time of",
         f"the integration of one step, in yardsticks: {kept['yardstick']}. Evaluations are of the",
-        "rates; those by which the compiled way locates events are not counted, its time holds them. An implicit step",
-        "of the joints counts one, whatever its Newton iterations take: compare those by time. A dash: not measured.",
+        "rates, or of the residual of an implicit step, with those that its Jacobian takes; a linear system is solved",
+        "with each, but for the factors of a Jacobian. Those by which the compiled way locates events are not counted,",
+        "its time holds them. A dash: not measured.",
         "", "![Work and precision](tradeoff.png)", "", "## What the errors are taken against", "",
         "| model | reference | hip [m] | period [s] | multiplier [1] | peak force [N] |", "|---|---|---|---|---|---|"]
     for model in result.references:

@@ -21,7 +21,8 @@ FALLEN = 0.5
 
 @dataclass(frozen=True)
 class Run:
-    """A finished run: why it ended, what was recorded, what it cost in steps and in evaluations of the rates."""
+    """A finished run: why it ended, what was recorded, what it cost in steps and in evaluations of the rates,
+    or of the residuals of implicit steps."""
 
     outcome: str
     message: str

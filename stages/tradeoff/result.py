@@ -34,7 +34,8 @@ class Row:
     mark: str = quantity("-", "paper: the paper's own setting or what stands in for it; default: this study's")
     outcome: str = quantity("-", "completed, or why it did not get to the end of the walk")
     errors: Errors = quantity("-", "differences from the model's reference")
-    evaluations: float = quantity("1", "evaluations of the rates for one step; implicit steps count one each")
+    evaluations: float = quantity(
+        "1", "evaluations of the rates, or of an implicit step's residual, for one step; a linear solve goes with each")
     tolerance: float = quantity("1", "tolerance; NaN for fixed steps")
     largest_step: float = quantity("s", "largest step, or rolling step of fixed steps; NaN if the way has none")
 

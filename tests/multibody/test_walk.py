@@ -9,7 +9,7 @@ from pipeline.parameters.loading import load
 from stages.contact_study.parameters import Parameters as ContactStudy
 from stages.multibody.parameters import Parameters
 from stages.multibody.walking.scuffing import Watch
-from stages.multibody.walking.walk import simulate
+from stages.multibody.walking.walk import build, simulate
 from stages.planar.energy import energy_balance, mass_moment
 from stages.planar.events import find_events
 from stages.planar.run import DIVERGED, FELL, SOLVER_FAILED, STALLED, STEP_FLOOR
@@ -217,3 +217,15 @@ def test_a_solver_that_gets_nowhere_is_stopped(start):
         for _ in range(1000):
             watch(None, 0.5)
     assert watch.outcome == STEP_FLOOR
+
+
+def test_residuals_of_implicit_steps_are_counted(biped, slope, contact, start, settings):
+    """As often as the contact's law is called, written in Python, for each foot; Newton's iterations are most of it."""
+    joints = dataclasses.replace(settings, assembly="joints", rolling_step=1e-3, impact_step=2e-5)
+    machine, made = build(biped, slope, contact, joints, compiled=False, signals=()), []
+    for connector, law in zip(machine.contacts, machine.laws, strict=True):
+        counted = lambda *given, law=law: (made.append(1), law(*given))[1]  # noqa: E731
+        machine.mbs.SetObjectParameter(connector, "springForceTorqueUserFunction", counted)
+    run = simulate(biped, slope, contact, start, joints, duration=0.15, assembly=machine)
+    assert run.completed and run.evaluations > 3 * run.solver_steps
+    assert len(made) / 2 == pytest.approx(run.evaluations, abs=2)

@@ -138,7 +138,8 @@ def solve_stages(phase: int, y: Vector, h: float, p: Compliant, inverses: np.nda
 
 @compiled
 def take_step(phase: int, y: Vector, h: float, p: Compliant, stages: np.ndarray, new: Vector) -> int:
-    """Advance `y` by `h` into `new`, and its estimated error into `stages[1]`; returns the evaluations of the rates.
+    """Advance `y` by `h` into `new`, and its estimated error into `stages[1]`; returns the evaluations of the rates,
+    with one for each column of the Jacobian.
 
     `stages[0]` must hold dy/dt at `y`. A step whose equations cannot be solved ends in NaN.
     """
@@ -155,7 +156,7 @@ def take_step(phase: int, y: Vector, h: float, p: Compliant, stages: np.ndarray,
     if np.isnan(z[0, 0]):
         for m in range(size):
             new[m], stages[1, m] = np.nan, np.nan
-        return STAGES * iterations
+        return STAGES * iterations + SIZE
     # embedded formula, filtered twice so that stiff components do not spoil the estimate (Hairer and Wanner, IV.8.20)
     part, filtered, rates = np.empty(size, np.complex128), np.empty(size, np.complex128), stages[0]
     for repeat in range(2):
@@ -173,7 +174,7 @@ def take_step(phase: int, y: Vector, h: float, p: Compliant, stages: np.ndarray,
             flow(phase, new, p, rates)
     for m in range(size):
         new[m] = y[m] + z[STAGES - 1, m]
-    return STAGES * iterations + 1
+    return STAGES * iterations + SIZE + 1
 
 
 @compiled

@@ -20,8 +20,10 @@ SMALLEST_STEP = 1e-13
 LAST_SOLVER = "dynamicSolver"  # under which Exudyn keeps it
 EVERY_STEP = 1e-12
 #: Evaluations of the rates in a step of Exudyn's DOPRI5, also in one that its error control rejects: seven stages, none
-#: of them kept from the step before. An implicit step is counted as one.
+#: of them kept from the step before.
 EVALUATIONS = 7
+#: Evaluations of the contact's force, by whose differences Exudyn finds its part of a Jacobian.
+JACOBIAN = 7
 DESCENT = 1.0  # m/s, an upper bound for how fast a foot comes down, to refine the step in time
 
 
@@ -52,7 +54,7 @@ def integrate(
     assembly.mbs.SetPreStepUserFunction(watch)
     limit = settings.longest_step * (watch.heel_strikes_wanted + 2) if duration is None else duration
     segments: list[dict[str, np.ndarray]] = []
-    drift, rejected = 0.0, 0
+    drift, further = 0.0, 0
     explicit = settings.assembly == "tree"
     fine = False
     if not explicit:
@@ -67,7 +69,7 @@ def integrate(
         except SOLVER_ERRORS as error:
             if watch.outcome == RUNNING:
                 watch.outcome, watch.message = SOLVER_FAILED, first_sentence(error)
-        rejected += rejected_steps(assembly.mbs)
+        further += further_evaluations(assembly.mbs, explicit)
         segments.append(assembly.recording())
         drift = max(drift, assembly.joint_drift())
         reached = float(segments[-1]["time"][-1])
@@ -80,14 +82,23 @@ def integrate(
     if not np.all(np.isfinite(segments[-1]["position"])):
         watch.outcome = DIVERGED
     steps = len(trajectory.time) - 1
-    evaluations = EVALUATIONS * (steps + rejected) if explicit else steps
+    evaluations = (EVALUATIONS if explicit else 1) * steps + further
     return Run(watch.outcome, watch.message, trajectory, watch.heel_strikes, steps, evaluations, drift)
 
 
-def rejected_steps(mbs: Any) -> int:
-    """Steps that error control rejected in the last solver call; none where that ended with an error."""
+def further_evaluations(mbs: Any, explicit: bool = True) -> int:
+    """Evaluations in the last solver call beyond those of each step; none known where that ended with an error.
+
+    Explicit: of the rates, in steps that error control rejected. Implicit: of the residual, one where the call begins,
+    and one after each Newton iteration beside that of every step; a Newton iteration solves one linear system, as every
+    evaluation of explicit rates does.
+    """
     solver = mbs.sys.get(LAST_SOLVER)
-    return 0 if solver is None else int(solver.it.rejectedAutomaticStepSizeSteps)
+    if solver is None:
+        return 0
+    if explicit:
+        return EVALUATIONS * int(solver.it.rejectedAutomaticStepSizeSteps)
+    return 1 + int(solver.it.newtonStepsCount) + JACOBIAN * int(solver.it.newtonJacobiCount)
 
 
 def _impact_is_near(watch: Watch, now: float, settings: Settings) -> bool:

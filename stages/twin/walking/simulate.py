@@ -19,7 +19,7 @@ from stages.multibody.assembly.solver import (
     SOLVER,
     explicit_settings,
     first_sentence,
-    rejected_steps,
+    further_evaluations,
     valid_rows,
 )
 from stages.planar.run import DIVERGED, RUNNING, SOLVER_FAILED, STALLED
@@ -120,7 +120,7 @@ def simulate_twin(
     if watch.outcome == RUNNING:
         watch.outcome, watch.reason = STALLED, f"{wanted_steps} steps not done in {limit:g} s"
     rows = _recording(machine_tree, watch)
-    evaluations = EVALUATIONS * (len(rows[0]) - 1 + rejected_steps(machine_tree.mbs))
+    evaluations = EVALUATIONS * (len(rows[0]) - 1) + further_evaluations(machine_tree.mbs)
     return Record(
         machine, slope, contact, *rows, start.in_play, tuple(watch.switches), watch.outcome,
         watch.reason, watch.heel_strikes, evaluations, clock.perf_counter() - began,
