@@ -15,6 +15,7 @@ from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.planar.signals import GROUND_REACTION, IMU
+from stages.twin.machine.changed_design import DRAWN, fitted, rule
 from stages.twin.machine.parts import Material, Part
 from stages.twin.machine.table_one import faults
 
@@ -26,6 +27,13 @@ SIGNALS = (GROUND_REACTION, IMU, IMU_IN_SPACE, ATTITUDE, COORDINATES, FOOT_FORCE
 LOOSEST, LOOSER = 1e-4, 10.0
 #: Those that later stages and figures read.
 READ_LATER = (GROUND_REACTION, IMU)
+
+
+def _drawn(key: str, unit: str, bound: Bound) -> float | None:
+    """A number of the design that the parts are drawn for."""
+    field: float | None = parameter(
+        unit, f"{key} of the design that the parts are drawn for; null: biped.yaml's", bound=bound, default=None)
+    return field
 
 
 @dataclass(frozen=True)
@@ -49,7 +57,8 @@ class Settings(Rubber):
     inner_lane: float = parameter("m", "distance of each inner foot's middle from the mid-plane", bound=Bound(above=0))
     outer_lane: float = parameter("m", "distance of each outer foot's middle from the mid-plane", bound=Bound(above=0))
     hip_socket: tuple[float, ...] = parameter("m", "place of the hip sensor on the inner frame, x, y, z")
-    foot_socket: tuple[float, ...] = parameter("m", "place of the foot sensor on an inner foot, x, y, z")
+    foot_socket: tuple[float, ...] | None = parameter(
+        "m", "place of the foot sensor on an inner foot, x, y, z; null: the left one's mass centre")
     bearing_friction: float = parameter("N m s", "viscous friction of the outer legs' bearings", bound=Bound(minimum=0))
     slider_friction: float = parameter("N s/m", "viscous friction of each leg's slider", bound=Bound(minimum=0))
     outsole: float = parameter("m", "rubber on top of Table 1's foot radius and leg length", bound=Bound(minimum=0))
@@ -73,6 +82,30 @@ class Settings(Rubber):
         "-", "signals recorded beside the motion, sampled at sampling_rate_hz", choices=SIGNALS, default=READ_LATER
     )
     accuracy: str | Accuracy = accuracy("tolerance and largest_step")
+    parts_hip_mass: float | None = _drawn("hip_mass", "kg", Bound(above=0))
+    parts_foot_mass: float | None = _drawn("foot_mass", "kg", Bound(above=0))
+    parts_leg_length: float | None = _drawn("leg_length", "m", Bound(above=0))
+    parts_foot_radius: float | None = _drawn("foot_radius", "m", Bound(minimum=0))
+    parts_foot_com: float | None = _drawn("foot_com", "m", Bound(minimum=0))
+
+    def foot_sensor(self, foot_com: float) -> tuple[float, ...]:
+        """Place of the foot sensor [m], for feet whose mass is so far above the hip axis [m]."""
+        return (0.0, foot_com, self.inner_lane) if self.foot_socket is None else self.foot_socket
+
+    def drawn_for(self, biped: Biped) -> Biped:
+        """The design that the parts are drawn for: `biped`, with the `parts_` numbers that are given."""
+        given = {key: getattr(self, f"parts_{key}") for key in DRAWN}
+        return replace(biped, **{key: value for key, value in given.items() if value is not None})
+
+    def bill(self, biped: Biped) -> tuple[Part, ...]:
+        """The parts of a machine of this design, by the rule of `stages.twin.machine.changed_design`; a planar one has
+        none.
+        """
+        return fitted(self.parts, self.drawn_for(biped), biped) if self.inertia == "parts" else ()
+
+    def bill_rule(self, biped: Biped) -> str:
+        """How `bill` made the parts fit the design, in words; "" if they are as written, or none."""
+        return rule(self.parts, self.drawn_for(biped), biped) if self.inertia == "parts" else ""
 
     def with_tolerance(self, tolerance: float | None) -> Settings:
         """These settings at a tolerance; without one at ten times their own, for what is read less finely.
@@ -85,10 +118,11 @@ class Settings(Rubber):
         """Places are points, lanes do not overlap, a signal is named once."""
         if len(set(self.signals)) < len(self.signals):
             yield Broken("signals", "each of " + ", ".join(SIGNALS) + " at most once")
-        for key in ("hip_socket", "foot_socket"):
-            if len(getattr(self, key)) != 3:
+        foot = self.foot_sensor(0.0)
+        for key, place in (("hip_socket", self.hip_socket), ("foot_socket", foot)):
+            if len(place) != 3:
                 yield Broken(key, "three numbers: x, y, z")
-        if len(self.foot_socket) == 3 and self.foot_socket[2] == 0.0:
+        if len(foot) == 3 and foot[2] == 0.0:
             yield Broken("foot_socket", "z other than 0, which tells left foot from right foot")
         if self.foot_width > 2.0 * self.inner_lane:
             yield Broken("foot_width", f"<= 2 inner_lane = {2.0 * self.inner_lane:g} m, or the inner feet overlap")
@@ -131,7 +165,8 @@ class Parameters:
     level: Level = Level()
 
     def broken_rules(self) -> Iterator[Broken]:
-        """The bill of parts is possible and adds up to the design; point masses need no bill."""
+        """The bill of parts is possible and that of a design; point masses need no bill."""
         if self.settings.inertia == "parts":
-            for fault in faults(self.settings.parts, self.settings.materials, self.biped):
+            drawn = self.settings.drawn_for(self.biped)
+            for fault in faults(self.settings.parts, self.settings.materials, drawn, self.biped):
                 yield Broken("twin.parts", fault)

@@ -149,8 +149,9 @@ class Result:
     settling: Settling = quantity("-", "how the twin settles, and its settled gait")
     energy: EnergyBalance = quantity("-", "energy balance over the last whole step")
     snapshots: Snapshots = quantity("-", "poses in the settled gait")
-    parts: tuple[PartRow, ...] = quantity("-", "bill of parts")
+    parts: tuple[PartRow, ...] = quantity("-", "bill of parts as they are in this machine; none of point masses")
     sums: tuple[SumRow, ...] = quantity("-", "sums of the bill beside Table 1")
+    bill: str = quantity("-", "how the parts of twin.yaml were made to fit the design; empty: they are as written")
     errors: tuple[ErrorEstimate, ...] = quantity("-", "errors of the walk, where an accuracy was asked for")
     solver_steps: int = quantity("1", "number of solver steps")
     inventory: Inventory = quantity("-", "what the scene held, counted in the assembled system")
@@ -168,7 +169,7 @@ class Result:
         when = f"settled after step {gait.steps_to_settle}" if gait.steps_to_settle >= 0 else "not settled"
         return (
             f"{self.steps} steps, {when}: {gait.step_frequency_hz:.3f} Hz, step {1e3 * gait.step_length_m:.1f} mm, "
-            f"energy closed to {self.energy.relative_residual:.0e}"
+            f"energy closed to {self.energy.relative_residual:.0e}{'; ' * bool(self.bill)}{self.bill}"
         )
 
     def tables(self) -> list[Table]:

@@ -67,6 +67,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     progress(0.8, "measuring the walk")
     strikes = signals.walk.heel_strike_time
     last_step = tuple(strikes[-2:]) if len(strikes) > 1 else ()
+    bill = settings.bill(biped)
     closed = energy_balance(record, *last_step) if last_step else EnergyBalance(*[np.nan] * 6)
     return Result(
         outcome=record.outcome,
@@ -76,8 +77,9 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         settling=settling(record, signals.walk),
         energy=closed,
         snapshots=snapshots(record, pose_times(signals.walk)),
-        parts=tuple(part_row(part) for part in settings.parts),
-        sums=tuple(SumRow(what, found, wanted) for what, found, wanted in sums(settings.parts, biped)),
+        parts=tuple(part_row(part) for part in bill),
+        sums=tuple(SumRow(what, found, wanted) for what, found, wanted in sums(bill, biped)) if bill else (),
+        bill=settings.bill_rule(biped),
         errors=errors,
         solver_steps=len(record.time) - 1,
         inventory=take_inventory(tree.mbs, len(tree.feet), bytes_of(signals)),

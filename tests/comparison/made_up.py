@@ -73,7 +73,7 @@ def scaled(value: Any, factor: float) -> Any:
     if isinstance(value, dict):
         return {key: scaled(part, factor) for key, part in value.items()}
     if isinstance(value, SimpleNamespace):
-        return SimpleNamespace(**scaled(vars(value), factor))
+        return type(value)(**scaled(vars(value), factor))
     if dataclasses.is_dataclass(value):
         parts = {field.name: scaled(getattr(value, field.name), factor) for field in dataclasses.fields(value)}
         return dataclasses.replace(value, **parts)

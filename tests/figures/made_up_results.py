@@ -188,6 +188,22 @@ def comparison(origin="synthetic"):
     return SimpleNamespace(models=SimpleNamespace(same_start=same_start), measurement=make_agreement(origin))
 
 
+class Drawn(SimpleNamespace):
+    """Settings of the twin whose parts are those of the design."""
+
+    def bill(self, biped):
+        """The parts as they are."""
+        return self.parts
+
+    def bill_rule(self, biped):
+        """Nothing was changed."""
+        return ""
+
+    def foot_sensor(self, foot_com):
+        """Where the socket is."""
+        return self.foot_socket
+
+
 def machine(outsole=0.0):
     """Lanes of the twin, and a bill with every shape once, a point among them, on three of the groups."""
     parts = (
@@ -199,8 +215,9 @@ def machine(outsole=0.0):
         Part("bearing", "outer_frame", "steel", "tube", "z", (0.0085, 0.005, 0.02), 0.1, (0.0, 0.0, 0.085), 2),
         Part("outer foot", "outer_foot", "rubber", "arc", "z", (0.083, 0.012, 0.02, 0.11), 0.1, (0.0, -0.25, 0.085), 2),
     )
-    return SimpleNamespace(
-        parts=parts, inner_lane=0.04, outer_lane=0.085, foot_width=0.02, outsole=outsole, outsole_arc=0.112,
+    return Drawn(
+        parts=parts, inertia="parts", inner_lane=0.04, outer_lane=0.085, foot_width=0.02, outsole=outsole,
+        outsole_arc=0.112,
         ramp_length=2.0, block_sets=11, block_length=0.08, block_width=0.045, expected_step=0.0, scene="ramp",
         hip_socket=(0.0, 0.0, 0.0), foot_socket=(0.0, -0.233, 0.04),
     )  # fmt: skip

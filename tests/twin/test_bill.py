@@ -57,9 +57,11 @@ def test_a_bill_that_does_not_add_up_is_one_sentence(parameters):
         build(parameters.biped, settings)
 
 
-def test_another_design_without_its_parts_is_told_what_to_do(repository):
+def test_parts_that_are_neither_designs_are_told_what_to_do(repository):
+    """Shown by parts that no longer say which design they are drawn for, so that they should be the biped's."""
+    alone = ["biped.hip_mass=0.4", "twin.parts_hip_mass=null"]
     with pytest.raises(StudyError, match=r"hip mass \[kg\] 0.4, not 0.316") as refused:
-        load(repository / "params", ["biped.hip_mass=0.4"], {"twin": Parameters}, [Parameters])
+        load(repository / "params", alone, {"twin": Parameters}, [Parameters])
     assert len(refused.value.sentences) == 1 and "twin.inertia = planar" in str(refused.value)
     changed = ["biped.hip_mass=0.4", "twin.inertia=planar"]
     loaded = load(repository / "params", changed, {"twin": Parameters}, [Parameters])["twin"]

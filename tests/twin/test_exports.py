@@ -122,7 +122,8 @@ def test_mujoco_sensors_feel_what_sockets_feel(in_mujoco, exported, flight, sett
     q, v, a = some(flight)
     axes = pair_axes(q, v, a, 0)
     gravity = np.array([*exported.slope.gravity_vector, 0.0])
-    for name, place, slide in (("hip", settings.hip_socket, None), ("foot", settings.foot_socket, SLIDE[0])):
+    foot = settings.foot_sensor(exported.machine.drawn_foot_com)
+    for name, place, slide in (("hip", settings.hip_socket, None), ("foot", foot, SLIDE[0])):
         felt = axes.components(point_motion(q, v, a, axes, np.array(place), slide).acceleration - gravity)
         for row, (position, rate) in enumerate(zip(q, v, strict=True)):
             data.qpos[:], data.qvel[:] = position, rate

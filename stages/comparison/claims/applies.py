@@ -25,7 +25,10 @@ def another_biped(parameters: Parameters, keys: Iterable[str] = BIPED) -> tuple[
 
 
 def rests_on(parameters: Parameters, keys: Iterable[str]) -> tuple[str, ...]:
-    """Parameters with their values, and the paper's where it prints another; without those that follow from others."""
+    """Parameters with their values, and the paper's where it prints another; without those that follow from others.
+
+    Parts that were made to fit the design say so.
+    """
     named = []
     for key in keys:
         value, unit = found(parameters, key)
@@ -34,6 +37,8 @@ def rests_on(parameters: Parameters, keys: Iterable[str]) -> tuple[str, ...]:
         text = f"{key} {quantity(value, unit)}".rstrip()
         if key in SETTINGS and value != SETTINGS[key].value:
             text += f" (paper: {quantity(SETTINGS[key].value, unit)}, {SETTINGS[key].source})"
+        if key == "twin.parts" and (fitted := parameters.twin.bill_rule(parameters.biped)):
+            text += f" ({fitted})"
         named.append(text)
     return tuple(named)
 

@@ -68,7 +68,7 @@ def draw(given: Given) -> Figure:
     view.paint(whole, camera, [view.upright(natural).robot(by_group(shown_parts(twin, biped)))])
     view.frame(whole)
     style.panel_label(whole, "a")
-    parts = [part for part in twin.parts if part.shape != "point"]
+    parts = [part for part in twin.bill(biped) if part.shape != "point"]
     draw_section(hip, parts)
     reach = max(max(abs(cut.z), abs(cut.z + cut.width)) for part in parts for cut in cuts(part))
     top = max(cut.y + cut.height for part in parts for cut in cuts(part))
@@ -101,7 +101,7 @@ def draw(given: Given) -> Figure:
 
 
 def caption(given: Given) -> str:
-    parts = given.parameters.twin.parts
+    parts = given.parameters.twin.bill(given.parameters.biped)
     pieces = sum(part.pieces for part in parts)
     return (
         f"The twin as its bill of {len(parts)} rows makes it, {pieces} pieces of assumed size and mass, and the "

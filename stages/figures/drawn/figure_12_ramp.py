@@ -49,7 +49,8 @@ def draw(given: Given) -> Figure:
     ])  # fmt: skip
     for name, words in WORDS.items():
         foot = name == "foot sensor"
-        place, group = (twin.foot_socket, "inner_foot") if foot else (twin.hip_socket, "inner_frame")
+        place = twin.foot_sensor(biped.foot_com - biped.leg_length) if foot else twin.hip_socket
+        group = "inner_foot" if foot else "inner_frame"
         point = pose.point(place, group)
         axes.annotate(name, camera.spot(point), camera.spot(point, words), ha="center", va="bottom", fontsize=8,
                       arrowprops={"arrowstyle": "-|>", "linewidth": 0.7, "color": "black", "shrinkA": 0})  # fmt: skip

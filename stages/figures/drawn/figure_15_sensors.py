@@ -36,9 +36,9 @@ def draw(given: Given) -> Figure:
     camera = view.Camera(AZIMUTH, ELEVATION, given.parameters.slope.angle)
     pose = view.pose_at(walk, view.moment(walk, PHASE), biped.leg_length + twin.outsole)
     robot = pose.robot(by_group(shown_parts(twin, biped)))
-    run = given.imu.runs[0]
+    run, foot = given.imu.runs[0], twin.foot_sensor(biped.foot_com - biped.leg_length)
     sensors = (
-        ("foot sensor", pose.point(twin.foot_socket, "inner_foot"), run.foot.rotation),
+        ("foot sensor", pose.point(foot, "inner_foot"), run.foot.rotation),
         ("hip sensor", pose.point(twin.hip_socket, "inner_frame"), run.hip.rotation),
     )
     figure, (whole, *near) = plt.subplots(1, 3, figsize=(style.TWO_COLUMNS, 2.9), width_ratios=(0.9, 1.0, 1.0))

@@ -21,7 +21,7 @@ from stages.figures.drawn.gait_animation import ANGLE, FORCE, POSITION, frames
 from stages.figures.oblique_view import drawing
 from stages.figures.robot.bodies import COLOURS as PAIRS
 from stages.figures.robot.bodies import TINTS
-from stages.twin.exports.seen import SOLE, shown_parts
+from stages.twin.exports.seen import SOLE, shown_parts, what_is_drawn
 from stages.twin.machine.parts import FEET, FRAMES, Part
 
 if TYPE_CHECKING:
@@ -142,10 +142,10 @@ def draw(given: Given) -> str:
 
 
 def caption(given: Given) -> str:
-    settling = given.twin.settling
+    settling, drawn = given.twin.settling, what_is_drawn(given.parameters.twin, given.parameters.biped)
     return (
-        f"The last stride of the twin's walk of {given.twin.steps} steps, over and over: every part of its bill where "
-        f"the walk has it, {settling.step_frequency_hz:.4f} Hz and {1e3 * settling.step_length_m:.1f} mm a step. The "
-        "ghost is the constraint model at the same phase of its own stride, from the same place. Arrows: force of the "
-        "ground, half a pair's on each foot, impacts cut off. Thin rods are no parts: they join what slides."
+        f"The last stride of the twin's walk of {given.twin.steps} steps, over and over: {drawn} "
+        f"where the walk has it, {settling.step_frequency_hz:.4f} Hz and {1e3 * settling.step_length_m:.1f} mm a step. "
+        "The ghost is the constraint model at the same phase of its own stride, from the same place. Arrows: force of "
+        "the ground, half a pair's on each foot, impacts cut off. Thin rods are no parts: they join what slides."
     )

@@ -95,8 +95,9 @@ class Exported:
         )  # fmt: skip
         hinge = (Joint(HINGE, True, ACROSS, damping=machine.bearing_friction),)
         hip = ("hip sensor", self.settings.hip_socket)
-        foot = ("foot sensor", self.settings.foot_socket)
-        sensed = 0 if self.settings.foot_socket[2] > 0.0 else 1
+        socket = self.settings.foot_sensor(machine.drawn_foot_com)
+        foot = ("foot sensor", socket)
+        sensed = 0 if socket[2] > 0.0 else 1
         found: list[Link] = []
         for pair, joints in enumerate((base, hinge)):
             frame, parent = len(found), -1 if pair == 0 else 0

@@ -33,6 +33,14 @@ def outsoles(settings: Settings, biped: Biped) -> tuple[Part, ...]:
     )
 
 
+def what_is_drawn(settings: Settings, biped: Biped) -> str:
+    """What `shown_parts` are, in words."""
+    rule = settings.bill_rule(biped)
+    if settings.inertia == "planar":
+        return "its point masses on legs, with its feet"
+    return f"every part of its bill{' (' * bool(rule)}{rule}{')' * bool(rule)}"
+
+
 def shown_parts(settings: Settings, biped: Biped) -> tuple[Part, ...]:
     """All that is seen of the robot; masses of what is not in the bill mean nothing."""
-    return (*settings.parts, *guides(settings, biped), *outsoles(settings, biped))
+    return (*settings.bill(biped), *guides(settings, biped), *outsoles(settings, biped))

@@ -8,6 +8,7 @@ import numpy as np
 
 from stages.biped.design import Biped, require_plain
 from stages.twin.machine.bill import Body, bodies, join
+from stages.twin.machine.changed_design import turning_as
 from stages.twin.machine.table_one import check
 from stages.twin.parameters import Settings
 
@@ -70,14 +71,14 @@ AS_DRAWN = Build()
 def build(biped: Biped, settings: Settings, departure: Build = AS_DRAWN) -> Machine:
     """The machine of the settings, on an outsole if they or the departure have one.
 
-    Raises ValueError if its parts do not add up to the biped's design parameters, BeyondModel if that has details.
+    Raises ValueError if its parts are no design's (`Settings.bill`), BeyondModel if the biped has details.
     """
     require_plain(biped, "the twin")
     if settings.inertia == "planar":
         drawn = planar_equivalent(biped, settings)
     else:
-        check(settings.parts, settings.materials, biped)
-        drawn = bodies(settings.parts)
+        check(settings.parts, settings.materials, settings.drawn_for(biped), biped)
+        drawn = turning_as(bodies(settings.bill(biped)), biped.leg_inertia)
     scaled = tuple(
         Body(factor * body.mass, body.centre, factor * body.inertia)
         for factor, body in zip(departure.body_mass, drawn, strict=True)

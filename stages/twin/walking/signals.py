@@ -81,8 +81,8 @@ def sample(record: Record, time: np.ndarray, settings: Settings) -> Signals:
     hip = foot = spin = np.zeros((0, 3))
     if IMU_IN_SPACE in wanted:
         hip, spin = at.specific_force(np.array(settings.hip_socket)), at.spin()
-        left = settings.foot_socket[2] > 0.0
-        foot = at.specific_force(np.array(settings.foot_socket), SLIDE[0] if left else SLIDE[1])
+        socket = settings.foot_sensor(record.machine.drawn_foot_com)
+        foot = at.specific_force(np.array(socket), SLIDE[0] if socket[2] > 0.0 else SLIDE[1])
     attitude = q if ATTITUDE in wanted else q[:0]
     return Signals(
         walk=planar_walk(at, feet if GROUND_REACTION in wanted else feet[:0], IMU in wanted),

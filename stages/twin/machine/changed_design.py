@@ -1,0 +1,138 @@
+"""The bill of parts of a changed design: one rule by which the parts of `twin.yaml` follow `biped.yaml`.
+
+The file says which design its parts are drawn for (`parts_hip_mass` and so on). For that design they are as written.
+For another one lengths scale with the leg, masses above the springs with the hip mass, masses below with the foot mass.
+Arcs are feet: they scale with the foot's radius about its centre. What else is below the springs moves along the leg
+until the mass centre is at `foot_com`; it shrinks about its own where it would pass the ground or the hip, and the
+arcs lose mass where that is not enough. So moments about the hip axis scale with mass times length squared; a
+`leg_inertia` that the design gives scales the feet's tensors. Along the hip axis nothing changes: there the lanes of
+`twin.yaml` hold.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from stages.biped.design import Biped
+from stages.twin.machine.bill import Body, join
+from stages.twin.machine.parts import FEET, FRAMES, Part
+from stages.twin.machine.shapes import solid
+from stages.twin.machine.table_one import adds_up
+
+#: Numbers of a design that a bill of parts is drawn for; `twin.yaml` has them with `parts_` before.
+DRAWN = ("hip_mass", "foot_mass", "leg_length", "foot_radius", "foot_com")
+#: Parts shrink to this share of their size at the least: thin ones could not be drawn.
+SMALLEST = 0.01
+
+
+def changes(parts: Sequence[Part], drawn: Biped, biped: Biped) -> tuple[str, ...]:
+    """The numbers by which `biped` differs from the design of the parts, none where they are used as written.
+
+    They are as well if they add up to `biped` and not to `drawn`: then they are the biped's own.
+    """
+    keys = tuple(key for key in DRAWN if getattr(drawn, key) != getattr(biped, key))
+    return keys if keys and adds_up(parts, drawn) else ()
+
+
+def rule(parts: Sequence[Part], drawn: Biped, biped: Biped) -> str:
+    """In words how the parts are made to fit `biped`, "" if they are as written."""
+    fields = {field.name: field.metadata["unit"] for field in dataclasses.fields(Biped)}
+    said = [f"{key} {getattr(drawn, key):g} -> {getattr(biped, key):g} {fields[key]}"
+            for key in changes(parts, drawn, biped)]
+    scaled = [f"parts scaled from another design ({', '.join(said)})"] if said else []
+    given = [f"feet's moments scaled to leg_inertia {biped.leg_inertia:g} kg m^2"] if biped.leg_inertia > 0 else []
+    return ", ".join(scaled + given)
+
+
+def fitted(parts: Sequence[Part], drawn: Biped, biped: Biped) -> tuple[Part, ...]:
+    """The parts of a machine of design `biped`, made from those of the design `drawn`."""
+    if not changes(parts, drawn, biped):
+        return tuple(parts)
+    legs = biped.leg_length / drawn.leg_length
+    frames = [part for part in parts if part.group in FRAMES]
+    share = biped.hip_mass / sum(part.mass * part.pieces for part in frames)
+    done = {id(part): _resized(part, legs, share * part.mass, 0.0, 0.0) for part in frames}
+    for group in FEET:
+        feet = [part for part in parts if part.group == group]
+        done.update(zip(map(id, feet), _feet(feet, drawn, biped)))
+    return tuple(done[id(part)] for part in parts)
+
+
+def _feet(parts: Sequence[Part], drawn: Biped, biped: Biped) -> Iterator[Part]:
+    """Parts below the springs of one pair, in their order."""
+    legs = biped.leg_length / drawn.leg_length
+    wide = biped.foot_radius / drawn.foot_radius if drawn.foot_radius else legs
+    share = biped.foot_mass / sum(part.mass * part.pieces for part in parts)
+    ankle, new_ankle = drawn.foot_radius - drawn.leg_length, biped.foot_radius - biped.leg_length
+    round_feet = [part for part in parts if part.shape == "arc"]
+    if len(round_feet) == len(parts):
+        round_feet = []
+    up = new_ankle - wide * ankle
+    held, at = _centre([_resized(part, wide, share * part.mass, 0.0, up) for part in round_feet])
+    whole, centre = biped.foot_mass, np.array([0.0, biped.foot_com - biped.leg_length])
+    lighter = 1.0  # feet that would need the rest below the ground or above the hip
+    for end in (-biped.leg_length, 0.0):
+        if held * (at[1] - end) and (most := whole * (centre[1] - end) / (held * (at[1] - end))) < lighter:
+            lighter = max(0.0, most)
+    place = (whole * centre - lighter * held * at) / (whole - lighter * held)  # of the rest's mass
+    heavier = share * (whole - lighter * held) / (whole - held)
+    rest = [part for part in parts if part not in round_feet]
+    middle = _centre(rest)[1]
+    low = min(part.position[1] - _half_height(part) for part in rest)
+    high = max(part.position[1] + _half_height(part) for part in rest)
+    rooms = [(place[1] - min(-biped.leg_length, legs * low), middle[1] - low),
+             (max(0.0, legs * high) - place[1], high - middle[1])]
+    room = max(SMALLEST * legs, min([legs, *(there / needed for there, needed in rooms if needed > 0.0)]))
+    shift = place - room * middle
+    for part in parts:
+        yield (_resized(part, wide, lighter * share * part.mass, 0.0, up) if part in round_feet
+               else _resized(part, room, heavier * part.mass, *shift))
+
+
+def _resized(part: Part, factor: float, mass: float, forward: float, up: float) -> Part:
+    """A part with another mass, `factor` times as large across the hip axis and as far from it, then moved [m].
+
+    An arc without a radius is a point.
+    """
+    x, y, z = part.position
+    across = 2 if part.shape in ("box", "arc") else len(part.size) - 1 if part.axis == "z" else -1  # along the hip axis
+    size = tuple(value if number == across else factor * value for number, value in enumerate(part.size))
+    shape, size = ("point", ()) if factor == 0.0 else (part.shape, size)
+    return dataclasses.replace(
+        part, shape=shape, size=size, mass=mass, position=(factor * x + float(forward), factor * y + float(up), z))
+
+
+def _centre(parts: Sequence[Part]) -> tuple[float, np.ndarray]:
+    """Mass [kg] and mass centre (2,) [m] of all pieces, forward of the hip axis and above it."""
+    mass, moment = 0.0, np.zeros(2)
+    for part in parts:
+        centroid = solid(part.shape, part.size, part.axis).centroid
+        mass += part.mass * part.pieces
+        moment += part.mass * part.pieces * np.array([part.position[0] + centroid[0], part.position[1] + centroid[1]])
+    return mass, moment / mass if mass else moment
+
+
+def _half_height(part: Part) -> float:
+    """How far a part reaches above and below its reference point [m]."""
+    if not part.size:
+        return 0.0
+    if part.shape == "box":
+        return 0.5 * part.size[1]
+    return 0.5 * part.size[-1] if part.axis == "y" else part.size[0]
+
+
+def turning_as(bodies: Sequence[Body], leg_inertia: float) -> tuple[Body, ...]:
+    """Bodies (`stages.twin.machine.bill.bodies`) whose pairs of feet have this moment [kg m^2]; 0: as they are.
+
+    A foot's whole tensor scales. Exact where the left and the right foot of a pair are alike.
+    """
+    found = list(bodies)
+    for first in (1, 4) if leg_inertia > 0.0 else ():
+        have = float(join(found[first : first + 2]).inertia[2, 2])
+        for number in (first, first + 1):
+            inertia = found[number].inertia * (leg_inertia / have) if have else np.diag([0.0, 0.0, 0.5 * leg_inertia])
+            found[number] = dataclasses.replace(found[number], inertia=inertia)
+    return tuple(found)
