@@ -94,8 +94,10 @@ class Settings(Rubber):
 
     def drawn_for(self, biped: Biped) -> Biped:
         """The design that the parts are drawn for: `biped`, with the `parts_` numbers that are given."""
-        given = {key: getattr(self, f"parts_{key}") for key in DRAWN}
-        return replace(biped, **{key: value for key, value in given.items() if value is not None})
+        numbers = (self.parts_hip_mass, self.parts_foot_mass, self.parts_leg_length, self.parts_foot_radius,
+                   self.parts_foot_com)  # fmt: skip
+        given = {key: value for key, value in zip(DRAWN, numbers, strict=True) if value is not None}
+        return replace(biped, **given)
 
     def bill(self, biped: Biped) -> tuple[Part, ...]:
         """The parts of a machine of this design, by the rule of `stages.twin.machine.changed_design`; a planar one has
