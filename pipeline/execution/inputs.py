@@ -2,7 +2,7 @@
 
 A field is named like a result (`results/fall.h5` is `fall`) or like a parameter that names a file. Its type says how it
 is given: as the maker's `Result`, decoded, or as `Path`, the file itself. What has no field is not read. A stage that
-goes on without one has its type `| None`, and a field `missing`: what is None, and why, by name.
+has a field `missing` goes on without results that are not there: they are None, and it says why, by name.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def disagreements(package: str, stage: Stage, inputs: type | None, parameters: t
             yield f'its Inputs have "{name}", but dvc.yaml lists no such result and no parameter such a file{hint}'
         elif Path not in _kinds(kind):
             allowed = [result_class(package, name)] if results.get(name, "").endswith(".h5") else []
-            if kind not in allowed and _kinds(kind)[0] not in allowed:
+            if kind not in allowed:
                 yield f'its Inputs have "{name}" as {_named(_kinds(kind))}; allowed: {_named([*allowed, Path])}'
 
 
@@ -59,7 +59,8 @@ def given(
     values: dict[str, Any] = {}
     open_files: dict[str, File] = {}
     missing: dict[str, str] = {}
-    for name, (_, kind) in (declared(inputs) if inputs else {}).items():
+    fields = declared(inputs) if inputs else {}
+    for name, (_, kind) in fields.items():
         if name == MISSING:
             continue
         path = next((path for path in stage.inputs if Path(path).stem == name), name)
@@ -69,7 +70,7 @@ def given(
         why = next((reason for place, reason in files.values() if not place), None)
         if why is not None:
             missing[name] = why if why.startswith(_NONE) else f"{_NONE}{name}: {why}"
-            if type(None) not in _kinds(kind):
+            if MISSING not in fields:
                 raise Lacking(missing[name])
             values[name] = None
         elif Path in _kinds(kind):
@@ -82,7 +83,7 @@ def given(
             content = durable.read(Path(files[path][0])) or b""
             if durable.digest(content) != files[path][1]:
                 raise StudyError(f"its input {path} was changed by someone else meanwhile; run again")
-            values[name] = artefact.decode(content, _kinds(kind)[0], path)
+            values[name] = artefact.decode(content, kind, path)
     told = {MISSING: missing} if missing else {}
     return inputs and inputs(**values, **told), open_files
 

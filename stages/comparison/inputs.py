@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from stages.analytic.result import Result as Analytic
 from stages.calibrated_twin.result import Result as CalibratedTwin
@@ -19,7 +20,7 @@ from stages.twin_pushes.result import Result as TwinPushes
 
 @dataclass(frozen=True)
 class Inputs:
-    """The results that are compared and judged."""
+    """The results that are compared and judged. Those that are not there are None, and `missing` says why."""
 
     analytic: Analytic
     multibody: Multibody
@@ -32,3 +33,4 @@ class Inputs:
     campaign: Campaign
     calibrated_twin: CalibratedTwin
     imu: Ingested
+    missing: Mapping[str, str] = field(default_factory=dict)

@@ -35,11 +35,11 @@ class Claim:
 
 @dataclass(frozen=True)
 class Result:
-    """Agreement of all sources, and the paper's claims with their verdicts."""
+    """Agreement of all sources, empty where one is not there, and the paper's claims with their verdicts."""
 
-    models: ModelAgreement = quantity("-", "constraint model against penalty model")
-    twin: TwinAgreement = quantity("-", "twin against simple model")
-    measurement: MeasurementAgreement = quantity("-", "measurements against twin")
+    models: ModelAgreement | None = quantity("-", "constraint model against penalty model")
+    twin: TwinAgreement | None = quantity("-", "twin against simple model")
+    measurement: MeasurementAgreement | None = quantity("-", "measurements against twin")
     ingest: IngestScore | None = quantity("-", "the ingest against the synthetic truth; empty for other measurements")
     determinants: dict[str, Determinants] = quantity("-", "determinants of gait, by model")
     digits: dict[str, Digits] = quantity("-", "what rounded parameters leave open of each model's gait")

@@ -10,6 +10,10 @@ from stages.biped.integral import running_integral
 from stages.biped.walk import Walk
 
 
+class NoEvidence(ValueError):
+    """What is compared or drawn is not there; the message says why."""
+
+
 @dataclass(frozen=True)
 class Stride:
     """One stride, heel strike to heel strike of the inner leg, at `phase` (p,) from 0 to 1.
@@ -45,11 +49,11 @@ def stride_bounds(walk: Walk) -> list[tuple[float, float]]:
 def last_stride(walk: Walk, points: int) -> Stride:
     """The last whole stride of a walk.
 
-    Raises ValueError if the walk has none.
+    Raises NoEvidence if the walk has none.
     """
     bounds = stride_bounds(walk)
     if not bounds:
-        raise ValueError("the walk is too short for a whole stride: nothing to compare")
+        raise NoEvidence("the walk is too short for a whole stride: nothing to compare")
     start, end = bounds[-1]
     phase = np.linspace(0, 1, points)
     times = start + (end - start) * phase

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from stages.analytic.result import Result as Analytic
 from stages.calibrated_twin.result import Result as CalibratedTwin
@@ -23,7 +24,7 @@ from stages.twin_pushes.result import Result as TwinPushes
 
 @dataclass(frozen=True)
 class Inputs:
-    """The results of all stages."""
+    """The results of all stages. Those that are not there are None, and `missing` says why."""
 
     analytic: Analytic
     stability: Stability
@@ -39,10 +40,11 @@ class Inputs:
     calibration: Calibration
     calibrated_twin: CalibratedTwin
     comparison: Comparison
+    missing: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Given(Inputs):
     """What one figure is given: of the results those that its INPUTS name, and the parameters."""
 
-    parameters: Parameters
+    parameters: Parameters = field(kw_only=True)

@@ -9,11 +9,15 @@ from __future__ import annotations
 import gc
 import importlib
 import json
+import traceback
 from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 from stages.biped.processes import each_in_a_process
 from stages.biped.progress import Progress, ignore
 from stages.comparison.runs.measurement import MeasurementAgreement
+from stages.comparison.stride import NoEvidence
 from stages.figures.drawn import NAMES, draw, figure
 from stages.figures.inputs import Inputs
 from stages.figures.parameters import Parameters
@@ -24,7 +28,10 @@ TITLE = "A passive biped and its digital twin: report"
 
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
-    """Draw all figures and write their captions. All cores draw: laying out and embedding fonts takes seconds."""
+    """Draw all figures and write their captions. All cores draw: laying out and embedding fonts takes seconds.
+
+    The caption of one that cannot be drawn says why.
+    """
     names = sorted(NAMES, key=lambda name: (figure(name).PLACE, name))
     drawn = {}
     if parameters.settings.pdf:
@@ -34,13 +41,23 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         progress(len(drawn) / len(names), f"drew {names[number]}")
     captions = tuple(_caption(name, drawn[name][1]) for name in names)
     files = {path: content for pictures, _ in drawn.values() for path, content in pictures.items()}
-    made_up = synthetic(inputs.comparison.measurement)
+    made_up = synthetic(inputs.comparison.measurement if inputs.comparison else None)
     return Result(captions, made_up, {"captions.yaml": as_yaml(captions, made_up), **files})
 
 
-def _draw(parameters: Parameters, results: Mapping[str, object], name: str) -> tuple[dict[str, bytes], str]:
+def _draw(parameters: Parameters, results: Mapping[str, Any], name: str) -> tuple[dict[str, bytes], str]:
     gc.disable()  # this process ends with the stage: to look for garbage between figures takes a twentieth of the time
-    return draw(name, parameters, results)
+    missing: Mapping[str, str] = results.get("missing", {})
+    try:
+        for reason in filter(None, map(missing.get, figure(name).INPUTS)):
+            raise NoEvidence(reason)
+        return draw(name, parameters, results)
+    except Exception as error:
+        traceback.print_exc()
+        at = traceback.extract_tb(error.__traceback__)[-1]
+        unexpected = f"unexpected {type(error).__name__} in {Path(at.filename).name}:{at.lineno}: "
+        known = type(error).__module__.startswith("stages.")
+        return {}, f"Not drawn: {'' if known else unexpected}{' '.join(str(error).split())}."
 
 
 def _caption(name: str, text: str) -> Caption:
@@ -49,8 +66,10 @@ def _caption(name: str, text: str) -> Caption:
     return Caption(name, about.TITLE, text, getattr(about, "CLAIMS", ()), *places, about.INPUTS)
 
 
-def synthetic(measured: MeasurementAgreement) -> str:
-    """What of the study is made up, in words."""
+def synthetic(measured: MeasurementAgreement | None) -> str:
+    """What of the study is made up, in words; nothing without measurements."""
+    if measured is None:
+        return ""
     if measured.origin == "measured":
         return "Nothing is synthetic: the runs come from a measurement database."
     return (

@@ -99,7 +99,8 @@ def test_the_gait_turns_with_the_velocity_and_the_factor_at_which_it_changes_mos
 
 def test_step_frequency_takes_its_uncertainty_from_the_model():
     def given(*uncertainties):
-        return SimpleNamespace(gait=SimpleNamespace(step_frequency_hz=2.07), uncertainties=uncertainties)
+        analytic = SimpleNamespace(gait=SimpleNamespace(step_frequency_hz=2.07), uncertainties=uncertainties)
+        return SimpleNamespace(results=SimpleNamespace(analytic=analytic))
 
     period = SimpleNamespace(name="period_s")
     own = SimpleNamespace(

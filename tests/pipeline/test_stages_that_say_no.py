@@ -12,7 +12,7 @@ from pipeline.execution.planning import Planner
 def can_do_without(toy):
     """The toy's picture goes on without the bounce."""
     toy.edit("PACKAGE/picture/run.py", "    bounce: Bounce\n    side: Path\n",
-             "    bounce: Bounce | None\n    side: Path\n    missing: dict[str, str] = field(default_factory=dict)\n")
+             "    bounce: Bounce\n    side: Path\n    missing: dict[str, str] = field(default_factory=dict)\n")
     toy.edit("PACKAGE/picture/run.py", "import dataclass\n", "import dataclass, field\nimport json\n")
     toy.edit("PACKAGE/picture/run.py", "(CLAIM % inputs.bounce.force)",
              "(CLAIM % (inputs.bounce.force if inputs.bounce else 0.0)).replace("

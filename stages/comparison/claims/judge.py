@@ -6,33 +6,38 @@ from collections.abc import Iterable
 
 from stages.comparison.claims.accuracy.numerical_error import numbers, other_verdicts
 from stages.comparison.claims.applies import OF_THE_METHOD, another_biped, rests_on
-from stages.comparison.claims.measured import Measured
+from stages.comparison.claims.measured import Measured, Unmeasured
 from stages.comparison.claims.paper import BIPED, SAYS
-from stages.comparison.claims.verdict import DOES_NOT_APPLY, UNDECIDED
+from stages.comparison.claims.verdict import DOES_NOT_APPLY, OPEN, UNDECIDED, Cause, Judgement
 from stages.comparison.parameters import Parameters
 from stages.comparison.result import Claim
 
 
-def judge(parameters: Parameters, measured: Iterable[Measured]) -> tuple[Claim, ...]:
+def judge(parameters: Parameters, measured: Iterable[Measured | Unmeasured]) -> tuple[Claim, ...]:
     """A claim for all that was measured, in its order. Claims on the paper's biped are not judged for another one."""
     return tuple(judged(parameters, one) for one in measured)
 
 
-def judged(parameters: Parameters, measured: Measured) -> Claim:
-    """One claim."""
-    says, judgement = SAYS[measured.ID], measured.judge(parameters.settings)
-    verdict, condition, causes = judgement.verdict, judgement.condition, judgement.reasons
-    known = numbers(measured, parameters.level.level)
-    for number, other in other_verdicts(measured, parameters.settings, known):
+def judged(parameters: Parameters, measured: Measured | Unmeasured) -> Claim:
+    """One claim; what was not measured stays open."""
+    if isinstance(measured, Unmeasured):
+        about, known, others = measured.claim, (), ()
+        judgement = Judgement(f"nothing: {measured.why}", OPEN, (Cause(True, measured.why),))
+    else:
+        about, judgement = type(measured), measured.judge(parameters.settings)
+        known = numbers(measured, parameters.level.level)
+        others = tuple(other_verdicts(measured, parameters.settings, known))
+    says, verdict, condition, causes = SAYS[about.ID], judgement.verdict, judgement.condition, judgement.reasons
+    for number, other in others:
         verdict, condition = UNDECIDED, ""
         causes = (*causes, f"{number.name.replace('_', ' ')} = {number.value:.4g} has a numerical error of "
                            f"{number.error:.1g}, within which the verdict could also be: {other}")  # fmt: skip
-    differing = another_biped(parameters, OF_THE_METHOD if measured.METHOD else BIPED)
+    differing = another_biped(parameters, OF_THE_METHOD if about.METHOD else BIPED)
     if differing:
         verdict, condition = DOES_NOT_APPLY, ""
         causes = (f"this is another biped than the sentence is about: {'; '.join(differing)}",)
     return Claim(
-        id=measured.ID,
+        id=about.ID,
         section=says.section,
         words=says.words,
         implies=says.implies,
@@ -40,6 +45,6 @@ def judged(parameters: Parameters, measured: Measured) -> Claim:
         verdict=verdict,
         condition=condition,
         causes=causes,
-        rests_on=rests_on(parameters, measured.RESTS_ON),
+        rests_on=rests_on(parameters, about.RESTS_ON),
         numbers=known,
     )

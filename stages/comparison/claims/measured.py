@@ -25,3 +25,11 @@ class Measured:
     def judge(self, limits: Settings) -> Judgement:
         """The verdict within the limits of the comparison."""
         raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class Unmeasured:
+    """In place of the numbers of a claim: why there are none."""
+
+    claim: type[Measured]
+    why: str

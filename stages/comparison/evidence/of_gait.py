@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
-from stages.analytic.result import Result as Analytic
 from stages.comparison.claims import gait
 from stages.comparison.evidence.evidence import NAN, Evidence, largest
 
 
-def step_frequency(analytic: Analytic) -> gait.StepFrequency:
+def step_frequency(e: Evidence) -> gait.StepFrequency:
+    analytic = e.results.analytic
     digits = next((one for one in analytic.uncertainties if one.name == "step_frequency_hz"), None)
     frequency = analytic.gait.step_frequency_hz
     if digits is None:  # all values are exact
@@ -25,7 +25,8 @@ def stable_gait(e: Evidence) -> gait.StableGait:
     return gait.StableGait(largest(e.results.analytic.gait.floquet_multipliers), planar)
 
 
-def multipliers_minimised(analytic: Analytic) -> gait.MultipliersMinimised:
+def multipliers_minimised(e: Evidence) -> gait.MultipliersMinimised:
+    analytic = e.results.analytic
     options = [
         (value, f"{variation.name} {sign}{100 * variation.change:.0f} %")
         for variation in analytic.variations
@@ -35,7 +36,8 @@ def multipliers_minimised(analytic: Analytic) -> gait.MultipliersMinimised:
     return gait.MultipliersMinimised(largest(analytic.gait.floquet_multipliers), *min(options, default=(NAN, "")))
 
 
-def chaos_amplifies(analytic: Analytic) -> gait.ChaosAmplifies:
+def chaos_amplifies(e: Evidence) -> gait.ChaosAmplifies:
+    analytic = e.results.analytic
     steps, matrix = len(analytic.walk.heel_strike_time), analytic.monodromy_matrix
     sizes = [float(np.linalg.norm(np.linalg.matrix_power(matrix, n), 2)) for n in range(1, max(steps, 1) + 1)]
     return gait.ChaosAmplifies(largest(analytic.gait.floquet_multipliers), max(sizes), sizes[-1], len(sizes))

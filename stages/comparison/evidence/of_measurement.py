@@ -11,7 +11,6 @@ from stages.comparison.claims.of_runs import leg_motion, measurement
 from stages.comparison.claims.paper import STANDARD_GRAVITY
 from stages.comparison.evidence import studies
 from stages.comparison.evidence.evidence import NAN, Evidence
-from stages.comparison.runs.measurement import MeasurementAgreement
 
 
 def sensor_range(e: Evidence) -> measurement.SensorRange:
@@ -47,12 +46,14 @@ def _rms(errors: np.ndarray) -> float:
     return float(np.sqrt(np.mean(known**2))) if len(known) else NAN
 
 
-def encloses(measured: MeasurementAgreement) -> measurement.MeasurementEncloses:
+def encloses(e: Evidence) -> measurement.MeasurementEncloses:
+    measured = e.measured
     shares = tuple(measured.twin[name].envelope_share for name in SENSOR_SIGNALS[:3])
     return measurement.MeasurementEncloses(measured.origin, measured.runs, shares)
 
 
-def slower(measured: MeasurementAgreement) -> measurement.MeasurementSlower:
+def slower(e: Evidence) -> measurement.MeasurementSlower:
+    measured = e.measured
     interval = measured.twin_frequency
     return measurement.MeasurementSlower(
         measured.origin, measured.step_frequency, measured.twin_step_frequency, interval.lower, interval.upper

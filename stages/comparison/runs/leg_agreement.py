@@ -9,7 +9,7 @@ import numpy as np
 
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
-from stages.comparison.stride import stride_bounds
+from stages.comparison.stride import NoEvidence, stride_bounds
 from stages.imu.result import Result as Ingested
 from stages.imu.result import Run
 from stages.imu.strikes.landings import INNER, OUTER, HeelStrikes
@@ -90,10 +90,10 @@ def stride_angles(run: Run, points: int, skipped: int) -> np.ndarray:
 
 
 def of_walk(walk: Walk, points: int, path_points: int) -> LegCurves:
-    """The inner leg and the hip of a model's last whole stride. Raises ValueError if it has none."""
+    """The inner leg and the hip of a model's last whole stride. Raises NoEvidence if it has none."""
     bounds = stride_bounds(walk)
     if not bounds:
-        raise ValueError("the walk is too short for a whole stride: nothing to compare")
+        raise NoEvidence("the walk is too short for a whole stride: nothing to compare")
     start, end = bounds[-1]
     landed = walk.heel_strike_time[(walk.heel_strike_leg == OUTER) & (walk.heel_strike_time > start)]
     stride, stance = np.linspace(start, end, points), np.linspace(start, float(landed[0]), path_points)

@@ -10,7 +10,7 @@ import numpy as np
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.comparison.runs.leg_agreement import LegAgreement, compare_leg
-from stages.comparison.stride import Stride, through_low_pass
+from stages.comparison.stride import NoEvidence, Stride, through_low_pass
 from stages.imu.result import Result as Ingested
 from stages.imu.trial.agreement import Agreement, FrequencyDifference, agreement, frequency_difference
 
@@ -33,9 +33,14 @@ class MeasurementAgreement:
 
 
 def same_steps_frequency(imu: Ingested, walk: Walk, skipped: int) -> float:
-    """Step frequency [Hz] of a walk over the steps the runs are measured over: both carry the same transient."""
+    """Step frequency [Hz] of a walk over the steps the runs are measured over: both carry the same transient.
+
+    Raises NoEvidence for a walk that ends before them.
+    """
     count = int(np.median([len(run.heel_strike_time) for run in imu.runs]))
     strikes = walk.heel_strike_time[skipped:count]
+    if len(strikes) < 2:
+        raise NoEvidence(f"the twin's walk ends within the first {skipped + 1} steps, which the runs leave out")
     return float((len(strikes) - 1) / (strikes[-1] - strikes[0]))
 
 
