@@ -2,13 +2,15 @@
 
     python -m benchmarks.levels            runs the study at each level from nothing; writes what it keeps, and the page
     python -m benchmarks.levels draft      measures one level anew, against the kept results of `reference`
+    python -m benchmarks.levels --errors   brings all levels up to date instead, and keeps the times that were measured
     python -m benchmarks.levels --beside DIR ...  as well, an earlier version, installed in DIR/.venv, for the ratio
 
 Results lie in results/levels/<level>. Errors are differences from the level `reference`; those of `reference` itself
 are differences of its three walks from walks at settings that are tighter again. Kept are
 stages/tradeoff/accuracy/levels.json, errors of the walks, which --accuracy reads,
-stages/about/numerical_errors.json, errors of the stages' numbers, arrays and columns, which their artefacts carry, and
-stages/comparison/claims/accuracy/numerical_errors.json, errors of the claims' numbers, which verdicts are held against.
+stages/about/numerical_errors.json, differences of the stages' numbers, arrays and columns, and
+stages/comparison/claims/accuracy/numerical_errors.json, those of the claims' numbers. Artefacts carry twice of them as
+errors, and verdicts are held against these, where all parameters are those that were measured here.
 """
 
 from __future__ import annotations
@@ -25,17 +27,21 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from pipeline.cache import artefact
 from pipeline.cache.hdf5.differences import differences
 from pipeline.commands.claims import markdown_table
 from pipeline.parameters import levels, yaml_text
 from pipeline.parameters.value import shown
-from stages.about import MEASURED, computed_how
+from pipeline.study import Study
+from stages.about import MEASURED
 from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.asked import Accuracy
 from stages.biped.accuracy.estimate import walk_differences
 from stages.biped.accuracy.level import DRAFT, LEVELS, PAPER, REFERENCE
 from stages.comparison.claims.accuracy.numerical_error import TABLE as OF_CLAIMS
+from stages.comparison.claims.accuracy.numerical_error import digest
 from stages.comparison.claims.verdict import UNDECIDED
 from stages.comparison.evidence.evidence import largest
 from stages.comparison.result import Claim
@@ -116,27 +122,48 @@ def largest_multiplier(found: Any) -> float:
 
 
 def claim_errors(level: str) -> dict[str, dict[str, float]]:
-    """Claim -> number -> difference from the reference; numbers that one of both does not have are left out."""
+    """Claim -> number -> difference from the reference, at least the spacing of floating-point numbers there; numbers
+    that one of both does not have are left out.
+    """
     errors: dict[str, dict[str, float]] = {}
     for claim, there in pairs(level):
         exact = {number.name: number.value for number in there.numbers}
         errors[claim.id] = {
-            number.name: float(f"{abs(number.value - exact[number.name]):.2g}") for number in claim.numbers
+            number.name: resolved(abs(number.value - exact[number.name]), number.value) for number in claim.numbers
             if math.isfinite(number.value) and math.isfinite(exact.get(number.name, math.nan))
         }  # fmt: skip
     return errors
 
 
+def resolved(size: float, values: Any) -> float:
+    """A difference to two digits; no smaller than the spacing of floating-point numbers, unless there is none."""
+    finite = np.abs(values)[np.isfinite(values)]
+    return float(f"{max(size, float(np.spacing(finite.max(initial=0.0)))):.2g}") if size else 0.0
+
+
 def stage_errors() -> dict[str, dict[str, dict[str, float]]]:
-    """Stage -> how it computed -> path of a number, an array or a column -> its largest difference from the reference.
+    """Stage -> digest of all parameters it rests on -> path of a number, an array or a column -> its largest difference
+    from the reference.
     """
     found: dict[str, dict[str, dict[str, float]]] = {}
     for path in sorted((PLACE / REFERENCE).glob("*.h5")):
         for level in LEVELS[:-1]:
             content = (PLACE / level / path.name).read_bytes()
-            how = computed_how(artefact.provenance(content, path.name)["parameters"])
-            if errors := differences(content, path.read_bytes()):
-                found.setdefault(path.stem, {})[how] = errors
+            settings = artefact.provenance(content, path.name)["settings"]
+            with artefact.opened(content, path.name) as file:
+                errors = {place: resolved(size, np.asarray(file[place][()], dtype=float))
+                          for place, size in differences(content, path.read_bytes()).items()}  # fmt: skip
+            if errors:
+                found.setdefault(path.stem, {})[settings] = errors
+    return found
+
+
+def measured_with() -> dict[str, str]:
+    """Of each level that has errors what tells its parameters from all others."""
+    found = {}
+    for level in LEVELS[:-1]:
+        study = Study(ROOT, ROOT / "params", PLACE / level, asked=(("accuracy", level),))
+        found[level] = digest(study.parameters(("comparison",))["comparison"])
     return found
 
 
@@ -199,9 +226,11 @@ def earlier_rows(costs: Mapping[str, Any]) -> Iterator[list[str]]:
 
 
 def rounded(costs: Mapping[str, Any]) -> dict[str, Any]:
-    """Times [s] as they are kept."""
-    return {level: {name: {stage: round(each, 1) for stage, each in value.items()} if name == "stages" else
-                    round(value, 1) for name, value in costs[level].items()} for level in LEVELS}  # fmt: skip
+    """Times [s] as they are kept, those of an earlier version as well, if there are some."""
+    kept: dict[str, Any] = {level: {name: {stage: round(each, 1) for stage, each in value.items()} if name == "stages"
+                                    else round(value, 1) for name, value in costs[level].items()}
+                            for level in LEVELS}  # fmt: skip
+    return {**kept, **{name: value for name, value in costs.items() if name not in kept}}
 
 
 def verdicts() -> dict[str, dict[str, int]]:
@@ -233,15 +262,19 @@ def main() -> None:
     """Run the levels named (default: all), then keep the errors and write the page."""
     words = argparse.ArgumentParser(prog="python -m benchmarks.levels")
     words.add_argument("levels", nargs="*", metavar="LEVEL", help=f"{', '.join(LEVELS)}; default: all")
+    words.add_argument("--errors", action="store_true", help="measure errors alone, and no times")
     words.add_argument("--beside", type=Path, metavar="DIR", help="checkout of an earlier version")
     asked = words.parse_args()
     named = asked.levels or list(reversed(LEVELS))
-    costs = json.loads(COSTS.read_text()) if COSTS.exists() else {}
+    costs = json.loads(COSTS.read_text()) if COSTS.exists() else json.loads(OF_WALKS.read_text())["costs"]
     command("gait")  # compiles, where that is still to do
     if asked.beside:
         costs["earlier"] = earlier(asked.beside)
         print("earlier", json.dumps(costs["earlier"]), flush=True)
     for level in named:
+        if asked.errors:
+            command("run-all", "--results", str(PLACE / level), "--accuracy", level)
+            continue
         costs[level] = run(level)
         COSTS.write_text(json.dumps(costs, indent=1))
         print(level, json.dumps(costs[level]), flush=True)
@@ -257,7 +290,8 @@ def main() -> None:
     kept = {level: {key: float(f"{1.05 * value:.1e}") for key, value in of.items()} for level, of in walks.items()}
     MEASURED.write_text(json.dumps(stage_errors(), indent=1, sort_keys=True) + "\n")
     errors = {level: claim_errors(level) for level in LEVELS[:-1]}
-    OF_CLAIMS.write_text(json.dumps({"made": "benchmarks/levels.py", "errors": errors}, indent=1) + "\n")
+    about = {"made": "benchmarks/levels.py", "parameters": measured_with(), "errors": errors}
+    OF_CLAIMS.write_text(json.dumps(about, indent=1) + "\n")
     for level in LEVELS:  # the verdicts again, held against the errors as kept now
         command("run", "comparison", "--accuracy", level, "--results", str(PLACE / level))
     about = {"made": "benchmarks/levels.py", "errors": kept, "costs": rounded(costs), "verdicts": verdicts()}

@@ -12,8 +12,9 @@ first), `old(keep)` (folders of old code but the last used); `COMPILING`: what t
 The stage that makes results/figures has `drawn`, so that a figure can be drawn alone: the `NAMES` of all,
 `figure(name).INPUTS` (the results that it shows, by the stems of their files), and `draw(name, parameters, results)`,
 which gives its files, by path in the results folder, and its caption. The package itself may have
-`about`: the `ATTRIBUTES` of all files (title, license, references), and `numerical_errors(stage, parameters)`: errors
-of single numbers by their paths, for the parameters in the words of an artefact. They are no part of any key.
+`about`: the `ATTRIBUTES` of all files (title, license, references), and `numerical_errors(stage, settings)`: errors
+of single numbers by their paths, for the digest of all parameters in an artefact's provenance. They are no part of any
+key.
 """
 
 from __future__ import annotations
@@ -55,13 +56,13 @@ def study_attributes(package: str, home: Path) -> dict[str, str]:
     return {**own, "source": " ".join([DISTRIBUTION, *installed([DISTRIBUTION])])}
 
 
-def numerical_errors(package: str, home: Path, stage: str, parameters: str) -> dict[str, float]:
+def numerical_errors(package: str, home: Path, stage: str, settings: str) -> dict[str, float]:
     """What is known of the errors of a stage's numbers, by their paths in its artefact."""
     importable(package, home)
     if importlib.util.find_spec(f"{package}.about") is None:
         return {}
     about = importlib.import_module(f"{package}.about")
-    return dict(about.numerical_errors(stage, parameters)) if hasattr(about, "numerical_errors") else {}
+    return dict(about.numerical_errors(stage, settings)) if hasattr(about, "numerical_errors") else {}
 
 
 def home_of(package: str, code_root: Path | None) -> Path:

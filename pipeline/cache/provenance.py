@@ -6,17 +6,23 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from pipeline.cache import fingerprint, processor
+from pipeline.cache import durable, fingerprint, processor
 from pipeline.cache.distributions import versions
 from pipeline.cache.fingerprint import Ingredients, compact
 
 
-def attributes(parts: Ingredients, requests: Iterable[Any] = ()) -> dict[str, str]:
-    """Attributes of the artefact's group `provenance`: stage, key, parameters, requests, versions, inputs, code."""
+def attributes(
+    parts: Ingredients, requests: Iterable[Any] = (), above: Iterable[Ingredients] = ()
+) -> dict[str, str]:  # fmt: skip
+    """Attributes of the artefact's group `provenance`: stage, key, parameters, a digest of them and of those of all
+    stages `above`, requests, versions, inputs, code.
+    """
+    settings = {each["stage"]: each["parameters"] for each in (*above, parts)}
     return {
         "stage": parts["stage"],
         "key": fingerprint.key(parts),
         "parameters": parameter_text(parts["parameters"]),
+        "settings": durable.digest(json.dumps(settings, sort_keys=True).encode())[:16],
         **{request.NAME: said for request in requests if (said := _asked(parts, request))},
         "versions": _lines(parts["versions"]),
         "processor": processor.words(),

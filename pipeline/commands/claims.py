@@ -44,12 +44,13 @@ class Claim:
     causes: list[str]
     rests_on: list[str]
     numbers: list[str] = field(default_factory=list)
+    beside: str = ""
     figures: list[str] = field(default_factory=list)
 
     @property
     def full_verdict(self) -> str:
-        """The verdict with its condition."""
-        return f"{self.verdict} {self.condition}".rstrip()
+        """The verdict with its condition and what stands beside it."""
+        return " ".join(filter(None, (self.verdict, self.condition, self.beside and f"({self.beside})")))
 
     @property
     def style(self) -> str:
@@ -135,7 +136,7 @@ def command(
 
 def as_text(claim: Claim, width: int) -> str:
     """A claim in lines of at most `width` columns."""
-    lines = [f"{claim.id}: {claim.verdict}"]
+    lines = [f"{claim.id}: {claim.verdict}{claim.beside and f' ({claim.beside})'}"]
     for name, text in claim.parts():
         label, below = f"  {name}".ljust(_INDENT), " " * _INDENT
         lines += textwrap.wrap(text, width, initial_indent=label, subsequent_indent=below, break_on_hyphens=False)

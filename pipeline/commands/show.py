@@ -72,12 +72,14 @@ def command(study: Study, artefact: str, where: str | None, as_json: bool, as_cs
 
 
 def _with_errors(study: Study, fields: list[Field], about: Mapping[str, str]) -> list[Field]:
-    """The fields with the errors that are known today, which an artefact computed before they were does not carry."""
+    """The fields with the errors that are known today: an artefact may have been computed before they were, or carry
+    some that turned out not to be its own.
+    """
     stage = about.get("stage", "")
     if stage not in study.graph.stages:
         return fields
-    known = numerical_errors(study.package, study.code_root, stage, about.get("parameters", ""))
-    return [replace(field, error=known.get(field.path, field.error)) for field in fields]
+    known = numerical_errors(study.package, study.code_root, stage, about.get("settings", ""))
+    return [replace(field, error=known.get(field.path)) for field in fields]
 
 
 def _path(study: Study, name: str) -> Path:

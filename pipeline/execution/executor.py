@@ -171,7 +171,9 @@ class _Run:
         }
         folder = store.new_folder(fingerprint.key(parts))
         self.study.sources.memo.save()  # so that the worker need not parse them again
-        job, task = job_of(self.study, parts, inputs), task_of(self.study, {name: self.planner.values[name]})
+        above = [self.entries[each].ingredients for each in self.study.graph.needed_for((name,))
+                 if each != name and each in self.entries]  # fmt: skip
+        job, task = job_of(self.study, parts, inputs, above), task_of(self.study, {name: self.planner.values[name]})
         reasons = ("asked for by --force",) if name in self.force else assessment.reasons
         self.display.started(name, reasons)
         worker = Worker(job, folder, lambda message: self.events.put((name, message)), folder / _LOG)

@@ -99,12 +99,16 @@ class Job:
         return cls(**plain)
 
 
-def job_of(study: Study, parts: Ingredients, files: Mapping[str, File]) -> Job:
-    """The job to compute the stage of `parts` once, and to keep its files; `files` are the results it reads."""
+def job_of(
+    study: Study, parts: Ingredients, files: Mapping[str, File], above: Iterable[Ingredients] = ()
+) -> Job:  # fmt: skip
+    """The job to compute the stage of `parts` once, and to keep its files; `files` are the results it reads, `above`
+    what all stages it rests on were made from.
+    """
     stage = study.graph.stages[parts["stage"]]
     about = {**study_attributes(study.package, study.code_root), "stage": stage.name}
-    made = attributes(parts, study.requests)
-    errors = numerical_errors(study.package, study.code_root, stage.name, made["parameters"])
+    made = attributes(parts, study.requests, above)
+    errors = numerical_errors(study.package, study.code_root, stage.name, made["settings"])
     return Job(study.package, str(study.code_root), str(study.root), (stage,), parts["code"], files, made, about,
                errors=errors)
 

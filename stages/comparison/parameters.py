@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stages.analytic.parameters import DesignDigits, SlopeDigits
 from stages.analytic.parameters import Settings as ConstraintSettings
 from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
@@ -16,9 +17,13 @@ from stages.error_budget.parameters import Settings as BudgetSettings
 from stages.ground.contact_law import ContactLaw
 from stages.ground.default_set import DefaultSet
 from stages.ground.slope import Slope
+from stages.imu.parameters import Drawing
+from stages.imu.parameters import Limits as IngestLimits
+from stages.imu.parameters import Settings as IngestSettings
 from stages.multibody.parameters import Settings as PlanarSettings
 from stages.tradeoff.parameters import Settings as TradeoffSettings
 from stages.twin.parameters import Settings as TwinSettings
+from stages.twin_ladder.parameters import Settings as LadderSettings
 from stages.twin_pushes.parameters import Settings as PushSettings
 
 
@@ -64,7 +69,9 @@ class Settings(Limits):
 
 @dataclass(frozen=True)
 class Parameters:
-    """Parameters of the comparison stage: its own, and those that claims rest on and name."""
+    """Parameters of the comparison stage: its own, and those that claims rest on: all of the stages above it, by which
+    is told whether the errors of their numbers were measured.
+    """
 
     biped: Biped
     slope: Slope
@@ -81,5 +88,11 @@ class Parameters:
     sensor: SensorSettings
     radio: RadioSettings
     calibration: CalibrationSettings
+    ladder: LadderSettings
+    ingest: IngestSettings
+    ingest_limits: IngestLimits
+    drawing: Drawing
     settings: Settings
+    design_digits: DesignDigits = DesignDigits()
+    slope_digits: SlopeDigits = SlopeDigits()
     level: Level = Level()

@@ -8,12 +8,15 @@ import math
 
 import pytest
 
+from pipeline.commands.claims import Claim as Shown
+from pipeline.commands.claims import as_text
+from pipeline.study import Study
 from stages.biped.accuracy.level import LEVELS, Level
 from stages.comparison.claims.accuracy import numerical_error
 from stages.comparison.claims.judge import judged
 from stages.comparison.claims.paper import SAYS
-from stages.comparison.claims.verdict import FAILS, HOLDS, UNDECIDED
-from tests.comparison.test_claims import CASES, PARAMETERS
+from stages.comparison.claims.verdict import FAILS, HOLDS, UNDECIDED, UNKNOWN
+from tests.comparison.test_claims import CASES, PARAMETERS, ROOT
 
 DRAFT = dataclasses.replace(PARAMETERS, level=Level("draft"))
 STABLE = CASES[3][0]
@@ -22,8 +25,8 @@ STABLE = CASES[3][0]
 @pytest.fixture
 def errors(monkeypatch):
     table = {"draft": {STABLE.ID: {"multibody": 1e-2}}}
-    monkeypatch.setattr(numerical_error, "measured_errors", lambda: table)
-    return table
+    monkeypatch.setattr(numerical_error, "measured_errors", lambda parameters, claim: table.get(
+        parameters.level.level, {}).get(claim, {}))
 
 
 def test_a_verdict_that_its_error_could_change_is_not_decided(errors):
@@ -40,6 +43,30 @@ def test_numbers_carry_their_errors_by_name(errors):
     numbers = {number.name: number for number in judged(DRAFT, STABLE).numbers}
     assert numbers["multibody"].error == 1e-2 and "± 0.01" in str(numbers["multibody"])
     assert math.isnan(numbers["constraint"].error) and "±" not in str(numbers["constraint"])
+
+
+def parameters(level, *settings):
+    study = Study(ROOT, ROOT / "params", ROOT / "results", settings, asked=(("accuracy", level),))
+    return study.parameters(("comparison",))["comparison"]
+
+
+def test_errors_are_twice_what_was_measured_with_the_same_parameters_and_unknown_with_all_others(tmp_path, monkeypatch):
+    kept = {"parameters": {"paper": numerical_error.digest(parameters("paper"))},
+            "errors": {"paper": {STABLE.ID: {"constraint": 1e-9, "multibody": 3e-7}}}}  # fmt: skip
+    (tmp_path / "table.json").write_text(json.dumps(kept))
+    monkeypatch.setattr(numerical_error, "TABLE", tmp_path / "table.json")
+    claim = judged(parameters("paper"), STABLE)
+    assert [number.error for number in claim.numbers] == [2e-9, 6e-7]
+    assert (claim.verdict, claim.beside) == (HOLDS, "")
+    near = dataclasses.replace(STABLE, multibody=1.0 - 1e-9)
+    assert judged(parameters("paper"), near).verdict == UNDECIDED
+    for setting in ("biped.hip_mass=0.316", "multibody.tolerance=3e-8", "twin_ladder.residual=1e-4",
+                    "imu.skipped_steps=4"):  # fmt: skip
+        claim = judged(parameters("paper", setting), near)
+        assert all(math.isnan(number.error) for number in claim.numbers)
+        assert (claim.verdict, claim.beside) == (HOLDS, UNKNOWN)
+    shown = as_text(Shown(**{**dataclasses.asdict(claim), "numbers": []}), 80)
+    assert "stable_gait: holds (errors unknown here)\n" in shown
 
 
 def test_a_number_inside_of_a_tuple_is_named_and_changed():

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 from stages.comparison.claims.accuracy.numerical_error import numbers, other_verdicts
 from stages.comparison.claims.applies import OF_THE_METHOD, another_biped, rests_on
 from stages.comparison.claims.measured import Measured, Unmeasured
 from stages.comparison.claims.paper import BIPED, SAYS
-from stages.comparison.claims.verdict import DOES_NOT_APPLY, OPEN, UNDECIDED, Cause, Judgement
+from stages.comparison.claims.verdict import DOES_NOT_APPLY, OPEN, UNDECIDED, UNKNOWN, Cause, Judgement
 from stages.comparison.parameters import Parameters
 from stages.comparison.result import Claim
 
@@ -19,14 +20,17 @@ def judge(parameters: Parameters, measured: Iterable[Measured | Unmeasured]) -> 
 
 
 def judged(parameters: Parameters, measured: Measured | Unmeasured) -> Claim:
-    """One claim; what was not measured stays open."""
+    """One claim; what was not measured stays open. Where the errors of its numbers are unknown, they are judged as if there
+    were none, and that is said.
+    """
     if isinstance(measured, Unmeasured):
         about, known, others = measured.claim, (), ()
         judgement = Judgement(f"nothing: {measured.why}", OPEN, (Cause(True, measured.why),))
     else:
         about, judgement = type(measured), measured.judge(parameters.settings)
-        known = numbers(measured, parameters.level.level)
+        known = numbers(measured, parameters)
         others = tuple(other_verdicts(measured, parameters.settings, known))
+    beside = UNKNOWN if any(math.isnan(one.error) for one in known if math.isfinite(one.value)) else ""
     says, verdict, condition, causes = SAYS[about.ID], judgement.verdict, judgement.condition, judgement.reasons
     for number, other in others:
         verdict, condition = UNDECIDED, ""
@@ -34,7 +38,7 @@ def judged(parameters: Parameters, measured: Measured | Unmeasured) -> Claim:
                            f"{number.error:.1g}, within which the verdict could also be: {other}")  # fmt: skip
     differing = another_biped(parameters, OF_THE_METHOD if about.METHOD else BIPED)
     if differing:
-        verdict, condition = DOES_NOT_APPLY, ""
+        verdict, condition, beside = DOES_NOT_APPLY, "", ""
         causes = (f"this is another biped than the sentence is about: {'; '.join(differing)}",)
     return Claim(
         id=about.ID,
@@ -44,6 +48,7 @@ def judged(parameters: Parameters, measured: Measured | Unmeasured) -> Claim:
         measured=judgement.measured,
         verdict=verdict,
         condition=condition,
+        beside=beside,
         causes=causes,
         rests_on=rests_on(parameters, about.RESTS_ON),
         numbers=known,

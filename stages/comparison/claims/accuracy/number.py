@@ -14,7 +14,7 @@ class Number:
 
     name: str = quantity("-", "field of the claim's numbers, with places inside of it")
     value: float = quantity("1", "value, in the unit of its field")
-    error: float = quantity("1", "numerical error at the study's level, same unit; NaN if unknown")
+    error: float = quantity("1", "numerical error, same unit; NaN if unknown")
 
     def __str__(self) -> str:
         error = "" if math.isnan(self.error) else f" ± {self.error:.1g}"

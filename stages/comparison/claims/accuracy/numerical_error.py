@@ -1,38 +1,45 @@
 """How far the numbers of a claim are off by numerical error, and whether its verdict could change by that much.
 
-The errors are those that benchmarks/levels.py measured against the level `reference`, with the study's own parameters;
-with others they are estimates. At `reference` none is known.
+The errors are twice the differences from the level `reference` that benchmarks/levels.py measured. They are those of
+the parameters that it had at each level alone: with others, and at `reference`, none is known.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import json
 import math
 from collections.abc import Iterator, Mapping
-from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
 from stages.comparison.claims.accuracy.number import Number
 from stages.comparison.claims.measured import Measured
-from stages.comparison.parameters import Settings
+from stages.comparison.parameters import Parameters, Settings
 
 TABLE = Path(__file__).with_name("numerical_errors.json")
+#: Error given for a measured difference, as it may be larger than that.
+TIMES = 2.0
 
 M = TypeVar("M", bound=Measured)
 
 
-@cache
-def measured_errors() -> Mapping[str, Mapping[str, Mapping[str, float]]]:
-    """Level -> claim -> number -> largest difference from the level `reference`."""
-    found: Mapping[str, Mapping[str, Mapping[str, float]]] = json.loads(TABLE.read_text(encoding="utf-8"))["errors"]
-    return found
+def digest(parameters: Parameters) -> str:
+    """What tells the parameters of a study from all others."""
+    return hashlib.sha256(repr(parameters).encode()).hexdigest()[:16]
 
 
-def numbers(measured: Measured, level: str) -> tuple[Number, ...]:
+def measured_errors(parameters: Parameters, claim: str) -> Mapping[str, float]:
+    """The errors of a claim's numbers with these parameters, by name; none where nobody measured."""
+    kept, level = json.loads(TABLE.read_text(encoding="utf-8")), parameters.level.level
+    known = kept["errors"][level][claim] if kept["parameters"].get(level) == digest(parameters) else {}
+    return {name: TIMES * error for name, error in known.items()}
+
+
+def numbers(measured: Measured, parameters: Parameters) -> tuple[Number, ...]:
     """The numbers of a claim with their errors."""
-    errors = measured_errors().get(level, {}).get(measured.ID, {})
+    errors = measured_errors(parameters, measured.ID)
     return tuple(Number(name, value, errors.get(name, math.nan)) for name, value in named(vars(measured)))
 
 
