@@ -20,8 +20,8 @@ def judge(parameters: Parameters, measured: Iterable[Measured | Unmeasured]) -> 
 
 
 def judged(parameters: Parameters, measured: Measured | Unmeasured) -> Claim:
-    """One claim; what was not measured stays open. Where the errors of its numbers are unknown, they are judged as if there
-    were none, and that is said.
+    """One claim; what was not measured stays open. Numbers whose errors are unknown are judged as if they had none, and
+    that is said.
     """
     if isinstance(measured, Unmeasured):
         about, known, others = measured.claim, (), ()
