@@ -13,9 +13,11 @@ import click
 from pipeline import completion, layout
 from pipeline.commands import options
 from pipeline.errors import StudyError
+from pipeline.execution import standing
 from pipeline.parameters import levels, yaml_text
 from pipeline.study import Study, shown
 
+CLAIMS = "results/claims.yaml"
 #: What a verdict may be; "holds if" is completed by a condition. Then how several are counted, and how they look.
 VERDICTS = {
     "holds": ("hold", "yes"),
@@ -109,6 +111,7 @@ def command(
     """Print each CLAIM (default: all): what is said, what is measured, the verdict, and why."""
     options.one_form(json=as_json, csv=as_csv, markdown=markdown, into=into)
     found = read(study)
+    standing.say(study, study.graph.maker(CLAIMS))
     unknown = sorted(set(names) - {claim.id for claim in found.claims})
     if unknown:
         known = ", ".join(claim.id for claim in found.claims)
@@ -188,7 +191,7 @@ def read(study: Study) -> Claims:
 
     Raises `StudyError` if it is missing, was damaged, or was made by an earlier version.
     """
-    path = study.store.place("results/claims.yaml")
+    path = study.store.place(CLAIMS)
     if not path.exists():
         raise StudyError(f"{shown(path)} is not there yet; make it with: bipedstudy run comparison")
     found, captions = read_file(path), study.store.place("results/captions.yaml")

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import click
 
-from pipeline import completion, layout
+from pipeline import completion
 from pipeline.cache import processor, provenance, regular
 from pipeline.commands import options
 from pipeline.errors import FAILED, StudyError
-from pipeline.execution import display
+from pipeline.execution import display, standing
 from pipeline.report.pictures import TOLERANCE, compare
 from pipeline.study import Study, shown
 
@@ -55,25 +55,28 @@ def command(
     if names:
         if check or against or exact:
             raise click.UsageError("--check, --against and --exact are for all figures: give no names")
-        for files, caption in draw(study, names, into or study.results / "drawn"):
+        noted: set[str] = set()
+        for files, caption, said in draw(study, names, into or study.results / "drawn"):
+            standing.echo("" if said in noted else said)
+            noted.add(said)
             click.echo("\n".join([*map(shown, files), caption]))
         return
     expected = against or study.store.place(FIGURES)
     if not expected.is_dir():
         raise StudyError(f"{shown(expected)} is not there yet; make it with: bipedstudy run-all")
     present = sorted(path.name for path in expected.iterdir() if not path.name.startswith("."))
+    if against is None:
+        standing.say(study, *study.graph.needed_for((study.graph.maker(FIGURES),)))
     if not check:
         for name in present:
             click.echo(shown(expected / name))
         return
     how, exact = _strictness(study, exact, tolerance, against)
-    if against is None:
-        _say_if_stale(study)
     shows = display.for_terminal(False, False)
     count = len({Path(name).stem for name in present})
     with tempfile.TemporaryDirectory(prefix="bipedstudy-") as folder:
         try:
-            for number, _ in enumerate(draw(study, [""], Path(folder)), 1):
+            for number, _ in enumerate(draw(study, [""], Path(folder), marked=False), 1):
                 shows.points(min(number, count), max(count, 1), f"{number} figures drawn")
         finally:
             shows.close()
@@ -87,25 +90,6 @@ def command(
     click.echo(f"{len(present)} files, {len(found)} differ, {len(failed)} of them beyond what is allowed: {how}")
     if failed:
         sys.exit(FAILED)
-
-
-def _say_if_stale(study: Study) -> None:
-    """Name the stages that do not stand as the code and parameters have them: figures of theirs may well differ."""
-    from pipeline.execution.planning import Planner, State
-    from pipeline.report.drawing import FIGURES
-
-    name = next(stage.name for stage in study.graph.stages.values() if FIGURES in stage.outs)
-    names = study.graph.needed_for((name,))
-    survey = Planner(study, study.parameters(names)).survey(names)
-    study.sources.memo.save()
-    stale = [item for item in survey if item.state is not State.CURRENT]
-    told = [f"{item.name} ({item.reasons[0]})" for item in stale if item.state is not State.WAITING]
-    waiting = [item.name for item in stale if item.state is State.WAITING]
-    if stale:
-        after = f", and so {', '.join(waiting)}" if waiting else ""
-        click.echo("\n".join(layout.folded(
-            f"note: not current: {', '.join(told)}{after}; figures that differ may do so for that reason "
-            "(see bipedstudy status)")), err=True)  # fmt: skip
 
 
 def _strictness(study: Study, exact: bool, tolerance: float | None, against: Path | None) -> tuple[str, bool]:

@@ -20,17 +20,15 @@ from pipeline.study import Study, shown
 def command(study: Study, into: Path | None, no_times: bool) -> None:
     """Write one self-contained page: claims, figures, animation, parameters, provenance. run-all does this too."""
     from pipeline.cache import durable
-    from pipeline.execution.planning import Planner, State
+    from pipeline.execution.standing import Standing, echo
     from pipeline.report import page
     from pipeline.report.content import entries
 
     made = entries(study)
     names = tuple(study.graph.stages)
-    survey = Planner(study, study.parameters(names)).survey(names)
-    study.sources.memo.save()
-    stale = {item.name: "; ".join(item.reasons) for item in survey if item.state is not State.CURRENT}
-    if stale:
-        click.echo(f"note: not current: {', '.join(stale)}; the page says so (see bipedstudy status)", err=True)
+    found = Standing(study, names)
+    stale = {name: "; ".join(item.reasons) for name, item in found.found.items()}
+    echo(f"{found.said(names)}; the page says so" if stale else found.doubt)
     path = into or study.results / REPORT
     durable.write(path, page.render(study, made, not no_times, stale))
     click.echo(f"written: {shown(path)}")

@@ -14,6 +14,7 @@ from pipeline import completion, layout, requests
 from pipeline.cache import regular
 from pipeline.commands import options
 from pipeline.errors import StudyError, nearest
+from pipeline.execution import standing
 from pipeline.stage_modules import numerical_errors, result_class
 from pipeline.study import Study, shown
 
@@ -44,6 +45,8 @@ def command(study: Study, artefact: str, where: str | None, as_json: bool, as_cs
     content = regular.content(path, shown(path))
     links.check(content, shown(path))
     about = artefacts.provenance(content, shown(path))
+    standing.say(study, *(name for name, stage in study.graph.stages.items()
+                          if path.resolve() == study.store.place(stage.artefact).resolve()))  # fmt: skip
     fields = _with_errors(study, artefacts.tree(content, shown(path)), about)
     if where is not None:
         chosen = where.replace(".", "/").strip("/")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import click
 
 from pipeline import layout
 from pipeline.commands import options
 from pipeline.execution.planning import Assessment, State
+from pipeline.execution.standing import in_short
 from pipeline.study import Study
 
 _WORDS = {
@@ -17,10 +18,6 @@ _WORDS = {
     State.STALE: "stale",
     State.WAITING: "waiting",
 }
-
-
-#: Reasons that are named; after an update of the program there may be hundreds.
-_SHOWN = 5
 
 
 @click.command("status", epilog=options.examples("status"))
@@ -57,9 +54,3 @@ def print_survey(
         return
     for row in rows:
         click.echo(layout.beside(f"{row['stage']:<13} {row['state']:<8} ", in_short(row["reasons"])))
-
-
-def in_short(reasons: Sequence[str]) -> str:
-    """The first reasons, and how many more there are."""
-    more = f"; and {len(reasons) - _SHOWN} more" if len(reasons) > _SHOWN else ""
-    return "; ".join(reasons[:_SHOWN]) + more

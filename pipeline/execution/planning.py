@@ -25,13 +25,17 @@ class State(enum.Enum):
 
 @dataclass(frozen=True)
 class Assessment:
-    """State of one stage, its reasons, and, once its inputs are known, what its result would follow from."""
+    """State of one stage, its reasons, and, once its inputs are known, what its result would follow from.
+
+    `own` is what else changed about a stage that waits.
+    """
 
     name: str
     state: State
     reasons: tuple[str, ...]
     ingredients: Ingredients | None = None
     entry: Entry | None = None
+    own: tuple[str, ...] = ()
 
 
 class Planner:
@@ -72,10 +76,19 @@ class Planner:
                 waits_for = [above for above in self.study.graph.upstream(name) if above not in entries]
                 if waits_for:
                     reasons = tuple(f"input {above} will be computed first" for above in waits_for)
-                    found.append(Assessment(name, State.WAITING, reasons))
+                    found.append(Assessment(name, State.WAITING, reasons, own=self._own_changes(name)))
                     continue
                 found.append(self.assess(name, entries))
                 entry = found[-1].entry
                 if entry is not None:
                     entries[name] = entry
         return found
+
+    def _own_changes(self, name: str) -> tuple[str, ...]:
+        """What changed about a stage but its inputs since its result was computed."""
+        last = self.study.store.current(name)
+        if last is None:
+            return ()
+        plain, before = loading.as_plain(self.values[name]), last.ingredients["inputs"]
+        parts = fingerprint.ingredients(self.study.graph.stages[name], self.study.sources, plain, before)
+        return tuple(fingerprint.changes(last.ingredients, parts))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -16,6 +17,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from matplotlib.transforms import Bbox
 from PIL import Image
@@ -30,6 +32,8 @@ SECOND, THIRD = "#009E73", "#CC79A7"
 SEQUENCE = ("#440154", "#0072B2", "#E69F00", "#D55E00")
 
 ONE_COLUMN, TWO_COLUMNS = 3.5, 7.2  # inches
+#: Letters an inch of a strip's text, and height of its lines [inches].
+_LETTERS, _LINE = 17, 0.13
 
 RULES: dict[Any, Any] = {
     "font.family": "DejaVu Sans",
@@ -101,24 +105,39 @@ def in_few_colours(picture: Image.Image) -> bytes:
     return buffer.getvalue()
 
 
-def pictures(name: str, figure: Figure, dpi: int, *, pdf: bool = True) -> dict[str, bytes]:
+def with_strip(figure: Figure, said: str) -> Bbox:
+    """Put words on a strip above a figure that is laid out; the box [inches] that holds both."""
+    width, height = figure.get_size_inches()
+    lines = textwrap.wrap(said, int(width * _LETTERS), break_on_hyphens=False)
+    top = 1.0 + _LINE * (len(lines) + 0.8) / height
+    strip = Rectangle((0.0, 1.0), 1.0, top - 1.0, transform=figure.transFigure, color="#FFE8A3", clip_on=False)
+    figure.add_artist(strip)
+    for legend in figure.legends:  # else they would move to the edge of the box
+        place = legend.get_bbox_to_anchor().transformed(figure.transFigure.inverted())
+        legend.set_bbox_to_anchor(place, figure.transFigure)
+    figure.text(0.01, 0.5 * (1.0 + top), "\n".join(lines), fontsize=7, ha="left", va="center")
+    return Bbox([[0.0, 0.0], [width, height * top]])
+
+
+def pictures(name: str, figure: Figure, dpi: int, *, pdf: bool = True, said: str = "") -> dict[str, bytes]:
     """The figure as PNG and, if wanted, PDF, and its numbers as CSV, keyed by the path relative to the results folder;
-    closes the figure.
+    closes the figure. What is `said` of it stands on a strip above.
     """
     files = {}
     numbers = as_csv(figure)
     if numbers:
         files[f"figures/{name}.csv"] = numbers.encode()
     with laid_out(figure, dpi):
-        buffer = io.BytesIO()
-        figure.savefig(buffer, format="rgba", dpi=dpi)
+        box, buffer = with_strip(figure, said) if said else None, io.BytesIO()
+        figure.savefig(buffer, format="png" if said else "rgba", dpi=dpi, bbox_inches=box)
         size = figure.canvas.get_width_height()
-        files[f"figures/{name}.png"] = in_few_colours(Image.frombytes("RGBA", size, buffer.getvalue()))
+        drawn = Image.open(buffer) if said else Image.frombytes("RGBA", size, buffer.getvalue())
+        files[f"figures/{name}.png"] = in_few_colours(drawn)
         if pdf:
             buffer = io.BytesIO()
             nameless = {"CreationDate": None, "Producer": None, "Creator": None}
             with found_once.plain_fonts():
-                figure.savefig(buffer, format="pdf", dpi=dpi, metadata=nameless)
+                figure.savefig(buffer, format="pdf", dpi=dpi, metadata=nameless, bbox_inches=box)
             files[f"figures/{name}.pdf"] = buffer.getvalue()
     plt.close(figure)
     return files

@@ -12,6 +12,7 @@ from matplotlib.axis import Axis
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox, BboxBase
+from PIL import Image
 
 from stages.drawing import found_once, style
 
@@ -102,3 +103,19 @@ def test_a_font_in_a_pdf_has_what_a_pdf_needs_and_its_text_is_found():
     assert fonts and all({"glyf", "head", "hhea", "hmtx", "loca", "maxp"} <= {*font.keys()} for font in fonts)
     assert not any({"GSUB", "GPOS", "kern"} & {*font.keys()} for font in fonts)
     assert b"/ToUnicode" in pdf and b"/CIDToGIDMap" in pdf
+
+
+def test_what_is_said_of_a_figure_stands_on_a_strip_above_it_and_moves_nothing():
+    def drawn(said: str) -> np.ndarray:
+        with style.drawing():
+            figure, axes = plt.subplots(figsize=(2.0, 1.0))
+            axes.plot([0, 1], [0, 1], label="line")
+            figure.legend(loc="outside upper center")
+            files = style.pictures("a", figure, 50, pdf=False, said=said)
+        return np.asarray(Image.open(io.BytesIO(files["figures/a.png"])).convert("RGB"), dtype=float)
+
+    plain, marked = drawn(""), drawn("not current: twin; make it current with: bipedstudy run twin")
+    strip = marked.shape[0] - plain.shape[0]
+    assert strip > 10 and marked.shape[1] == plain.shape[1]
+    assert np.abs(marked[strip:] - plain).mean() < 2.0, "the figure is what it was"
+    assert np.abs(marked[2, 2] - [255, 232, 163]).max() < 8 and marked[:strip].min() < 90, "words on yellow"

@@ -127,4 +127,5 @@ def test_stale_stages_are_named_before_figures_are_compared(ran):
     path = ran.root / "params/fall.yaml"
     path.write_text(path.read_text().replace("{value: 2.0,", "{value: 2.5,"))
     _, _, errors = ran.command("figures", "--check")
-    assert "not current: fall (fall.yaml: height 2 -> 2.5), and so bounce, picture" in errors
+    assert errors == ("note: not current: fall, bounce, picture (fall.yaml: height 2 -> 2.5); make them current with: "
+                      "bipedstudy run picture\n")  # fmt: skip

@@ -83,5 +83,6 @@ def test_run_all_writes_it_and_the_command_marks_what_is_stale(toy_with_commands
     toy.edit("params/fall.yaml", "value: 2", "value: 3")
     code, out, errors = toy.command("report", "--into", "page.html", "--no-times")
     assert (code, out) == (0, "written: page.html\n")
-    assert errors.startswith("note: not current: fall, bounce, picture; the page says so")
+    assert errors == ("note: not current: fall, bounce, picture (fall.yaml: height 2 -> 3); make them current with: "
+                      "bipedstudy run picture; the page says so\n")  # fmt: skip
     assert "fall.yaml: height 2 -&gt; 3" in (toy.root / "page.html").read_text(encoding="utf-8")

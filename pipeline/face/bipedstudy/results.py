@@ -7,6 +7,7 @@ from typing import Any
 
 from pipeline.cache import artefact, regular
 from pipeline.errors import StudyError
+from pipeline.execution import standing
 from pipeline.stage_modules import importable, result_class
 from pipeline.study import Study, locate, shown
 
@@ -33,6 +34,7 @@ def load(stage: str, study: str | Path | None = None) -> Any:
     if not place.exists():
         raise found.absent(stage, place)
     regular.check(place, shown(place), regular.ARTEFACT)
+    standing.say(found, stage)
     importable(found.package, found.code_root)
     return artefact.load(place, result_class(found.package, stage))
 

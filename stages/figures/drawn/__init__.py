@@ -9,6 +9,7 @@ BESIDE_PARAMETERS = True above their table.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from html import escape
 from importlib import import_module
 from pkgutil import iter_modules
 from types import ModuleType, SimpleNamespace
@@ -39,19 +40,26 @@ def at_level(shown: Any, level: str) -> Any:
         return shown
     said = f"accuracy: {level}"
     if isinstance(shown, str):
-        return f'{shown}\n<p class="note">{said}</p>'
+        return with_note(shown, said)
     shown.text(0.998, 0.002, said, ha="right", va="bottom", fontsize=6, color=style.MULTIBODY, in_layout=False)
     return shown
 
 
-def draw(name: str, parameters: Parameters, results: Mapping[str, Any]) -> tuple[dict[str, bytes], str]:
-    """A figure's files, by path in the results folder, and its caption."""
+def with_note(fragment: str, said: str) -> str:
+    """A fragment of a page with a note below."""
+    return f'{fragment}\n<p class="note">{escape(said)}</p>'
+
+
+def draw(
+    name: str, parameters: Parameters, results: Mapping[str, Any], said: str = ""
+) -> tuple[dict[str, bytes], str]:
+    """A figure's files, by path in the results folder, and its caption; what is `said` of its results stands in it."""
     given = given_to(name, parameters, results)
     with style.drawing():
         shown = at_level(figure(name).draw(given), parameters.level.level)
         files = (
-            {f"figures/{name}.html": shown.encode()}
+            {f"figures/{name}.html": (with_note(shown, said) if said else shown).encode()}
             if isinstance(shown, str)
-            else style.pictures(name, shown, parameters.settings.resolution_dpi, pdf=parameters.settings.pdf)
+            else style.pictures(name, shown, parameters.settings.resolution_dpi, pdf=parameters.settings.pdf, said=said)
         )
     return files, figure(name).caption(given)
