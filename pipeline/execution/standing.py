@@ -84,11 +84,16 @@ def echo(said: str) -> None:
 
 
 def made_by(study: Study, name: str) -> Entry | None:
-    """What is known of the making of a stage's result that lies there, by its own word; None for a stranger's."""
+    """What is known of the making of a stage's result that lies there, by its own word; None for a stranger's.
+
+    Where none lies there it is what was put there last, which may be a reason.
+    """
     from pipeline.cache import artefact  # with h5py, which takes its time
 
     last, place = study.store.current(name), study.store.place(study.graph.stages[name].artefact)
-    key = artefact.provenance(place.read_bytes(), shown(place)).get("key", "") if place.exists() else ""
+    if not place.exists():
+        return last
+    key = artefact.provenance(place.read_bytes(), shown(place)).get("key", "")
     return last if last is not None and last.key == key else study.store.entry(key) if key.isalnum() else None
 
 
