@@ -13,8 +13,8 @@ import click
 from pipeline import completion, layout
 from pipeline.commands import options
 from pipeline.errors import StudyError
-from pipeline.execution import standing
 from pipeline.parameters import levels, yaml_text
+from pipeline.report import standing
 from pipeline.study import Study, shown
 
 CLAIMS = "results/claims.yaml"

@@ -13,7 +13,8 @@ from pipeline import completion
 from pipeline.cache import processor, provenance, regular
 from pipeline.commands import options
 from pipeline.errors import FAILED, StudyError
-from pipeline.execution import display, standing
+from pipeline.execution import display
+from pipeline.report import standing
 from pipeline.report.pictures import TOLERANCE, compare
 from pipeline.study import Study, shown
 

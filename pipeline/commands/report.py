@@ -20,9 +20,9 @@ from pipeline.study import Study, shown
 def command(study: Study, into: Path | None, no_times: bool) -> None:
     """Write one self-contained page: claims, figures, animation, parameters, provenance. run-all does this too."""
     from pipeline.cache import durable
-    from pipeline.execution.standing import Standing, echo
     from pipeline.report import page
     from pipeline.report.content import entries
+    from pipeline.report.standing import Standing, echo
 
     made = entries(study)
     names = tuple(study.graph.stages)

@@ -14,7 +14,7 @@ from pipeline import completion, layout, requests
 from pipeline.cache import regular
 from pipeline.commands import options
 from pipeline.errors import StudyError, nearest
-from pipeline.execution import standing
+from pipeline.report import standing
 from pipeline.stage_modules import numerical_errors, result_class
 from pipeline.study import Study, shown
 

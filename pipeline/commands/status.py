@@ -9,7 +9,7 @@ import click
 from pipeline import layout
 from pipeline.commands import options
 from pipeline.execution.planning import Assessment, State
-from pipeline.execution.standing import in_short
+from pipeline.report.standing import in_short
 from pipeline.study import Study
 
 _WORDS = {

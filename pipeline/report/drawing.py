@@ -10,9 +10,9 @@ from typing import Any
 
 from pipeline.cache import artefact, durable, regular
 from pipeline.errors import StudyError, nearest
-from pipeline.execution.standing import Standing, made_by, together
 from pipeline.graph import Stage
 from pipeline.parameters import loading
+from pipeline.report.standing import Standing, made_by, together
 from pipeline.stage_modules import result_class
 from pipeline.study import Study, shown
 

@@ -7,8 +7,8 @@ import shutil
 
 import pytest
 
-from pipeline.execution.standing import Standing, together
 from pipeline.report.drawing import draw
+from pipeline.report.standing import Standing, together
 
 HEIGHT = "fall.yaml: height 2 -> 2.5"
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from pipeline.cache import artefact, regular
 from pipeline.errors import StudyError
-from pipeline.execution import standing
+from pipeline.report import standing
 from pipeline.stage_modules import importable, result_class
 from pipeline.study import Study, locate, shown
 
