@@ -47,7 +47,7 @@ def measure(path: Path, parameters: Parameters) -> tuple[int, float, float]:
     """Runs accepted, processor time [s] and peak memory [MB]."""
     start = time.process_time()
     with SqliteSource(path) as source:
-        accepted = sum(trial.accepted for trial in trials(source.runs(), parameters))
+        accepted = sum(trial.accepted for trial in trials(source.runs(), parameters.read))
     return accepted, time.process_time() - start, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 

@@ -13,11 +13,10 @@ import argparse
 from pathlib import Path
 
 from benchmarks.trial_judgement import ROOT, campaign
-from pipeline.parameters.loading import load
+from pipeline.study import locate
 from stages.campaign.run import sensed_run
 from stages.comparison.runs.ingest_score import shift_of
 from stages.comparison.runs.leg_score import score_legs
-from stages.imu.parameters import Parameters as ImuParameters
 from stages.imu.run import run_of
 from stages.imu.trial.trial import read_trial
 from tests.imu.made_logs import made_log
@@ -29,7 +28,7 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=30)
     parser.add_argument("--walks", type=Path)
     chosen = parser.parse_args()
-    imu = load(ROOT / "params", (), {"imu": ImuParameters}, [ImuParameters])["imu"]
+    imu = locate(start=ROOT).parameters(("imu",))["imu"].read
     print("| seed | quantity | rms error | standard error said | 95 % intervals that hold |\n|---|---|---|---|---|")
     for seed in chosen.seed:
         file = None if chosen.walks is None else chosen.walks / f"walks{seed}.pickle"

@@ -21,13 +21,12 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.parameters.loading import load
 from pipeline.study import locate
 from stages.analytic.run import run as run_analytic
 from stages.campaign.parameters import Parameters
 from stages.campaign.twin_run import TwinRun, first_state, walk_twin
 from stages.imu.judgement.verdict import ACCEPTED, REFUSED, WITH_REMARKS
-from stages.imu.parameters import Parameters as ImuParameters
+from stages.imu.parameters import Reading
 from stages.imu.trial.sensor import trace_sensor
 from stages.imu.trial.trial import read_trial
 from tests.imu import wrong_logs
@@ -58,7 +57,7 @@ def campaign(seed: int, runs: int, file: Path | None) -> tuple[Parameters, list[
 
 
 def judged(
-    family: wrong_logs.Family, times: float, parameters: Parameters, walks: Sequence[TwinRun], imu: ImuParameters
+    family: wrong_logs.Family, times: float, parameters: Parameters, walks: Sequence[TwinRun], imu: Reading
 ) -> Counter[str]:
     """Counts over the runs: outcomes, and accepted runs with something wrong, named or unsaid."""
     count: Counter[str] = Counter()
@@ -74,7 +73,7 @@ def judged(
 
 
 def clocks(
-    family: wrong_logs.Family, parameters: Parameters, walks: Sequence[TwinRun], imu: ImuParameters
+    family: wrong_logs.Family, parameters: Parameters, walks: Sequence[TwinRun], imu: Reading
 ) -> tuple[int, int, float, float, float, int]:
     """Recordings, those whose clock is used, their largest true error and median reported error [ms], the largest
     ratio of true to reported, and how many are off by more than the tolerance though a smaller error is reported."""
@@ -103,7 +102,7 @@ def main() -> None:
     parser.add_argument("family", nargs="*")
     chosen = parser.parse_args()
     parameters, walks = campaign(chosen.seed, chosen.runs, chosen.walks)
-    imu = load(ROOT / "params", (), {"imu": ImuParameters}, [ImuParameters])["imu"]
+    imu = locate(start=ROOT).parameters(("imu",))["imu"].read
     families = [good, *wrong_logs.WRONG, *wrong_logs.LATER, *wrong_logs.CLOCKS, *wrong_logs.LAST]
     families = [one for one in families if not chosen.family or one.__name__ in chosen.family]
     sizes = " | ".join(f"errors x {times:g}" for times in chosen.times)

@@ -11,7 +11,7 @@ from stages.biped.quantity import Bound, parameter
 from stages.calibration.observation.beliefs import Beliefs
 from stages.campaign.parameters import Fitted, SensorSettings
 from stages.ground.slope import Slope
-from stages.imu.parameters import Drawing, Limits
+from stages.imu.parameters import Cover, Drawing, Limits
 from stages.imu.parameters import Parameters as IngestParameters
 from stages.imu.parameters import Settings as IngestSettings
 from stages.twin.parameters import Settings as TwinSettings
@@ -66,11 +66,12 @@ class Parameters:
 
     biped: Biped
     slope: Slope
-    sensor: SensorSettings
+    given_sensor: SensorSettings
     settings: Settings
     ingest_settings: IngestSettings
     limits: Limits
     drawing: Drawing
+    cover: Cover
     twin: TwinSettings
     level: Level = Level()
 
@@ -94,7 +95,13 @@ class Parameters:
     @property
     def ingest(self) -> IngestParameters:
         """What the ingest needs to know to read a lab's database."""
-        return IngestParameters(self.ingest_settings, self.limits, self.drawing, self.level)
+        return IngestParameters(
+            self.ingest_settings, self.limits, self.drawing, self.biped, self.slope, self.cover, self.level)
+
+    @property
+    def sensor(self) -> SensorSettings:
+        """The sensor of this robot."""
+        return self.given_sensor.of(self.biped, self.slope.gravity)
 
     @property
     def noise(self) -> tuple[float, float, float]:

@@ -8,6 +8,7 @@ from typing import ClassVar
 
 from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
+from stages.biped.following import GRAVITY, Following, followed, quickness
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
@@ -26,7 +27,7 @@ class RunSettings:
     runs: int = parameter("1", "number of runs", bound=Bound(minimum=1))
     steps: int = parameter("1", "heel strikes in a run", bound=Bound(minimum=4))
     rest_s: float = parameter("s", "time the robot stands still before the push", bound=Bound(minimum=0.5))
-    push_s: float = parameter("s", "duration of the push", bound=Bound(minimum=0.1))
+    push_s: float | None = parameter("s", "duration of the push; null: 0.4 s of Table 1's robot", bound=POSITIVE)
     push_sd: float = parameter("1", "spread of the initial rates, relative", bound=NOT_NEGATIVE)
     slope_sd_deg: float = parameter("deg", "spread of the ramp's inclination", bound=NOT_NEGATIVE)
     slope_reading_sd_deg: float = parameter("deg", "error of reading the inclination off", bound=NOT_NEGATIVE)
@@ -54,11 +55,14 @@ class SensorSettings:
 
     FILE: ClassVar[str] = "campaign"
 
-    rate_hz: float = parameter("Hz", "nominal sampling rate", bound=POSITIVE)
+    rate_hz: Following = parameter("Hz", "nominal sampling rate; null: 2.5 times the bandwidth", bound=POSITIVE)
     rate_error_sd_ppm: float = parameter("ppm", "spread of the sensor's clock rate", bound=NOT_NEGATIVE)
-    bandwidth_hz: float = parameter("Hz", "cut-off of the second-order low pass", bound=POSITIVE)
-    accelerometer_range_g: float = parameter("g", "full scale of the accelerometer", bound=POSITIVE)
-    gyroscope_range_deg_s: float = parameter("deg/s", "full scale of the gyroscope", bound=POSITIVE)
+    bandwidth_hz: Following = parameter(
+        "Hz", "cut-off of the second-order low pass; null: 0.4 times the rate, 40 Hz for Table 1's", bound=POSITIVE)
+    accelerometer_range_g: Following = parameter(
+        "g", "full scale of the accelerometer; null: four times ground.gravity", bound=POSITIVE)
+    gyroscope_range_deg_s: Following = parameter(
+        "deg/s", "full scale of the gyroscope; null: 2000 deg/s for Table 1's robot", bound=POSITIVE)
     bits: int = parameter("1", "resolution of a count", bound=Bound(minimum=8, maximum=32))
     misalignment_sd_deg: float = parameter("deg", "spread of the mounting about each axis", bound=NOT_NEGATIVE)
     acceleration_gain_sd: float = parameter("1", "spread of the accelerometer's gain", bound=NOT_NEGATIVE)
@@ -70,8 +74,19 @@ class SensorSettings:
 
     def broken_rules(self) -> Iterator[Broken]:
         """The low pass cuts off below half the sampling rate."""
-        if self.bandwidth_hz >= self.rate_hz / 2:
+        if self.bandwidth_hz is not None and self.rate_hz is not None and self.bandwidth_hz >= self.rate_hz / 2:
             yield Broken("bandwidth_hz", f"< rate_hz / 2 = {self.rate_hz / 2:g} Hz")
+
+    def of(self, biped: Biped, gravity: float) -> SensorSettings:
+        """The sensor of a robot, whose time and gravity [m/s^2] decide what is null."""
+        quick, rate, bandwidth = quickness(biped, gravity), self.rate_hz, self.bandwidth_hz
+        return followed(
+            self,
+            rate_hz=100.0 * quick if bandwidth is None else 2.5 * bandwidth,
+            bandwidth_hz=40.0 * quick if rate is None else 0.4 * rate,
+            accelerometer_range_g=4.0 * (gravity / GRAVITY),
+            gyroscope_range_deg_s=2000.0 * quick,
+        )
 
 
 @dataclass(frozen=True)
@@ -120,11 +135,21 @@ class Parameters:
     contact: ContactLaw
     twin: TwinSettings
     runs: RunSettings
-    sensor: SensorSettings
+    given_sensor: SensorSettings
     radio: RadioSettings
     measured: Measured
     fitted: Fitted
     level: Level = Level()
+
+    @property
+    def sensor(self) -> SensorSettings:
+        """The sensor of this robot."""
+        return self.given_sensor.of(self.biped, self.slope.gravity)
+
+    @property
+    def push_s(self) -> float:
+        """Duration of the push [s]."""
+        return self.runs.push_s or 0.4 / quickness(self.biped, self.slope.gravity)
 
     @property
     def bare_runs(self) -> int:

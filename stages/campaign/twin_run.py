@@ -123,7 +123,7 @@ def _with_stand(
     grid = 1 / settings.motion_rate_hz
     angle, rate = float(walk.leg_angle[0, 0]), walk.leg_rate[:, 0]
     end = (angle, float(rate[0]), float((rate[1] - rate[0]) / grid))
-    time, leg = stand_and_push(variation.stand_angle, end, settings.rest_s, settings.push_s, grid)
+    time, leg = stand_and_push(variation.stand_angle, end, settings.rest_s, parameters.push_s, grid)
     before = rolling_leg((leg[0], leg[1], leg[2]), parameters.biped, slope, time)
     after = (
         SensorMotion(walk.time, signals.hip_imu_specific_force, signals.hip_imu_angular_velocity),

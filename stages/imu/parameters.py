@@ -7,7 +7,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.accuracy.level import Level
+from stages.biped.design import Biped
+from stages.biped.following import Following, followed, quickness
 from stages.biped.quantity import Bound, Broken, parameter
+from stages.ground.slope import Slope
 
 POSITIVE, NOT_NEGATIVE = Bound(above=0), Bound(minimum=0)
 
@@ -21,25 +24,34 @@ class Settings:
     database: str | None = parameter(
         "-", "SQLite file of a lab's own measurements, from the study's folder; null: the synthetic ones", file=True
     )
-    gravity: float = parameter("m/s^2", "gravity where the measurement was made", symbol="g", bound=POSITIVE)
+    gravity: Following = parameter(
+        "m/s^2", "gravity where the measurement was made; null: ground.gravity", symbol="g", bound=POSITIVE)
     rest_leg_angle_deg: float = parameter(
         "deg", "inner leg's angle from the slope normal in the still stand, foot ahead positive", bound=Bound(-90, 90)
     )
     rest_window_s: float = parameter("s", "shortest stretch that counts as a still stand", bound=Bound(minimum=0.1))
     rest_rate_deg_s: float = parameter("deg/s", "largest rms angular rate of a still stand", bound=POSITIVE)
     rest_acceleration: float = parameter("m/s^2", "largest rms specific force change of a still stand", bound=POSITIVE)
-    grid_rate_hz: float = parameter("Hz", "rate of the common time grid", bound=Bound(minimum=10, maximum=10000))
+    grid_rate_hz: Following = parameter(
+        "Hz", "rate of the common time grid; null: 200 Hz for Table 1's robot", bound=Bound(minimum=10, maximum=10000))
     bridged_samples: float = parameter(
         "1", "longest distance of two samples interpolated, in sampling periods", bound=Bound(minimum=1, below=2)
     )
     skipped_steps: int = parameter("1", "first heel strikes left out of ensemble and frequency", bound=NOT_NEGATIVE)
     fewest_steps: int = parameter("1", "heel strikes a run must have to be used", bound=Bound(minimum=3))
     phase_points: int = parameter("1", "points of a registered stride", bound=Bound(minimum=11))
-    slowest_step_hz: float = parameter("Hz", "lowest step frequency looked for", bound=POSITIVE)
-    fastest_step_hz: float = parameter("Hz", "highest step frequency looked for", bound=POSITIVE)
+    slowest_step_hz: Following = parameter(
+        "Hz", "lowest step frequency looked for; null: 0.8 Hz for Table 1's robot", bound=POSITIVE)
+    fastest_step_hz: Following = parameter(
+        "Hz", "highest step frequency looked for; null: 4 Hz for Table 1's robot", bound=POSITIVE)
     rate_tolerance: float = parameter("1", "largest relative error of a sensor's rate", bound=POSITIVE)
     clock_tolerance_s: float = parameter("s", "largest unevenness of the floor of lateness", bound=POSITIVE)
     loss_tolerance: float = parameter("1", "largest share of lost packets", bound=Bound(minimum=0, maximum=1))
+
+    @property
+    def turning_hz(self) -> float:
+        """Frequency [Hz] below which gravity is most of what turns in a walking sensor."""
+        return 0.5 * self.fastest_step_hz
 
 
 @dataclass(frozen=True)
@@ -48,9 +60,9 @@ class Limits:
 
     FILE: ClassVar[str] = "imu"
 
-    lever_arm: float | None = parameter(
-        "m", "distance of the foot sensor below the hip sensor by the drawing; null: unknown", symbol="d",
-        bound=POSITIVE,
+    lever_arm: Following = parameter(
+        "m", "distance of the foot sensor below the hip sensor; null: by biped.yaml, to the leg's mass centre",
+        symbol="d", bound=POSITIVE,
     )
     lever_arm_tolerance: float = parameter("1", "largest relative departure of the lever arm from it", bound=POSITIVE)
     lever_direction_deg: float = parameter("deg", "largest angle of the lever arm from the leg's line", bound=POSITIVE)
@@ -97,9 +109,12 @@ class Drawing:
 
     FILE: ClassVar[str] = "imu"
 
-    leg_length: float = parameter("m", "leg from the hip to the bottom of the foot, outsole included", symbol="L",
-                                  bound=POSITIVE)  # fmt: skip
-    foot_radius: float = parameter("m", "radius of the foot, outsole included", symbol="r", bound=NOT_NEGATIVE)
+    leg_length: Following = parameter(
+        "m", "leg from the hip to the bottom of the foot, outsole included; null: of biped.yaml and campaign.outsole",
+        symbol="L", bound=POSITIVE)  # fmt: skip
+    foot_radius: Following = parameter(
+        "m", "radius of the foot, outsole included; null: of biped.yaml and campaign.outsole", symbol="r",
+        bound=NOT_NEGATIVE)  # fmt: skip
     leg_length_error: float = parameter("1", "standard error of the leg's length, relative", bound=NOT_NEGATIVE)
     rolling_error: float = parameter("1", "what a step departs from rolling on a rigid leg, relative, standard "
                                      "deviation", bound=NOT_NEGATIVE)  # fmt: skip
@@ -112,8 +127,26 @@ class Drawing:
 
     def broken_rules(self) -> Iterator[Broken]:
         """The foot is smaller than the leg."""
-        if self.foot_radius >= self.leg_length:
+        if self.foot_radius is not None and self.leg_length is not None and self.foot_radius >= self.leg_length:
             yield Broken("foot_radius", f"< leg_length = {self.leg_length:g} m")
+
+
+@dataclass(frozen=True)
+class Cover:
+    """What lies under the foot of Table 1."""
+
+    FILE: ClassVar[str] = "campaign"
+
+    outsole: float = parameter("m", "mean thickness of the rubber outsole", bound=NOT_NEGATIVE)
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What the reading of a trial depends on, with nothing left null."""
+
+    settings: Settings
+    limits: Limits
+    drawing: Drawing
 
 
 @dataclass(frozen=True)
@@ -123,4 +156,17 @@ class Parameters:
     settings: Settings
     limits: Limits
     drawing: Drawing
+    biped: Biped
+    slope: Slope
+    cover: Cover
     level: Level = Level()
+
+    @property
+    def read(self) -> Reading:
+        """How trials are read: what is null follows the robot and its ground."""
+        biped, gravity, outsole = self.biped, self.slope.gravity, self.cover.outsole
+        quick = quickness(biped, gravity)
+        settings = followed(self.settings, gravity=gravity, grid_rate_hz=200.0 * quick, slowest_step_hz=0.8 * quick,
+                            fastest_step_hz=4.0 * quick)  # fmt: skip
+        drawing = followed(self.drawing, leg_length=biped.leg_length + outsole, foot_radius=biped.foot_radius + outsole)
+        return Reading(settings, followed(self.limits, lever_arm=biped.leg_length - biped.foot_com), drawing)

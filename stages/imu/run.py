@@ -16,7 +16,7 @@ import numpy as np
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.imu.errors import SourceRefused
-from stages.imu.parameters import Parameters
+from stages.imu.parameters import Parameters, Reading
 from stages.imu.reports.run_report import RunReport, origin_of
 from stages.imu.reports.sensor_report import SensorReport
 from stages.imu.result import Result, Run, SensorSignals
@@ -41,11 +41,11 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     Raises SourceRefused, in one sentence.
     """
     with SqliteSource(inputs.database or inputs.measurements) as source:
-        return collect(trials(source.runs(), parameters, progress))
+        return collect(trials(source.runs(), parameters.read, progress))
 
 
 def trials(
-    runs: Iterable[tuple[Experiment, tuple[Recording, ...]]], parameters: Parameters, progress: Progress = ignore
+    runs: Iterable[tuple[Experiment, tuple[Recording, ...]]], parameters: Reading, progress: Progress = ignore
 ) -> Iterator[Trial]:
     """Each run of a source as a trial, one at a time."""
     for number, (experiment, recordings) in enumerate(runs):

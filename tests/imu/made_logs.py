@@ -71,7 +71,7 @@ def with_errors(parameters: Parameters, times: float) -> Parameters:
     """The campaign with all errors of its sensors that many times as large."""
     sensor = parameters.sensor
     grown = {name: times * getattr(sensor, name) for name in ERRORS}
-    return dataclasses.replace(parameters, sensor=dataclasses.replace(sensor, **grown))
+    return dataclasses.replace(parameters, given_sensor=dataclasses.replace(sensor, **grown))
 
 
 def made_log(

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from pipeline.parameters.loading import load
+from pipeline.study import locate
 from stages.biped.design import Biped
 from stages.campaign.database import database_bytes
 from stages.campaign.parameters import RadioSettings, SensorSettings
@@ -19,7 +19,7 @@ from stages.campaign.result import LegTruth, RunTruth, SensorTruth
 from stages.campaign.standing import joined, rolling_leg, stand_and_push
 from stages.campaign.virtual_sensor import Readings, SensorErrors, SensorMotion, draw_errors, read
 from stages.ground.slope import Slope
-from stages.imu.parameters import Parameters, Settings
+from stages.imu.parameters import Reading, Settings
 from stages.imu.sources.schema import Device, Experiment
 from stages.imu.trial.sensor import filter_delay
 
@@ -29,13 +29,13 @@ SLOPE = Slope(2.0, 9.81)
 SENSOR = SensorSettings(100.0, 2000.0, 40.0, 4.0, 2000.0, 16, 2.0, 0.005, 0.005, 0.02, 0.5, 1.77e-3, 0.007)
 RADIO = RadioSettings(3, 65536, 0.0, 0.008, 0.015, 0.02, 0.2, 0.01, 0.25)
 ROUGH_RADIO = dataclasses.replace(RADIO, stall_share=0.10, loss_share=0.05)
-STUDY = load(Path(__file__).parents[2] / "params", (), {"imu": Parameters}, [Parameters])["imu"]
+STUDY = locate(start=Path(__file__).parents[2]).parameters(("imu",))["imu"].read
 LIMITS = STUDY.limits
 SETTINGS = Settings(None, 9.81, 0.0, 0.5, 3.0, 0.3, 200.0, 1.5, 3, 6, 101, 0.8, 4.0, 0.05, 0.005, 0.3)
 
 #: The stand-in has no outsole.
 DRAWING = dataclasses.replace(STUDY.drawing, leg_length=BIPED.leg_length, foot_radius=BIPED.foot_radius)
-PARAMETERS = Parameters(SETTINGS, LIMITS, DRAWING)
+PARAMETERS = Reading(SETTINGS, LIMITS, DRAWING)
 
 
 def device(place: str) -> Device:

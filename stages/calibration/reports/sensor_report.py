@@ -105,8 +105,8 @@ def _runs(
     runs, refused = [], []
     try:
         with SqliteSource(source) as opened:
-            for trial in trials(opened.runs(), parameters.ingest, asking.progress):
-                run = run_of(trial, mid_stance_of, parameters.settings, parameters.limits.lever_arm)
+            for trial in trials(opened.runs(), parameters.ingest.read, asking.progress):
+                run = run_of(trial, mid_stance_of, parameters.settings, parameters.ingest.read.limits.lever_arm)
                 if isinstance(run, str):
                     refused.append(run)
                 else:

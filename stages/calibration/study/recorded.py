@@ -37,8 +37,8 @@ def recorded(
     settings = parameters.settings
     mid_stance_of = guessed_mid_stance(design, model.layout)
     with SqliteSource(source) as opened:
-        for trial in trials(opened.runs(), parameters.ingest):
-            run = run_of(trial, mid_stance_of, settings, parameters.limits.lever_arm)
+        for trial in trials(opened.runs(), parameters.ingest.read):
+            run = run_of(trial, mid_stance_of, settings, parameters.ingest.read.limits.lever_arm)
             if isinstance(run, str):
                 continue
             mass = weighed.get(run.name, settings.weighed_mass)

@@ -20,7 +20,6 @@ from stages.imu.strikes.landings import INNER, HeelStrikes
 LOW_PASS_HZ = 12.0  # both sides of the lever arm's equation: a derivative of the rate is noise above
 AROUND_STRIKE_S = (-0.06, 0.10)  # left out of it: impacts shake the sensors
 HOLE_S = 0.02  # and so is what lies so near to a hole
-TURNING_HZ = 2.0  # below it gravity is most of what turns in a walking sensor
 FEWEST_POINTS = 50
 NAN = float("nan")
 
@@ -79,17 +78,17 @@ def skewness(rate: np.ndarray) -> float:
     return float(np.mean(known**3)) / power**1.5 if power > 0 else NAN
 
 
-def turning_of(force: np.ndarray, rate: np.ndarray, rate_hz: float) -> float:
+def turning_of(force: np.ndarray, rate: np.ndarray, rate_hz: float, below_hz: float) -> float:
     """Correlation of how gravity turns, du/dt, with what the rate says, -omega x u: (n, 3) each, any axes.
 
     A walker's own acceleration turns u as well, so a good trial has no 1; a gyroscope that was turned has less than 0.
     """
-    if len(force) < FEWEST_POINTS or not rate_hz > 4 * TURNING_HZ:
+    if len(force) < FEWEST_POINTS or not rate_hz > 4 * below_hz:
         return NAN
     u, omega = (np.column_stack([filled(axis) for axis in part.T]) for part in (force, rate))
     length = np.linalg.norm(u, axis=1, keepdims=True)
     u = u / np.where(length > 0, length, 1.0)
-    sections = butter(2, TURNING_HZ, fs=rate_hz, output="sos")
+    sections = butter(2, below_hz, fs=rate_hz, output="sos")
     seen = np.gradient(sosfiltfilt(sections, u, axis=0), 1 / rate_hz, axis=0)
     said = sosfiltfilt(sections, -np.cross(omega, u), axis=0)
     power = math.sqrt(float(np.sum(seen**2) * np.sum(said**2)))

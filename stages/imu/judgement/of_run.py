@@ -154,7 +154,7 @@ def _on_two_places(
         yield _refuse(
             f"both gyroscopes seem to read {evidence.rate_scale:.2f} times the true rate: look at their range and unit"
         )
-    if limits.lever_arm is not None and abs(lever_arm / limits.lever_arm - 1) > limits.lever_arm_tolerance:
+    if abs(lever_arm / limits.lever_arm - 1) > limits.lever_arm_tolerance:
         yield _remark(
             f"by the signals the sensors are {lever_arm:.3f} m apart, by the drawing {limits.lever_arm:.3f} m",
             LEVER, *(f"{place} {what}" for place in ("hip", "foot") for what in (RATE, FORCE)),

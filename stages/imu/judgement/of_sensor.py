@@ -26,15 +26,16 @@ def refusals_of(trace: SensorTrace, frame: Frame | None, settings: Settings, lim
     if trace.indexed.recording.rows < FEWEST_ROWS:
         yield Refusal(False, f"only {trace.indexed.recording.rows} usable rows")
         return
-    yield from (Refusal(True, sentence) for sentence in _unit_refusals(trace))
+    yield from (Refusal(True, sentence) for sentence in _unit_refusals(trace, settings))
     yield from (Refusal(False, sentence) for sentence in _clock_refusals(trace, settings))
     if frame is not None:
         yield from (Refusal(True, sentence) for sentence in _frame_refusals(frame, limits))
 
 
-def _unit_refusals(trace: SensorTrace) -> Iterator[str]:
+def _unit_refusals(trace: SensorTrace, settings: Settings) -> Iterator[str]:
     device, dead, reading = trace.indexed.recording.device, dead_axes(trace), static_reading(trace)
-    unit, rate_unit = implied_acceleration_unit(reading, device), angular_rate_unit(trace)
+    unit = implied_acceleration_unit(reading, device, settings.gravity)
+    rate_unit = angular_rate_unit(trace, settings.turning_hz)
     if dead:
         yield f"dead axes: {', '.join(dead)}"
     if not math.isfinite(reading):

@@ -46,13 +46,13 @@ def static_reading(trace: SensorTrace) -> float:
     return float(np.median(size[np.isfinite(size)])) if np.isfinite(size).any() else math.nan
 
 
-def angular_rate_unit(trace: SensorTrace) -> str:
+def angular_rate_unit(trace: SensorTrace, below_hz: float) -> str:
     """The unit in which the angular rate explains how gravity turns, or "unclear" where nothing turns."""
     known = np.isfinite(trace.specific_force).all(axis=1) & np.isfinite(trace.angular_rate).all(axis=1)
     if known.sum() < FEWEST_ROWS or not math.isfinite(trace.rate_hz) or trace.rate_hz <= 0:
         return "unclear"
     rate = trace.angular_rate[known] - trace.bias()
-    ratio = turning_ratio(trace.specific_force[known], rate, trace.rate_hz)
+    ratio = turning_ratio(trace.specific_force[known], rate, trace.rate_hz, below_hz)
     return implied_angular_rate_unit(ratio, declared_rate_unit(trace.indexed.recording.device.gyroscope_unit))
 
 

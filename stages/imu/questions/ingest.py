@@ -54,7 +54,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
             if options.store is not None:
                 file = open_until_read.enter_context(asking.new_file(options.store))
                 read = stored(read, open_until_read.enter_context(DatabaseWriter(file)))
-            for trial in trials(read, parameters, asking.progress):
+            for trial in trials(read, parameters.read, asking.progress):
                 sensors.extend(trial.reports)
                 runs.append(trial.report())
                 if options.export is not None or not taken:

@@ -51,13 +51,16 @@ def _counts(device: Device, full_scale: float | None, key: str) -> float:
     return float(2 ** (device.bits - 1))
 
 
-def implied_acceleration_unit(static_magnitude: float, device: Device) -> str:
-    """The unit in which a static reading is gravity: g, m/s^2, mg, counts (with the full scale), or "none"."""
-    candidates = {unit: STANDARD_GRAVITY / size for unit, size in ACCELERATION_UNITS.items() if size}
+def implied_acceleration_unit(static_magnitude: float, device: Device, gravity: float = STANDARD_GRAVITY) -> str:
+    """The unit in which a static reading is gravity [m/s^2]: g, m/s^2, mg, counts (with the full scale), or "none"."""
+    candidates = {unit: gravity / size for unit, size in ACCELERATION_UNITS.items() if size}
     largest = 2 ** ((device.bits or 16) - 1)
     for full_scale in sorted({device.accelerometer_range_g or 4.0, *USUAL_RANGES_G}):
-        candidates[f"counts of {full_scale:g} g full scale"] = largest / full_scale
+        candidates[f"counts of {full_scale:g} g full scale"] = largest / full_scale * (gravity / STANDARD_GRAVITY)
     near = {unit: abs(static_magnitude / size - 1) for unit, size in candidates.items()}
+    declared = f"counts of {device.accelerometer_range_g or 0:g} g full scale"
+    if near.get(declared, math.inf) < GAIN_TOLERANCE:
+        return declared  # of ranges as near as a gain's error the one that is said
     unit = min(near, key=lambda name: near[name] if math.isfinite(near[name]) else math.inf)
     return unit if near[unit] < GAIN_TOLERANCE else "none"
 
@@ -70,7 +73,7 @@ def agrees_with_gravity(implied: str, device: Device) -> bool:
 
 
 def turning_ratio(
-    specific_force: np.ndarray, angular_rate: np.ndarray, rate_hz: float, cut_off_hz: float = 2.0
+    specific_force: np.ndarray, angular_rate: np.ndarray, rate_hz: float, cut_off_hz: float
 ) -> float:
     """How fast gravity turns in the sensor's axes over how fast the angular rate says it does; NaN without motion.
 

@@ -75,7 +75,7 @@ def report_sensor(
     """What one recording is worth; `rows` and `missing` are counted in the source, before any repair."""
     indexed, clock, device = trace.indexed, trace.clock, trace.indexed.recording.device
     reading = static_reading(trace)
-    unit = implied_acceleration_unit(reading, device)
+    unit = implied_acceleration_unit(reading, device, settings.gravity)
     batches = batch_sizes(indexed)
     refused = tuple(one.sentence for one in refusals)
     remarks = () if frame is not None or refused else ("no still stand: the frame cannot be found",)
@@ -114,7 +114,7 @@ def report_sensor(
         static_reading=reading,
         static_gain=reading * trace.scale.acceleration / settings.gravity,
         acceleration_unit=unit,
-        angular_rate_unit=angular_rate_unit(trace),
+        angular_rate_unit=angular_rate_unit(trace, settings.turning_hz),
         swing_residual_deg=frame.swing_residual_deg if frame else math.nan,
         swing_share=frame.swing_share if frame else math.nan,
         mounting_deg=frame.mounting_deg if frame else math.nan,

@@ -11,7 +11,7 @@ import numpy as np
 from stages.imu.errors import printable
 from stages.imu.judgement.of_run import verdict_on
 from stages.imu.judgement.verdict import Refusal, Verdict
-from stages.imu.parameters import Parameters
+from stages.imu.parameters import Reading
 from stages.imu.reports.run_report import Evidence, RunReport
 from stages.imu.reports.sensor_report import SensorReport
 from stages.imu.result import LegMotion
@@ -80,7 +80,7 @@ class Trial:
 
 
 def read_trial(
-    experiment: Experiment, recordings: tuple[Recording, ...], parameters: Parameters
+    experiment: Experiment, recordings: tuple[Recording, ...], parameters: Reading
 ) -> Trial:
     """Take one run from raw rows to registered strides and a verdict."""
     settings, limits = parameters.settings, parameters.limits

@@ -38,7 +38,7 @@ def evidence_of(
         direction, fit, scale = lever_of(grid, seen["hip"], seen["foot"], strikes, settings.grid_rate_hz)
     turning, symmetry, gravity = {}, {}, {}
     for place, sensor in sensors.items():
-        turning[place] = turning_of(sensor.force, sensor.rate, sensor.trace.rate_hz)
+        turning[place] = turning_of(sensor.force, sensor.rate, sensor.trace.rate_hz, settings.turning_hz)
         if not len(bounds) or not len(grid):
             continue
         angle = angle_on(grid, place, seen, sensor, settings)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from stages.biped.walk import SENSOR_SIGNALS
-from stages.imu.parameters import Parameters, Settings
+from stages.imu.parameters import Reading, Settings
 from stages.imu.result import LegMotion
 from stages.imu.strikes.heel_strikes import NO_STRIKES, find_heel_strikes
 from stages.imu.strikes.impact_onset import Samples, at_onsets, lift_after
@@ -55,7 +55,7 @@ def samples_of(sensor: BodySensor, axes: list[int]) -> Samples:
 
 
 def leg_of(
-    sensors: dict[str, BodySensor], strikes: HeelStrikes, corner_hz: float, parameters: Parameters
+    sensors: dict[str, BodySensor], strikes: HeelStrikes, corner_hz: float, parameters: Reading
 ) -> LegMotion:
     """The leg's motion from the rates of all sensors, where several see it from their mean; toe-off from the foot's."""
     settings = parameters.settings

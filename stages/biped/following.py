@@ -1,0 +1,29 @@
+"""Settings that are null follow the robot: what was chosen for Table 1's, in each one's own time.
+
+Rates go with its quickness, the inverse of a pendulum's time sqrt(leg length / gravity); forces felt go with gravity.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import TYPE_CHECKING, TypeVar
+
+from stages.biped.design import Biped
+
+#: Type of a number that is null in its file and a number wherever it is used.
+Following = float if TYPE_CHECKING else float | None
+#: Leg length [m] of Table 1, and the gravity [m/s^2] under which settings were chosen for it.
+LEG_LENGTH, GRAVITY = 0.333, 9.81
+S = TypeVar("S")
+
+
+def quickness(biped: Biped, gravity: float) -> float:
+    """How many times as quick as Table 1's a pendulum as long as a robot's leg is; one for Table 1's own."""
+    return math.sqrt(gravity / biped.leg_length / (GRAVITY / LEG_LENGTH))
+
+
+def followed(section: S, **values: float) -> S:
+    """Parameters of a file with these values in place of nulls."""
+    given: dict[str, object] = {key: value for key, value in values.items() if getattr(section, key) is None}
+    return dataclasses.replace(section, **given)  # type: ignore[type-var]

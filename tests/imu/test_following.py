@@ -1,0 +1,57 @@
+"""What is null in imu.yaml and campaign.yaml follows the robot: Table 1's to the bit, others' by their own time."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import pytest
+
+from pipeline.study import locate
+from stages.imu.sources.units import implied_acceleration_unit
+from tests.imu.stand_in import device
+
+ROOT = Path(__file__).parents[2]
+SENSOR = ("rate_hz", "bandwidth_hz", "accelerometer_range_g", "gyroscope_range_deg_s")
+
+
+def values(*settings):
+    found = locate(start=ROOT, settings=settings).parameters(("campaign", "imu", "calibration"))
+    sensor, read = found["campaign"].sensor, found["imu"].read
+    assert found["calibration"].sensor == sensor and found["calibration"].ingest.read == read
+    return ([getattr(sensor, name) for name in SENSOR], found["campaign"].push_s,
+            [read.settings.gravity, read.settings.grid_rate_hz, read.settings.slowest_step_hz,
+             read.settings.fastest_step_hz],
+            [read.limits.lever_arm, read.drawing.leg_length, read.drawing.foot_radius])  # fmt: skip
+
+
+def test_of_table_1_they_are_what_they_were():
+    assert values() == ([100.0, 40.0, 4.0, 2000.0], 0.4, [9.81, 200.0, 0.8, 4.0], [0.233, 0.335, 0.085])
+
+
+def test_of_a_robot_four_times_as_long_they_take_twice_as_long():
+    sensor, push, windows, drawing = values("biped.leg_length=1.332", "biped.foot_radius=0.332", "biped.foot_com=0.4")
+    assert sensor == pytest.approx([50.0, 20.0, 4.0, 1000.0], rel=1e-14) and push == pytest.approx(0.8, rel=1e-14)
+    assert windows == pytest.approx([9.81, 100.0, 0.4, 2.0], rel=1e-14)
+    assert drawing == pytest.approx([0.932, 1.334, 0.334], rel=1e-14), "the outsole is campaign.yaml's"
+
+
+def test_under_another_gravity_forces_follow_it():
+    sensor, _, windows, _ = values("ground.gravity=2.4525")
+    assert sensor == pytest.approx([50.0, 20.0, 1.0, 1000.0], rel=1e-14) and windows[0] == 2.4525
+
+
+def test_what_a_file_gives_stays():
+    sensor, push, windows, drawing = values(
+        "ground.gravity=1.62", "campaign.rate_hz=200", "campaign.accelerometer_range_g=8", "campaign.push_s=0.3",
+        "imu.gravity=9.81", "imu.lever_arm=0.2")
+    assert sensor[:3] == [200.0, 80.0, 8.0] and (push, windows[0], drawing[0]) == (0.3, 9.81, 0.2)
+
+
+@pytest.mark.parametrize("gravity", [1.62, 9.81, 15.0])
+def test_a_reading_at_rest_is_gravity_where_the_robot_walks(gravity):
+    """Counts of a full scale that is no usual one, off by a gain's error."""
+    sensor = dataclasses.replace(device("hip"), accelerometer_range_g=4.0 * gravity / 9.81)
+    counts = 1.02 * gravity / 9.80665 * 2**15 / sensor.accelerometer_range_g
+    said = f"counts of {sensor.accelerometer_range_g:g} g full scale"
+    assert implied_acceleration_unit(counts, sensor, gravity) == said
