@@ -23,12 +23,14 @@ class BlocksDoNotFit(ValueError):
 class Ramp:
     """Blocks on a slope: `lanes` along x of the inner and the outer pair, number of `sets`.
 
-    `width` [m] is a block's across the slope; its middle lies under the middle of a foot, at |z| = `tracks` (2,) [m].
+    `length` [m] is the ramp's, `width` [m] a block's across the slope; its middle lies under the middle of a foot, at
+    |z| = `tracks` (2,) [m].
     """
 
     lanes: tuple[Lane, Lane]
     sets: int
     width: float
+    length: float
     tracks: tuple[float, float]
 
     @property
@@ -79,5 +81,6 @@ def lay_blocks(settings: Settings, step_length: float) -> Ramp:
         lanes=lanes(step, settings.block_length),
         sets=settings.block_sets,
         width=settings.block_width,
+        length=settings.ramp_length,
         tracks=(settings.inner_lane, settings.outer_lane),
     )

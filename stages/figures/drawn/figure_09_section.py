@@ -10,12 +10,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
+from matplotlib.ticker import MaxNLocator
 
 from stages.drawing import style
 from stages.figures.robot import view
-from stages.figures.robot.bodies import COLOURS, TINTS, by_group, tinted
+from stages.figures.robot.bodies import COLOURS, TINTS, of_twin, tinted
 from stages.figures.robot.section import Cut, cuts
-from stages.twin.exports.seen import shown_parts
+from stages.twin.exports.seen import size, solid_parts
 from stages.twin.machine.parts import Part
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ TITLE = "Figure 9: the design and a section of the hip"
 PLACE = 9
 INPUTS = ()
 AZIMUTH, ELEVATION = np.radians(38.0), np.radians(18.0)
-#: The section shows what lies above this height below the hip axis [m], and a margin around.
+#: The section shows what lies above this height below the hip axis [m], and a margin around, for a leg of `seen.LEG`.
 BELOW, MARGIN = 0.07, 0.012
 
 
@@ -44,15 +45,15 @@ def _rectangle(cut: Cut, **look: Any) -> Rectangle:
     return Rectangle((1e3 * cut.z, 1e3 * cut.y), 1e3 * cut.width, 1e3 * cut.height, **look)
 
 
-def numbered(parts: Iterable[Part]) -> list[tuple[Part, np.ndarray]]:
-    """Parts of the frames that are cut above `BELOW`, from the middle outwards, and a point (2,) [m] in each cut."""
+def numbered(parts: Iterable[Part], below: float) -> list[tuple[Part, np.ndarray]]:
+    """Parts of frames that are cut above `below` [m], from the middle outwards, and a point (2,) [m] in each cut."""
     found = []
     for part in parts:
         solid = [cut for cut in cuts(part) if cut.solid and cut.z + cut.width / 2 >= -1e-9]
         if part.group.endswith("frame") and solid:
             cut = max(solid, key=lambda each: each.y)
             shifted = 0.5 if cut.z + cut.width / 2 > 1e-9 else 0.61  # a part in the middle is named beside it
-            found.append((part, np.array([cut.z + shifted * cut.width, max(cut.y + 0.5 * cut.height, -0.8 * BELOW)])))
+            found.append((part, np.array([cut.z + shifted * cut.width, max(cut.y + 0.5 * cut.height, -0.8 * below)])))
     return sorted(found, key=lambda each: (round(float(each[1][0]), 4), each[0].name))
 
 
@@ -65,23 +66,24 @@ def draw(given: Given) -> Figure:
     whole, hip, key = (panels[name] for name in ("whole", "hip", "key"))
     camera = view.Camera(AZIMUTH, ELEVATION, 0.0)
     natural = biped.leg_length + twin.outsole
-    view.paint(whole, camera, [view.upright(natural).robot(by_group(shown_parts(twin, biped)))])
+    view.paint(whole, camera, [view.upright(natural).robot(of_twin(twin, biped))])
     view.frame(whole)
     style.panel_label(whole, "a")
-    parts = [part for part in twin.bill(biped) if part.shape != "point"]
+    parts = [part for part in solid_parts(twin, biped) if part.shape != "point"]
+    below, margin = BELOW * size(biped), MARGIN * size(biped)
     draw_section(hip, parts)
     reach = max(max(abs(cut.z), abs(cut.z + cut.width)) for part in parts for cut in cuts(part))
     top = max(cut.y + cut.height for part in parts for cut in cuts(part))
-    named = numbered(parts)
+    named = numbered(parts, below)
     for number, ((_, at), place) in enumerate(zip(named, np.linspace(-0.02, 1.04 * reach, len(named))), 1):
         x, y = 1e3 * at
-        hip.annotate(str(number), (x, y), (1e3 * place, 1e3 * (top + MARGIN)), ha="center", va="bottom", fontsize=7,
+        hip.annotate(str(number), (x, y), (1e3 * place, 1e3 * (top + margin)), ha="center", va="bottom", fontsize=7,
                      arrowprops={"arrowstyle": "-", "linewidth": 0.5, "shrinkA": 0, "shrinkB": 0})  # fmt: skip
         hip.plot(x, y, "o", color="#222222", markersize=1.8, zorder=4)
     hip.plot([-1e3 * reach - 8, 1e3 * reach + 8], [0, 0], color="black", linewidth=0.6, linestyle=(0, (8, 2, 1, 2)))
-    hip.set_yticks(np.arange(-50, 26, 25))
+    hip.yaxis.set_major_locator(MaxNLocator(5))
     hip.set_xlim(-1e3 * reach - 10, 1e3 * reach + 10)
-    hip.set_ylim(-1e3 * BELOW, 1e3 * (top + 2 * MARGIN))
+    hip.set_ylim(-1e3 * below, 1e3 * (top + 2 * margin))
     hip.set_aspect("equal")
     hip.set_xlabel("along the hip axis [mm]")
     hip.set_ylabel("above the hip axis [mm]")
@@ -101,10 +103,15 @@ def draw(given: Given) -> Figure:
 
 
 def caption(given: Given) -> str:
-    parts = given.parameters.twin.bill(given.parameters.biped)
-    pieces = sum(part.pieces for part in parts)
+    twin, biped = given.parameters.twin, given.parameters.biped
+    parts, rule = twin.bill(biped), twin.bill_rule(biped)
+    count = sum(part.pieces for part in parts)
+    if not parts:
+        return ("The twin without parts, as twin.inertia is planar: point masses at the hip and at the feet, on rods "
+                "that only join them, and the frontal section through the hip axis.")  # fmt: skip
+    pieces = f"{count} pieces of assumed size and mass{', ' * bool(rule)}{rule}"
     return (
-        f"The twin as its bill of {len(parts)} rows makes it, {pieces} pieces of assumed size and mass, and the "
+        f"The twin as its bill of {len(parts)} rows makes it, {pieces}, and the "
         "frontal section through the hip axis. What is inside the bearings turns with the shaft and the inner legs; "
         "the outer legs turn on it. Dashed: parts before and behind the section. Thin rods in the drawing are no parts."
     )

@@ -1,4 +1,4 @@
-"""Figure 10: the twin walking down its ramp, every part of its bill where the walk has it, and its phase portraits."""
+"""Figure 10: the twin walking down its ramp, every part where the walk has it, and its phase portraits."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 
 from stages.drawing import style
 from stages.figures.robot import view
-from stages.figures.robot.bodies import COLOURS, SMALL, by_group
+from stages.figures.robot.bodies import COLOURS, SMALL, of_twin
 from stages.twin.exports.blocks import laid
-from stages.twin.exports.seen import shown_parts
+from stages.twin.exports.seen import size, what_is_drawn
 
 if TYPE_CHECKING:
     from stages.figures.inputs import Given
@@ -37,14 +37,15 @@ def draw_walk(axes: Axes, given: Given) -> None:
     period = given.twin.settling.step_frequency_hz**-1
     times = walk.time[0] + STEPS_APART * period * np.arange(POSES)
     times = times[times <= walk.time[-1]]
-    bodies, natural = by_group(shown_parts(twin, biped), SMALL), biped.leg_length + twin.outsole
-    poses = [view.pose_at(walk, time, natural) for time in times]
+    bodies, natural, large = of_twin(twin, biped, SMALL), biped.leg_length + twin.outsole, size(biped)
+    end = ramp.steps * ramp.step
+    poses = [pose for pose in (view.pose_at(walk, time, natural) for time in times) if pose.hip[0] <= end]
     edge = ramp.tracks[1] + 0.6 * ramp.width
-    view.paint(axes, camera, [view.deck(-0.16, (ramp.sets - 1) * ramp.step + 0.1, edge), view.blocks(ramp)])
-    for pose, time in zip(poses, times, strict=True):
+    view.paint(axes, camera, [view.deck(-0.16 * large, end + 0.1 * large, edge), view.blocks(ramp)])
+    for pose, time in zip(poses, times):
         view.paint(axes, camera, [pose.robot(bodies)])
-        x, y = camera.spot(np.array([pose.hip[0], 0.0, edge + 0.02]))
-        axes.text(x, y - 0.075, f"{time - walk.time[0]:.2f} s", ha="center", va="top", fontsize=7)
+        x, y = camera.spot(np.array([pose.hip[0], 0.0, edge + 0.02 * large]))
+        axes.text(x, y - 0.075 * large, f"{time - walk.time[0]:.2f} s", ha="center", va="top", fontsize=7)
     view.frame(axes)
 
 
@@ -62,8 +63,8 @@ def draw(given: Given) -> Figure:
     upper.legend(loc="outside upper right", ncols=2)
     portraits = lower.subplots(1, 2, sharey=True)
     strikes = walk.heel_strike_time[walk.heel_strike_leg == 0]
-    settled = walk.time >= strikes[-2]
-    settled &= walk.time <= strikes[-1]
+    begin, end = strikes[-2:] if len(strikes) > 1 else (np.inf, np.inf)
+    settled = (walk.time >= begin) & (walk.time <= end)
     for pair, (axes, name) in enumerate(zip(portraits, LEG_NAMES, strict=True)):
         angle, rate = np.degrees(walk.leg_angle[:, pair]), walk.leg_rate[:, pair]
         axes.plot(angle, rate, color="#BBBBBB", linewidth=0.6, label="transient")
@@ -81,8 +82,10 @@ def caption(given: Given) -> str:
     settling = given.twin.settling
     settled = settling.steps_to_settle >= 0
     when = f"settles after step {settling.steps_to_settle}" if settled else "does not settle"
+    twin, biped = given.parameters.twin, given.parameters.biped
+    bodies = "" if twin.inertia == "planar" else ", bodies with inertia from an assumed bill of parts"
     return (
-        f"Poses {STEPS_APART:g} steps apart on the ramp's stepping blocks, where the walk had them. Four feet, paired "
-        f"legs, bodies with inertia from an assumed bill of parts. From the simple model's gait the "
+        f"Poses {STEPS_APART:g} steps apart on the ramp's stepping blocks, where the walk had them: "
+        f"{what_is_drawn(twin, biped).rstrip(',')}. Four feet, paired legs{bodies}. From the simple model's gait the "
         f"twin {when} and walks at {settling.step_frequency_hz:.4f} Hz."
     )

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 
 from stages.drawing import style
 from stages.figures.robot import view
-from stages.figures.robot.bodies import SMALL, by_group
+from stages.figures.robot.bodies import SMALL, of_twin
 from stages.twin.exports.blocks import laid
-from stages.twin.exports.seen import shown_parts
+from stages.twin.exports.seen import size
 
 if TYPE_CHECKING:
     from stages.figures.inputs import Given
@@ -24,7 +24,7 @@ INPUTS = ("twin", "analytic")
 AZIMUTH, ELEVATION = np.radians(46.0), np.radians(20.0)
 #: Where the robot stands, as a part of the ramp's steps.
 ALONG = 0.55
-#: Of a sensor: its name, and where its words stand from it on the page [m].
+#: Of a sensor: its name, and where its words stand from it on the page [m], for a leg of `seen.LEG`.
 WORDS = {"hip sensor": (0.16, 0.10), "foot sensor": (0.30, 0.10)}
 
 
@@ -33,7 +33,7 @@ def draw(given: Given) -> Figure:
     walk, twin, biped = given.twin.walk, given.parameters.twin, given.parameters.biped
     ramp = laid(twin, given.analytic.gait.step_length_m)
     camera = view.Camera(AZIMUTH, ELEVATION, given.parameters.slope.angle)
-    natural = biped.leg_length + twin.outsole
+    natural, large = biped.leg_length + twin.outsole, size(biped)
     moment = walk.time[0] + ALONG * (walk.time[-1] - walk.time[0])
     pose = view.pose_at(walk, float(moment), natural)
     stride = 2.0 * ramp.step
@@ -41,13 +41,14 @@ def draw(given: Given) -> Figure:
     pose = view.Pose(pose.hip - [back, 0.0], pose.angle, pose.slide)
     edge = ramp.tracks[1] + 0.8 * ramp.width
     figure, axes = plt.subplots(figsize=(style.TWO_COLUMNS, 3.3))
-    spare = 0.5 * (twin.ramp_length - ramp.steps * ramp.step)
+    spare = 0.5 * (ramp.length - ramp.steps * ramp.step)
     view.paint(axes, camera, [
         view.deck(-spare, ramp.steps * ramp.step + spare, edge),
         view.blocks(ramp),
-        pose.robot(by_group(shown_parts(twin, biped), SMALL)),
+        pose.robot(of_twin(twin, biped, SMALL)),
     ])  # fmt: skip
-    for name, words in WORDS.items():
+    for name, (ahead, above) in WORDS.items():
+        words = large * ahead, large * above
         foot = name == "foot sensor"
         place = twin.foot_sensor(biped.foot_com - biped.leg_length) if foot else twin.hip_socket
         group = "inner_foot" if foot else "inner_frame"
@@ -55,12 +56,12 @@ def draw(given: Given) -> Figure:
         axes.annotate(name, camera.spot(point), camera.spot(point, words), ha="center", va="bottom", fontsize=8,
                       arrowprops={"arrowstyle": "-|>", "linewidth": 0.7, "color": "black", "shrinkA": 0})  # fmt: skip
     for number in (0, ramp.sets - 1):
-        x, y = camera.spot(np.array([number * ramp.step, 0.0, edge + 0.07]))
-        axes.text(x, y - 0.02, f"set {number + 1}", ha="center", va="top", fontsize=8)
-    start = np.array([0.35, 0.0, edge + 0.14])
-    view.arrows(axes, camera, start, np.array([[0.4], [0.0], [0.0]]), ("",), color="black", linewidth=0.8)
+        x, y = camera.spot(np.array([number * ramp.step, 0.0, edge + 0.07 * large]))
+        axes.text(x, y - 0.02 * large, f"set {number + 1}", ha="center", va="top", fontsize=8)
+    start = np.array([0.35 * large, 0.0, edge + 0.14 * large])
+    view.arrows(axes, camera, start, np.array([[0.4 * large], [0.0], [0.0]]), ("",), color="black", linewidth=0.8)
     x, y = camera.spot(start)
-    axes.text(x - 0.02, y, "walks", ha="right", va="center", fontsize=8)
+    axes.text(x - 0.02 * large, y, "walks", ha="right", va="center", fontsize=8)
     view.frame(axes)
     return figure
 
@@ -69,7 +70,7 @@ def caption(given: Given) -> str:
     twin = given.parameters.twin
     ramp = laid(twin, given.analytic.gait.step_length_m)
     return (
-        f"The ramp of {twin.ramp_length:g} m at {np.degrees(given.parameters.slope.angle):.3g}° with {ramp.sets} sets "
+        f"The ramp of {ramp.length:.4g} m at {np.degrees(given.parameters.slope.angle):.3g}° with {ramp.sets} sets "
         f"of stepping blocks, {1e3 * ramp.step:.0f} mm apart, for inner and outer feet in turn: a swinging foot goes "
         "down through the gaps of its own lanes. One sensor is at the hip, one on an inner foot."
     )

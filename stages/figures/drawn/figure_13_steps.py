@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from stages.biped.walk import Walk
 from stages.drawing import style
 from stages.figures.robot import view
-from stages.figures.robot.bodies import SMALL, by_group
+from stages.figures.robot.bodies import SMALL, of_twin
 from stages.twin.exports.blocks import laid
-from stages.twin.exports.seen import shown_parts
+from stages.twin.exports.seen import size
 
 if TYPE_CHECKING:
     from stages.figures.inputs import Given
@@ -24,7 +24,8 @@ CLAIMS = ("twin_settles",)
 INPUTS = ("twin", "analytic")
 STEPS = 6
 AZIMUTH, ELEVATION = np.radians(24.0), np.radians(14.0)
-#: Half the width of what one picture shows, and how far it goes below and above the ground [m].
+#: Half the width of what one picture shows, and how far it goes below and above the ground [m] for a leg of `seen.LEG`;
+#: farther where the robot needs it.
 WINDOW, BELOW, ABOVE = 0.165, 0.085, 0.40
 #: When a step is shown: this part of it after its heel strike.
 PHASE = 0.2
@@ -41,18 +42,24 @@ def draw(given: Given) -> Figure:
     walk, twin, biped = given.twin.walk, given.parameters.twin, given.parameters.biped
     ramp = laid(twin, given.analytic.gait.step_length_m)
     camera = view.Camera(AZIMUTH, ELEVATION, given.parameters.slope.angle)
-    bodies, natural = by_group(shown_parts(twin, biped), SMALL), biped.leg_length + twin.outsole
+    bodies, natural, large = of_twin(twin, biped, SMALL), biped.leg_length + twin.outsole, size(biped)
+    poses = [view.pose_at(walk, float(time), natural) for time in moments(walk)]
+    robots = [pose.robot(bodies) for pose in poses]
+    middles = [camera.page(np.array([pose.hip[0], 0.0, 0.0])) for pose in poses]  # on the page, on the ground
+    reach = [camera.page(robot.corners) - middle for robot, middle in zip(robots, middles)]
+    half = 1.02 * max([WINDOW * large / 1.02, *(abs(each[..., 0]).max() for each in reach)])
+    below = 1.02 * max([BELOW * large / 1.02, *(-each[..., 1].min() for each in reach)])
+    above = 1.02 * max([ABOVE * large / 1.02, *(each[..., 1].max() for each in reach)])
     edge = ramp.tracks[1] + 0.8 * ramp.width
     figure, panels = plt.subplots(1, STEPS, figsize=(style.TWO_COLUMNS, 1.95))
     for number, (axes, time) in enumerate(zip(panels, moments(walk)), 1):
-        pose = view.pose_at(walk, float(time), natural)
-        x = pose.hip[0]
-        near = max(0, int(np.ceil((x - 3 * WINDOW) / ramp.step))), int((x + 3 * WINDOW) / ramp.step)
-        view.paint(axes, camera, [view.deck(x - 0.6, x + 0.6, edge), view.blocks(ramp, *near), pose.robot(bodies)])
+        x, (centre, ground) = poses[number - 1].hip[0], middles[number - 1]
+        near = max(0, int(np.ceil((x - 3 * half) / ramp.step))), int((x + 3 * half) / ramp.step)
+        board = view.deck(x - 0.6 * half / WINDOW, x + 0.6 * half / WINDOW, edge)
+        view.paint(axes, camera, [board, view.blocks(ramp, *near), robots[number - 1]])
         view.frame(axes)
-        centre, ground = camera.spot(np.array([x, 0.0, 0.0]))
-        axes.set_xlim(centre - WINDOW, centre + WINDOW)
-        axes.set_ylim(ground - BELOW, ground + ABOVE)
+        axes.set_xlim(centre - half, centre + half)
+        axes.set_ylim(ground - below, ground + above)
         axes.set_title(f"step {number}, {time - walk.time[0]:.2f} s", fontsize=7)
     for axes in panels[len(moments(walk)) :]:
         axes.set_axis_off()

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 
 from stages.drawing import style
 from stages.figures.robot import view
-from stages.figures.robot.bodies import by_group
-from stages.twin.exports.seen import shown_parts
+from stages.figures.robot.bodies import of_twin
+from stages.twin.exports.seen import size
 
 if TYPE_CHECKING:
     from stages.figures.inputs import Given
@@ -22,7 +22,7 @@ INPUTS = ("twin", "imu")
 AZIMUTH, ELEVATION = np.radians(35.0), np.radians(20.0)
 #: When in the walk the robot is shown: this part of the step after the second heel strike.
 PHASE = 0.25
-#: Half the width of a close view, and length of an arrow in it and in the whole [m].
+#: Half the width of a close view, and length of an arrow in it and in the whole [m], for a leg of `seen.LEG`.
 WINDOW, CLOSE, WHOLE = 0.062, 0.036, 0.085
 #: Length of the sensors' own axes in a close view [m]: shorter, as one may lie on one of the others.
 OWN_LENGTH = 0.024
@@ -35,7 +35,8 @@ def draw(given: Given) -> Figure:
     walk, twin, biped = given.twin.walk, given.parameters.twin, given.parameters.biped
     camera = view.Camera(AZIMUTH, ELEVATION, given.parameters.slope.angle)
     pose = view.pose_at(walk, view.moment(walk, PHASE), biped.leg_length + twin.outsole)
-    robot = pose.robot(by_group(shown_parts(twin, biped)))
+    robot = pose.robot(of_twin(twin, biped))
+    large, window = size(biped), size(biped) * WINDOW
     run, foot = given.imu.runs[0], twin.foot_sensor(biped.foot_com - biped.leg_length)
     sensors = (
         ("foot sensor", pose.point(foot, "inner_foot"), run.foot.rotation),
@@ -44,19 +45,19 @@ def draw(given: Given) -> Figure:
     figure, (whole, *near) = plt.subplots(1, 3, figsize=(style.TWO_COLUMNS, 2.9), width_ratios=(0.9, 1.0, 1.0))
     view.paint(whole, camera, [robot], strength=0.45)
     for _, place, _ in sensors:
-        view.arrows(whole, camera, place, WHOLE * pose.axes(0), NAMES, color="black", linewidth=0.9)
+        view.arrows(whole, camera, place, large * WHOLE * pose.axes(0), NAMES, color="black", linewidth=0.9)
     view.frame(whole)
     style.panel_label(whole, "a")
     for axes, letter, (name, place, rotation) in zip(near, "bc", sensors, strict=True):
         view.paint(axes, camera, [robot], strength=0.5)
-        own = OWN_LENGTH * pose.axes(0) @ rotation
+        own = large * OWN_LENGTH * pose.axes(0) @ rotation
         view.arrows(axes, camera, place, own, ("x", "y", "z"), beside=True, color=OWN, linewidth=0.8,
                     linestyle="--")  # fmt: skip
-        view.arrows(axes, camera, place, CLOSE * pose.axes(0), NAMES, color="black", linewidth=1.1)
+        view.arrows(axes, camera, place, large * CLOSE * pose.axes(0), NAMES, color="black", linewidth=1.1)
         view.frame(axes)
         x, y = camera.spot(place)
-        axes.set_xlim(x - WINDOW, x + WINDOW)
-        axes.set_ylim(y - WINDOW, y + WINDOW)
+        axes.set_xlim(x - window, x + window)
+        axes.set_ylim(y - window, y + window)
         axes.set_title(name)
         style.panel_label(axes, letter)
     near[0].plot([], [], "--", color=OWN, linewidth=0.8, label="axes of the sensor")

@@ -8,9 +8,12 @@ from functools import cache
 
 import numpy as np
 
+from stages.biped.design import Biped
 from stages.drawing import style
+from stages.twin.exports.seen import shown_parts, size
 from stages.twin.exports.solids import Surface, piece_place, surface
 from stages.twin.machine.parts import Part
+from stages.twin.parameters import Settings
 
 #: Inner and outer pair, as in the paper.
 COLOURS = {"inner": style.SECOND, "outer": style.MULTIBODY}
@@ -18,7 +21,7 @@ COLOURS = {"inner": style.SECOND, "outer": style.MULTIBODY}
 TINTS = {"aluminium": 0.45, "steel": 0.45, "acetal": 0.6, "electronics": -0.55, "rubber": -0.7}
 #: Facets of a full circle: from near, and where the whole robot is a thumb's length on the page.
 FACETS, SMALL = 12, 8
-#: Edges longer than this [m] are cut, so that near and far triangles can be told by depth.
+#: Edges longer than this [m], for a leg of `seen.LEG`, are cut, so that near and far triangles can be told by depth.
 LONGEST = 0.11
 
 
@@ -33,7 +36,7 @@ class Faces:
 
 def joined(many: Iterable[Faces]) -> Faces:
     """Several as one."""
-    every = list(many)
+    every = [Faces(*(np.zeros((0, *shape)) for shape in ((3, 3), (3,), (3,)))), *many]
     return Faces(*(np.concatenate([getattr(one, name) for one in every])
                    for name in ("corners", "normals", "colours")))  # fmt: skip
 
@@ -44,8 +47,13 @@ def tinted(colour: str, tint: float) -> np.ndarray:
     return rgb + tint * (0.88 - rgb) if tint > 0.0 else rgb * (1.0 + tint)
 
 
+def of_twin(settings: Settings, biped: Biped, facets: int = FACETS) -> dict[str, Faces]:
+    """The triangles of the twin of a design, as `by_group` has them."""
+    return by_group(shown_parts(settings, biped), facets, LONGEST * size(biped))
+
+
 @cache
-def by_group(parts: tuple[Part, ...], facets: int = FACETS) -> dict[str, Faces]:
+def by_group(parts: tuple[Part, ...], facets: int = FACETS, longest: float = LONGEST) -> dict[str, Faces]:
     """The triangles of each rigid group, both sides of the machine; `facets` of a full circle. Several figures show the
     same: nobody may change them.
     """
@@ -56,13 +64,13 @@ def by_group(parts: tuple[Part, ...], facets: int = FACETS) -> dict[str, Faces]:
             continue
         colour = tinted(COLOURS[part.group.split("_")[0]], TINTS.get(part.material, 0.0))
         for side in (1.0, -1.0)[: part.pieces]:
-            gathered.setdefault(part.group, []).append(faces(made.moved(piece_place(part, side)), colour))
+            gathered.setdefault(part.group, []).append(faces(made.moved(piece_place(part, side)), colour, longest))
     return {group: joined(many) for group, many in gathered.items()}
 
 
-def faces(made: Surface, colour: np.ndarray) -> Faces:
-    """A surface as flat triangles of one colour, none with an edge longer than `LONGEST`."""
-    corners = cut(made.corners[made.triangles], LONGEST)
+def faces(made: Surface, colour: np.ndarray, longest: float = LONGEST) -> Faces:
+    """A surface as flat triangles of one colour, none with an edge longer than `longest` [m]."""
+    corners = cut(made.corners[made.triangles], longest)
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals = across / np.linalg.norm(across, axis=1)[:, None]
     return Faces(corners, normals, np.broadcast_to(colour, (len(corners), 3)))

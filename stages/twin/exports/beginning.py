@@ -24,5 +24,4 @@ def exported(parameters: Parameters) -> Exported:
     machine = build(biped, settings)
     start = rolling_start(machine, parameters.contact, upright, walk.standing_force)
     ramp = laid(settings, describe(walker, point).step_length_m)
-    seen = shown_parts(settings, biped) if settings.inertia == "parts" else ()
-    return Exported(machine, settings, slope, parameters.contact, start, ramp, seen)
+    return Exported(machine, settings, slope, parameters.contact, start, ramp, shown_parts(settings, biped))

@@ -1,4 +1,4 @@
-"""The ramp under a twin that walks on the plane: blocks for its steps, as many as there is room for."""
+"""The ramp under a twin that walks on the plane: blocks for its steps, and as long as they need."""
 
 from __future__ import annotations
 
@@ -17,7 +17,5 @@ def laid(settings: Settings, step_length: float) -> Ramp:
         return lay_blocks(settings, step_length)
     step = settings.expected_step or step_length
     block = min(settings.block_length, step)
-    room = 1 + int((settings.ramp_length - block) / step)
-    sets = max(2, min(settings.block_sets, room))
-    length = max(settings.ramp_length, (sets - 1) * step + block)
-    return lay_blocks(replace(settings, block_sets=sets, block_length=block, ramp_length=length), step_length)
+    length = max(settings.ramp_length, (settings.block_sets - 1) * step + block)
+    return lay_blocks(replace(settings, block_length=block, ramp_length=length), step_length)
