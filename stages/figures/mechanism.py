@@ -114,7 +114,7 @@ class DrawnLeg:
         self._spring(-BESIDE * self.length, top, bottom)
         self._damper(BESIDE * self.length, top, bottom)
         page.line([self.at(0.0, bottom), self.at(0.0, centre)], colour, 1.6)
-        half = np.arcsin(0.5 * self.chord / self.radius)
+        half = np.arcsin(min(1.0, 0.5 * self.chord / self.radius)) if self.radius else 0.0
         turn = np.linspace(-half, half, 24)
         sole = np.array([self.at(self.radius * np.sin(a), centre + self.radius * np.cos(a)) for a in turn])
         page.area(np.append(sole, self.at(0.0, centre)), colour)

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stages.drawing import style
+from stages.twin.exports.seen import size
 
 if TYPE_CHECKING:
     from stages.figures.inputs import Given
@@ -54,14 +55,15 @@ def draw(given: Given) -> Figure:
     times = np.linspace(strikes[-4], strikes[-1], SNAPSHOTS)
     rows = np.searchsorted(walk.time, times).clip(max=len(walk.time) - 1)
     figure, axes = plt.subplots(figsize=(style.TWO_COLUMNS, 2.3))
-    spread = 0.10  # consecutive snapshots overlap on the page: each is moved on by this much more than it walked
+    large = size(given.parameters.biped)
+    spread = 0.10 * large  # consecutive snapshots overlap on the page: each moves on by so much more than it walked
     origin = walk.hip_position[rows[0], 0]
     for number, row in enumerate(rows):
         hip = walk.hip_position[row] - np.array([origin, 0.0]) + np.array([number * spread, 0.0])
         draw_biped(axes, hip, walk.leg_angle[row], walk.leg_length[row], given.parameters.biped.foot_radius, slope)
-        ((x, y),) = rotated(np.array([[hip[0], -0.045]]), slope)
+        ((x, y),) = rotated(np.array([[hip[0], -0.045 * large]]), slope)
         axes.text(x, y, f"{walk.time[row] - walk.time[rows[0]]:.2f} s", ha="center", va="top", fontsize=7)
-    ground = rotated(np.array([[-0.25, 0.0], [hip[0] + 0.25, 0.0]]), slope)
+    ground = rotated(np.array([[-0.25 * large, 0.0], [hip[0] + 0.25 * large, 0.0]]), slope)
     axes.plot(ground[:, 0], ground[:, 1], color=style.GROUND, linewidth=2)
     axes.set_aspect("equal")
     axes.grid(False)

@@ -11,6 +11,7 @@ import matplotlib.pyplot as plt
 
 from stages.drawing import style
 from stages.figures.mechanism import FAINT, DrawnLeg, Page, formula, listed, spiral, svg_for_both
+from stages.twin.exports.seen import size as size_of
 
 if TYPE_CHECKING:
     from stages.figures.inputs import Given
@@ -29,7 +30,8 @@ DARK = {INK: "#E8E8E8", FIRST: "#56B4E9", OTHER: "#FF9A5C", style.GROUND: "#C9A3
 
 def draw(given: Given) -> str:
     """Two bipeds of the study's lengths: with the paper's symbols, and with those that a detailed design adds."""
-    biped, chord = given.parameters.biped, given.parameters.twin.outsole_arc
+    biped = given.parameters.biped
+    chord = given.parameters.twin.outsole_arc * size_of(biped)
     figure, panels = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 2.5), width_ratios=(1.0, 1.4))
     pages = [Page(axes, SLOPE) for axes in panels]
     size = biped.leg_length, biped.foot_radius, biped.foot_com

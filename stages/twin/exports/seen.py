@@ -61,10 +61,9 @@ def outsoles(settings: Settings, biped: Biped) -> tuple[Part, ...]:
 
 def what_is_drawn(settings: Settings, biped: Biped) -> str:
     """What `shown_parts` are, in words."""
-    rule = settings.bill_rule(biped)
     if settings.inertia == "planar":
         return "its point masses, legs and round feet, as it has no parts,"
-    return f"every part of its bill{' (' * bool(rule)}{rule}{')' * bool(rule)}"
+    return "every part of its bill, made to fit the design," if settings.bill_rule(biped) else "every part of its bill"
 
 
 def solid_parts(settings: Settings, biped: Biped) -> tuple[Part, ...]:

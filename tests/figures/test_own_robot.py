@@ -1,0 +1,90 @@
+"""Pictures of a biped of one's own: its own lengths and parts, feet on the ground, the whole robot in the frame."""
+
+import dataclasses
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+from pipeline.parameters.loading import load
+from stages.drawing import style
+from stages.figures.drawn import figure, figure_03_simple_model
+from stages.figures.robot import view
+from stages.figures.robot.bodies import SMALL, by_group, of_twin
+from stages.twin.parameters import Parameters
+from tests.figures.made_up_results import given
+
+#: Leg length [m], foot radius and height of its mass as shares of it, and whether there are parts.
+ROBOTS = [(0.1, 0.25, 0.3, "parts"), (0.5, 0.25, 0.3, "planar"), (1.2, 0.6, 0.05, "parts"), (1.2, 0.0, 0.0, "planar"),
+          (0.65, 0.9, 0.8, "parts")]  # fmt: skip
+FIGURES = ("figure_03_simple_model", "figure_09_section", "figure_10_twin", "figure_12_ramp", "figure_13_steps",
+           "figure_15_sensors")  # fmt: skip
+
+
+#: Two that are drawn quickly; the others by the slow tests.
+QUICK = ("figure_10_twin", ROBOTS[3]), ("figure_13_steps", ROBOTS[1])
+CASES = [(name, one) if (name, one) in QUICK else pytest.param(name, one, marks=pytest.mark.slow)
+         for name in FIGURES for one in ROBOTS[:4]]  # fmt: skip
+
+
+@cache
+def robot(length, radius, com, inertia):
+    """Parameters of a biped of this leg length whose feet and masses are such shares of it."""
+    repository = Path(__file__).parents[2]
+    own = {"leg_length": length, "foot_radius": radius * length, "foot_com": com * length, "hip_mass": 2.0 * length}
+    settings = [*(f"biped.{key}={value!r}" for key, value in own.items()), f"twin.inertia={inertia}"]
+    return load(repository / "params", settings, {"twin": Parameters}, [Parameters])["twin"]
+
+
+def walked(name, known):
+    """What a figure is given of the made-up results, with a walk of the robot's size."""
+    shown, length = given(name), known.biped.leg_length
+    for stage in {"twin", "multibody"} & set(vars(shown)):
+        result = getattr(shown, stage)
+        walk = result.walk
+        larger = {key: getattr(walk, key) * length / 0.333 for key in ("hip_position", "leg_length")}
+        setattr(shown, stage, SimpleNamespace(**vars(result) | {"walk": dataclasses.replace(walk, **larger)}))
+    if "analytic" in vars(shown):
+        gait = SimpleNamespace(**vars(shown.analytic.gait) | {"step_length_m": 0.5 * length})
+        shown.analytic = SimpleNamespace(**vars(shown.analytic) | {"gait": gait})
+    shown.parameters = SimpleNamespace(**vars(shown.parameters) | {"biped": known.biped, "twin": known.settings})
+    return shown
+
+
+def bodies_of(known):
+    """The robot as it is drawn in space, and as the simple model."""
+    yield of_twin(known.settings, known.biped, SMALL)
+    yield by_group(figure_03_simple_model.parts(known.biped), 40)
+
+
+@pytest.mark.parametrize("shares", ROBOTS)
+def test_a_foot_that_stands_is_drawn_on_the_ground(shares):
+    known = robot(*shares)
+    length, radius = known.biped.leg_length, known.biped.foot_radius
+    for angle in (-0.3, 0.0, 0.18, 0.25):
+        hip = np.array([0.0, radius + (0.995 * length - radius) * np.cos(angle)])  # its springs are loaded
+        pose = view.Pose(hip, np.full(2, angle), np.full(2, 0.005 * length))
+        for drawn in bodies_of(known):
+            for group in ("inner_foot", "outer_foot"):
+                lowest = pose.placed(drawn[group], group).corners[..., 1].min()
+                assert abs(lowest) < 0.01 * length, (angle, group, lowest / length)
+            assert pose.robot(drawn).corners[..., 1].min() > -0.01 * length
+
+
+@pytest.mark.parametrize(("name", "shares"), CASES)
+def test_the_whole_robot_is_in_the_frame(name, shares):
+    with style.drawing():
+        picture = figure(name).draw(walked(name, robot(*shares)))
+        plt.close(picture)
+    seen = 0
+    for axes in picture.axes[: 1 if name == "figure_15_sensors" else None]:
+        painted = [one for one in axes.collections if isinstance(one, view.Triangles)]
+        for robot_s in painted[1:] if name == "figure_10_twin" else painted[-1:]:
+            for low, high, limits in zip(robot_s.corners.min(axis=(0, 1)), robot_s.corners.max(axis=(0, 1)),
+                                         (axes.get_xlim(), axes.get_ylim()), strict=True):  # fmt: skip
+                assert limits[0] <= low and high <= limits[1]
+            seen += 1
+    assert seen
