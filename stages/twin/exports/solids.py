@@ -97,7 +97,7 @@ def surface(part: Part, facets: int = ROUND) -> Surface | None:
         return box(size)
     if part.shape == "arc":
         outer, thickness, width, chord = size
-        finer = math.ceil(2.0 * outer / max(outer, outer - part.position[1]))  # within a hundredth of a leg of the round one
+        finer = math.ceil(2.0 * outer / max(outer, outer - part.position[1]))  # a hundredth of a leg off at most
         return ring(outer, outer - thickness, width, math.asin(min(1.0, 0.5 * chord / outer)), 2 * finer * facets)
     made = ring(size[0], size[1] if part.shape == "tube" else 0.0, size[-1], facets=facets)
     order = list(_AXES[part.axis])
