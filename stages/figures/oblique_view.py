@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-#: Millimetres of the page from the hip: left, top, width, height.
+#: Millimetres of the page from the hip: left, top, width, height; for a robot of size 1.
 FRAME = (-360, -110, 720, 500)
 CIRCLE = np.linspace(0.0, 2.0 * np.pi, 25)[:-1]
 
@@ -21,9 +21,9 @@ def drawing(scene: Mapping[str, Any]) -> str:
         if not row["group"].startswith("ghost")
         for place, group, tint, text in _pieces(scene, row)
     ]
-    ground = _ramp(scene["slope"], hip[1])
+    ground = _ramp(scene["slope"], hip[1], scene["size"])
     drawn = [ground, *(f'<path class="{group} {tint}" d="{text}"/>' for _, group, tint, text in sorted(shapes))]
-    box = " ".join(map(str, FRAME))
+    box = " ".join(f"{value * scene['size']:.6g}" for value in FRAME)
     return (
         f'<svg viewBox="{box}" role="img" aria-label="Drawing of the twin on its ramp">' + "".join(drawn) + "</svg>"
     )
@@ -36,8 +36,9 @@ def _page(points: np.ndarray, slope: float) -> np.ndarray:
     return 1e3 * np.column_stack([x - 0.55 * points[:, 2], -(y - 0.30 * points[:, 2])])
 
 
-def _ramp(slope: float, height: float) -> str:
-    corners = np.array([[x, -height, z] for x, z in ((-0.27, -0.13), (0.3, -0.13), (0.3, 0.13), (-0.27, 0.13))])
+def _ramp(slope: float, height: float, large: float) -> str:
+    ends = large * np.array(((-0.27, -0.13), (0.3, -0.13), (0.3, 0.13), (-0.27, 0.13)))
+    corners = np.array([[x, -height, z] for x, z in ends])
     return f'<path class="ramp" d="{_path(_page(corners, slope))}"/>'
 
 

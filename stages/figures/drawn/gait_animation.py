@@ -6,6 +6,7 @@ A fragment of a page without any outside reference; the report puts it in. Numbe
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
@@ -15,6 +16,7 @@ import numpy as np
 
 from stages.biped.walk import Walk
 from stages.drawing import style
+from stages.twin.exports.seen import size
 
 if TYPE_CHECKING:
     from stages.figures.inputs import Given
@@ -69,20 +71,29 @@ def frames(walk: Walk, time: np.ndarray) -> dict[str, list[int]]:
     }
 
 
-def content(shown: Sequence[Source], radius: float, slope: float) -> dict[str, Any]:
-    """What the animation shows: all walks over the time they have in common, `radius` [m], `slope` [rad]."""
+def content(shown: Sequence[Source], radius: float, slope: float, large: float = 1.0) -> dict[str, Any]:
+    """What the animation shows: all walks over the time they have in common, `radius` [m], `slope` [rad]; `large` as
+    `seen.size`. An arrow's length is in metres a newton, marks on the ground in metres, those of forces in newtons.
+    """
     end = min(float(source.walk.time[-1]) for source in shown)
     time = np.arange(int(end * FRAME_RATE) + 1) / FRAME_RATE
     moving = [frames(source.walk, time) for source in shown]
     loads = FORCE * np.concatenate([np.reshape(walk["force"], (-1, 2, 2))[:, :, 1].ravel() for walk in moving])
+    # Impacts reach hundreds of newtons for a millisecond: on that scale nothing else could be seen. Even times, because
+    # the walks have most of their samples around impacts.
+    highest = 1.25 * float(np.percentile(loads[loads > 0], 98))
+    step = 0.5 * 10.0 ** math.floor(math.log10(highest))
+    limit = float(step * np.ceil(highest / step))
     return {
+        "size": large,
+        "arrow": 0.24 * large / limit,
+        "gap": step * math.ceil(limit / step / 8),
+        "mark": nice(0.1 * large),
         "rate": FRAME_RATE,
         "count": len(time),
         "radius": radius,
         "slope": round(slope, 9),
-        # Impacts reach hundreds of newtons for a millisecond: on that scale nothing else could be seen. Even times,
-        # because the walks have most of their samples around impacts.
-        "limit": float(5 * np.ceil(1.25 * np.percentile(loads[loads > 0], 98) / 5)),
+        "limit": limit,
         "sources": [
             {"name": source.name, "light": source.light, "dark": source.dark, "dash": list(source.dash)}
             | {"swatch": source.swatch}
@@ -92,11 +103,19 @@ def content(shown: Sequence[Source], radius: float, slope: float) -> dict[str, A
     }
 
 
+def nice(value: float) -> float:
+    """1, 2 or 5 times a power of ten, the largest that is not above a value."""
+    power = 10.0 ** math.floor(math.log10(value * (1.0 + 1e-9)))
+    return max(share * power for share in (1, 2, 5) if share * power <= value * (1.0 + 1e-9))
+
+
 def draw(given: Given) -> str:
     """The animation as a fragment of a page."""
     page = files("stages.figures.drawn").joinpath("gait_animation.html").read_text(encoding="utf-8")
     shown = sources(given.analytic.walk, given.multibody.walk, given.twin.walk)
-    moving = content(shown, given.parameters.biped.foot_radius, given.parameters.slope.angle)
+    biped = given.parameters.biped
+    moving = content(shown, biped.foot_radius, given.parameters.slope.angle, size(biped))
+    page = page.replace("@ARROW@", f"{1e3 * moving['arrow']:.3g}").replace("@LONGEST@", f"{300 * moving['size']:.3g}")
     data = json.dumps(moving, separators=(",", ":")).replace("<", "\\u003c")
     before, _, after = page.partition(">DATA<")
     return f"{before}>{data}<{after}"

@@ -21,7 +21,7 @@ from stages.figures.drawn.gait_animation import ANGLE, FORCE, POSITION, frames
 from stages.figures.oblique_view import drawing
 from stages.figures.robot.bodies import COLOURS as PAIRS
 from stages.figures.robot.bodies import TINTS
-from stages.twin.exports.seen import SOLE, shown_parts, what_is_drawn
+from stages.twin.exports.seen import SOLE, shown_parts, size, what_is_drawn
 from stages.twin.machine.parts import FEET, FRAMES, Part
 
 if TYPE_CHECKING:
@@ -33,6 +33,8 @@ OPENS = True
 CLAIMS = ("twin_settles", "twin_like_simple", "step_frequency")
 INPUTS = ("analytic", "twin", "comparison")
 FRAME_RATE = 120  # Hz: slow motion goes between the frames
+#: Half the width of the ramp [m] under a robot of size 1.
+WIDE = 0.15
 #: The constraint model as on a dark page in `gait_animation`.
 COLOURS = {**PAIRS, "ghost": "#56B4E9"}
 
@@ -75,18 +77,18 @@ def rows(parts: tuple[Part, ...]) -> Iterator[dict[str, Any]]:
 def ghost(biped: Biped) -> tuple[Part, ...]:
     """The constraint model as solids in the mid-plane: a leg above and below its spring, a round foot, and the hip."""
     radius, centre = biped.foot_radius, biped.foot_radius - biped.leg_length
-    middle = 0.6 * centre
+    middle, large = 0.6 * centre, size(biped)
 
     def part(group: str, shape: str, axis: str, size: tuple[float, ...], height: float) -> Part:
         return Part("", group, "", shape, axis, size, 1.0, (0.0, height, 0.0), 1)
 
     shown = [
-        part("ghost_frame", "cylinder", "z", (0.016, 0.03), 0.0),
-        part("ghost_frame", "cylinder", "y", (0.005, -middle), middle / 2),
-        part("ghost_foot", "cylinder", "y", (0.007, middle - centre + radius), (middle + centre - radius) / 2),
+        part("ghost_frame", "cylinder", "z", (0.016 * large, 0.03 * large), 0.0),
+        part("ghost_frame", "cylinder", "y", (0.005 * large, -middle), middle / 2),
+        part("ghost_foot", "cylinder", "y", (0.007 * large, middle - centre + radius), (middle + centre - radius) / 2),
     ]
     if radius > 0.0:
-        shown.append(part("ghost_foot", "arc", "z", (radius, 0.1 * radius, 0.03, 2.0 * SOLE * radius), centre))
+        shown.append(part("ghost_foot", "arc", "z", (radius, 0.1 * radius, 0.03 * large, 2.0 * SOLE * radius), centre))
     return tuple(shown)
 
 
@@ -98,10 +100,13 @@ def scene(given: Given) -> dict[str, Any]:
     duration = shown["twin"].end - shown["twin"].start
     count = max(2, round(FRAME_RATE * duration))
     phase = np.arange(count) / count
+    load = np.linalg.norm(given.twin.walk.ground_reaction, axis=2).sum(axis=1)
     return {
         "count": count, "duration": round(duration, 6), "loops": shown["twin"].is_stride,
         "units": {"length": POSITION, "angle": ANGLE, "force": FORCE}, "slope": round(given.parameters.slope.angle, 9),
         "natural": {"twin": biped.leg_length + twin.outsole, "ghost": biped.leg_length},
+        "size": round(max(size(biped), (twin.outer_lane + 0.5 * twin.foot_width) / WIDE), 9),
+        "weight": float(np.median(load)) or 1.0,
         "radius": biped.foot_radius + twin.outsole, "lanes": [twin.inner_lane, twin.outer_lane],
         "groups": [*FRAMES, *FEET], "colours": COLOURS,
         "parts": list(rows((*shown_parts(twin, biped), *ghost(biped)))),

@@ -16,6 +16,6 @@ def laid(settings: Settings, step_length: float) -> Ramp:
     if settings.scene != "plane":
         return lay_blocks(settings, step_length)
     step = settings.expected_step or step_length
-    block = min(settings.block_length, step)
+    block = min(settings.block_length, 0.5 * step)
     length = max(settings.ramp_length, (settings.block_sets - 1) * step + block)
     return lay_blocks(replace(settings, block_length=block, ramp_length=length), step_length)
