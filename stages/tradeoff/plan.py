@@ -40,7 +40,7 @@ class Plan:
 
 
 def plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
-    """All plans; `analytic` gives the mid-stance and the force of its first sample.
+    """All plans; `analytic` gives the mid-stance and the force of its first sample. Few are those that claims rest on.
 
     Of a design with details the constraint model's alone. Raises WayFailed, BeyondModel for a hip that rubs.
     """
@@ -54,7 +54,8 @@ def plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
     if parameters.settings.resolution == "full":
         yield projected_plan(parameters)
     yield from penalty_plans(parameters, analytic)
-    yield twin_plan(parameters, analytic)
+    if parameters.settings.resolution != "few":
+        yield twin_plan(parameters, analytic)
 
 
 def constraint_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
@@ -62,16 +63,17 @@ def constraint_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Pla
     resolution, steps = parameters.settings.resolution, parameters.settings.walked_steps
     full, usual = resolution == "full", parameters.constraint.tolerance
     tolerances = sorted({usual, *(10.0**-n for n in range(3, 14))}, reverse=True)
-    kinds = (None,) if parameters.biped.legs == "rigid" else (None, parameters.contact.coefficients)
+    one = parameters.biped.legs == "rigid" or resolution == "few"
+    kinds = (None,) if one else (None, parameters.contact.coefficients)
     for friction in kinds:
         at = constraint_ways.scene(parameters.biped, parameters.slope, friction, analytic.mid_stance, steps)
         compiled = [constraint_ways.compiled_way(at, value, DEFAULT if value == usual else "") for value in tolerances]
         dop = constraint_ways.everywhere("DOP853")
         if friction is None and resolution != "few":
             independent = constraint_ways.scipy_way(at, "readable, SciPy DOP853", dop, 1e-12 if full else 1e-10,
-                                                    readable_rates)
+                                                    readable_rates, multiplier=True)
         else:
-            independent = constraint_ways.scipy_way(at, "SciPy DOP853", dop, 1e-12, multiplier=resolution != "few")
+            independent = constraint_ways.scipy_way(at, "SciPy DOP853", dop, 1e-12)
         if friction is None:
             compiled += scipy_ways(at, resolution)
         tight = [constraint_ways.compiled_way(at, value) for value in (1e-14, 1e-13)]
@@ -89,10 +91,9 @@ def detailed_plan(parameters: Parameters, biped: Biped) -> Plan:
     at = constraint_ways.detailed_scene(biped, parameters.slope, parameters.settings.walked_steps)
     tolerances = sorted({usual, *(10.0**-n for n in range(3, 14))}, reverse=True)
     ways = [constraint_ways.compiled_way(at, value, DEFAULT if value == usual else "") for value in tolerances]
-    ways += [constraint_ways.scipy_way(at, "SciPy DOP853", dop, value, multiplier=False)
-             for value in (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)]
+    ways += [constraint_ways.scipy_way(at, "SciPy DOP853", dop, value) for value in (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)]
     tight = [constraint_ways.compiled_way(at, value) for value in (1e-14, 1e-13)]
-    independent = constraint_ways.scipy_way(at, "readable, SciPy DOP853", dop, 1e-12, readable_rates, multiplier=False)
+    independent = constraint_ways.scipy_way(at, "readable, SciPy DOP853", dop, 1e-12, readable_rates)
     return Plan(tight[0], tight[1], independent, tuple(ways))
 
 
@@ -105,13 +106,12 @@ def scipy_ways(at: constraint_ways.Scene, resolution: str) -> list[Way]:
         "Radau": (1e-4, 1e-6, 1e-8) if full else (),
         "LSODA": (1e-6, 1e-8, 1e-10) if full else (),
     }
-    ways = [constraint_ways.scipy_way(at, f"SciPy {method}", constraint_ways.everywhere(method), value,
-                                      multiplier=not few)
+    ways = [constraint_ways.scipy_way(at, f"SciPy {method}", constraint_ways.everywhere(method), value)
             for method, values in wanted.items() for value in values]
     for value in (1e-4, 1e-5, 1e-6, 1e-7, 1e-8) if full else (1e-7,):
         methods = {SINGLE_STANCE: "RK23", DOUBLE_STANCE: "BDF"}
-        ways.append(constraint_ways.scipy_way(at, "SciPy RK23 and BDF", methods, value, multiplier=not few,
-                                              mark=PAPER if value == 1e-7 else ""))
+        mark = PAPER if value == 1e-7 else ""
+        ways.append(constraint_ways.scipy_way(at, "SciPy RK23 and BDF", methods, value, mark=mark))
     for value in (1e-6, 1e-8, 1e-10) if full else ():
         dop = constraint_ways.everywhere("DOP853")
         ways.append(constraint_ways.scipy_way(at, "readable, SciPy DOP853", dop, value, readable_rates))
@@ -156,19 +156,18 @@ def penalty_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
 
 def twin_plan(parameters: Parameters, analytic: Analytic) -> Plan:
     """The twin; independent is a ground of Exudyn's own connectors, on the same solver: there is no other for it."""
-    full, few = parameters.settings.resolution == "full", parameters.settings.resolution == "few"
-    settings = parameters.twin
+    full, settings = parameters.settings.resolution == "full", parameters.twin
     force = analytic.walk.standing_force
     at = twin_ways.scene(parameters.biped, parameters.slope, parameters.contact, settings, analytic.mid_stance, force,
                          parameters.settings.walked_steps)
     way = twin_ways.twin_way
     usual = settings.tolerance, settings.largest_step
-    powers = range(4, 10) if full else (4,) if few else range(3, 8)
+    powers = range(4, 10) if full else range(3, 8)
     chosen = {(10.0**-n, LOOSE_STEP) for n in powers} | {usual}
     ways = [way(at, *pair, mark=f"{PAPER}, {DEFAULT}" if pair == usual == (1e-6, LOOSE_STEP) else
                 DEFAULT if pair == usual else "") for pair in sorted(chosen, reverse=True)]
     if full:
         ways.append(way(at, 1e-4, 5e-3))
-    tight = [way(at, value, LOOSE_STEP) for value in ((1e-10, 1e-9) if full else (1e-7, 1e-6) if few else (1e-8, 1e-7))]
-    independent = None if few else way(at, 1e-8 if full else 1e-7, LOOSE_STEP, ConnectorTree)
+    tight = [way(at, value, LOOSE_STEP) for value in ((1e-10, 1e-9) if full else (1e-8, 1e-7))]
+    independent = way(at, 1e-8 if full else 1e-7, LOOSE_STEP, ConnectorTree)
     return Plan(tight[0], tight[1], independent, tuple(ways))

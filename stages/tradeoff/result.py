@@ -24,6 +24,19 @@ class Errors:
     peak_force: float = quantity("N", "difference of the largest normal force on a foot")
 
 
+UNKNOWN = Errors(*[math.nan] * 4)
+
+
+@dataclass(frozen=True)
+class AtMost:
+    """Which errors are smaller than what the reference itself is unsure of, which then stands in their place."""
+
+    hip_position: bool = quantity("-", "the hip's", default=False)
+    period: bool = quantity("-", "the period's", default=False)
+    multiplier: bool = quantity("-", "the multiplier's", default=False)
+    peak_force: bool = quantity("-", "the peak force's", default=False)
+
+
 @dataclass(frozen=True)
 class Row:
     """One way at one setting: its errors and its cost."""
@@ -33,11 +46,12 @@ class Row:
     setting: str = quantity("-", "tolerance and steps [s]")
     mark: str = quantity("-", "paper: the paper's own setting or what stands in for it; default: this study's")
     outcome: str = quantity("-", "completed, or why it did not get to the end of the walk")
-    errors: Errors = quantity("-", "differences from the model's reference")
+    errors: Errors = quantity("-", "differences from the model's reference, no smaller than what that is unsure of")
     evaluations: float = quantity(
         "1", "evaluations of the rates, or of an implicit step's residual, for one step; a linear solve goes with each")
     tolerance: float = quantity("1", "tolerance; NaN for fixed steps")
     largest_step: float = quantity("s", "largest step, or rolling step of fixed steps; NaN if the way has none")
+    at_most: AtMost = quantity("-", "errors that are smaller than given: shown with <", default=AtMost())
 
     @property
     def completed(self) -> bool:
@@ -58,6 +72,8 @@ class Reference:
     second_differs: Errors = quantity("-", "by how much the second differs")
     independent: str = quantity("-", "another way, or none")
     independent_differs: Errors = quantity("-", "by how much the other way differs")
+    doubt: Errors = quantity("-", "how far it may be off: the larger difference of the second and of another way at no "
+                             "looser a tolerance", default=UNKNOWN)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -80,16 +96,17 @@ class Result:
         shown = [[reference.model, which, *cells(errors)] for reference in self.references for which, errors in (
             (f"{reference.way} against {reference.second}", reference.second_differs),
             (f"against {reference.independent}", reference.independent_differs))]
-        rows = [[row.model, row.way, row.setting, row.mark, *cells(row.errors), f"{row.evaluations:.0f}",
+        rows = [[row.model, row.way, row.setting, row.mark, *cells(row.errors, row.at_most), f"{row.evaluations:.0f}",
                  "" if row.completed else row.outcome] for row in self.rows]
         return [("References and what shows them converged", ["model", "reference", *names], shown),
                 ("Ways: errors and evaluations for one step",
                  ["model", "way", "setting", "", *names, "evaluations", "failed because"], rows)]
 
 
-def cells(errors: Errors) -> list[str]:
-    """Errors as text, a dash where not measured."""
-    return [f"{value:.1e}" if math.isfinite(value) else "-" for value in (getattr(errors, name) for name in ERRORS)]
+def cells(errors: Errors, at_most: AtMost = AtMost()) -> list[str]:
+    """Errors as text, a dash where not measured, and < where they are smaller."""
+    return [f"{'< ' * getattr(at_most, name)}{value:.1e}" if math.isfinite(value := getattr(errors, name)) else "-"
+            for name in ERRORS]  # fmt: skip
 
 
 def front(rows: Sequence[Row], costs: Sequence[float], error: str) -> list[int]:

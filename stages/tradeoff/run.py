@@ -6,17 +6,18 @@ Cost is counted in evaluations; clock times, which differ from run to run, are k
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
+
+import numpy as np
 
 from stages.analytic.result import Result as Analytic
 from stages.biped.progress import Progress, ignore
 from stages.tradeoff.parameters import Parameters
 from stages.tradeoff.plan import Plan, plans
-from stages.tradeoff.result import COMPLETED, Errors, Reference, Result, Row
+from stages.tradeoff.result import COMPLETED, ERRORS, UNKNOWN, AtMost, Errors, Reference, Result, Row
 from stages.tradeoff.way import Walked, Way, WayFailed, hip_error
-
-UNKNOWN = Errors(*[math.nan] * 4)
 
 
 @dataclass(frozen=True)
@@ -50,21 +51,33 @@ def measure(plan: Plan) -> tuple[Reference, list[Row]]:
         other = errors_of(plan.independent, truth, leading)[0]
         name = f"{plan.independent.name}, {plan.independent.text}"
     reference = Reference(plan.reference.model, f"{plan.reference.name}, {plan.reference.text}", truth.period, leading,
-                          truth.peak_force, plan.second.text, second, name, other)
-    return reference, [row_of(way, truth, leading) for way in plan.ways]
+                          truth.peak_force, plan.second.text, second, name, other,
+                          doubt_of(plan, truth, leading, second, other))
+    return reference, [row_of(way, truth, leading, reference.doubt) for way in plan.ways]
 
 
-def row_of(way: Way, truth: Walked, leading: float) -> Row:
-    """One way against the reference."""
+def doubt_of(plan: Plan, truth: Walked, leading: float, second: Errors, other: Errors) -> Errors:
+    """How far the reference may be off by what differs from it, and no less than its numbers are spaced."""
+    ways = [way for way in (plan.second, plan.independent) if way is not None]
+    tight = float(ways[-1].setting["tolerance"]) <= float(ways[0].setting["tolerance"])
+    sizes = np.spacing([np.abs(truth.hip).max(), truth.period, leading, truth.peak_force])
+    apart = [[getattr(one, name) for name in ERRORS] for one in ((second, other) if tight else (second,))]
+    return Errors(*map(float, np.fmax.reduce([sizes, *apart])))
+
+
+def row_of(way: Way, truth: Walked, leading: float, doubt: Errors = UNKNOWN) -> Row:
+    """One way against the reference, which may itself be off by `doubt`."""
     errors, cost, outcome = UNKNOWN, math.nan, COMPLETED
     try:
         errors, cost = errors_of(way, truth, leading)
     except WayFailed as reason:
         outcome = str(reason)
+    below = {name: getattr(errors, name) < getattr(doubt, name) for name in ERRORS}
+    errors = dataclasses.replace(errors, **{name: getattr(doubt, name) for name in ERRORS if below[name]})
     setting = way.setting
     step = setting.get("largest_step", setting.get("rolling_step", math.nan))
     return Row(way.model, way.name, way.text, way.mark, outcome, errors, cost,
-               float(setting.get("tolerance", math.nan)), float(step))
+               float(setting.get("tolerance", math.nan)), float(step), AtMost(**below))
 
 
 def errors_of(way: Way, truth: Walked, leading: float) -> tuple[Errors, float]:

@@ -204,6 +204,18 @@ def test_every_statement_has_a_claim_and_they_come_in_the_papers_order():
     assert sections == sorted(sections)
 
 
+def test_rounding_is_told_no_finer_than_the_reference_is_sure():
+    """Another biped's tightest walk equals its reference: it said that rounding stays below 0e+00 m."""
+    tight = next(holding for holding, _ in CASES if isinstance(holding, numerics.TightTolerancesAddRounding))
+    claim = judged(PARAMETERS, of(tight, error=2e-16, before=2e-16, doubt=2e-16))
+    assert claim.verdict == FAILS and "rounding stays below 2e-16 m: what" in claim.causes[0]
+    assert "from < 2.0e-16 to < 2.0e-16 m" in claim.measured
+    claim = judged(PARAMETERS, of(tight, error=2e-14, before=1e-12, doubt=2e-14))
+    assert "rounding stays below 2e-14 m: the error falls" in claim.causes[0]
+    assert judged(PARAMETERS, of(tight, error=1.5e-12, before=1e-12, doubt=5e-13)).verdict == FAILS
+    assert judged(PARAMETERS, of(tight, error=2.1e-12, before=1e-12, doubt=5e-13)).verdict == HOLDS
+
+
 def test_the_models_of_the_tradeoff_are_called_what_it_calls_them():
     assert (of_numerics.ROLLING, of_numerics.PENALTY) == (constraint_ways.ROLLING, penalty_ways.PENALTY)
 

@@ -8,14 +8,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from pipeline.study import Study
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
+from stages.biped.accuracy.level import LEVELS
 from stages.biped.design import BeyondModel
 from stages.tradeoff import penalty_ways, twin_ways
-from stages.tradeoff.plan import constraint_plans, plans, projected_plan
-from stages.tradeoff.result import Errors, Row, cost_at, front, gain
+from stages.tradeoff.plan import Plan, constraint_plans, plans, projected_plan
+from stages.tradeoff.result import Errors, Result, Row, cells, cost_at, front, gain
 from stages.tradeoff.run import measure, row_of
-from stages.tradeoff.way import WayFailed
+from stages.tradeoff.way import Walked, Way, WayFailed
 from tests.analytic.test_detailed import LAME, LAME_RIGID
 
 NAN = math.nan
@@ -200,6 +202,37 @@ def test_a_way_that_falls_is_a_row_with_the_reason(parameters, analytic):
 
 def made_up(way, mark, error, cost):
     return Row("m", way, "", mark, "completed", Errors(error, NAN, NAN, NAN), cost, NAN, NAN)
+
+
+def walked(off, peak=10.0):
+    return Walked(np.full((2000, 2), 0.5 + off), 1.0, 0.5 + off, peak, 100.0)
+
+
+def made_up_way(off, tolerance, peak=10.0, multiplier=None):
+    return Way("m", f"way {tolerance:g}", {"tolerance": tolerance}, lambda: None, lambda: walked(off, peak), multiplier)
+
+
+def test_an_error_below_what_the_reference_is_unsure_of_is_shown_as_less_than_that():
+    """Of another way where that is as tight; never surer than numbers are spaced, as where all ways give the same."""
+    ways = (made_up_way(3e-9, 1e-6, 10.3), made_up_way(1e-12, 1e-9, 10.001))
+    second, same = made_up_way(1e-10, 1e-11, 10.02), made_up_way(0.0, 1e-12)
+    for tolerance, sure in ((1e-11, 0.07), (1e-9, 0.02)):
+        plan = Plan(same, second, made_up_way(1e-11, tolerance, 10.07), ways)
+        reference, [loose, tight] = measure(plan)
+        assert (reference.doubt.hip_position, reference.doubt.peak_force) == pytest.approx((1e-10, sure))
+        assert cells(loose.errors, loose.at_most) == ["3.0e-09", "3.0e-09", "-", "3.0e-01"]
+        assert cells(tight.errors, tight.at_most) == ["< 1.0e-10", "< 1.0e-10", "-", f"< {sure:.1e}"]
+    result = Result(4, (reference,), (loose, tight))
+    assert result.tables()[1][2][1][4] == "< 1.0e-10"
+    _, [row] = measure(Plan(same, same, None, (same,)))
+    assert cells(row.errors, row.at_most) == ["< 1.1e-16", "< 1.1e-16", "-", "< 1.8e-15"]
+
+
+def test_the_same_steps_are_walked_at_every_level(repository):
+    """Else a level's period would be another step's."""
+    levels = [Study(repository, repository / "params", repository / "results", asked=(("accuracy", level),))
+              for level in LEVELS]  # fmt: skip
+    assert len({study.parameters(("tradeoff",))["tradeoff"].settings.walked_steps for study in levels}) == 1
 
 
 def test_the_front_holds_what_nothing_beats():

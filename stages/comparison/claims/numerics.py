@@ -55,7 +55,7 @@ class ConstraintsReduceEffort(Measured):
 class TightTolerancesAddRounding(Measured):
     """Hip error [m] at the tightest tolerance and at the one before, and the growth of evaluations from `paper` to it.
 
-    `way` is that way's name. Tolerances are dimensionless.
+    `way` is that way's name. Tolerances are dimensionless. What the errors are taken against is sure to `doubt` [m].
     """
 
     ID = "tight_tolerances_add_rounding"
@@ -68,19 +68,25 @@ class TightTolerancesAddRounding(Measured):
     before: float
     paper: float
     cost: float
+    doubt: float = 0.0
 
     def judge(self, limits: Settings) -> Judgement:
-        known, rises = math.isfinite(self.error), self.error > self.before
+        known, rises = math.isfinite(self.error), self.error - self.doubt > self.before + self.doubt
+        falls = max(self.error, self.doubt) < self.before
+        before, error = (f"{'< ' * (value <= self.doubt)}{max(value, self.doubt):.1e}"
+                         for value in (self.before, self.error))  # fmt: skip
         return Judgement(
             f"{self.way}: from a tolerance of {self.paper:g} to {self.tightest:g} evaluations grow {self.cost:.1f} "
-            f"times; the last tightening takes the hip's error from {self.before:.1e} to {self.error:.1e} m",
+            f"times; the last tightening takes the hip's error from {before} to {error} m",
             yes_or_no(rises) if known else OPEN,
             (
                 Cause(known and rises, f"it makes the error {self.error / self.before:.1f} times larger"),
                 Cause(
                     known and not rises,
-                    f"steps grow, as the paper says, but rounding stays below {self.error:.0e} m: the error falls to "
-                    "the tightest tolerance that was tried",
+                    f"steps grow, as the paper says, but rounding stays below {max(self.error, self.doubt):.0e} m: "
+                    + ("the error falls to the tightest tolerance that was tried" if falls else
+                       f"what the errors are taken against is sure to {self.doubt:.0e} m, and more than "
+                       "that they do not rise"),
                 ),
                 Cause(not known, "one tolerance at most was measured"),
             ),

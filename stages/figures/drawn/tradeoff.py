@@ -41,7 +41,8 @@ def draw(given: Given) -> Figure:
 
 
 def caption(given: Given) -> str:
-    return f"Errors against a converged reference over the cost of a step: {given.tradeoff.summary()}."
+    return (f"Errors against a converged reference over the cost of a step: {given.tradeoff.summary()}. A triangle: an "
+            "error smaller than what the reference itself is unsure of, which is drawn.")
 
 
 def work_and_precision(result: Result, spent: Sequence[float], label: str) -> Figure:
@@ -60,7 +61,7 @@ def work_and_precision(result: Result, spent: Sequence[float], label: str) -> Fi
         handles, names = panels[0].get_legend_handles_labels()
         line.legend(handles[:len(ways)], names[:len(ways)], loc="outside lower center", ncols=4, handletextpad=0.1,
                     columnspacing=1.2)
-    figure.legend(handles[len(ways):], names[len(ways):], loc="outside upper center", ncols=3)
+    figure.legend(handles[len(ways):], names[len(ways):], loc="outside upper center", ncols=4)
     figure.supxlabel(label, fontsize=8)
     return figure
 
@@ -84,6 +85,9 @@ def panel(axes: Axes, pairs: Sequence[tuple[Row, float]], ways: Sequence[str], e
         marked = [(cost, value(row)) for row, cost in pairs if mark in row.mark and math.isfinite(value(row))]
         axes.plot(*(zip(*marked) if marked else ([], [])), shape, markersize=size, markerfacecolor="none",
                   markeredgecolor=style.TWIN, markeredgewidth=0.8, label=said)
+    least = [(cost, value(row)) for row, cost in pairs if getattr(row.at_most, error)]
+    axes.plot(*(zip(*least) if least else ([], [])), "v", markersize=7, markerfacecolor="none",
+              markeredgecolor=style.TWIN, markeredgewidth=0.6, label="less than drawn")
     axes.set_xscale("log")
     axes.set_yscale("log")
     known = [cost for cost in costs if math.isfinite(cost)]
