@@ -214,7 +214,7 @@ class _Run:
     def _go_on_without(self, name: str, reason: str) -> None:
         """Let what can do without this stage's result be computed; nothing of this is kept."""
         self.broken.add(name)
-        self.entries[name] = Entry(name, {}, {}, reason, 0.0)
+        self.entries[name] = Entry(name, {"stage": name, "parameters": {}}, {}, reason, 0.0)
         self.outcomes[name] = Outcome(name, FAILING, reason, 0.0, (), "")
 
     def _keep(self, name: str, running: _Running, message: Message, seconds: float) -> None:

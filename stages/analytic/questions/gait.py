@@ -32,6 +32,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     from stages.analytic.gait.gait_report import report_gait
     from stages.analytic.gait.gait_search import find_gait, find_gaits
     from stages.analytic.gait.newton import by_stability, is_new
+    from stages.analytic.gait.on_a_ramp import on_a_ramp
     from stages.analytic.walk.error_estimate import gait_error
 
     tolerance = parameters.settings.tolerance
@@ -49,11 +50,13 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     for number, (each, error) in enumerate(zip(found, errors, strict=True), 1):
         if options.every:
             lines.append(f"gait {number} of {len(found)}, {'stable' if each.gait.stable else 'unstable'}")
+        lines += textwrap.wrap(on_a_ramp(each.validity, each.gait.stable).sentence, WORDS + NUMBER)
         own = [record for record in (each.limp, each.put_down) if record]
         records = (each.gait, *own, error, each.energy, each.validity)
         lines += [line for record in records for line in field_lines(record)]
     plain: list[dict[str, Any]] = [
-        {**as_plain(each.gait), "numerical_error": as_plain(error), "energy": as_plain(each.energy),
+        {"on_a_ramp": as_plain(on_a_ramp(each.validity, each.gait.stable)), **as_plain(each.gait),
+         "numerical_error": as_plain(error), "energy": as_plain(each.energy),
          "validity": as_plain(each.validity), **({"limp": as_plain(each.limp)} if each.limp else {}),
          **({"put_down": as_plain(each.put_down)} if each.put_down else {})}
         for each, error in zip(found, errors, strict=True)
@@ -111,7 +114,8 @@ QUESTION = Question(
     "gait",
     """Find the most stable gait of the design in params/ (change it with --set) and print its measures.
 
-    With them: the energy audit of a step, and what the gait asks of the ground.
+    First whether it walks so on a plain ramp, and why not. With the measures: the energy audit of a step, and what the
+    gait asks of the ground.
     """,
     Options,
     ask,
