@@ -32,8 +32,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     from stages.analytic.gait.gait_report import report_gait
     from stages.analytic.gait.gait_search import find_gait, find_gaits
     from stages.analytic.gait.newton import by_stability, is_new
-    from stages.analytic.gait.on_a_ramp import on_a_ramp
     from stages.analytic.walk.error_estimate import gait_error
+    from stages.analytic.walk.on_a_ramp import on_a_ramp
 
     tolerance = parameters.settings.tolerance
     walker, point = find_gait(parameters.biped, parameters.slope, tolerance, parameters.limited_friction)
