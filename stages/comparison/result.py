@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stages.biped.quantity import quantity
@@ -55,19 +57,21 @@ class Result:
 
     def tables(self) -> list[Table]:
         """This biped, its determinants, and how well the ingest reads what is known: (title, columns, rows)."""
-        own = tables_of(self.biped, self.determinants, self.digits, self.level)
+        own = tables_of(self.biped, self.determinants, self.digits, self.level, self.claims)
         return [*own, self.ingest.table(), self.ingest.leg_table()] if self.ingest is not None else own
 
 
 def tables_of(
-    biped: BipedSummary, determinants: dict[str, Determinants], digits: dict[str, Digits], level: str
-) -> list[Table]:
-    """What stands beside the claims."""
+    biped: BipedSummary, determinants: dict[str, Determinants], digits: dict[str, Digits], level: str,
+    claims: Sequence[Claim],
+) -> list[Table]:  # fmt: skip
+    """What stands beside the claims: prices with errors where those of the claims' numbers are known."""
+    measured = any(math.isfinite(number.error) for claim in claims for number in claim.numbers)
     return [
         side_by_side("This biped", {"value": biped}),
         side_by_side("Determinants of gait, from the walks", determinants),
         side_by_side(TITLE, digits),
-        prices(level),
+        prices(level, measured=measured),
     ]
 
 

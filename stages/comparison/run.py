@@ -38,7 +38,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     models_alone = {name: one for name, one in determined.items() if not name.startswith("runs")}
     digits = digits_of(e.results.analytic.uncertainties, models_alone)
     claims = judge(parameters, measure(e))
-    tables = tables_of(biped, determined, digits, level)
+    tables = tables_of(biped, determined, digits, level, claims)
     files = {"claims.yaml": as_yaml(claims, tables, headlines(biped, claims), level)}
     return Result(*agreements, determined, digits, biped, claims, level, files)
 

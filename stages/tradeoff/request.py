@@ -15,7 +15,7 @@ NAME = "accuracy"
 METAVAR = "WORD|KEY=VALUE"
 HELP = (
     "Level of the whole study: draft, paper or reference; or an error of the walks shown, as hip_position_m=1e-5, with "
-    "the level that it needs. Goes before accuracy.yaml and the key accuracy of the other files."
+    "the level that the study's own robot needs for it. Goes before accuracy.yaml and the key accuracy of other files."
 )
 VERIFY_HELP = (
     "Show the errors that the run estimated, and keep them in results/accuracy. Every run that an accuracy is asked of "

@@ -69,7 +69,8 @@ def choose(stage: str, settings: Any) -> Choice:
     for key, error in wanted.items():
         least = min((found(row, key) for row in mine), default=math.inf)
         if least > error:
-            can = f"allowed: >= {least:.1g}" if math.isfinite(least) else "its error was not measured"
+            can = (f"allowed: >= {least:.1g}, by what the study's own robot has" if math.isfinite(least) else
+                   "its error was not measured")
             raise NotMeasured(f"= {said}: stage {stage} cannot have {key} <= {error:g}; {can}")
     good = [row for row in mine if all(found(row, key) <= error for key, error in wanted.items())]
     if not good:

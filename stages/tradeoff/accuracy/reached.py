@@ -14,7 +14,6 @@ def verified(choice: Choice, result: Any) -> dict[str, Any]:
     return {
         "asked": dict(choice.asked),
         "proposed": dict(choice.settings),
-        "hip_error_expected_m": _rounded(choice.expected),
         "table": {kind: entry["made"] for kind, entry in json.loads(TABLE.read_text())["about"].items()},
         "estimated": {row.name: _rounded(row.estimated) for row in result.errors},
         "settings": result.errors[0].settings,
