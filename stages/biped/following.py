@@ -7,12 +7,15 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 from stages.biped.design import Biped
 
-#: Type of a number that is null in its file and a number wherever it is used.
-Following = float if TYPE_CHECKING else float | None
+#: Type of a number that may be null in its file and is one wherever it is used.
+if TYPE_CHECKING:
+    Following: TypeAlias = float
+else:
+    Following = float | None
 #: Leg length [m] of Table 1, and the gravity [m/s^2] under which settings were chosen for it.
 LEG_LENGTH, GRAVITY = 0.333, 9.81
 S = TypeVar("S")

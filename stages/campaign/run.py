@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -16,7 +17,7 @@ from stages.campaign.parameters import Parameters
 from stages.campaign.radio import Transmitted, transmit
 from stages.campaign.result import BARE, Result, RunTruth, SensorTruth
 from stages.campaign.sensor_range import spikes
-from stages.campaign.twin_run import TwinRun, first_state, walk_twin
+from stages.campaign.twin_run import NoWalk, TwinRun, first_state, walk_twin
 from stages.campaign.variation import generator
 from stages.campaign.virtual_sensor import (
     STANDARD_GRAVITY,
@@ -52,6 +53,7 @@ class Inputs:
     """What the stage reads."""
 
     twin: Twin
+    missing: Mapping[str, str] = field(default_factory=dict)
 
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
@@ -65,6 +67,8 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     if parameters.measured.database is not None:
         empty = database_bytes(devices, ())
         return Result(NOT_NEEDED, (), (), (), {WITH_OUTSOLE: empty, WITHOUT: empty})
+    if "twin" in inputs.missing:
+        raise NoWalk(inputs.missing["twin"])
     require_plain(parameters.biped, "the twin, which walks the synthetic runs,")
     state, normal_force = first_state(inputs.twin.walk)
     truths: dict[int, RunTruth] = {}

@@ -1,0 +1,67 @@
+"""Own bipeds through the whole study: each gets its report, with every figure or the reason why there is none."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+
+import pytest
+import yaml
+
+pytestmark = pytest.mark.slow
+
+#: biped.yaml and ground.yaml of robots that walk and are stable, and stages that do not apply to them.
+OWN = {
+    "heavy legs where gravity is stronger": ({
+        "hip_mass": 1.396, "foot_mass": 1.91, "leg_length": 0.4727, "foot_radius": 0.09928, "foot_com": 0.1866,
+        "stiffness": 35000.0, "damping": 250.0, "slope_deg": 2.83, "gravity": 15.43}, set()),
+    "short legs of another density": ({
+        "hip_mass": 0.02, "foot_mass": 0.025, "leg_length": 0.1, "foot_radius": 0.025, "foot_com": 0.03,
+        "stiffness": 700.0, "damping": 7.5, "slope_deg": 2.0, "gravity": 9.81}, set()),
+    "frames where gravity is weak": ({
+        "hip_mass": 0.04765, "foot_mass": 0.0469, "leg_length": 0.1848, "foot_radius": 0.04, "foot_com": 0.05437,
+        "stiffness": 150.0, "damping": 3.5, "frame_mass": 0.006, "frame_com": 0.02, "frame_inertia": 1e-6,
+        "slope_deg": 2.5, "gravity": 1.65},
+        {"twin", "campaign", "imu", "calibration", "calibrated_twin", "twin_ladder", "twin_pushes"}),
+}
+
+
+def bipedstudy(folder, *arguments):
+    return subprocess.run([sys.executable, "-m", "bipedstudy", *arguments], cwd=folder, capture_output=True, text=True)
+
+
+def lay_out(folder, values):
+    assert bipedstudy(folder, "init", "own").returncode == 0
+    study = folder / "own"
+    for name in ("biped", "ground"):
+        path = study / "params" / f"{name}.yaml"
+        text = path.read_text()
+        for key, value in values.items():
+            text = re.sub(rf"^{key}: +\{{value: [^,]+,([^}}]*?)(, printed: \"[^\"]*\")?\}}$",
+                          rf"{key}: {{value: {value},\1}}", text, flags=re.MULTILINE)  # fmt: skip
+        more = [f"{key}: {value}\n" for key, value in values.items() if name == "biped" and key.startswith("frame")]
+        path.write_text(text + "".join(more))
+    return study
+
+
+@pytest.mark.parametrize("which", OWN)
+def test_each_has_its_report_and_says_what_is_missing(which, tmp_path):
+    values, lacks = OWN[which]
+    study = lay_out(tmp_path, values)
+    done = bipedstudy(study, "run-all", "--accuracy", "draft")
+    results = study / "results"
+    assert done.returncode == (3 if lacks else 0) and "unexpected" not in done.stderr, done.stderr
+    page = (results / "report.html").read_text(encoding="utf-8")
+    captions = yaml.safe_load((results / "captions.yaml").read_text(encoding="utf-8"))["figures"]
+    drawn = {path.stem for path in (results / "figures").iterdir()}
+    for caption in captions:
+        missing = lacks.intersection(caption["shows"])
+        assert (caption["name"] in drawn) == (not missing), caption
+        assert not missing or caption["text"] == "Not drawn: there is no twin: the twin does not know frame_mass, "\
+            "frame_com, frame_inertia; only the planar models do."
+        assert f'id="{caption["name"]}"' in page
+    assert {path.stem for path in results.glob("*.h5")}.isdisjoint(lacks)
+    assert all(f"<li>{stage}: " in page for stage in lacks)
+    told = bipedstudy(study, "run-all", "--accuracy", "draft")
+    assert told.returncode == done.returncode and "computed" not in told.stdout, "a no is not computed again"
