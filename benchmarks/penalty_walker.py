@@ -42,7 +42,7 @@ from stages.planar.state import rolling_state
 START, FORCE = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0), 9.4
 LONG_WALKS, LONG = 3, 10
 #: Tolerances of about equal error of the hip over a step, which is printed beside the times.
-OURS, EXUDYN, LARGEST_STEP, RESIDUAL = 1e-8, 1e-7, 1e-3, 1e-6
+OURS, EXUDYN, LARGEST_STEP = 1e-8, 1e-7, 1e-3
 
 
 def distances(given: Parameters, law: str, sets: int, seed: int) -> list[Distance]:
@@ -55,7 +55,7 @@ def distances(given: Parameters, law: str, sets: int, seed: int) -> list[Distanc
         if number < LONG_WALKS:
             found.append(over_a_walk("ten steps", machine, start, LONG))
         try:
-            near = gait_near(PenaltyStepper(given.biped, given.slope, contact, start, Settings(1e-9)), start, RESIDUAL)
+            near = gait_near(PenaltyStepper(given.biped, given.slope, contact, start, Settings(1e-9)), start)
             found.append(between_cycles("cycle", machine, start, near.section_state))
         except NoLimitCycle as reason:
             print(f"  no cycle: {reason}")
@@ -88,8 +88,8 @@ def times(given: Parameters) -> None:
         ("one step, recorded", lambda: simulate(*model, start, ours, signals=()),
          lambda: exudyn_walk(*model, start, other, steps=1, assembly=built)),
         ("derivative of the step map", lambda: stepper.derivative(numbers), lambda: walker.derivative(numbers)),
-        ("cycle and multipliers", lambda: gait_near(stepper, start, RESIDUAL),
-         lambda: limit_cycle(*model, start, other, RESIDUAL, 5e-4)),
+        ("cycle and multipliers", lambda: gait_near(stepper, start),
+         lambda: limit_cycle(*model, start, other, 5e-4)),
     ]  # fmt: skip
     print(f"\nhip error over a step: compiled at {OURS:g} {errors[0]:.1e} m, Exudyn at {EXUDYN:g} {errors[1]:.1e} m")
     print(f"{'':30}{'compiled [ms]':>15}{'Exudyn [ms]':>15}{'ratio':>9}")
@@ -107,7 +107,7 @@ def derivatives(given: Parameters) -> None:
     """
     model = given.biped, given.slope, given.contact
     start = rolling_state(given.biped, given.contact, START, FORCE)
-    gait = gait_near(PenaltyStepper(*model, start, Settings(1e-12)), start, 1e-10)
+    gait = gait_near(PenaltyStepper(*model, start, Settings(1e-12)), start)
     names = names_of(*model)
 
     def by_differences() -> np.ndarray:

@@ -60,7 +60,7 @@ STABLE = 0.8
 #: A gait is lost where a step of its family, as part of the way from zero, is shorter than this; a longer change of its
 #: coordinates is to another family.
 SHORTEST, JUMP = 1e-4, 0.05
-TOLERANCE, RESIDUAL, ALONG, LARGEST_STEP = 1e-8, 1e-5, 5e-4, 1e-3
+TOLERANCE, ALONG, LARGEST_STEP = 1e-8, 5e-4, 1e-3
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def beside_exudyn(biped: Biped, slope: Slope, contact: ContactLaw, constraint: C
     start = rolling_state(biped, contact, constraint.mid_stance, constraint.standing_force)
     settings = Settings.of_one_step(TOLERANCE, LARGEST_STEP)
     walker = SectionWalker(biped, slope, contact, start, settings, ALONG)
-    point = fixed_point(walker, section_numbers(start), RESIDUAL)
+    point = fixed_point(walker, section_numbers(start))
     steps, derivative = 2 // walker.steps_a_cycle, walker.derivative(point.numbers)
     multipliers = floquet_multipliers(np.linalg.matrix_power(derivative, steps))[:2] @ [1.0, 1.0j]
     here = section_state(point.numbers, start)

@@ -123,14 +123,14 @@ class Ruler:
         The step's derivative is kept from the set before. If it does not lead to the cycle, the walker comes nearer by
         some steps of its own, and a derivative is made there.
         """
-        scene, residual = self.scene, self.settings.residual
+        scene = self.scene
         start: PlanarState = rolling_state(scene.biped, law, self.limit.mid_stance, scene.walk.standing_force)
         stepper = PenaltyStepper(scene.biped, scene.slope, law, start, scene.solver)
         numbers = section_numbers(start)
         try:
-            found = fixed_point(stepper, numbers, residual, self.derivative)
+            found = fixed_point(stepper, numbers, self.derivative)
         except NoLimitCycle:
-            found = fixed_point(stepper, stepper.walk(start, NEARER).numbers, residual)
+            found = fixed_point(stepper, stepper.walk(start, NEARER).numbers)
         self.derivative = found.derivative
         return np.array([found.step.duration - self.limit.period, found.step.length - self.limit.length])
 

@@ -25,15 +25,13 @@ VELOCITIES = ("stiction_velocity", "friction_velocity")
 SETTLING_STEPS = 8
 
 
-def vary_friction(
-    contact: ContactLaw, stepper: Callable[[ContactLaw], PenaltyStepper], residual: float
-) -> tuple[FrictionVariation, ...]:
+def vary_friction(contact: ContactLaw, stepper: Callable[[ContactLaw], PenaltyStepper]) -> tuple[FrictionVariation, ...]:
     """Gaits on ground with this contact law, and with each transition velocity changed alone by `FACTORS`.
 
-    `stepper` walks on ground with a law from a mid-stance near its gait; `residual` is that of the gaits, in the
-    section's scales. Changes that break the order of the velocities are left out.
+    `stepper` walks on ground with a law from a mid-stance near its gait. Changes that break the order of the velocities
+    are left out.
     """
-    base = first_gait(stepper(contact), residual)
+    base = first_gait(stepper(contact))
     found = []
     for name in VELOCITIES:
         found.append(row(name, 1.0, base))
@@ -43,7 +41,7 @@ def vary_friction(
                 law = dataclasses.replace(contact, **{name: factor * getattr(contact, name)})
                 if any(True for _ in law.broken_rules()):
                     continue
-                point = next_gait(stepper(law), known, math.log(factor), residual)
+                point = next_gait(stepper(law), known, math.log(factor))
                 if point is not None:
                     known.append((math.log(factor), point))
                 found.append(row(name, factor, point))
@@ -56,27 +54,25 @@ def laws_of(contact: ContactLaw, variations: Sequence[FrictionVariation]) -> lis
     return [dataclasses.replace(contact, **{one.name: one.factor * getattr(contact, one.name)}) for one in known]
 
 
-def first_gait(walker: PenaltyStepper, residual: float) -> FixedPoint | None:
+def first_gait(walker: PenaltyStepper) -> FixedPoint | None:
     """The gait near the walker's start, or where some steps lead to; None if there is none."""
     try:
-        return fixed_point(walker, section_numbers(walker.start), residual)
+        return fixed_point(walker, section_numbers(walker.start))
     except NoLimitCycle:
         pass
     try:
-        return fixed_point(walker, walker.walk(walker.start, SETTLING_STEPS).numbers, residual)
+        return fixed_point(walker, walker.walk(walker.start, SETTLING_STEPS).numbers)
     except NoLimitCycle:
         return None
 
 
-def next_gait(
-    walker: PenaltyStepper, known: list[tuple[float, FixedPoint]], at: float, residual: float
-) -> FixedPoint | None:
+def next_gait(walker: PenaltyStepper, known: list[tuple[float, FixedPoint]], at: float) -> FixedPoint | None:
     """The gait on the line through the last two known ones, each with the logarithm of its factor, `at` another."""
     if not known:
-        return first_gait(walker, residual)
+        return first_gait(walker)
     numbers, derivative = extrapolated(known, at)
     try:
-        return fixed_point(walker, numbers, residual, derivative)
+        return fixed_point(walker, numbers, derivative)
     except NoLimitCycle:
         return None
 

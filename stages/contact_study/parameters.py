@@ -56,11 +56,6 @@ class Settings:
     sampling_rate_hz: float = parameter(
         "Hz", "rate at which the rigid limit is compared", bound=Bound(minimum=100, maximum=1e5)
     )
-    residual: float = parameter(
-        "1",
-        "largest change of a cycle's state in a step, in the section's scales",
-        bound=Bound(minimum=1e-10, maximum=1e-3),
-    )
     impact_window: float = parameter(
         "s", "time after heel strike in which velocities and forces are not compared", bound=Bound(minimum=0, maximum=1)
     )

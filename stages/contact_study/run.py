@@ -86,7 +86,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         start = rolling_state(scene.biped, law, scene.mid_stance, scene.walk.standing_force)
         return PenaltyStepper(scene.biped, scene.slope, law, start, scene.solver)
 
-    friction = [vary_friction(law, stepper, settings.residual) for law in (parameters.contact, default)]
+    friction = [vary_friction(law, stepper) for law in (parameters.contact, default)]
     progress(0.7, "comparing with Exudyn")
     walked_laws = [(step.law, step.evaluations) for _, step, _ in varied if step.completed]
     if limit is not None:

@@ -35,8 +35,6 @@ LARGEST_STEP = 5e-4
 ONE_STEP, TIMES, NOISE = 1e-9, 3.0, 1e-10
 #: Times at which paths are compared.
 COMPARED = 2000
-#: Residual, in the section's scales, from which one more correction leads to either model's cycle.
-RESIDUAL = 1e-6
 
 
 @dataclass(frozen=True)
@@ -104,7 +102,7 @@ def between_cycles(what: str, machine: Machine, state: PlanarState, numbers: np.
     """
     parts = machine.biped, machine.slope, machine.contact, state
     stepper = PenaltyStepper(*parts, Settings(COMPILED))
-    near = fixed_point(stepper, numbers, RESIDUAL)
+    near = fixed_point(stepper, numbers)
     derivative = stepper.derivative(near.numbers)
     ours = corrected(stepper, near, derivative)
     looser = corrected(PenaltyStepper(*parts, Settings(LOOSER * COMPILED)), ours, derivative)

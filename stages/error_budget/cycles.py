@@ -69,7 +69,7 @@ class Cycles:
             guess = known.copy()
             guess[0] += static_penetration(near, force) - static_penetration(law, force)
         try:
-            cycle = fixed_point(stepper, guess, p.settings.residual, self.derivative)
+            cycle = fixed_point(stepper, guess, self.derivative)
         except NoLimitCycle as reason:
             raise NotWalked(f"on a cycle: {reason}") from None
         self.derivative = cycle.derivative

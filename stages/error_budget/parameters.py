@@ -7,14 +7,13 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.accuracy.level import Level
-from stages.biped.accuracy.tolerances import ConstraintTolerance, PenaltyTolerance, checked, scaled
+from stages.biped.accuracy.tolerances import ConstraintTolerance, PenaltyTolerance, checked
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 
-#: So many times as fine, at least, is the tolerance that measures another's error, or that of a cycle's steps as what
-#: the cycle is found to.
+#: So many times as fine, at least, is the tolerance that measures another's error.
 TIGHTER = 10.0
 
 
@@ -37,7 +36,7 @@ class Settings:
         "1", "the tighter one that measures its integration error", bound=Bound(minimum=1e-14, maximum=1e-3)
     )
     penalty_tolerance: float | None = parameter(
-        "1", "tolerance of the penalty model, in m, rad, m/s, rad/s; null: multibody.tolerance, if it finds cycles",
+        "1", "tolerance of the penalty model, in m, rad, m/s, rad/s; null: multibody.tolerance",
         bound=Bound(minimum=1e-12, maximum=1e-3))
     limit_tolerance: float = parameter(
         "1",
@@ -57,11 +56,6 @@ class Settings:
         "s", "time after heel strike in which velocities are not compared", bound=Bound(minimum=0, maximum=0.1)
     )
     points: int = parameter("1", "points of the curves over a step", bound=Bound(minimum=51, maximum=100_001))
-    residual: float = parameter(
-        "1",
-        "largest change of a cycle's state in a step, in the section's scales",
-        bound=Bound(minimum=1e-10, maximum=1e-3),
-    )
     checked: int = parameter(
         "1", "steps with laws of the budget drawn by a seed that Exudyn walks too", bound=Bound(minimum=0, maximum=10)
     )
@@ -97,10 +91,9 @@ class Parameters:
 
     @property
     def penalty_tolerance(self) -> float:
-        """Tolerance of the penalty model: a cycle is found to no less than the error of its steps."""
-        own, settings = self.penalty.tolerance, self.settings
-        follows = max(min(own, scaled(settings.residual, 1 / TIGHTER)), TIGHTER * settings.penalty_fine_tolerance)
-        return settings.penalty_tolerance or follows
+        """Tolerance of the penalty model."""
+        given = self.settings.penalty_tolerance
+        return given or max(self.penalty.tolerance, TIGHTER * self.settings.penalty_fine_tolerance)
 
     @property
     def checked_tolerance(self) -> float:

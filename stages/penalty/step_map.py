@@ -61,6 +61,11 @@ class PenaltyStepper:
         self.rigid = biped.legs == "rigid"
         self.steps_walked, self.steps_a_cycle = 0, 1 if biped.alike else 2
 
+    @property
+    def tolerance(self) -> float:
+        """Tolerance of the integration."""
+        return self.settings.tolerance
+
     def walk(self, start: PlanarState, steps: int) -> SectionStep:
         """Walk from a mid-stance to the one after `steps` steps. Raises NoLimitCycle."""
         return self._ended(self._walked(start, steps), start)

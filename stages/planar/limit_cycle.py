@@ -17,6 +17,9 @@ NEWTON_STEPS = 16
 #: The derivative is made anew when so many iterations have left more than this of the residual, so often at most; at
 #: once where nothing is won since it was made. Making it costs ten steps, and a slow iteration has corrected it.
 SLOW, PATIENCE, MOST_RENEWALS = 0.8, 2, 4
+#: Within so many times the walker's tolerance, in `SCALES`, a residual may be its steps' own error: up to 60 times it
+#: was seen where legs give way, and 800 times where they are rigid.
+OWN_ERROR = 1e3
 #: Times a change of the state is halved if the model does not take a step from it.
 HALVINGS = 4
 #: A change of the state beyond this, in `SCALES`, leads where nothing walks: ten metres, or ten metres a second.
@@ -38,7 +41,7 @@ S = TypeVar("S", bound=After)
 
 @dataclass(frozen=True)
 class FixedPointOf(Generic[S]):
-    """Section numbers (10,) that a step changes by no more than `residual`, that step, and its derivative (10, 10)."""
+    """Section numbers (10,) that a step changes by `residual` in `SCALES`, that step, and its derivative (10, 10)."""
 
     numbers: np.ndarray
     step: S
@@ -51,6 +54,10 @@ FixedPoint = FixedPointOf[SectionStep]
 
 class Steps(Protocol[S]):
     """A map of the section to itself, of a step or of a stride."""
+
+    @property
+    def tolerance(self) -> float:
+        """Absolute tolerance to which its steps are integrated, in m, rad, m/s and rad/s."""
 
     def step(self, numbers: np.ndarray) -> S:
         """One step from section numbers (10,). Raises NoLimitCycle."""
@@ -75,21 +82,21 @@ class StepTaker(Steps[SectionStep], Protocol):
         """Walk from a mid-stance to the one after `steps` steps. Raises NoLimitCycle."""
 
 
-def gait_near(walker: StepTaker, state: PlanarState, tolerance: float, *, central: bool = True) -> LimitCycle:
+def gait_near(walker: StepTaker, state: PlanarState, *, central: bool = True) -> LimitCycle:
     """The gait near `state`, a mid-stance, or, if there is none, near the end of a walk of some steps from it.
 
-    `tolerance` is the residual wanted, in `SCALES`. The derivative there is by `central` differences, or by forward
-    ones, which cost half as much and leave one more digit of multipliers uncertain: then that of the search's own
-    start serves if it is within `CLOSE`. Raises NoLimitCycle.
+    The derivative there is by `central` differences, or by forward ones, which cost half as much and leave one more
+    digit of multipliers uncertain: then that of the search's own start serves if it is within `CLOSE`.
+    Raises NoLimitCycle.
     """
     begin, derivative = section_numbers(state), None
     try:
         first = walker.step(begin)
         if not central:
             derivative = walker.derivative(begin, first)
-        found = fixed_point(walker, begin, tolerance, derivative, first)
+        found = fixed_point(walker, begin, derivative, first)
     except NoLimitCycle:
-        found = fixed_point(walker, walker.walk(state, SETTLING_STEPS).numbers, tolerance)
+        found = fixed_point(walker, walker.walk(state, SETTLING_STEPS).numbers)
     if derivative is None or np.abs((found.numbers - begin) / SCALES).max() > CLOSE:
         derivative = walker.derivative(found.numbers, None if central else found.step)
     multipliers = floquet_multipliers(derivative)
@@ -107,18 +114,24 @@ def gait_near(walker: StepTaker, state: PlanarState, tolerance: float, *, centra
 
 
 def fixed_point(
-    walker: Steps[S], numbers: np.ndarray, wanted: float, derivative: np.ndarray | None = None, first: S | None = None
+    walker: Steps[S], numbers: np.ndarray, derivative: np.ndarray | None = None, first: S | None = None
 ) -> FixedPointOf[S]:
-    """The fixed point of a step map near `numbers` (10,), to the residual `wanted`. Raises NoLimitCycle.
+    """The fixed point of a step map near `numbers` (10,), to the tolerance of its steps. Raises NoLimitCycle.
 
-    Newton's method; each step taken corrects the derivative (Broyden's rank one), which is made anew where the residual
-    falls slowly. `derivative` (10, 10) of a similar model serves at first; `first` the step from `numbers`, if known.
+    The residual, in `SCALES`, is the tolerance, or, within `OWN_ERROR` of it, the least that was met before the steps'
+    own error let it fall no more. Newton's method; each step taken corrects the derivative (Broyden's rank one), as far
+    as it is more than that error, and it is made anew where the residual falls slowly. `derivative` (10, 10) of a
+    similar model serves at first; `first` the step from `numbers`, if known.
     """
     after, previous, renewals, slow, began = first or walker.step(numbers), np.inf, 0, 0, 0.0
+    least, since, close = np.inf, 0, OWN_ERROR * walker.tolerance
     for _ in range(NEWTON_STEPS):
         moved = after.numbers - numbers
         residual = float(np.abs(moved / SCALES).max())
-        if residual < wanted:
+        since += 1
+        if residual < SLOW * least:
+            least, best, since = residual, (numbers, after), 0
+        if least <= walker.tolerance or (least <= close and since >= PATIENCE):
             break
         if previous == np.inf:
             began = residual
@@ -130,11 +143,12 @@ def fixed_point(
         change, then = _taken(walker, numbers, _newton_change(derivative, moved))
         scaled = change / SCALES
         missed = then.numbers - after.numbers - derivative @ change
-        derivative = derivative + np.outer(missed, scaled / SCALES) / float(scaled @ scaled)
+        if residual > close:
+            derivative = derivative + np.outer(missed, scaled / SCALES) / float(scaled @ scaled)
         numbers, after = numbers + change, then
-    else:
+    if least > close:
         raise NoLimitCycle(f"no fixed point within {NEWTON_STEPS} iterations, residual {residual:.1e}")
-    return FixedPointOf(numbers, after, residual, np.eye(10) if derivative is None else derivative)
+    return FixedPointOf(*best, least, np.eye(10) if derivative is None else derivative)
 
 
 def _newton_change(derivative: np.ndarray, moved: np.ndarray) -> np.ndarray:

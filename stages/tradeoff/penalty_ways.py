@@ -52,7 +52,7 @@ class Scene:
     def gait(self) -> tuple[LimitCycle, np.ndarray, np.ndarray]:
         """The gait at mid-stance, and its leading right and left eigenvectors with w v = 1."""
         solver = dataclasses.replace(self.settings, assembly="tree", tolerance=GAIT_TOLERANCE, largest_step=2e-3)
-        cycle = limit_cycle(self.biped, self.slope, self.contact, self.state, solver, 1e-6, ALONG)
+        cycle = limit_cycle(self.biped, self.slope, self.contact, self.state, solver, ALONG)
         right, left = leading_pair(cycle.monodromy_matrix)
         return cycle, right, left
 
@@ -104,7 +104,7 @@ def compiled_way(at: Scene, tolerance: float, *, multiplier: bool = False) -> Wa
 
     def leading() -> float:
         stepper = PenaltyStepper(*model, at.state, settings)
-        found = gait_near(stepper, at.state, max(GAIT_TOLERANCE, 10.0 * tolerance))
+        found = gait_near(stepper, at.state)
         return float(np.hypot(*found.floquet_multipliers[0]))
 
     return Way(at.model, COMPILED, {"tolerance": tolerance}, integrate, walk, leading if multiplier else None)

@@ -80,11 +80,11 @@ class Search:
     """Looks for the gait of one machine; counts the steps it walks. `tolerance` is that of the steps, in the scales."""
 
     def __init__(
-        self, take: StepMap, tolerance: float, difference: float, residual: float, sideways: bool = True
+        self, take: StepMap, tolerance: float, difference: float, sideways: bool = True
     ) -> None:
         self.take = take
+        self.tolerance = tolerance
         self.difference = difference
-        self.wanted = residual
         self.sideways = sideways
         self.settled = SETTLED * tolerance / difference
         self.steps = 0
@@ -101,7 +101,7 @@ class Search:
 
     def find(self, near: Near) -> Gait:
         """The gait near that of a machine like this one. Raises NoLimitCycle if it falls or the search fails."""
-        found = fixed_point(_Strides(self), near.plane, self.wanted, near.derivative)
+        found = fixed_point(_Strides(self), near.plane, near.derivative)
         first, second = found.step.first, found.step.second
         rough = found.derivative * PLANE_SCALES / PLANE_SCALES[:, None]
         walked = self._in_plane(found.numbers, found.step)
@@ -148,7 +148,7 @@ class _Strides:
 
     def __init__(self, search: Search) -> None:
         self.step: Callable[[np.ndarray], Stride] = search.stride
-        self.differences = search.difference * PLANE_SCALES
+        self.tolerance, self.differences = search.tolerance, search.difference * PLANE_SCALES
 
     def derivative(self, numbers: np.ndarray, after: Stride | None = None) -> np.ndarray:
         return by_differences(self.step, numbers, self.differences, after)

@@ -29,9 +29,6 @@ class Settings:
     difference: float = parameter(
         "1", "step of the finite differences in the section's scales", bound=Bound(minimum=1e-5, maximum=1e-1)
     )
-    residual: float = parameter(
-        "1", "how far a fixed point may move in a stride, in the section's scales", bound=Bound(above=0, maximum=1e-2)
-    )
     sideways: bool = parameter("-", "multipliers of roll, yaw and sideways motion as well")
 
 

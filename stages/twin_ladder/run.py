@@ -144,7 +144,7 @@ def climb(
             ahead = longer * np.array([1.0, 0.0, 1.0, 1.0, *[0.0] * 6])
         near, before = dataclasses.replace(near, plane=near.plane + ahead), own
         take = step_map(rung.machine, parameters.slope, parameters.contact, solver)
-        search = Search(take, settings.tolerance, settings.difference, settings.residual, settings.sideways)
+        search = Search(take, settings.tolerance, settings.difference, settings.sideways)
         try:
             gait = search.find(near)
         except NoLimitCycle as error:

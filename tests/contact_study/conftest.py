@@ -80,7 +80,6 @@ def small(parameters):
         family_shares=(1.0, 0.5),
         checked=2,
         checked_tolerance=3e-9,
-        residual=1e-4,
     )
     return dataclasses.replace(parameters, settings=few)
 

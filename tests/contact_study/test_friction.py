@@ -14,8 +14,6 @@ from stages.penalty.walk import simulate
 from stages.planar.events import find_events
 from stages.planar.state import rolling_state
 
-RESIDUAL = 1e-7
-
 
 def variation(factor, period, length):
     return FrictionVariation("stiction_velocity", factor, period, length)
@@ -42,7 +40,7 @@ def stepper(parameters, stand_in):
 
 @pytest.fixture(scope="module")
 def rows(default, stepper):
-    return vary_friction(default, stepper, RESIDUAL)
+    return vary_friction(default, stepper)
 
 
 def test_halving_the_stiction_velocity_lengthens_the_step_and_doubling_shortens_it(rows, default):
@@ -69,5 +67,5 @@ def test_a_gait_that_is_solved_for_is_where_a_long_walk_runs_into(rows, paramete
 
 def test_ground_on_which_no_gait_is_found_has_empty_rows(default, stepper):
     slippery = dataclasses.replace(default, static_friction=1e-3, dynamic_friction=1e-3)
-    rows = vary_friction(slippery, stepper, RESIDUAL)
+    rows = vary_friction(slippery, stepper)
     assert rows and all(math.isnan(row.period_s) for row in rows) and laws_of(slippery, rows) == []

@@ -10,7 +10,7 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
 from stages.ground.contact_law import ContactLaw
 from stages.multibody.result import Result
-from stages.multibody.walking.cycle import Model, search, solve, solved_cycle, unsettled
+from stages.multibody.walking.cycle import COARSE, Model, search, solve, solved_cycle, unsettled
 from stages.multibody.walking.limit_cycle import limit_cycle
 from stages.multibody.walking.walk import simulate
 from stages.penalty.settings import Settings as PenaltySettings
@@ -31,8 +31,8 @@ class MadeUp:
 
     steps_a_cycle = 1
 
-    def __init__(self, step, size):
-        self.map, self.size, self.taken = step, size, []
+    def __init__(self, step, size, tolerance=1e-6):
+        self.map, self.size, self.tolerance, self.taken = step, size, tolerance, []
 
     def step(self, numbers):
         self.taken.append(numbers)
@@ -53,15 +53,15 @@ def bent(numbers):
 
 
 def test_an_unstable_fixed_point_of_a_bent_map_is_found():
-    found = fixed_point(MadeUp(bent, 1e-6), FIXED + 0.02 * SCALES, 1e-10)
+    found = fixed_point(MadeUp(bent, 1e-6, 1e-10), FIXED + 0.02 * SCALES)
     assert found.residual < 1e-10
     assert found.numbers / SCALES == pytest.approx(FIXED / SCALES, abs=1e-9)
 
 
 def test_a_kept_derivative_is_corrected_on_the_way():
-    walker = MadeUp(bent, 1e-6)
+    walker = MadeUp(bent, 1e-6, 1e-8)
     similar = 1.05 * MAP * SCALES[:, None] / SCALES
-    found = fixed_point(walker, FIXED + 0.02 * SCALES, 1e-8, similar)
+    found = fixed_point(walker, FIXED + 0.02 * SCALES, similar)
     assert found.numbers / SCALES == pytest.approx(FIXED / SCALES, abs=1e-7)
     assert len(walker.taken) < 10  # a derivative alone would take ten
 
@@ -69,24 +69,41 @@ def test_a_kept_derivative_is_corrected_on_the_way():
 @pytest.mark.parametrize(("central", "steps", "within"), [(True, 20, 1e-9), (False, 10, 1e-6)])
 def test_multipliers_at_a_gait_are_those_of_the_map(start, central, steps, within):
     """Central differences have no error of the size of the difference, forward ones have, and cost half."""
-    walker = MadeUp(bent, 1e-6)
-    found = gait_near(walker, section_state(FIXED, start), 1e-10, central=central)
+    walker = MadeUp(bent, 1e-6, 1e-10)
+    found = gait_near(walker, section_state(FIXED, start), central=central)
     assert len(walker.taken) == 1 + steps and np.array_equal(found.section_state, FIXED)
     assert found.floquet_multipliers[:4, 0] == pytest.approx(MULTIPLIERS[:4], abs=within)
+
+
+def test_a_search_ends_where_the_steps_own_error_does():
+    """A made-up error of fifty tolerances, which no residual gets below for long: what is found is within it.
+
+    Without the error the residual falls to the tolerance, however far beyond what a walk of the same steps needs.
+    """
+    tolerance = 1e-8
+
+    def rough(numbers):
+        return bent(numbers) + 50.0 * tolerance * SCALES * np.sin(1e12 * numbers)
+
+    for step, within in ((bent, tolerance), (rough, 100.0 * tolerance)):
+        walker = MadeUp(step, 1e-6, tolerance)
+        found = fixed_point(walker, FIXED + 0.02 * SCALES, MAP * SCALES[:, None] / SCALES)
+        assert found.residual == np.abs((step(found.numbers) - found.numbers) / SCALES).max() <= within
+        assert np.abs((found.numbers - FIXED) / SCALES).max() < 10.0 * within and len(walker.taken) < 10
 
 
 @pytest.mark.parametrize("derivative", [None, np.eye(10), (1.0 - 1e-14) * np.eye(10)])
 def test_a_map_without_fixed_point_is_told(derivative):
     """Its derivative is one but for the round-off of differences, and Newton's change is infinite or nearly so."""
     with pytest.raises(NoLimitCycle, match="no fixed point in reach"):
-        fixed_point(MadeUp(lambda numbers: numbers + SCALES, 1e-4), FIXED, 1e-6, derivative)
+        fixed_point(MadeUp(lambda numbers: numbers + SCALES, 1e-4), FIXED, derivative)
 
 
 def test_a_map_that_moves_every_state_is_told():
     """Each number by its scale at least, and by more the further away: Newton's method goes to and fro."""
     walker = MadeUp(lambda numbers: numbers + SCALES * (1.0 + ((numbers - FIXED) / SCALES) ** 2), 1e-4)
     with pytest.raises(NoLimitCycle, match="no fixed point within 16 iterations, residual"):
-        fixed_point(walker, FIXED + 0.5 * SCALES, 1e-6)
+        fixed_point(walker, FIXED + 0.5 * SCALES)
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +142,7 @@ def settled(from_gait):
 def test_a_step_from_the_cycle_ends_on_it_and_a_walk_settles_there(settled):
     model, state, _, walk, (cycle, found, reason) = settled
     assert cycle.solved and not reason
-    assert cycle.residual < 1e-5
+    assert cycle.residual < COARSE
     gait = found.section_state
     again = model.walker(state).step(gait)
     assert np.abs((again.numbers - gait) / SCALES).max() < 1e-5
@@ -135,6 +152,12 @@ def test_a_step_from_the_cycle_ends_on_it_and_a_walk_settles_there(settled):
     assert cycle.peak_normal_force > 9.4 and cycle.double_stance_s == pytest.approx(
         walk.double_stance(walk.heel_strike_time[-2:]), rel=0.02
     )
+
+
+def test_the_cycle_is_that_of_another_walker_at_a_far_finer_tolerance(settled):
+    model, state, _, _, (cycle, _, _) = settled
+    other = gait_near(PenaltyStepper(model.biped, model.slope, model.contact, state, PenaltySettings(1e-12)), state)
+    assert (cycle.period_s, cycle.step_length_m) == pytest.approx((other.period_s, other.step_length_m), abs=3e-8)
 
 
 def test_a_short_walk_has_not_settled_yet(settled):

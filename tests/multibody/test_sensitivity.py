@@ -34,7 +34,7 @@ def test_elasticities_are_those_of_the_constraint_model(biped, slope, settings):
 
     def logarithms(design):
         model, state = model_of(design)
-        found = fixed_point(model.walker(state), gait.section_state, 2e-6, gait.monodromy_matrix)
+        found = fixed_point(model.walker(state), gait.section_state, gait.monodromy_matrix)
         return np.log([found.step.duration, found.step.length])
 
     _, point = find_gait(biped, slope, 1e-11)

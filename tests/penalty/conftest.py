@@ -12,4 +12,4 @@ __all__ = ["biped", "contact", "rough", "slope", "start"]  # fixtures
 
 @pytest.fixture(scope="session")
 def gait(biped, slope, contact, start):
-    return gait_near(PenaltyStepper(biped, slope, contact, start, Settings(1e-12)), start, 1e-10)
+    return gait_near(PenaltyStepper(biped, slope, contact, start, Settings(1e-12)), start)

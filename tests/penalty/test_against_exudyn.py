@@ -86,7 +86,7 @@ def test_the_cycle_of_legs_that_differ_is_the_same(biped, slope, contact, rough)
         other_leg_length=biped.leg_length + 1e-4, other_foot_mass=None, other_frame_mass=None)
     state = rolling_state(design, contact, rough, 9.4)
     stepper = PenaltyStepper(design, slope, contact, state, Settings(1e-7))
-    cycle = gait_near(stepper, state, 1e-4)
+    cycle = gait_near(stepper, state)
     assert stepper.steps_a_cycle == 2
     distance = between_cycles("a cycle", Machine(design, slope, contact, 1e-8), state, cycle.section_state)
     assert distance.fine and distance.distance < 1e-7, distance
@@ -135,7 +135,7 @@ def test_twenty_sets_over_a_step_and_between_cycles(placed, contact, law):
         assert over_a_walk("a step", machine, start).fine, drawn
         stepper = PenaltyStepper(machine.biped, machine.slope, drawn, start, Settings(1e-9))
         try:
-            cycle = gait_near(stepper, start, 1e-6)
+            cycle = gait_near(stepper, start)
             distance = between_cycles("a cycle", machine, start, cycle.section_state)
         except NoLimitCycle:
             continue

@@ -149,7 +149,7 @@ def test_a_gait_solved_anew_is_where_they_say(found, biped, slope, contact, star
     row, ends = found.changes.names.index(name), []
     for share in (1e-3, -1e-3):
         parts = changed(biped, slope, contact, name, share * found.changes.scales[row])
-        anew = fixed_point(PenaltyStepper(*parts, start, Settings(1e-12)), gait.section_state, 1e-9, found.matrix)
+        anew = fixed_point(PenaltyStepper(*parts, start, Settings(1e-12)), gait.section_state, found.matrix)
         ends.append(np.array([*(anew.numbers / SCALES), np.log(anew.step.duration), np.log(anew.step.length)]))
     own = [*(found.section[:, row] / SCALES), *found.elasticities()[row]]
     assert own == pytest.approx((ends[0] - ends[1]) / 2e-3, abs=1e-4)
@@ -159,7 +159,7 @@ def test_on_hard_ground_they_are_the_constraint_models(biped, slope, contact, ro
     """With an eighth of what the study's ground gives way and lets creep; the largest elasticity is .82."""
     ground = family_member(dataclasses.replace(contact, stiction_velocity=0.03), 0.25)
     start = rolling_state(biped, ground, rough, 9.4)
-    gait = gait_near(PenaltyStepper(biped, slope, ground, start, Settings(1e-9)), start, 1e-6)
+    gait = gait_near(PenaltyStepper(biped, slope, ground, start, Settings(1e-9)), start)
     _, point = find_gait(biped, slope, 1e-9)
     exact = gait_derivatives(DesignPoint(biped, slope), point, (*DESIGN, *SLOPE), 1e-9).elasticities()
     own = responses(biped, slope, ground, start, gait, (*DESIGN, *SLOPE), 1e-9).elasticities()

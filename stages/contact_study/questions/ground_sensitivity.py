@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 #: Elasticities in the order of their columns.
 HEADS = "period", "length", "|mu1|", "|mu2|"
-#: Tolerance and sampling rate [Hz] of the constraint model's gait, from which this one is sought; residual of the gait.
-CONSTRAINT, RATE, RESIDUAL = 1e-10, 2000.0, 1e-9
+#: Tolerance and sampling rate [Hz] of the constraint model's gait, from which this one is sought.
+CONSTRAINT, RATE = 1e-10, 2000.0
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     walker, point = find_gait(biped, slope, CONSTRAINT)
     walk, upright = walk_from_mid_stance(walker, point.z, 1, CONSTRAINT, RATE)
     start = rolling_state(biped, contact, upright, walk.standing_force)
-    gait = gait_near(PenaltyStepper(*model, start, Settings(TOLERANCE)), start, RESIDUAL)
+    gait = gait_near(PenaltyStepper(*model, start, Settings(TOLERANCE)), start)
     asking.progress(0.3, "derivatives")
     response = responses(*model, start, gait, names)
     asking.progress(0.5, "multipliers")

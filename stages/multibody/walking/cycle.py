@@ -32,10 +32,8 @@ SETTLED_WITHIN = 0.01
 #: One whose last periods differ by less than this [s] ends near it.
 NEARLY_SETTLED = 5e-4
 #: Derivatives, and the way to the fixed point, need no finer tolerance of the solver than this; with these differences,
-#: in the section's scales, multipliers are then within 0.001. Residual to which the fixed point is found with it.
-COARSE, DIFFERENCE, NEAR = 1e-7, 5e-4, 1e-5
-#: Residual at a finer tolerance of the solver: the period is then known to a few 1e-7 s.
-RESIDUAL = 1e-6
+#: in the section's scales, multipliers are then within 0.001.
+COARSE, DIFFERENCE = 1e-7, 5e-4
 
 
 @dataclass(frozen=True)
@@ -82,16 +80,14 @@ def search(model: Model, state: PlanarState, walked: Run | None = None) -> Limit
     coarse, central = model.at(COARSE), model.settings.tolerance <= COARSE
     if not central and walked is not None and walked.completed and model.biped.alike:
         state = mid_stance_after(walked).state
-    return gait_near(coarse.walker(state), state, NEAR, central=central)
+    return gait_near(coarse.walker(state), state, central=central)
 
 
 def solved_cycle(model: Model, state: PlanarState, found: LimitCycle, walk: Walk) -> Cycle:
     """Measures of the gait that was `found`, at the model's tolerance where that is finer. Raises NoLimitCycle."""
     fine = model.at(min(model.settings.tolerance, COARSE))
     walker = fine.walker(state)
-    point = fixed_point(
-        walker, found.section_state, RESIDUAL if fine is model else NEAR, found.monodromy_matrix
-    )
+    point = fixed_point(walker, found.section_state, found.monodromy_matrix)
     settings = fine.settings
     machine = build(model.biped, model.slope, model.contact, settings,
                     signals=[name for name in settings.signals if name == GROUND_REACTION])

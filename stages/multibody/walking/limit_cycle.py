@@ -26,7 +26,6 @@ def limit_cycle(
     contact: ContactLaw,
     state: PlanarState,
     settings: Settings,
-    tolerance: float = 1e-8,
     difference: float = DIFFERENCE,
     *,
     central: bool = True,
@@ -36,7 +35,7 @@ def limit_cycle(
     Raises NoLimitCycle. For the defaults the integration's own tolerance should be 1e-10 or less.
     """
     walker = SectionWalker(biped, slope, contact, state, settings, difference)
-    return gait_near(walker, state, tolerance, central=central)
+    return gait_near(walker, state, central=central)
 
 
 class SectionWalker:
@@ -57,6 +56,11 @@ class SectionWalker:
         self.machine = build(biped, slope, contact, settings, signals=())
         self.steps_a_cycle = 1 if biped.alike else 2
         self.steps_walked = 0
+
+    @property
+    def tolerance(self) -> float:
+        """Tolerance of the solver."""
+        return self.settings.tolerance
 
     def walk(self, start: PlanarState, steps: int) -> SectionStep:
         """Walk from a mid-stance to the one after `steps` steps. Raises NoLimitCycle."""
