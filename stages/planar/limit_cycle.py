@@ -17,9 +17,9 @@ NEWTON_STEPS = 16
 #: The derivative is made anew when so many iterations have left more than this of the residual, so often at most; at
 #: once where nothing is won since it was made. Making it costs ten steps, and a slow iteration has corrected it.
 SLOW, PATIENCE, MOST_RENEWALS = 0.8, 2, 4
-#: Within so many times the walker's tolerance, in `SCALES`, a residual may be its steps' own error: up to 60 times it
-#: was seen where legs give way, and 800 times where they are rigid.
-OWN_ERROR = 1e3
+#: The residual, in tolerances of the walker and in `SCALES`, that will do at once, and after one or two iterations that
+#: won nothing: it may then be the steps' own error, of which up to 60 were seen where legs give way, 800 where not.
+ENOUGH = 1.0, 1e2, 1e3
 #: Times a change of the state is halved if the model does not take a step from it.
 HALVINGS = 4
 #: A change of the state beyond this, in `SCALES`, leads where nothing walks: ten metres, or ten metres a second.
@@ -118,37 +118,42 @@ def fixed_point(
 ) -> FixedPointOf[S]:
     """The fixed point of a step map near `numbers` (10,), to the tolerance of its steps. Raises NoLimitCycle.
 
-    The residual, in `SCALES`, is the tolerance, or, within `OWN_ERROR` of it, the least that was met before the steps'
-    own error let it fall no more. Newton's method; each step taken corrects the derivative (Broyden's rank one), as far
-    as it is more than that error, and it is made anew where the residual falls slowly. `derivative` (10, 10) of a
-    similar model serves at first; `first` the step from `numbers`, if known.
+    The residual, in `SCALES`, is the tolerance, or the least met before the steps' own error let it fall no more, see
+    `ENOUGH`. Newton's method; each step taken corrects the derivative (Broyden's rank one) until then, and it is made
+    anew where the residual falls slowly. `derivative` (10, 10) of a similar model serves at first; `first` the step
+    from `numbers`, if known.
     """
     after, previous, renewals, slow, began = first or walker.step(numbers), np.inf, 0, 0, 0.0
-    least, since, close = np.inf, 0, OWN_ERROR * walker.tolerance
+    least, since, close = np.inf, 0, walker.tolerance * ENOUGH[-1]
     for _ in range(NEWTON_STEPS):
         moved = after.numbers - numbers
-        residual = float(np.abs(moved / SCALES).max())
-        since += 1
-        if residual < SLOW * least:
-            least, best, since = residual, (numbers, after), 0
-        if least <= walker.tolerance or (least <= close and since >= PATIENCE):
+        residual = _size(moved)
+        since = 0 if residual < SLOW * least else since + 1
+        if not since:
+            least, best = residual, (numbers, after)
+        if least <= walker.tolerance * ENOUGH[min(since, len(ENOUGH) - 1)]:
             break
         if previous == np.inf:
             began = residual
         if residual > SLOW * previous:
             slow = PATIENCE if residual > SLOW * began else slow + 1
-        if derivative is None or (slow >= PATIENCE and renewals < MOST_RENEWALS):
+        if derivative is None or (slow >= PATIENCE and renewals < MOST_RENEWALS and residual > close):
             derivative, renewals, slow, began = walker.derivative(numbers, after), renewals + 1, 0, residual
         previous = residual
         change, then = _taken(walker, numbers, _newton_change(derivative, moved))
         scaled = change / SCALES
         missed = then.numbers - after.numbers - derivative @ change
-        if residual > close:
-            derivative = derivative + np.outer(missed, scaled / SCALES) / float(scaled @ scaled)
         numbers, after = numbers + change, then
+        if residual > close or _size(after.numbers - numbers) < SLOW * least:
+            derivative = derivative + np.outer(missed, scaled / SCALES) / float(scaled @ scaled)
     if least > close:
         raise NoLimitCycle(f"no fixed point within {NEWTON_STEPS} iterations, residual {residual:.1e}")
     return FixedPointOf(*best, least, np.eye(10) if derivative is None else derivative)
+
+
+def _size(moved: np.ndarray) -> float:
+    """How far a step moves the section numbers (10,), in `SCALES`."""
+    return float(np.abs(moved / SCALES).max())
 
 
 def _newton_change(derivative: np.ndarray, moved: np.ndarray) -> np.ndarray:
