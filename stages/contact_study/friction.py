@@ -25,7 +25,9 @@ VELOCITIES = ("stiction_velocity", "friction_velocity")
 SETTLING_STEPS = 8
 
 
-def vary_friction(contact: ContactLaw, stepper: Callable[[ContactLaw], PenaltyStepper]) -> tuple[FrictionVariation, ...]:
+def vary_friction(
+    contact: ContactLaw, stepper: Callable[[ContactLaw], PenaltyStepper]
+) -> tuple[FrictionVariation, ...]:
     """Gaits on ground with this contact law, and with each transition velocity changed alone by `FACTORS`.
 
     `stepper` walks on ground with a law from a mid-stance near its gait. Changes that break the order of the velocities
