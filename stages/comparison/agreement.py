@@ -62,7 +62,7 @@ class TwinAgreement:
     """The twin against the simple (planar multibody) model."""
 
     steps_to_settle: int = quantity("1", "steps until period and length stay within 1 %; -1 if never")
-    step_frequency: float = quantity("Hz", "settled step frequency of the twin")
+    step_frequency: float = quantity("Hz", "step frequency of the twin's last four steps")
     normalised_rms: np.ndarray = quantity("1", "rms difference over range of six sensor signals at equal phase, (6,)")
     peak_specific_force: float = quantity("m/s^2", "largest specific force at the twin's hip sensor, last stride")
     peak_foot_specific_force: float = quantity("m/s^2", "largest specific force at the twin's foot sensor, last stride")

@@ -21,7 +21,7 @@ class BipedSummary:
         "m", "largest hip difference over one step of the constraint model with Coulomb friction from the rolling one"
     )
     hip_difference: float = quantity("m", "largest hip difference of these models over one step from a common state")
-    twin_frequency: float = quantity("Hz", "step frequency of the twin")
+    twin_frequency: float = quantity("Hz", "step frequency of the twin's last four steps")
     multiplier: float = quantity("1", "largest multiplier of the constraint model")
     twin_multiplier: float = quantity("1", "largest multiplier of the twin in the plane")
     friction_single_stance: float = quantity("1", "friction it needs in single stance")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from math import nan
 
@@ -59,28 +60,51 @@ class EnergyBalance:
         return abs(self.residual / self.gravity_work)
 
 
+def with_doubt(value: float, left: float) -> str:
+    """A mean with what a transient leaves in it, rounded up to one digit; with three decimals if that is unknown."""
+    if not left > 0.0:
+        return f"{value:.3f} (what is left of the transient is unknown)"
+    places = max(0, -math.floor(math.log10(left)))
+    return f"{value:.{places}f} ± {math.ceil(left * 10.0**places) / 10.0**places:.{places}f}"
+
+
 @dataclass(frozen=True)
 class Settling:
-    """Measures of each step, from heel strike to heel strike, and of the settled gait; NaN if the walk is too short."""
+    """Measures of each step, from heel strike to heel strike, and of the last four; NaN if the walk is too short."""
 
     step_period: np.ndarray = quantity("s", "duration of each step, shape (s - 1,)", symbol="T", dimensions=("step",))
     step_length: np.ndarray = quantity(
         "m", "advance of the hip in each step, shape (s - 1,)", symbol="s", dimensions=("step",)
     )
-    steps_to_settle: int = quantity("1", "steps until period and length stay within 1% of the settled gait; -1: never")
-    period_s: float = quantity("s", "settled duration of a step", symbol="T", default=nan)
-    step_frequency_hz: float = quantity("Hz", "settled steps per second", symbol="f", default=nan)
-    step_length_m: float = quantity("m", "settled advance of the hip in a step", symbol="s", default=nan)
-    speed_m_s: float = quantity("m/s", "settled mean speed", symbol="v", default=nan)
+    steps_to_settle: int = quantity("1", "steps until period and length stay within 1% of the last four's; -1: never")
+    period_s: float = quantity("s", "mean duration of the last four steps", symbol="T", default=nan)
+    step_frequency_hz: float = quantity("Hz", "steps per second, of these four", symbol="f", default=nan)
+    step_length_m: float = quantity("m", "mean advance of the hip in these four steps", symbol="s", default=nan)
+    speed_m_s: float = quantity("m/s", "mean speed of these four steps", symbol="v", default=nan)
     double_stance_s: float = quantity(
-        "s", "settled time with both pairs on the ground in a step", symbol="t_DSP", default=nan
+        "s", "mean time with both pairs on the ground in these four steps", symbol="t_DSP", default=nan
     )
     inner_outer_difference: float = quantity(
-        "1", "limp: settled duration of inner pair's less outer pair's stance step, over the mean", default=nan
+        "1", "limp: mean duration of inner pair's less outer pair's stance step in these four, over the mean",
+        default=nan
     )
-    largest_roll: float = quantity("rad", "largest roll in the settled steps", default=nan)
+    largest_roll: float = quantity("rad", "largest roll in these four steps", default=nan)
     yaw_change: float = quantity("rad", "change of yaw over the walk", default=nan)
     lateral_drift: float = quantity("m", "sideways drift of the hip over the walk", default=nan)
+    period_transient_s: float = quantity(
+        "s", "what the transient leaves in period_s: the gait's own lies within it; NaN: it does not fade, or the walk "
+        "is too short to tell", default=nan
+    )
+    step_length_transient_m: float = quantity("m", "the same of step_length_m", default=nan)
+
+    def frequency_text(self) -> str:
+        """Step frequency of the last four steps, as far as it is the gait's own."""
+        left = self.period_transient_s * self.step_frequency_hz / self.period_s
+        return f"{with_doubt(self.step_frequency_hz, left)} Hz"
+
+    def length_text(self) -> str:
+        """Their length in mm, as far as it is the gait's own."""
+        return f"{with_doubt(1e3 * self.step_length_m, 1e3 * self.step_length_transient_m)} mm"
 
 
 @dataclass(frozen=True)
@@ -166,9 +190,9 @@ class Result:
         if self.outcome != "completed":
             return f"{self.outcome} after {self.steps} steps: {self.reason}"
         gait = self.settling
-        when = f"settled after step {gait.steps_to_settle}" if gait.steps_to_settle >= 0 else "not settled"
+        when = f"within 1 % after step {gait.steps_to_settle}" if gait.steps_to_settle >= 0 else "not settled"
         return (
-            f"{self.steps} steps, {when}: {gait.step_frequency_hz:.3f} Hz, step {1e3 * gait.step_length_m:.1f} mm, "
+            f"{self.steps} steps, {when}; the last four: {gait.frequency_text()}, step {gait.length_text()}; "
             f"energy closed to {self.energy.relative_residual:.0e}{'; ' * bool(self.bill)}{self.bill}"
         )
 

@@ -78,8 +78,8 @@ class Result:
     simple_period_s: float = quantity("s", "step of the constraint model", symbol="T")
     simple_step_length_m: float = quantity("m", "step length of the constraint model", symbol="s")
     rungs: tuple[RungGait, ...] = quantity("-", "planar multibody model first")
-    walked_period_s: float = quantity("s", "settled step of the twin's own walk, from the twin stage", symbol="T")
-    walked_step_length_m: float = quantity("m", "settled step length of the twin's own walk", symbol="s")
+    walked_period_s: float = quantity("s", "last four steps of the twin's own walk, their mean", symbol="T")
+    walked_step_length_m: float = quantity("m", "the same of their length", symbol="s")
     same_machine: tuple[SameMachine, ...] = quantity(
         "-", "the constraint model of each rung's own machine, in the rungs' order", default=())
 

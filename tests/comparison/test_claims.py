@@ -47,7 +47,7 @@ CASES = [
     (figure_8.HipDisplacement(2.5e-4, 2.9e-4, 1.9e-4, 1.1e-3, 1.2e-3, PARTS, 2.4e-4, 2e-5, 0.1), {"limit_step": 4e-4}),
     (figure_8.HipVelocity(2.7e-3, 3.4e-3, 3.9e-3, 4e-3), {"limit_cycle": 6e-3}),
     (figure_8.IntegrationTolerance("completed", 1e-4, 2e-4, 1e-5, PARTS, 0.9, 0.9), {"integration": 1e-8}),
-    (twin.TwinSettles(1, 0.496, 0.49, 0.77), {"steps": -1}),
+    (twin.TwinSettles(1, 0.496, 0.49, 0.77, "2.041 ± 0.001 Hz"), {"steps": -1}),
     (twin.RampLength(0.161, 1.69, 0.024, 0.042, 0.08), {"step": 0.2, "needed": 2.08}),
     (twin.PushConverges(0, 30, (("speed to the side", "m/s", 0.2, inf),), 0.77, 0.99), {"failed": 3}),
     (gait.StepFrequency(2.0718, 0.0068, "biped.foot_com", 0.0032, (2.047, 2.075)), {"frequency": 2.2}),

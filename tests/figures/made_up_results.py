@@ -22,6 +22,7 @@ from stages.figures.parameters import Settings
 from stages.tradeoff.result import Errors, Reference, Row
 from stages.tradeoff.result import Result as Tradeoff
 from stages.twin.machine.parts import Part
+from stages.twin.result import Settling
 from stages.twin_ladder.result import COMPLETED, RungGait, SameMachine
 from stages.twin_ladder.result import Result as Ladder
 from stages.twin_pushes.result import PushedWalk
@@ -51,7 +52,7 @@ def multibody():
 
 def twin():
     """The walk of the multibody model."""
-    settling = SimpleNamespace(step_frequency_hz=2.04, step_length_m=0.159, steps_to_settle=1)
+    settling = Settling(np.zeros(0), np.zeros(0), 1, 1 / 2.04, 2.04, 0.159, period_transient_s=1e-4)
     walk = make_walk(period=0.51)
     return SimpleNamespace(walk=walk, settling=settling, outcome="completed", steps=8)
 

@@ -26,8 +26,8 @@ PUSHES = ("sideways_speeds", "roll_rates", "yaw_rates", "yaw_angles")
 
 @dataclass(frozen=True)
 class TwinSettles(Measured):
-    """Steps until the twin has settled (-1: never), the first step's and the settled period [s], the twin's largest
-    multiplier (NaN if unknown)."""
+    """Steps until the twin has settled (-1: never), the first step's period [s] and its gait's, or the last four's
+    where no gait is known, its largest multiplier (NaN if unknown), and the frequency of these four, in words."""
 
     ID = "twin_settles"
     RESTS_ON = RESTS_ON
@@ -36,11 +36,12 @@ class TwinSettles(Measured):
     first: float
     period: float
     multiplier: float
+    frequency: str
 
     def judge(self, limits: Settings) -> Judgement:
         settled = self.steps >= 0
         return Judgement(
-            f"period and length within 1 % after step {self.steps}, then {1 / self.period:.4f} Hz"
+            f"period and length within 1 % of the last four steps' after step {self.steps}; these: {self.frequency}"
             if settled
             else "period and length of a step do not settle in the steps walked",
             yes_or_no(settled),
@@ -48,10 +49,10 @@ class TwinSettles(Measured):
                 Cause(
                     settled and self.first != self.period,
                     f"the twin's fixed point is another: the first step is {percent(self.first / self.period - 1, 1)} "
-                    "longer in time than the settled ones",
+                    "longer in time than the gait's",
                 ),
                 Cause(settled and self.multiplier < 1, f"a step leaves {self.multiplier:.2f} of a difference"),
-                Cause(settled, f"{self.steps} of the first steps are off the settled ones by more than 1 %"),
+                Cause(settled, f"{self.steps} of the first steps are off the last ones by more than 1 %"),
                 Cause(not settled, "period or length still change by more than 1 % in the last steps"),
                 Cause(not settled and self.multiplier >= 1, f"a step multiplies a difference by {self.multiplier:.2f}"),
             ),

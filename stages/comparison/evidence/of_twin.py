@@ -11,8 +11,10 @@ from stages.comparison.evidence.evidence import NAN, Evidence, largest
 def twin_settles(e: Evidence) -> twin.TwinSettles:
     settling, rung = e.results.twin.settling, e.results.twin_ladder.twin
     first = float(settling.step_period[0]) if len(settling.step_period) else NAN
-    multiplier = largest(rung.plane_multipliers) if rung is not None else NAN
-    return twin.TwinSettles(settling.steps_to_settle, first, settling.period_s, multiplier)
+    period, multiplier = settling.period_s, NAN
+    if rung is not None:
+        period, multiplier = rung.period_s, largest(rung.plane_multipliers)
+    return twin.TwinSettles(settling.steps_to_settle, first, period, multiplier, settling.frequency_text())
 
 
 def twin_like_simple(e: Evidence) -> twin.TwinLikeSimple:

@@ -81,11 +81,11 @@ def draw(given: Given) -> Figure:
 def caption(given: Given) -> str:
     settling = given.twin.settling
     settled = settling.steps_to_settle >= 0
-    when = f"settles after step {settling.steps_to_settle}" if settled else "does not settle"
+    when = f"settles to 1 % after step {settling.steps_to_settle}" if settled else "does not settle"
     twin, biped = given.parameters.twin, given.parameters.biped
     bodies = "" if twin.inertia == "planar" else ", bodies with inertia from an assumed bill of parts"
     return (
         f"Poses {STEPS_APART:g} steps apart on the ramp's stepping blocks, where the walk had them: "
         f"{what_is_drawn(twin, biped).rstrip(',')}. Four feet, paired legs{bodies}. From the simple model's gait the "
-        f"twin {when} and walks at {settling.step_frequency_hz:.4f} Hz."
+        f"twin {when}; its last four steps: {settling.frequency_text()}."
     )

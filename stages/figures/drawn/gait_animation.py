@@ -127,6 +127,6 @@ def caption(given: Given) -> str:
         "All three start in the constraint model's mid-stance state and settle into gaits of their own: "
         f"{gait.step_frequency_hz:.4f} Hz and steps of {1e3 * gait.step_length_m:.1f} mm with constraints, "
         f"{cycle.step_frequency_hz:.4f} Hz and {1e3 * cycle.step_length_m:.1f} mm with penalty contact, "
-        f"{settling.step_frequency_hz:.4f} Hz and {1e3 * settling.step_length_m:.1f} mm for the twin; so they drift "
-        "apart."
+        f"{settling.frequency_text()} and {settling.length_text()} for the twin's last four steps; so "
+        "they drift apart."
     )

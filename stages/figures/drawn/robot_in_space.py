@@ -116,10 +116,10 @@ def scene(given: Given) -> dict[str, Any]:
 
 def numbers(given: Given) -> list[tuple[str, str, str]]:
     """The three numbers beside the robot: the claim that judges each, the number, and what it is."""
-    model, twin = given.analytic.gait.step_frequency_hz, given.twin.settling.step_frequency_hz
+    model, twin = given.analytic.gait.step_frequency_hz, given.twin.settling.frequency_text()
     apart = 1e3 * float(np.max(given.comparison.models.same_start.position))
     left = float(np.hypot(*given.analytic.gait.floquet_multipliers[0]))
-    walking = f"{twin:.3f} Hz" if given.twin.outcome == "completed" else given.twin.outcome
+    walking = twin if given.twin.outcome == "completed" else given.twin.outcome
     return [
         ("step_frequency", f"{model:.3f} Hz", f"steps a second of the constraint model; the twin: {walking}"),
         ("hip_displacement", f"{apart:.2f} mm", "between the hips over a step, constraints against penalty contact"),
@@ -150,7 +150,7 @@ def caption(given: Given) -> str:
     settling, drawn = given.twin.settling, what_is_drawn(given.parameters.twin, given.parameters.biped)
     return (
         f"The last stride of the twin's walk of {given.twin.steps} steps, over and over: {drawn} "
-        f"where the walk has it, {settling.step_frequency_hz:.4f} Hz and {1e3 * settling.step_length_m:.1f} mm a step. "
+        f"where the walk has it. Its last four steps: {settling.frequency_text()} and {settling.length_text()} a step. "
         "The ghost is the constraint model at the same phase of its own stride, from the same place. Arrows: force of "
         "the ground, half a pair's on each foot, impacts cut off. Thin rods are no parts: they join what slides."
     )

@@ -8,10 +8,16 @@ from stages.biped.walk import Walk
 from stages.twin.result import Settling
 from stages.twin.walking.record import Record
 
-#: Steps at the end of a walk over which the settled gait is averaged: two strides.
+#: Steps at the end of a walk over which means are taken: two strides.
 SETTLED_STEPS = 4
-#: A step has settled when its period and its length are this close to the settled gait's.
+#: A step has settled when its period and its length are this close to the means of these.
 SETTLED_WITHIN = 0.01
+#: How the transient fades is told by the largest of so many changes from stride to stride, and of those so many before.
+SEEN, BEFORE = 3, 4
+#: What it leaves is at most so many times what it would be if it faded as the largest of them does. Without this factor
+#: the worst of 72 walks of 10 to 20 steps, of 8 bipeds, was .99.
+SURE = 2.0
+LATE, EARLY = slice(-SEEN, None), slice(-SEEN - BEFORE, -BEFORE)
 
 
 def settling(record: Record, walk: Walk) -> Settling:
@@ -29,7 +35,7 @@ def settling(record: Record, walk: Walk) -> Settling:
     settled = (abs(periods / period - 1.0) < SETTLED_WITHIN) & (abs(lengths / length - 1.0) < SETTLED_WITHIN)
     unsettled = np.flatnonzero(~settled)
     needed = int(unsettled[-1]) + 1 if len(unsettled) else 0
-    late = record.time >= strikes[-1 - SETTLED_STEPS]
+    late, left = record.time >= strikes[-1 - SETTLED_STEPS], transient_left(periods, lengths)
     return Settling(
         step_period=periods,
         step_length=lengths,
@@ -43,7 +49,25 @@ def settling(record: Record, walk: Walk) -> Settling:
         largest_roll=float(abs(record.position[late, 4]).max()),
         yaw_change=yaw,
         lateral_drift=sideways,
+        period_transient_s=left[0],
+        step_length_transient_m=left[1],
     )
+
+
+def transient_left(*measures: np.ndarray) -> list[float]:
+    """By how much the mean of the last two strides of a measure (n,) of steps may differ from where it settles.
+
+    Of measures of the same steps, whose changes fade alike: that which fades slowest tells the rate. Multipliers may be
+    of either sign, or complex: sums of two steps keep no limp, and a largest change of several does not miss one that
+    passes zero. NaN where changes do not fade, or the walk is too short.
+    """
+    pairs = [0.5 * (measure[1:] + measure[:-1]) for measure in measures]
+    changes = [np.abs(pair[2:] - pair[:-2]) for pair in pairs]
+    if len(changes[0]) < SEEN + BEFORE:
+        return [float("nan")] * len(measures)
+    late, early = ([float(change[part].max()) for change in changes] for part in (LATE, EARLY))
+    kept = max(now / then if then else 0.0 for now, then in zip(late, early, strict=True)) ** (2.0 / BEFORE)
+    return [SURE * now * (kept / (1.0 - kept) + 0.5) if kept < 1.0 else float("nan") for now in late]
 
 
 def _limp(periods: np.ndarray, landing: np.ndarray) -> float:
