@@ -14,6 +14,8 @@ import click
 from pipeline.errors import BAD_INPUT, FAILED, Stopped, StudyError, nearest
 
 _BY_SIGNAL = 128
+#: As of a program that SIGPIPE ends: `| head -1` takes no harm, and a run that was cut off is not taken for a whole one.
+_NOBODY_READS = _BY_SIGNAL + 13
 #: What click raises where a command is missing; before 8.2 it prints the help itself and ends with 0.
 _NO_ARGUMENTS: Any = getattr(click.exceptions, "NoArgsIsHelpError", ())
 _STUDY, _LOOKING, _HOUSE = "Study", "Looking", "Housekeeping"
@@ -100,9 +102,11 @@ def cli() -> None:
 def main(arguments: list[str] | None = None) -> NoReturn:
     """Run the command line; ends the process with 0, 1 (a stage failed), 2 (bad input) or 3 (the answer is no).
 
-    Stopped by a signal it ends with 128 and the signal's number: 130 by Ctrl-C, 143 by SIGTERM.
+    Stopped by a signal it ends with 128 and the signal's number: 130 by Ctrl-C, 143 by SIGTERM, 141 where
+    nobody reads on what it prints.
     """
     signal.signal(signal.SIGTERM, _interrupt)
+    out = sys.stdout
     try:
         code = cli.main(args=arguments, prog_name="bipedstudy", standalone_mode=False)
         code = code if isinstance(code, int) else 0
@@ -121,9 +125,13 @@ def main(arguments: list[str] | None = None) -> NoReturn:
         code = _say([error.format_message()], BAD_INPUT)
     except (KeyboardInterrupt, click.Abort):
         code = _say(["stopped; everything computed before is kept"], Stopped.exit_code)
+    except SystemExit:
+        if sys.stdout is out:
+            raise
+        code = _NOBODY_READS  # click met a closed pipe, and put streams there that pass over it
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        code = 0
+        code = _NOBODY_READS
     except OSError as error:
         about = f"{error.filename}: " if error.filename else ""
         code = _say([f"{about}{error.strerror or error}"], FAILED)

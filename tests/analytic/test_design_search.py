@@ -74,6 +74,20 @@ def test_targets_are_held_and_bounds_kept(start):
         assert low - 1e-12 <= found.best.design.value(name) <= high + 1e-12
 
 
+def test_what_the_best_is_compared_with_is_the_design_itself_whichever_start_led_there(start):
+    """Cut off at once, the search that began fastest is best: not the design's own."""
+    bounds = within(0.2, "biped.foot_com")
+    searches = search_design(DESIGN, start, bounds, tolerance=TOLERANCE, goal="speed", maximise=True, starts=4,
+                             iterations=0)  # fmt: skip
+    speed = describe(*found_gait(TABLE_1)).speed_m_s
+    assert sum(search.own for search in searches) == 1 and not searches[0].own
+    plain = design_question.as_plain(searches, bounds, {}, GOALS["speed"])
+    assert plain["goal"]["start"] == pytest.approx(speed, rel=1e-7) != searches[0].start.value
+    assert plain["parameters"]["biped.foot_com"]["start"] == TABLE_1.foot_com
+    first, *_ = design_question.told(searches, bounds, {}, GOALS["speed"], 4)
+    assert first.startswith(f"speed {speed:.6g} -> ") and "from another start" in first
+
+
 def test_a_design_without_a_gait_cannot_start_a_search():
     flat = DESIGN.with_value("ground.slope_deg", 0.0)
     with pytest.raises(ValueError, match="no gait"):

@@ -111,6 +111,14 @@ def test_design_says_where_it_ended_and_what_its_gait_asks_of_the_ground():
     assert any("biped.foot_radius (upper)" in line for line in answer.lines)
 
 
+def test_design_says_no_where_a_target_is_missed():
+    answer, _ = answered(design, vary=("biped.foot_com",), target=("speed_m_s=0.9",), iterations=4)
+    reached = answer.plain["measures"]["speed_m_s"]
+    assert answer.no and not answer.plain["met"] and not answer.plain["converged"] and reached < 0.5
+    assert f"misses speed_m_s by {100 * (1 - reached / 0.9):.3g} %" in " ".join(answer.lines)
+    assert "optimum" not in " ".join(answer.lines)
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [

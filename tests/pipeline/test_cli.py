@@ -229,6 +229,15 @@ def test_a_read_only_results_folder_can_be_looked_at(ran):
         (folder / ".cache").chmod(0o700)
 
 
+@pytest.mark.parametrize(("arguments", "code"), [(("status",), 141), (("--help",), 141), (("rn",), 2)])
+def test_where_nobody_reads_on_it_ends_as_by_that_signal(ran, arguments, code):
+    """Like other tools before `| head -1`: no 1, no word, and no 0 for a run that was cut off."""
+    process = ran.start(*arguments)
+    process.stdout.close()
+    errors = process.stderr.read()
+    assert process.wait() == code and bool(errors) == (code == 2) and "Traceback" not in errors
+
+
 def test_the_command_line_loads_nothing_heavy(repository):
     code = (
         "import sys; from pipeline.cli import cli; "

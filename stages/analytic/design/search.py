@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import linprog, minimize
@@ -89,7 +89,7 @@ class DesignSearch:
     `history` (k + 1,) and `path` (k + 1, n) are the goal and the parameters' values by step. `ending` is one of
     `ENDINGS`; `bounds` names the parameters that are at their "lower" or "upper" bound; `gain` is what is left to gain,
     in shares of the start's value for a share of the parameters. `gaits` and `gradients` count how often a gait was
-    found and differentiated.
+    found and differentiated. `own` says whether it began with the design that was asked about.
     """
 
     start: Candidate
@@ -101,6 +101,7 @@ class DesignSearch:
     gain: float
     gaits: int
     gradients: int
+    own: bool = True
 
     @property
     def met(self) -> bool:
@@ -109,8 +110,8 @@ class DesignSearch:
 
     @property
     def converged(self) -> bool:
-        """Whether the search ended for another reason than want of steps."""
-        return self.ending != "unfinished"
+        """Whether the search holds the targets, and ended for another reason than want of steps."""
+        return self.met and self.ending != "unfinished"
 
 
 class Problem:
@@ -309,7 +310,8 @@ def search_design(
     progress: Callable[[int, float], None] = lambda iteration, merit: None,
 ) -> list[DesignSearch]:
     """Searches for the least (or largest) `goal`, one of `GOALS`, from the design with its gait at section coordinates
-    `z` and from more `starts` spread within the bounds, where the gait leads there; the best comes first.
+    `z` and from more `starts` spread within the bounds, where the gait leads there; the best comes first, and where
+    none holds the targets the nearest to them.
 
     `bounds` gives (lower, upper) of each parameter to vary, by its name in the parameter files; `targets` values of
     `speed_m_s`, `step_length_m` or `step_frequency_hz` to hold. Raises ValueError without a gait at `z`.
@@ -321,8 +323,13 @@ def search_design(
     problem.unit = own.value or 1.0
     spread = qmc.Halton(len(bounds), scramble=False).random(starts)[1:]  # its first point is a corner
     others = (problem.follow(own, problem.lower + point * (problem.upper - problem.lower)) for point in spread)
-    found = [search_from(problem, start, iterations, progress) for start in (own, *others) if start is not None]
-    return sorted(found, key=lambda search: (not search.met, problem.sign * search.best.value))
+    found = [replace(search_from(problem, start, iterations, progress), own=start is own)
+             for start in (own, *others) if start is not None]
+    found.sort(key=lambda search: (0.0 if search.met else np.abs(search.best.misses).sum(),
+                                   problem.sign * search.best.value))
+    met, best = found[0].met, found[0].best.value  # of two alike the design's own comes first
+    return sorted(found, key=lambda search: not (
+        search.own and search.met == met and abs(search.best.value - best) <= MET * best))
 
 
 def search_from(

@@ -11,7 +11,7 @@ from stages.biped.question import Answer, Asking, Question, WrongOption, interva
 
 if TYPE_CHECKING:
     from stages.analytic.design.goals import Goal
-    from stages.analytic.design.search import DesignSearch
+    from stages.analytic.design.search import Candidate, DesignSearch
     from stages.analytic.gait.design_point import DesignPoint
     from stages.analytic.parameters import Parameters
     from stages.analytic.result import Validity
@@ -78,7 +78,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     lines = [*told(searches, bounds, held, goal, options.starts), asked_of_the_ground(ground)]
     plain = {**as_plain(searches, bounds, held, goal), "ground": {name: getattr(ground, name) for name in GROUND}}
     rows = [{"parameter": name, **told_of} for name, told_of in plain["parameters"].items()]
-    return Answer(lines, plain, rows=rows, draw=draw, parameters={name: found.design.value(name) for name in bounds})
+    return Answer(lines, plain, rows=rows, draw=draw, parameters={name: found.design.value(name) for name in bounds},
+                  no=not searches[0].met)  # fmt: skip
 
 
 def bounds_of(design: DesignPoint, text: str, share: float, known: Collection[str]) -> tuple[str, tuple[float, float]]:
@@ -115,12 +116,12 @@ def target_of(text: str, known: tuple[str, ...]) -> tuple[str, float]:
 def as_plain(
     searches: Sequence[DesignSearch], bounds: Bounds, held: Mapping[str, float], goal: Goal
 ) -> dict[str, Any]:
-    """The searches as JSON; the best comes first."""
-    found = searches[0]
-    start, best = found.start.design, found.best.design
+    """The searches as JSON; the best comes first, and starts are the design's own."""
+    found, own = searches[0], own_start(searches)
+    start, best = own.design, found.best.design
     return {
-        "goal": {"title": goal.title, "unit": goal.unit, "start": found.start.value, "best": found.best.value},
-        "largest_multiplier": {"start": found.start.largest_multiplier, "best": found.best.largest_multiplier},
+        "goal": {"title": goal.title, "unit": goal.unit, "start": own.value, "best": found.best.value},
+        "largest_multiplier": {"start": own.largest_multiplier, "best": found.best.largest_multiplier},
         "parameters": {
             name: {"start": start.value(name), "best": best.value(name), "bounds": list(limits),
                    "at_bound": found.bounds.get(name)}
@@ -128,39 +129,53 @@ def as_plain(
         },
         "measures": {name: getattr(found.best.gait, name) for name in MEASURES},
         "targets": held,
+        "met": found.met,
         "iterations": sum(len(search.history) - 1 for search in searches),
         "converged": found.converged,
         "ending": found.ending,
         "left_to_gain": found.gain,
         "path": {"goal": list(found.history), "parameters": found.path.tolist()},
-        "starts": [{"start": search.start.value, "best": search.best.value, "ending": search.ending,
+        "starts": [{"start": search.start.value, "best": search.best.value, "ending": search.ending, "met": search.met,
                     "gaits": search.gaits, "gradients": search.gradients} for search in searches],
     }
+
+
+def own_start(searches: Sequence[DesignSearch]) -> Candidate:
+    """The design that was asked about, with its gait, whichever start led to the best."""
+    return next(search.start for search in searches if search.own)
 
 
 def told(
     searches: Sequence[DesignSearch], bounds: Bounds, held: Mapping[str, float], goal: Goal, starts: int
 ) -> Iterator[str]:
     """The searches in words."""
-    from stages.analytic.design.search import ENDINGS, SAME
+    from stages.analytic.design.search import ENDINGS, HELD, SAME
 
-    found, unit = searches[0], "" if goal.unit == "1" else f" {goal.unit}"
-    yield (f"{goal.title} {found.start.value:.6g} -> {found.best.value:.6g}{unit} in {len(found.history) - 1} steps "
+    found, own, unit = searches[0], own_start(searches), "" if goal.unit == "1" else f" {goal.unit}"
+    elsewhere = "" if found.own else f" from another start, which has {found.start.value:.6g}"
+    yield (f"{goal.title} {own.value:.6g} -> {found.best.value:.6g}{unit} in {len(found.history) - 1} steps{elsewhere} "
            f"({found.gaits} gaits, {found.gradients} gradients)")
     for name, (low, high) in bounds.items():
         at = f" (at its {found.bounds[name]} bound)" if name in found.bounds else f" (from {low:g} to {high:g})"
-        yield f"  {name:<22} {found.start.design.value(name):>12.6g} -> {found.best.design.value(name):<12.6g}{at}"
+        yield f"  {name:<22} {own.design.value(name):>12.6g} -> {found.best.design.value(name):<12.6g}{at}"
     for name, value in held.items():
         yield f"  {name:<22} {getattr(found.best.gait, name):>12.6g} (asked for {value:g})"
-    ending = f"It ends {ENDINGS[found.ending]}"
+    if not found.met:
+        missed = [f"{name} by {100 * abs(miss):.3g} %" for name, miss in zip(held, found.best.misses, strict=True)
+                  if abs(miss) > HELD]
+        yield f"Not met: the search found no gait that holds what was asked for; the nearest misses {', '.join(missed)}."
+    optimum = found.ending not in ("fold", "edge", "unfinished")
+    ending = f"It ends {ENDINGS[found.ending] if found.met or not optimum else 'as near to the targets as it comes'}"
     if found.bounds:
         ending += "; at a bound: " + ", ".join(f"{name} ({side})" for name, side in found.bounds.items())
     yield f"{ending}. Left to gain for a share of the parameters: {found.gain:.1g} of the start's value."
     if not found.best.gait.stable:
         yield f"The gait is unstable: its largest multiplier is {found.best.largest_multiplier:.6g}."
     if starts > 1:
-        same = sum(abs(search.best.value - found.best.value) <= SAME * found.best.value for search in searches)
-        others = ", ".join(f"{search.best.value:.6g} ({search.ending})" for search in searches[same:])
+        same = sum(abs(search.best.value - found.best.value) <= SAME * found.best.value and search.met == found.met
+                   for search in searches)
+        others = ", ".join(f"{search.best.value:.6g} ({search.ending if search.met else 'target missed'})"
+                           for search in searches[same:])
         yield (f"Of {starts} starts {starts - len(searches)} have no gait to follow; {same} end at this value"
                + (f", others worse: {others}" if others else ""))
 
@@ -181,7 +196,8 @@ QUESTION = Question(
     Goals are the largest multiplier, the speed, the friction needed in single stance, and the deepest scuff.
     Derivatives are carried through flow, events and impacts; those of multipliers are differences of exact matrices.
     The answer says whether the search ended in an optimum inside the bounds, on a bound (which), in a kink where two
-    parts of the goal are equal, where two multipliers meet, on a fold, or at the edge of what can be walked.
+    parts of the goal are equal, where two multipliers meet, on a fold, or at the edge of what can be walked. Where no
+    gait is found that holds the targets it says how far the nearest is, and ends with 3.
 
     Without --vary: foot radius, foot_com, stiffness and damping within 20 %.
     """,
