@@ -14,7 +14,7 @@ import click
 from pipeline.errors import BAD_INPUT, FAILED, Stopped, StudyError, nearest
 
 _BY_SIGNAL = 128
-#: As of a program that SIGPIPE ends: `| head -1` takes no harm, and a run that was cut off is not taken for a whole one.
+#: As of a program that SIGPIPE ends, so that a run that was cut off is not taken for a whole one.
 _NOBODY_READS = _BY_SIGNAL + 13
 #: What click raises where a command is missing; before 8.2 it prints the help itself and ends with 0.
 _NO_ARGUMENTS: Any = getattr(click.exceptions, "NoArgsIsHelpError", ())

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path, PurePath
 from types import ModuleType
 from typing import Any
@@ -77,7 +78,7 @@ class Study:
             raise StudyError([*problems, *self._laid_out_earlier()])
         classes = [cls for cls in known.values() if cls is not None]
         return loading.load(self.params, self.settings, wanted, classes, shown(self.params),
-                            self.requests, dict(self.asked))  # fmt: skip
+                            self.requests, dict(self.asked), _remark)  # fmt: skip
 
     @cached_property
     def requests(self) -> tuple[ModuleType, ...]:
@@ -165,6 +166,12 @@ def shown(path: Path) -> str:
     """A path as messages show it: relative to the working folder where it lies inside."""
     relative = os.path.relpath(path)
     return str(path) if relative.startswith("..") else Path(relative).as_posix()
+
+
+@cache
+def _remark(sentence: str) -> None:
+    """Say it on standard error, once."""
+    print(f"note: {sentence}", file=sys.stderr)
 
 
 def _undeclared(stage: Stage, cls: type) -> list[str]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,14 +27,20 @@ def load(
     shown_as: str | None = None,
     requests: Sequence[Any] = (),
     asked: Mapping[str, str] | None = None,
+    remark: Callable[[str], None] = lambda sentence: None,
 ) -> dict[str, Any]:
     """Parameters of each stage in `wanted` (stage name -> its `Parameters` class).
 
     `settings` are the texts given to `--set`; `known` are the `Parameters` classes of all stages, which decide what a
     known key is; `shown_as` is how messages name the folder; `requests` are those of `pipeline.requests`, `asked` the
-    texts given to them by name. Raises `StudyError` with one sentence for each error.
+    texts given to them by name; `remark` is told what is taken, but not as the rest of its file is. Raises `StudyError`
+    with one sentence for each error.
     """
-    return _Loading(folder, shown_as or str(folder), known, requests).load(settings, wanted, asked or {})
+    loading = _Loading(folder, shown_as or str(folder), known, requests)
+    stages = loading.load(settings, wanted, asked or {})
+    for sentence in loading.remarks:
+        remark(sentence)
+    return stages
 
 
 def as_plain(parameters: Any) -> dict[str, dict[str, Any]]:
@@ -102,6 +108,7 @@ class _Loading:
         self.folder, self.shown_as, self.requests = folder, shown_as, requests
         self.classes = sections(known)
         self.problems: list[tuple[str, int, str]] = []
+        self.remarks: list[str] = []
         self.overrides: dict[str, list[Override]] = {}
         self.read: dict[str, dict[str, Node] | None] = {}
         self.level = levels.DEFAULT
@@ -178,6 +185,7 @@ class _Loading:
             if key not in known:
                 hint = nearest(key, known) + self._beyond(file)
                 self._problem(file, node.line, f'there is no parameter "{key}"{hint}')
+        self.remarks += _unfounded(where, tree.value, {field.name: field.metadata["unit"] for field in fields})
         entries: dict[str, Node] = dict(tree.value)
         for override in self.overrides.get(file, ()):
             try:
@@ -265,6 +273,18 @@ class _Loading:
         else:
             place = f"{self.shown_as}/{file}.yaml" + (f":{line}" if line else "")
             self.problems.append((file, line, f"{place}: {text}"))
+
+
+def _unfounded(where: str, entries: Mapping[str, Node], units: Mapping[str, str]) -> Iterator[str]:
+    """Values with a dimension that state no unit or no source, in a file where others state both."""
+    stated = {key: set(node.value) if isinstance(node.value, dict) else set() for key, node in entries.items()}
+    if not any({"unit", "source"} <= parts for parts in stated.values()):
+        return
+    for key, parts in stated.items():
+        lacks = [f"no {part}" for part in ("unit", "source") if part not in parts]
+        if lacks and "rows" not in parts and units.get(key, "-") not in ("-", "1"):
+            yield (f"{where}:{entries[key].line}: {key} states {' and '.join(lacks)}, which others of this file do; it "
+                   f"is taken in {units[key]}")  # fmt: skip
 
 
 def plain_value(value: Any) -> Any:

@@ -21,7 +21,7 @@ VERIFY_HELP = (
     "Show the errors that the run estimated, and keep them in results/accuracy. Every run that an accuracy is asked of "
     "walks a second time with coarser settings; what it cannot show to be met it refuses, and the command ends with 3."
 )
-FORM = f"{', '.join(LEVELS)}, or an error as in hip_position_m=1e-5, of {', '.join(KEYS)}"
+FORM = f"{', '.join(LEVELS)}, or an error of {', '.join(KEYS)}, as in hip_position_m=1e-5"
 __all__ = ["FILES", "FORM", "HELP", "METAVAR", "NAME", "VERIFY_HELP", "decide", "decided", "level", "line", "parsed",
            "verified", "words"]  # fmt: skip
 

@@ -6,6 +6,7 @@ import doctest
 import importlib
 import re
 
+import numpy as np
 import pytest
 
 import bipedstudy
@@ -38,3 +39,13 @@ def test_every_name_that_is_offered_is_there():
     assert dir(bipedstudy) == bipedstudy.__all__
     with pytest.raises(AttributeError, match="it has Array, StudyError"):
         bipedstudy.gaits  # noqa: B018
+
+
+def test_settings_are_texts_or_mappings_of_values():
+    given = {"biped.hip_mass": np.float64(0.4), "biped.strike_time": None, "analytic.steps": np.int64(5)}
+    one, other = (bipedstudy.parameters("analytic", *settings) for settings in (
+        [given], ["biped.hip_mass=0.4", "analytic.steps=5"]))  # fmt: skip
+    assert one == other and one.biped.hip_mass == 0.4
+    for wrong, words in ((3, "3 is no setting"), ({"biped.hip_mass": -1}, "hip_mass = -1 kg is not allowed")):
+        with pytest.raises(bipedstudy.StudyError, match=words):
+            bipedstudy.parameters("analytic", wrong)

@@ -42,6 +42,20 @@ def test_values_arrive_with_their_types(toy):
     assert values["bounce"].ground.dynamic_friction == 1.0
 
 
+def test_a_value_that_states_less_than_its_file_does_is_remarked(toy, capsys):
+    """Not one that --set gives, a pure number, or a value of a file that states nothing of any."""
+    toy.study("fall.height=3").parameters(["fall", "bounce", "picture"])
+    assert capsys.readouterr().err == ""
+    toy.edit("params/fall.yaml", '{value: 2.0, unit: m, source: "assumed"}', "2.0")
+    toy.edit("params/ground.yaml", '9.81, unit: m/s^2, source: "standard value"', "9.81, unit: m/s^2")
+    for _ in range(2):
+        assert toy.study().parameters(["fall"])["fall"].settings.height == 2.0
+    gravity, height = capsys.readouterr().err.splitlines()
+    assert height.endswith("params/fall.yaml:2: height states no unit and no source, which others of this file do; it "
+                           "is taken in m")  # fmt: skip
+    assert height.startswith("note: ") and ": gravity states no source, which" in gravity
+
+
 CHOICES = "well, raise, answer, crash, exit, sleep, extra, hidden, disk"
 WRONG_SETTINGS = {
     "fall.parts.²2.mass=1": "--set fall.parts.²2.mass=1: there is no row ²2; rows are 0 to 1",

@@ -181,6 +181,7 @@ def test_a_looser_tolerance_that_saves_nothing_is_not_taken():
 
 @pytest.mark.parametrize(("asked", "said"), [
     ("quick", "the form is draft, paper, reference"),
+    ("step_frequency_hz=0.02", "an error of hip_position_m, period_s, multiplier, peak_force_n, as in"),
     ("hip_position=1e-5", 'did you mean "hip_position_m"'),
     ("hip_position_m=0", "allowed: > 0"),
     ("hip_position_m=nan", "allowed: > 0"),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +12,9 @@ from pipeline.errors import StudyError
 from pipeline.report import standing
 from pipeline.stage_modules import importable, result_class
 from pipeline.study import Study, locate, shown
+
+#: Changes of parameters, as `--set` takes them, or values by "file.key".
+Setting = str | Mapping[str, Any]
 
 
 def stages(study: str | Path | None = None) -> tuple[str, ...]:
@@ -39,12 +44,23 @@ def load(stage: str, study: str | Path | None = None) -> Any:
     return artefact.load(place, result_class(found.package, stage))
 
 
-def parameters(stage: str, *settings: str, study: str | Path | None = None) -> Any:
-    """The checked parameters of a stage; `settings` are texts as `--set` takes them, "biped.hip_mass=0.4".
+def parameters(stage: str, *settings: Setting, study: str | Path | None = None) -> Any:
+    """The checked parameters of a stage; `settings` are texts as `--set` takes them, "biped.hip_mass=0.4", or mappings
+    of values, {"biped.hip_mass": 0.4}.
 
     Raises `StudyError` with a sentence for each value that is not allowed.
     """
-    return _located(study, *settings).parameters((stage,))[stage]
+    return _located(study, *(text for each in settings for text in _texts(each))).parameters((stage,))[stage]
+
+
+def _texts(setting: Setting) -> list[str]:
+    """Settings as `--set` takes them; of NumPy's numbers and arrays the values."""
+    if isinstance(setting, str):
+        return [setting]
+    if not isinstance(setting, Mapping):
+        raise StudyError(f'{setting!r} is no setting; it is a text, "biped.hip_mass=0.4", or {{"biped.hip_mass": 0.4}}')
+    return [f"{key}={value if isinstance(value, str) else json.dumps(value, default=lambda part: part.tolist())}"
+            for key, value in setting.items()]  # fmt: skip
 
 
 def _located(study: str | Path | None, *settings: str) -> Study:

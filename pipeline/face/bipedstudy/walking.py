@@ -4,29 +4,29 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bipedstudy.results import parameters
+from bipedstudy.results import Setting, parameters
 from stages.analytic.gait.gait_report import GaitReport, report_gait
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.biped.walk import Walk
 
 
-def gait(*settings: str, study: str | Path | None = None) -> GaitReport:
+def gait(*settings: Setting, study: str | Path | None = None) -> GaitReport:
     """The most stable gait of a design: its measures, energy audit and what it asks of the ground, in SI units.
 
         >>> import bipedstudy as bs
         >>> round(bs.gait("biped.hip_mass=0.4").gait.step_frequency_hz, 4)
         1.9997
 
-    `settings` are changes of parameters as `--set` takes them. Raises `StudyError` for a value that is not allowed,
-    `NoGait` if the design has none.
+    `settings` are changes of parameters as `--set` takes them, or {"biped.hip_mass": 0.4}. Raises `StudyError` for a
+    value that is not allowed, `NoGait` if the design has none.
     """
     own = parameters("analytic", *settings, study=study)
     walker, point = find_gait(own.biped, own.slope, own.settings.tolerance, own.limited_friction)
     return report_gait(walker, point, own.settings.tolerance, own.friction.static_friction)
 
 
-def walk(*settings: str, steps: int | None = None, study: str | Path | None = None) -> Walk:
+def walk(*settings: Setting, steps: int | None = None, study: str | Path | None = None) -> Walk:
     """A walk of a design in its most stable gait, from mid-stance: hip, legs, ground reaction, sensors over time.
 
         >>> import bipedstudy as bs

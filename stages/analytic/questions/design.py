@@ -163,7 +163,7 @@ def told(
     if not found.met:
         missed = [f"{name} by {100 * abs(miss):.3g} %" for name, miss in zip(held, found.best.misses, strict=True)
                   if abs(miss) > HELD]
-        yield f"Not met: the search found no gait that holds what was asked for; the nearest misses {', '.join(missed)}."
+        yield f"Not met: no gait was found that holds what was asked; the nearest misses {', '.join(missed)}."
     optimum = found.ending not in ("fold", "edge", "unfinished")
     ending = f"It ends {ENDINGS[found.ending] if found.met or not optimum else 'as near to the targets as it comes'}"
     if found.bounds:
