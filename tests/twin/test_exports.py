@@ -16,7 +16,9 @@ from stages.twin.exports.beginning import exported as begun
 from stages.twin.exports.exported import NAMES
 from stages.twin.exports.formats import FORMATS
 from stages.twin.exports.gltf import Motion
+from stages.twin.exports.seen import shown_parts
 from stages.twin.exports.solids import surface
+from stages.twin.machine.bill import join
 from stages.twin.machine.contact import COUNT, SLIDE
 from stages.twin.machine.kinematics import pair_axes, point_motion
 from stages.twin.machine.machine import build
@@ -91,6 +93,55 @@ def test_mujoco_has_the_inertias_and_the_start(in_mujoco, exported, machine):
         assert abs(axes @ np.diag(model.body_inertia[number]) @ axes.T - body.inertia).max() < 1e-15
     assert np.array_equal(model.key_qpos[0], exported.start.position)
     assert np.array_equal(model.key_qvel[0], exported.start.velocity)
+
+
+OWN = (
+    ("planar", {"leg_length": 0.5, "foot_radius": 0.125, "foot_com": 0.15}),
+    ("planar", {"leg_length": 0.1, "foot_radius": 0.02, "foot_com": 0.03, "hip_mass": 0.01, "foot_mass": 0.02}),
+    ("planar", {"leg_inertia": 0.004}),
+    ("planar", {"legs": "rigid", "foot_radius": 0.0}),
+    ("parts", {"leg_length": 1.2, "foot_radius": 1e-7, "foot_com": 0.0, "hip_mass": 20.0}),
+    ("parts", {"legs": "rigid", "hip_mass": 0.0, "leg_inertia": 0.01}),
+)  # fmt: skip
+
+
+def of_ones_own(exported, biped, inertia):
+    """What is exported of another biped; its start and its ramp are those of Table 1."""
+    settings = dataclasses.replace(exported.settings, inertia=inertia)
+    return dataclasses.replace(
+        exported, settings=settings, machine=build(biped, settings), seen=shown_parts(settings, biped))
+
+
+@pytest.mark.parametrize(("inertia", "own"), OWN)
+def test_mujoco_loads_a_biped_of_ones_own(exported, parameters, inertia, own):
+    """Point masses, point feet, frames without mass: masses, mass centres and start within 1e-9 of the machine's."""
+    mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed")
+    biped = dataclasses.replace(parameters.biped, **own)
+    given = of_ones_own(exported, biped, inertia)
+    model = mujoco.MjModel.from_xml_string(mjcf.write(given).decode())
+    assert model.body_mass.sum() == pytest.approx(biped.total_mass, abs=1e-9)
+    bodies = given.machine.bodies
+    bodies = (join(bodies[:3]), join(bodies[3:])) if given.machine.rigid else bodies
+    for link, body in zip(given.links, bodies, strict=True):
+        number = model.body(link.name).id
+        assert model.body_mass[number] == pytest.approx(body.mass, abs=1e-9)
+        assert model.body_ipos[number] == pytest.approx(body.centre, abs=1e-9)
+    assert model.key_qpos[0] == pytest.approx([value for _, value, _ in given.coordinates()], abs=1e-9)
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_forward(model, data)
+    assert np.isfinite(data.qacc).all()
+
+
+@pytest.mark.parametrize("program", [name for name in PEERS if "MuJoCo" not in name])
+def test_others_load_it_too(exported, parameters, program):
+    package, peer = PEERS[program]
+    pytest.importorskip(package, reason=f"{program.split(',')[0]} is not installed")
+    for inertia, own in OWN:
+        biped = dataclasses.replace(parameters.biped, **own)
+        if biped.legs == "compliant":
+            found = peer(of_ones_own(exported, biped, inertia))(np.zeros(COUNT), np.zeros(COUNT))
+            assert np.isfinite(found).all()
 
 
 @pytest.mark.parametrize("program", PEERS)

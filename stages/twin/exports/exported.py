@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.twin.exports.solids import BLOCK_HEIGHT
@@ -20,6 +22,11 @@ from stages.twin.parameters import Settings
 from stages.twin.ramp import Ramp
 from stages.twin.walking.simulate import Start
 
+#: Programs want a body that moves to have mass and moments: at least this share of the machine's, and of its mass at a
+#: leg's length; no moment below the last, which MuJoCo takes for none [kg m^2]; none above the sum of the others.
+LEAST, LEAST_MOMENT = 1e-12, 1e-13
+#: Radius of a foot that is a point, as a share of the leg: no shape that touches may be smaller.
+POINT = 1e-3
 FORWARD, UP, ACROSS = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 #: Names of the coordinates, in order.
 NAMES = (
@@ -103,11 +110,13 @@ class Exported:
             frame, parent = len(found), -1 if pair == 0 else 0
             legs = (2 * pair, 2 * pair + 1)
             bodies, parts = machine.bodies[3 * pair : 3 * pair + 3], [self._parts(pair, leg) for leg in (None, *legs)]
+            bodies = (join(bodies),) if machine.rigid else bodies
+            bodies = tuple(self._moving(body) for body in bodies)
             sites = (hip,) if pair == 0 else ()
             if machine.rigid:
                 every = tuple(piece for own in parts for piece in own)
                 both = (*sites, foot) if pair == 0 else ()
-                found.append(Link(f"{FRAMES[pair].replace('_', ' ')}", parent, joints, join(bodies), every, legs, both))
+                found.append(Link(f"{FRAMES[pair].replace('_', ' ')}", parent, joints, bodies[0], every, legs, both))
                 continue
             found.append(Link(FRAMES[pair].replace("_", " "), parent, joints, bodies[0], parts[0], (), sites))
             for leg, body, own in zip(legs, bodies[1:], parts[1:], strict=True):
@@ -126,10 +135,19 @@ class Exported:
         wanted = 1.0 if leg % 2 == 0 else -1.0
         return tuple((part, side) for part, side in pieces if side * part.position[2] * wanted > 0.0)
 
+    def _moving(self, body: Body) -> Body:
+        """A body with the least mass and moments that programs take: a point mass has none, an empty frame neither."""
+        machine = self.machine
+        moment = max(LEAST * machine.mass * machine.drawn_length**2, LEAST_MOMENT)
+        low, middle, high = map(float, np.linalg.eigvalsh(body.inertia))
+        missing = max(0.0, moment - low, (1.0 + LEAST) * high - low - middle)
+        mass = max(body.mass, LEAST * machine.mass)
+        return Body(mass, body.centre, body.inertia + missing * np.eye(3)) if missing or mass > body.mass else body
+
     def foot(self, leg: int) -> tuple[tuple[float, float, float], float]:
         """Middle [m] of a foot's cylinder in its link, and its radius [m]; its axis is z."""
         machine = self.machine
-        radius = float(machine.radius[leg])
+        radius = max(float(machine.radius[leg]), POINT * machine.drawn_length)
         return (0.0, radius - float(machine.length[leg]), float(machine.lane[leg])), radius
 
     def blocks(self) -> Iterator[Block]:

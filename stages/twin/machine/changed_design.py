@@ -95,12 +95,12 @@ def _feet(parts: Sequence[Part], drawn: Biped, biped: Biped) -> Iterator[Part]:
 def _resized(part: Part, factor: float, mass: float, forward: float, up: float) -> Part:
     """A part with another mass, `factor` times as large across the hip axis and as far from it, then moved [m].
 
-    An arc without a radius is a point.
+    What would be smaller than a thousandth is a point: an arc of feet without a radius.
     """
     x, y, z = part.position
     across = 2 if part.shape in ("box", "arc") else len(part.size) - 1 if part.axis == "z" else -1  # along the hip axis
     size = tuple(value if number == across else factor * value for number, value in enumerate(part.size))
-    shape, size = ("point", ()) if factor == 0.0 else (part.shape, size)
+    shape, size = ("point", ()) if factor < 1e-3 else (part.shape, size)
     return dataclasses.replace(
         part, shape=shape, size=size, mass=mass, position=(factor * x + float(forward), factor * y + float(up), z))
 

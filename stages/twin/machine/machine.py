@@ -116,11 +116,14 @@ def under_foot(index: int, biped: Biped, settings: Settings, thickness: float) -
 
 
 def planar_equivalent(biped: Biped, settings: Settings) -> tuple[Body, ...]:
-    """Bodies that move in the plane exactly as the simple model: a point at the hip, half a leg's mass at each foot."""
+    """Bodies that move in the plane exactly as the simple model: a point at the hip, half a leg's mass at each foot.
+
+    A leg's moment is that of a thin rod along it.
+    """
     place = biped.foot_com - biped.leg_length
     lanes = (settings.inner_lane, -settings.inner_lane, settings.outer_lane, -settings.outer_lane)
     foot = [
-        Body(0.5 * biped.foot_mass, np.array([0.0, place, z]), np.diag([0.0, 0.0, 0.5 * biped.leg_inertia]))
+        Body(0.5 * biped.foot_mass, np.array([0.0, place, z]), 0.5 * biped.leg_inertia * np.diag([1.0, 0.0, 1.0]))
         for z in lanes
     ]
     hip, empty = (Body(mass, np.zeros(3), np.zeros((3, 3))) for mass in (biped.hip_mass, 0.0))
