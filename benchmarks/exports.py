@@ -56,8 +56,8 @@ and signs in all formats: x, y, z of the hip, yaw, roll, pitch of the inner fram
 frame, its springs. The command says what its format does not carry, with the numbers.
 
 Programs want every body that moves to have mass and moments. Point masses and frames without mass, as with
-`twin.inertia: planar`, get 1e-12 of the machine's mass, and of that mass at a leg's length. A foot that is a point touches
-as a thousandth of the leg.
+`twin.inertia: planar`, get 1e-12 of the machine's mass, and of that mass at a leg's length. A foot that is a point
+touches as a thousandth of the leg.
 
 ## What a format carries
 
