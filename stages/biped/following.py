@@ -26,6 +26,11 @@ def quickness(biped: Biped, gravity: float) -> float:
     return math.sqrt(gravity / biped.leg_length / (GRAVITY / LEG_LENGTH))
 
 
+def size(biped: Biped) -> float:
+    """How many times as long as Table 1's a robot's leg is; one for Table 1's own."""
+    return biped.leg_length / LEG_LENGTH
+
+
 def followed(section: S, **values: float) -> S:
     """Parameters of a file with these values in place of nulls."""
     given: dict[str, object] = {key: value for key, value in values.items() if getattr(section, key) is None}

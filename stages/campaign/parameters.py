@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
-from stages.biped.following import GRAVITY, Following, followed, quickness
+from stages.biped.following import GRAVITY, Following, followed, quickness, size
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
@@ -32,10 +32,13 @@ class RunSettings:
     slope_sd_deg: float = parameter("deg", "spread of the ramp's inclination", bound=NOT_NEGATIVE)
     slope_reading_sd_deg: float = parameter("deg", "error of reading the inclination off", bound=NOT_NEGATIVE)
     stance_sd_deg: float = parameter("deg", "error of the still stand from normal to the ramp", bound=NOT_NEGATIVE)
-    outsole: float = parameter("m", "mean thickness of the rubber outsole", bound=NOT_NEGATIVE)
-    outsole_sd: float = parameter("m", "spread of the outsole's thickness", bound=NOT_NEGATIVE)
+    outsole: Following = parameter(
+        "m", "mean thickness of the rubber outsole; null: 2 mm for Table 1's robot", bound=NOT_NEGATIVE)
+    outsole_sd: Following = parameter(
+        "m", "spread of the outsole's thickness; null: 0.2 mm for Table 1's robot", bound=NOT_NEGATIVE)
     tolerance_sd: float = parameter("1", "spread of masses, stiffness and damping, relative", bound=NOT_NEGATIVE)
-    length_sd: float = parameter("m", "spread of each leg's length", bound=NOT_NEGATIVE)
+    length_sd: Following = parameter(
+        "m", "spread of each leg's length; null: 0.1 mm for Table 1's robot", bound=NOT_NEGATIVE)
     bare_runs: int | None = parameter(
         "1", "first runs that are made again without the outsole; null: as many as are fitted", bound=NOT_NEGATIVE)
     scale_sd: float = parameter("1", "error of the scale that the robot is weighed on, relative", bound=NOT_NEGATIVE)
@@ -47,6 +50,11 @@ class RunSettings:
         """Only runs that are made can be made again."""
         if self.bare_runs is not None and self.bare_runs > self.runs:
             yield Broken("bare_runs", f"<= runs = {self.runs}")
+
+    def of(self, biped: Biped) -> RunSettings:
+        """The runs of a robot, whose leg's length decides what is null."""
+        own = size(biped)
+        return followed(self, outsole=2e-3 * own, outsole_sd=2e-4 * own, length_sd=1e-4 * own)
 
 
 @dataclass(frozen=True)

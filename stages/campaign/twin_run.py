@@ -72,7 +72,7 @@ def walk_twin(
 
     Raises NoWalk.
     """
-    settings = parameters.runs
+    settings = parameters.runs.of(parameters.biped)
     for attempt in range(MOST_ATTEMPTS):
         variation = draw_variation(settings, parameters.slope, generator(settings.seed, number, attempt))
         if bare:

@@ -32,7 +32,8 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     if "multibody" not in inputs.missing:
         require("multibody", {"slip": inputs.multibody.slip_velocity})
     e = Evidence(parameters, inputs)
-    agreements = [known(lambda: e.models), known(lambda: e.twin), known(lambda: e.measured), known(lambda: e.ingest)]
+    models, twin = known(lambda: e.models), known(lambda: e.twin)
+    measured, score = known(lambda: e.measured), known(lambda: e.ingest)
     progress(0.8, "judging the claims")
     determined, biped, level = determinants(e), summarise(e), parameters.level.level
     models_alone = {name: one for name, one in determined.items() if not name.startswith("runs")}
@@ -40,7 +41,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     claims = judge(parameters, measure(e))
     tables = tables_of(biped, determined, digits, level, claims)
     files = {"claims.yaml": as_yaml(claims, tables, headlines(biped, claims), level)}
-    return Result(*agreements, determined, digits, biped, claims, level, files)
+    return Result(models, twin, measured, score, determined, digits, biped, claims, level, files)
 
 
 def determinants(e: Evidence) -> dict[str, Determinants]:

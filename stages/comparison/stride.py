@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
 from stages.biped.integral import running_integral
 from stages.biped.walk import Walk
 
+T = TypeVar("T")
+
 
 class NoEvidence(ValueError):
     """What is compared or drawn is not there; the message says why."""
+
+
+def there(compared: T | None) -> T:
+    """What was compared. Raises NoEvidence where it could not be."""
+    if compared is None:
+        raise NoEvidence("what it shows could not be compared; the claims say why")
+    return compared
 
 
 @dataclass(frozen=True)

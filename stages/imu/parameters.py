@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
-from stages.biped.following import Following, followed, quickness
+from stages.biped.following import Following, followed, quickness, size
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.slope import Slope
 
@@ -137,7 +137,8 @@ class Cover:
 
     FILE: ClassVar[str] = "campaign"
 
-    outsole: float = parameter("m", "mean thickness of the rubber outsole", bound=NOT_NEGATIVE)
+    outsole: Following = parameter(
+        "m", "mean thickness of the rubber outsole; null: 2 mm for Table 1's robot", bound=NOT_NEGATIVE)
 
 
 @dataclass(frozen=True)
@@ -164,7 +165,8 @@ class Parameters:
     @property
     def read(self) -> Reading:
         """How trials are read: what is null follows the robot and its ground."""
-        biped, gravity, outsole = self.biped, self.slope.gravity, self.cover.outsole
+        biped, gravity = self.biped, self.slope.gravity
+        outsole = followed(self.cover, outsole=2e-3 * size(biped)).outsole
         quick = quickness(biped, gravity)
         settings = followed(self.settings, gravity=gravity, grid_rate_hz=200.0 * quick, slowest_step_hz=0.8 * quick,
                             fastest_step_hz=4.0 * quick)  # fmt: skip

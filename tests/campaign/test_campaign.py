@@ -64,8 +64,8 @@ def test_a_run_does_not_depend_on_the_others(made: Result, few: Parameters, inpu
 
 
 def test_runs_differ_in_what_they_should(few: Parameters) -> None:
-    drawn = [draw_variation(few.runs, few.slope, generator(few.runs.seed, number, 0)) for number in range(200)]
-    settings = few.runs
+    settings = few.runs.of(few.biped)
+    drawn = [draw_variation(settings, few.slope, generator(settings.seed, number, 0)) for number in range(200)]
     for values, mean, spread in (
         ([one.stance_push for one in drawn], 1.0, settings.push_sd),
         ([one.slope_deg for one in drawn], few.slope.slope_deg, settings.slope_sd_deg),

@@ -27,7 +27,7 @@ def stand_in_walks(count: int, parameters: Parameters) -> list[TwinRun]:
     walks = []
     for number in range(count):
         rng = generator(parameters.runs.seed, number, 0)
-        variation = draw_variation(parameters.runs, SLOPE, rng)
+        variation = draw_variation(parameters.runs.of(parameters.biped), SLOPE, rng)
         hip, foot, strikes, truth = walking(STEPS, PERIOD_S * (1 + 0.01 * rng.normal()))
         rate = hip.angular_velocity[:, 2]
         time, leg = stand_and_push(0.0, (0.0, rate[0], (rate[1] - rate[0]) / GRID), REST_S, PUSH_S, GRID)

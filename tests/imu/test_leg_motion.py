@@ -103,10 +103,10 @@ def test_an_angle_is_continued_to_the_landings_from_inside_the_stance() -> None:
 
 
 def test_the_drawing_is_that_of_the_biped() -> None:
-    """params/imu.yaml repeats what params/biped.yaml and params/campaign.yaml say, for a lab's robot may differ."""
+    """What params/imu.yaml leaves null is what params/biped.yaml and params/campaign.yaml say."""
     from tests.imu.stand_in import STUDY
 
-    outsole = campaign_parameters().runs.outsole
+    outsole = campaign_parameters().runs.of(BIPED).outsole
     assert STUDY.drawing.leg_length == pytest.approx(BIPED.leg_length + outsole)
     assert STUDY.drawing.foot_radius == pytest.approx(BIPED.foot_radius + outsole)
     assert STUDY.limits.lever_arm == pytest.approx(BIPED.leg_length - BIPED.foot_com)

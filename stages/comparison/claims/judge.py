@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
+from stages.comparison.claims.accuracy.number import Number
 from stages.comparison.claims.accuracy.numerical_error import numbers, other_verdicts
 from stages.comparison.claims.applies import OF_THE_METHOD, another_biped, rests_on
 from stages.comparison.claims.measured import Measured, Unmeasured
@@ -23,8 +24,10 @@ def judged(parameters: Parameters, measured: Measured | Unmeasured) -> Claim:
     """One claim; what was not measured stays open. Numbers whose errors are unknown are judged as if they had none, and
     that is said.
     """
+    known: tuple[Number, ...] = ()
+    others: tuple[tuple[Number, str], ...] = ()
     if isinstance(measured, Unmeasured):
-        about, known, others = measured.claim, (), ()
+        about = measured.claim
         judgement = Judgement(f"nothing: {measured.why}", OPEN, (Cause(True, measured.why),))
     else:
         about, judgement = type(measured), measured.judge(parameters.settings)

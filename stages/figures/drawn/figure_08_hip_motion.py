@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stages.comparison.hip_motion import overlay
+from stages.comparison.stride import there
 from stages.drawing import style
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ def draw(given: Given) -> Figure:
 
 def largest_of(given: Given, name: str) -> np.ndarray:
     """The largest differences over one step that the comparison found, x and y."""
-    same = given.comparison.models.same_start
+    same = there(given.comparison.models).same_start
     return same.position if name == "hip_position" else same.velocity
 
 
@@ -73,7 +74,7 @@ def mark_one_step(axes: Axes, period: float, size: float) -> None:
 
 
 def caption(given: Given) -> str:
-    same, settings = given.comparison.models.same_start, given.parameters.settings
+    same, settings = there(given.comparison.models).same_start, given.parameters.settings
     laid = overlay(given.analytic.walk, given.multibody.walk, 2 * given.analytic.gait.period_s)
     later = 1e3 * np.abs(laid.position).max(axis=0)
     return (

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.comparison.runs.leg_agreement import LegAgreement
 from stages.comparison.runs.measurement import MeasurementAgreement
-from stages.comparison.stride import last_stride
+from stages.comparison.stride import last_stride, there
 from stages.drawing import style
 from stages.imu.trial.agreement import Agreement, FrequencyDifference
 
@@ -39,7 +39,7 @@ def draw(given: Given) -> Figure:
 
     The measurements' origin (measured, synthetic or mixed) stands in the picture.
     """
-    measured, points = given.comparison.measurement, given.parameters.settings.phase_points
+    measured, points = there(given.comparison.measurement), given.parameters.settings.phase_points
     strides = np.concatenate([run.strides for run in given.imu.runs])  # (s, p, 6)
     twin, simple = last_stride(given.twin.walk, points), last_stride(given.multibody.walk, points)
     calibrated = last_stride(given.calibrated_twin.walk, points) if given.calibrated_twin.walk is not None else None
@@ -153,7 +153,7 @@ def frequency_line(measured: MeasurementAgreement) -> str:
 
 
 def caption(given: Given) -> str:
-    measured = given.comparison.measurement
+    measured = there(given.comparison.measurement)
     leg = measured.leg
     shares = ", ".join(f"{100 * measured.twin[name].envelope_share:.0f} %" for name in list(measured.twin)[:3])
     return (

@@ -17,6 +17,7 @@ import numpy as np
 
 from stages.biped.design import Biped
 from stages.biped.walk import Walk
+from stages.comparison.stride import there
 from stages.figures.drawn.gait_animation import ANGLE, FORCE, POSITION, frames
 from stages.figures.oblique_view import drawing
 from stages.figures.robot.bodies import COLOURS as PAIRS
@@ -117,7 +118,7 @@ def scene(given: Given) -> dict[str, Any]:
 def numbers(given: Given) -> list[tuple[str, str, str]]:
     """The three numbers beside the robot: the claim that judges each, the number, and what it is."""
     model, twin = given.analytic.gait.step_frequency_hz, given.twin.settling.frequency_text()
-    apart = 1e3 * float(np.max(given.comparison.models.same_start.position))
+    apart = 1e3 * float(np.max(there(given.comparison.models).same_start.position))
     left = float(np.hypot(*given.analytic.gait.floquet_multipliers[0]))
     walking = twin if given.twin.outcome == "completed" else given.twin.outcome
     return [
