@@ -11,6 +11,7 @@ from typing import Any, NoReturn
 
 import click
 
+from pipeline.cache import processor
 from pipeline.errors import BAD_INPUT, FAILED, Stopped, StudyError, nearest
 
 _BY_SIGNAL = 128
@@ -56,7 +57,10 @@ class _Commands(click.Group):
         return questions.command(*known[cmd_name]) if cmd_name in known else None
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
-        """As click does, with the nearest name for a misspelt one."""
+        """As click does, with the nearest name for a misspelt one. Raises `StudyError` in a checkout of its own."""
+        from pipeline.study import locate
+
+        locate()
         if args and not args[0].startswith("-") and args[0] not in _COMMANDS:
             known, broken = _questions()
             if args[0] not in known:
@@ -106,6 +110,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     nobody reads on what it prints.
     """
     signal.signal(signal.SIGTERM, _interrupt)
+    processor.take()
     out = sys.stdout
     try:
         code = cli.main(args=arguments, prog_name="bipedstudy", standalone_mode=False)

@@ -36,3 +36,11 @@ def face() -> Path:
 def engine() -> Path:
     """Folder to put on the path of a process that runs the engine."""
     return _ENGINE.parent
+
+
+def check_one_program(root: Path) -> None:
+    """Raise `StudyError` where a study brings an engine of its own, which is not the one that runs: they never mix."""
+    own = root / _ENGINE.name / Path(__file__).name
+    if own.is_file() and not own.samefile(__file__):
+        raise StudyError(f"{root} is computed by its own program, and this one is that of {_ENGINE.parent}; run make "
+                         f"install in {root}, then {root / '.venv' / 'bin' / DISTRIBUTION}")  # fmt: skip

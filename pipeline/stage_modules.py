@@ -23,6 +23,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import sys
+from importlib.machinery import PathFinder
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -78,7 +79,21 @@ def home_of(package: str, code_root: Path | None) -> Path:
 
 
 def importable(package: str, home: Path) -> None:
-    """Let the package under `home` be imported, before any other of its name."""
+    """Let the package under `home` be imported, and no other of its name. Raises `StudyError` if another one was."""
+    if _is_found(package, home):
+        return
+    if package in sys.modules:
+        raise StudyError(f"{home / package}: another {package} was imported before, from "
+                         f"{home_of(package, None) / package}; one process computes with one of them")  # fmt: skip
+    sys.path.insert(0, str(home))
+    importlib.invalidate_caches()
+    if not _is_found(package, home):  # the face, which a notebook has, finds this program's own before all others
+        spec = PathFinder.find_spec(package, [str(home)])
+        assert spec is not None and spec.loader is not None
+        sys.modules[package] = module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+
+
+def _is_found(package: str, home: Path) -> bool:
     spec = importlib.util.find_spec(package)
-    if spec is None or str(home / package) not in (spec.submodule_search_locations or ()):
-        sys.path.insert(0, str(home))
+    return spec is not None and str(home / package) in (spec.submodule_search_locations or ())

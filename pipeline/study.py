@@ -19,7 +19,7 @@ from pipeline.cache.store import Store
 from pipeline.cache.syntax import beside
 from pipeline.errors import Declined, StudyError
 from pipeline.graph import Graph, Stage
-from pipeline.home import DISTRIBUTION, face, home
+from pipeline.home import DISTRIBUTION, check_one_program, face, home
 from pipeline.parameters import loading
 from pipeline.parameters.value import declared
 from pipeline.stage_modules import home_of, importable, stage_module
@@ -148,11 +148,13 @@ def locate(
 ) -> Study:
     """The study around the folder `start` (default: the working folder), else the one this program comes with.
 
-    That one is *borrowed*: unless a results folder is given, nothing may be written for it.
+    That one is *borrowed*: unless a results folder is given, nothing may be written for it. Raises `StudyError` if the
+    study is a checkout of this program other than the one that runs.
     """
     here = (start or Path.cwd()).resolve()
     around = next((folder for folder in (here, *here.parents) if (folder / graph.FILE_NAME).is_file()), None)
     root = around or home()
+    check_one_program(root)
     return Study(
         root,
         Path(params).absolute() if params else root / "params",

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+from pipeline.cache import processor
 from tests import warm
 
 os.environ.setdefault("MPLBACKEND", "Agg")
-# As in the study's own processes: matrices are small here, and threads that wait for each other spin meanwhile.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+processor.take()  # as in the study's own processes
 os.fsync = warm.trust  # no test cuts the power
 warm.keep_files_in_memory()
 

@@ -56,7 +56,7 @@ def run(
         files = [Path(folder) / name for name in ("out", "errors")]
         process = context.Process(target=_run, args=(code, arguments, cwd, dict(env), *files))
         before = dict(os.environ)
-        os.environ.update({**_SETTINGS, **processor.settings()})
+        os.environ.update({**_SETTINGS, **processor.environment()})
         process.start()
         os.environ.clear()
         os.environ.update(before)

@@ -1,10 +1,12 @@
 """What of the processor decides last bits, and can be decided for it.
 
 OpenBLAS has other kernels for each kind of processor, and they round differently: of 95 numerical fields of an analytic
-result 15 differ between its kernels for SkylakeX and Haswell, by rounding errors. So all workers are told to take those
-of one kind, where the processor has what they need. What is left is the mathematical library of the system and the
-choice of vector instructions, by NumPy, by that library and in machine code: between machines, results are the same
-within rounding errors, not bit by bit. `words` says all of this, so that results can tell where bits may differ.
+result 15 differ between its kernels for SkylakeX and Haswell, by rounding errors. So all that computes, workers and
+commands, notebooks and tests, takes those of one kind, where the processor has what they need, and one thread: matrices
+are small here, and threads that wait for each other spin meanwhile. What is left is the mathematical library of the
+system and the choice of vector instructions, by NumPy, by that library and in machine code: between machines, results
+are the same within rounding errors, not bit by bit. `words` says all of this, so that results can tell where bits may
+differ.
 """
 
 from __future__ import annotations
@@ -18,15 +20,26 @@ from pathlib import Path
 
 VARIABLE = "OPENBLAS_CORETYPE"
 _KERNELS = {"x86_64": "Haswell", "AMD64": "Haswell", "aarch64": "ARMV8"}
+_ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 _AVX2_ON_WINDOWS = 40
 _SWITCHES = ("NPY_DISABLE_CPU_FEATURES", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES")
 _WIDEST = {"avx512f": "AVX-512", "avx2": "AVX2", "avx": "AVX"}  # by the names in /proc/cpuinfo, the widest first
 
 
 def settings() -> dict[str, str]:
-    """Environment of processes that compute. What the user chose himself stays."""
+    """Kernels of processes that compute. What the user chose himself stays."""
     kernels = os.environ.get(VARIABLE) or _chosen()
     return {VARIABLE: kernels} if kernels else {}
+
+
+def environment() -> dict[str, str]:
+    """What all that computes finds in its environment."""
+    return {**_ONE_THREAD, **settings()}
+
+
+def take() -> None:
+    """Let this process compute in that environment. The libraries read it when they are loaded: call this before."""
+    os.environ.update(environment())
 
 
 def words() -> str:

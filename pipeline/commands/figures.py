@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 import tempfile
 from pathlib import Path
@@ -50,7 +49,6 @@ def command(
     Without names list all figures, or with --check draw them anew and compare. Differences are drawn into
     results/differences.
     """
-    os.environ.update(processor.settings())  # before NumPy is loaded: draw by what stage figures drew by
     from pipeline.report.drawing import FIGURES, draw
 
     if names:

@@ -25,8 +25,6 @@ _DYING_S = 10.0  # from the end of its messages to the end of a process
 _KINDS = {"began", "progress", "done", "failed"}
 _SETTINGS = {
     "MPLBACKEND": "Agg",
-    "OMP_NUM_THREADS": "1",
-    "OPENBLAS_NUM_THREADS": "1",
     "PYTHONHASHSEED": "0",
     "SOURCE_DATE_EPOCH": "0",
 }
@@ -42,7 +40,7 @@ def _environment() -> dict[str, str]:
     """What a worker finds in its environment."""
     search = [str(engine()), *(os.environ.get("PYTHONPATH") or "").split(os.pathsep)]
     path = os.pathsep.join(str(Path(part).absolute()) for part in search if part)
-    return {**os.environ, **_SETTINGS, **processor.settings(), "PYTHONPATH": path}
+    return {**os.environ, **_SETTINGS, **processor.environment(), "PYTHONPATH": path}
 
 
 class Worker:

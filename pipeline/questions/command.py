@@ -5,7 +5,6 @@ A question declares name, help, options and the function that answers; it is kno
 
 from __future__ import annotations
 
-import os
 import sys
 import types
 import typing
@@ -66,7 +65,6 @@ def command(stage: str, question: Question) -> click.Command:
     def asked(study: Study, as_json: bool, as_csv: bool = False, figure: Path | None = None, jobs: int | None = None,
               cluster: cluster_options.Cluster = cluster_options.HERE, into: Path | None = None, **texts: Any
               ) -> None:  # fmt: skip
-        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy is loaded; as workers have it
         from pipeline.questions.asking import Asked
 
         options.one_form(json=as_json, csv=as_csv)

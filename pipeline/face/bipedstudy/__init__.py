@@ -9,7 +9,8 @@
     bs.dataset(walk)                                      # the same for xarray, where it is installed
     bs.load("twin").settling.step_frequency_hz            # a stage's stored result [Hz]
 
-The study is the one around the working folder, else the one this package brings.
+The study is the one around the working folder, else the one this package brings. Import this before NumPy: it then
+computes with the kernels and the one thread of the stored results, and gives the same bits.
 """
 
 from __future__ import annotations
@@ -54,6 +55,10 @@ def _own_packages_first() -> None:
 
 
 _own_packages_first()
+
+from pipeline.cache import processor  # noqa: E402
+
+processor.take()
 
 
 def __getattr__(name: str) -> Any:
