@@ -17,8 +17,6 @@ from pipeline.errors import BAD_INPUT, FAILED, Stopped, StudyError, nearest
 _BY_SIGNAL = 128
 #: As of a program that SIGPIPE ends, so that a run that was cut off is not taken for a whole one.
 _NOBODY_READS = _BY_SIGNAL + 13
-#: What click raises where a command is missing; before 8.2 it prints the help itself and ends with 0.
-_NO_ARGUMENTS: Any = getattr(click.exceptions, "NoArgsIsHelpError", ())
 _STUDY, _LOOKING, _HOUSE = "Study", "Looking", "Housekeeping"
 #: Each command's module, in `pipeline.commands` where no package is named, by what it is for; the stages' questions
 #: stand after the study.
@@ -120,7 +118,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
         code = _say(error.sentences, error.exit_code)
     except click.exceptions.Exit as error:
         code = error.exit_code
-    except _NO_ARGUMENTS as error:
+    except click.exceptions.NoArgsIsHelpError as error:
         error.show()
         code = error.exit_code
     except click.UsageError as error:

@@ -41,7 +41,7 @@ def test_without_a_declared_mounting_the_swing_tells_the_side() -> None:
     phase = np.linspace(0, 1, 500)
     rate = np.where(phase < 0.6, -1.0, 1.5)[:, None] * np.array([0.0, 0.0, 1.0])
     for seed in range(10):
-        to_sensor = Rotation.random(rng=np.random.default_rng(seed)).as_matrix()
+        to_sensor = Rotation.random(None, np.random.default_rng(seed)).as_matrix()
         frame = find_frame(to_sensor @ np.array([0, 9.81, 0]), rate @ to_sensor.T, unknown, 0.0, 0.0)
         assert angle_between(frame.rotation, to_sensor.T) < 1e-5
 

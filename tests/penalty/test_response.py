@@ -131,7 +131,7 @@ def test_dimensions_demand_sums(contact, biped, slope, start, gait, of_multiplie
     for powers in (mass, length, time)[of_multipliers_too]:
         answers = responses(biped, slope, contact, start, gait, [*powers])
         multipliers = of_multipliers(biped, slope, contact, start, answers)
-        assert multipliers.errors.max() < 1e-7 and not multipliers.refused
+        assert multipliers.errors.max() < LEFT_OF_MULTIPLIERS and not multipliers.refused
         assert (np.abs(total(multipliers.elasticities, [*powers], powers)) < LEFT_OF_MULTIPLIERS).all()
 
 

@@ -105,9 +105,9 @@ def assert_all_tools_open(path, every=False):
     """Groups of each kind, or every group, in xarray with names for all dimensions, tables in pandas too."""
     xarray, h5netcdf = pytest.importorskip("xarray"), pytest.importorskip("h5netcdf")
     with Found(path, every) as found:
-        file = xarray.backends.H5NetCDFStore(h5netcdf.File(found, decode_vlen_strings=True))  # as xarray opens a path
+        file = h5netcdf.File(found, decode_vlen_strings=True)  # as xarray opens a path
         for group, count in found.groups().items():  # as xarray.open_dataset(path, engine="h5netcdf", group=group)
-            opened = xarray.open_dataset(file.get_child_store(group))
+            opened = xarray.open_dataset(xarray.backends.H5NetCDFStore(file, group=group))
             assert not [name for name in opened.dims if name.startswith("phony")], group
             opened.load()
             if count is not None:

@@ -50,12 +50,14 @@ def test_workers_take_them_and_artefacts_say_so(done):
     assert about["processor"] == processor.words()
 
 
-def test_the_pinned_kernels_are_the_ones_that_run(repository):
-    """What OpenBLAS itself says it took."""
+def test_the_pinned_kernels_are_the_ones_that_run(monkeypatch):
+    """What OpenBLAS itself says it took. It gives some of those that a user may have chosen another name."""
+    if not processor._chosen():
+        pytest.skip("none are pinned on this machine")
+    monkeypatch.setenv(processor.VARIABLE, processor._chosen())
     threadpoolctl = pytest.importorskip("threadpoolctl", reason="asks OpenBLAS")
     assert threadpoolctl
     code = "import numpy, threadpoolctl as t; print({i.get('architecture') for i in t.threadpool_info()})"
     done = subprocess.run([sys.executable, "-c", code], env={**os.environ, **processor.settings()},
                           capture_output=True, text=True, check=True)  # fmt: skip
-    wanted = processor.settings().get(processor.VARIABLE)
-    assert wanted is None or wanted in done.stdout
+    assert processor._chosen() in done.stdout

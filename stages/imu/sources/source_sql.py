@@ -42,6 +42,8 @@ REASONS: tuple[tuple[tuple[str, ...], str], ...] = (
     (("connect",), UNREACHABLE),
     (("resolve host",), UNREACHABLE),
     (("host name",), UNREACHABLE),
+    (("name or service",), UNREACHABLE),  # the system's own words, which psycopg 3.1 repeats
+    (("name resolution",), UNREACHABLE),
 )
 
 
