@@ -32,7 +32,7 @@ OF_LAW = {"impact": ("ground.contact_damping", "ground.damping_depth"),
 FINE = {"compliant": (Settings(1e-12), 8e-4), "rigid": (Settings(1e-13), 8e-5)}
 #: Numbers whose derivatives are held against one rerun.
 TOGETHER = 6
-#: What sums may leave: of period and length, and of multipliers, whose derivatives are extrapolated.
+#: What sums may leave: of period and length, and of multipliers, whose derivatives are extrapolated until this is left.
 LEFT, LEFT_OF_MULTIPLIERS = 1e-8, 1e-6
 
 

@@ -1,4 +1,4 @@
-"""One folder, one program, one environment: a checkout is computed by its own engine, and all stages come from one place."""
+"""One folder, one program, one environment: a checkout is computed by its own engine, stages come from one place."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def other(repository, tmp_path):
     return tmp_path.resolve()
 
 
-@pytest.mark.parametrize("words", ["gait --json", "run-all --accuracy draft", "run analytic", "status", "no-such-command"])
+@pytest.mark.parametrize("words", ["gait --json", "run-all --accuracy draft", "run analytic", "status", "unknown"])
 def test_a_command_in_another_checkout_ends_with_a_sentence(other, words):
     done = commands.run(*words.split(), cwd=other)
     own = other / ".venv" / "bin" / "bipedstudy"
@@ -67,6 +67,6 @@ def test_notebooks_and_commands_compute_in_the_environment_of_workers(begin):
     clean = {name: value for name, value in os.environ.items() if name not in processor.environment()}
     tell = (f"import os, sys, atexit; told = {sorted(processor.environment())}\n"
             f"sys.path.insert(0, {str(face().parent)!r})\n"
-            "atexit.register(lambda: print('numpy' in sys.modules, [os.environ.get(name) for name in told]))\n")  # fmt: skip
+            "atexit.register(lambda: print('numpy' in sys.modules, [os.environ.get(name) for name in told]))\n")
     said = subprocess.run([sys.executable, "-c", tell + begin], cwd=engine(), env=clean, text=True, capture_output=True)
     assert said.stdout == f"False {[value for _, value in sorted(processor.environment().items())]}\n", said.stderr
