@@ -32,7 +32,7 @@ from stages.tradeoff import constraint_ways
 from stages.tradeoff.accuracy.choice import MARGIN
 from stages.tradeoff.parameters import Parameters
 from stages.tradeoff.plan import constraint_plans, penalty_plans, projected_plan, twin_plan
-from stages.tradeoff.result import ERRORS, AtMost, Errors, Reference, Result, Row, cells, front, gain
+from stages.tradeoff.result import ERRORS, Errors, Reference, Result, Row, cells, front, gain
 from stages.tradeoff.run import measure
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -136,11 +136,11 @@ def as_result(kept: dict[str, Any]) -> tuple[Result, list[float]]:
     rows = []
     for row in kept["rows"]:
         values = {key: math.nan if value is None else value for key, value in row.items() if key in names}
-        rows.append(Row(**{**values, "errors": errors(row["errors"]), "at_most": AtMost(**row["at_most"])}))
+        rows.append(Row(**{**values, "errors": errors(row["errors"]), "doubt": errors(row["doubt"])}))
     references = tuple(
         Reference(**{**{key: math.nan if value is None else value for key, value in given.items()},
                      "second_differs": errors(given["second_differs"]),
-                     "independent_differs": errors(given["independent_differs"]), "doubt": errors(given["doubt"])})
+                     "independent_differs": errors(given["independent_differs"])})
         for given in kept["references"])
     times = [math.nan if row["yardsticks"] is None else row["yardsticks"] for row in kept["rows"]]
     return Result(kept["walked_steps"], references, tuple(rows)), times
@@ -154,7 +154,8 @@ def advice(row: Row, on_front: bool, best: Row | None) -> str:
         return f"Choose it for a hip within {row.errors.hip_position:.0e} m: nothing measured is cheaper at this error."
     if best is None:
         return "Nothing measured is as accurate and cheaper, but its peak or cost ties with a neighbour."
-    surely = "as accurate, as far as the reference tells" if best.at_most.hip_position else "more accurate"
+    unsure = best.errors.hip_position <= best.doubt.hip_position
+    surely = "as accurate, as far as the reference tells" if unsure else "more accurate"
     return f"Rather take {best.way}, {best.setting}: {surely}, at less time."
 
 
@@ -179,7 +180,7 @@ def page(kept: dict[str, Any]) -> str:
         "rates, or of the residual of an implicit step, with those that its Jacobian takes; a linear system is solved",
         "with each, but for the factors of a Jacobian. Those by which the compiled way locates events are not counted,",
         "its time holds them. A dash: not measured. `<` stands before what the reference itself may be off by, where",
-        "an error is smaller: the larger of its differences below, of another way where its tolerance is no looser.",
+        "an error is no larger: the larger of its differences below, of another way where its tolerance is no looser.",
         "SciPy's ways give no multiplier: differences of their steps scatter by the tolerance over the step of the",
         "difference. That of Exudyn's ways is by one difference along the leading eigenvector, so its error scatters.",
         "", "![Work and precision](tradeoff.png)", "", "## What the errors are taken against", "",

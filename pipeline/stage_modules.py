@@ -14,8 +14,7 @@ The stage that makes results/figures has `drawn`, so that a figure can be drawn 
 said)`, which gives its files, by path in the results folder, and its caption; what is `said` of the results, if
 anything, stands in the picture. The package itself may have
 `about`: the `ATTRIBUTES` of all files (title, license, references), and `numerical_errors(stage, settings)`: errors
-of single numbers by their paths, for the digest of all parameters in an artefact's provenance. They are no part of any
-key.
+of single numbers by their paths, for the digest of parameters in an artefact's provenance. They are part of no key.
 """
 
 from __future__ import annotations

@@ -11,12 +11,8 @@ from pipeline.cache.distributions import versions
 from pipeline.cache.fingerprint import Ingredients, compact
 
 
-def attributes(
-    parts: Ingredients, requests: Iterable[Any] = (), above: Iterable[Ingredients] = ()
-) -> dict[str, str]:  # fmt: skip
-    """Attributes of the artefact's group `provenance`: stage, key, parameters, a digest of them and of those of all
-    stages `above`, requests, versions, inputs, code.
-    """
+def attributes(parts: Ingredients, requests: Iterable[Any] = (), above: Iterable[Ingredients] = ()) -> dict[str, str]:
+    """Attributes of the artefact's group `provenance`; `settings` is a digest of its parameters and those `above`."""
     settings = {each["stage"]: each["parameters"] for each in (*above, parts)}
     return {
         "stage": parts["stage"],

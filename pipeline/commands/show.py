@@ -75,9 +75,7 @@ def command(study: Study, artefact: str, where: str | None, as_json: bool, as_cs
 
 
 def _with_errors(study: Study, fields: list[Field], about: Mapping[str, str]) -> list[Field]:
-    """The fields with the errors that are known today: an artefact may have been computed before they were, or carry
-    some that turned out not to be its own.
-    """
+    """The fields with the errors that are known today, whatever the artefact itself carries."""
     stage = about.get("stage", "")
     if stage not in study.graph.stages:
         return fields

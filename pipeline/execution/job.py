@@ -99,12 +99,8 @@ class Job:
         return cls(**plain)
 
 
-def job_of(
-    study: Study, parts: Ingredients, files: Mapping[str, File], above: Iterable[Ingredients] = ()
-) -> Job:  # fmt: skip
-    """The job to compute the stage of `parts` once, and to keep its files; `files` are the results it reads, `above`
-    what all stages it rests on were made from.
-    """
+def job_of(study: Study, parts: Ingredients, files: Mapping[str, File], above: Iterable[Ingredients] = ()) -> Job:
+    """The job to compute the stage of `parts` once, and to keep its files; it reads `files` and rests on `above`."""
     stage = study.graph.stages[parts["stage"]]
     about = {**study_attributes(study.package, study.code_root), "stage": stage.name}
     made = attributes(parts, study.requests, above)

@@ -24,9 +24,8 @@ def numerical_errors(stage: str, settings: str) -> dict[str, float]:
     """Errors of a stage's numbers, by their paths in its artefact, in their units; none where nobody measured. Of an
     array and of a table's column, the largest over all rows.
 
-    `settings` is the digest of all parameters that the numbers follow from: those of another biped, another ground or
-    other solver settings have other errors, and none is known of them. What was measured is the difference from a finer
-    computation, which the error may exceed: it is given `TIMES` as large.
+    `settings` is the digest of all parameters that the numbers follow from; with others none is known. What was
+    measured is the difference from a finer computation, which the error may exceed.
     """
     kept = json.loads(MEASURED.read_text(encoding="utf-8")).get(stage, {})
     return {path: TIMES * error for path, error in kept.get(settings, {}).items()}

@@ -69,9 +69,7 @@ class Settings(Limits):
 
 @dataclass(frozen=True)
 class Parameters:
-    """Parameters of the comparison stage: its own, and those that claims rest on: all of the stages above it, by which
-    is told whether the errors of their numbers were measured.
-    """
+    """Parameters of the comparison stage: its own, and those of all stages above it, which claims rest on."""
 
     biped: Biped
     slope: Slope

@@ -9,19 +9,14 @@ from stages.comparison.tables import Table
 from stages.tradeoff.accuracy.choice import LEVEL_ERRORS
 
 TITLE = "What each accuracy of the study costs and changes"
-#: The same where the robot, the ground or the settings are others than those measured.
-TIMES_ALONE = "What each accuracy of the study costs its own robot; errors unknown here"
 #: Errors of the walks shown, by the keys of an accuracy: name, factor and unit.
 ERRORS = {"hip_position_m": ("error of the hip's position", 1e6, "um"), "period_s": ("error of the period", 1e6, "us"),
           "multiplier": ("error of the largest multiplier", 1.0, "1"),
           "peak_force_n": ("error of the peak force", 1.0, "N")}  # fmt: skip
 
 
-def prices(level: str, *, measured: bool = True) -> Table:
-    """The table of benchmarks/levels.py in short; `level` is the one at hand. Times are of the machine measured on.
-
-    Errors and verdicts are left out where they were not `measured`.
-    """
+def prices(level: str) -> Table:
+    """The table of benchmarks/levels.py in short; `level` is the one at hand. Times are of the machine measured on."""
     kept = json.loads(LEVEL_ERRORS.read_text(encoding="utf-8"))
     costs, verdicts, errors = (kept[name] for name in ("costs", "verdicts", "errors"))
     rows = [
@@ -29,12 +24,9 @@ def prices(level: str, *, measured: bool = True) -> Table:
         ("processor time [s]", *(f"{costs[each]['processor']:.0f}" for each in LEVELS)),
         *((f"{stage}, by itself [s]", *(f"{costs[each]['stages'][stage]:.1f}" for each in LEVELS))
           for stage in costs[level]["stages"]),
-    ]  # fmt: skip
-    changes = [
         *((f"{name} [{unit}]" if unit != "1" else name, *(f"{factor * errors[each][key]:.2g}" for each in LEVELS))
           for key, (name, factor, unit) in ERRORS.items()),
         ("verdicts not decided at this accuracy", *(str(verdicts[each]["not_decided"]) for each in LEVELS)),
         ("other verdicts than at reference", *(str(verdicts[each]["other"]) for each in LEVELS)),
     ]  # fmt: skip
-    heads = ("", *(f"{each} (this one)" if each == level else each for each in LEVELS))
-    return (TITLE, heads, [*rows, *changes]) if measured else (TIMES_ALONE, heads, rows)
+    return TITLE, ("", *(f"{each} (this one)" if each == level else each for each in LEVELS)), rows

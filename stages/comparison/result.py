@@ -65,13 +65,13 @@ def tables_of(
     biped: BipedSummary, determinants: dict[str, Determinants], digits: dict[str, Digits], level: str,
     claims: Sequence[Claim],
 ) -> list[Table]:  # fmt: skip
-    """What stands beside the claims: prices with errors where those of the claims' numbers are known."""
+    """What stands beside the claims; prices with their errors where these are of this robot and ground."""
     measured = any(math.isfinite(number.error) for claim in claims for number in claim.numbers)
     return [
         side_by_side("This biped", {"value": biped}),
         side_by_side("Determinants of gait, from the walks", determinants),
         side_by_side(TITLE, digits),
-        prices(level, measured=measured),
+        *([prices(level)] if measured else []),
     ]
 
 

@@ -28,8 +28,7 @@ ROLLING, COULOMB = "constraint model, rolling", "constraint model, coulomb"
 DETAILED = "detailed constraint model"
 #: Points a phase at which its force is looked at for the peak.
 PEAK_POINTS = 400
-#: Steps of the differences that give SciPy's multiplier: lengths change by less than the springs' deflection. What
-#: adaptive steps scatter is divided by them, so that only a tight tolerance has a multiplier.
+#: Steps of the differences for SciPy's multiplier at a tight tolerance: lengths change less than springs do.
 DIFFERENCE = np.array([3e-5, 3e-6, 3e-6, 3e-5, 3e-5])
 #: Those of them that rigid legs have: an angle and two rates.
 ANGLES = [0, 3, 4]
@@ -99,8 +98,7 @@ def scipy_way(
     at: Scene, name: str, methods: Mapping[int, str], tolerance: float, rates: Rates = compiled_rates, *,
     multiplier: bool = False, mark: str = "",
 ) -> Way:  # fmt: skip
-    """SciPy's integrators; with a multiplier by central differences if asked, and not with limited friction.
-    """
+    """SciPy's integrators; if asked, where the foot rolls, with a multiplier by central differences."""
     walk_from = partial(walk_by_scipy, at.walker, methods=methods, tolerance=tolerance, rates=rates)
 
     def integrate() -> tuple[list[Segment], Vector, int]:

@@ -28,16 +28,6 @@ UNKNOWN = Errors(*[math.nan] * 4)
 
 
 @dataclass(frozen=True)
-class AtMost:
-    """Which errors are smaller than what the reference itself is unsure of, which then stands in their place."""
-
-    hip_position: bool = quantity("-", "the hip's", default=False)
-    period: bool = quantity("-", "the period's", default=False)
-    multiplier: bool = quantity("-", "the multiplier's", default=False)
-    peak_force: bool = quantity("-", "the peak force's", default=False)
-
-
-@dataclass(frozen=True)
 class Row:
     """One way at one setting: its errors and its cost."""
 
@@ -51,7 +41,7 @@ class Row:
         "1", "evaluations of the rates, or of an implicit step's residual, for one step; a linear solve goes with each")
     tolerance: float = quantity("1", "tolerance; NaN for fixed steps")
     largest_step: float = quantity("s", "largest step, or rolling step of fixed steps; NaN if the way has none")
-    at_most: AtMost = quantity("-", "errors that are smaller than given: shown with <", default=AtMost())
+    doubt: Errors = quantity("-", "what the reference may be off by; errors as large are at most so", default=UNKNOWN)
 
     @property
     def completed(self) -> bool:
@@ -72,8 +62,6 @@ class Reference:
     second_differs: Errors = quantity("-", "by how much the second differs")
     independent: str = quantity("-", "another way, or none")
     independent_differs: Errors = quantity("-", "by how much the other way differs")
-    doubt: Errors = quantity("-", "how far it may be off: the larger difference of the second and of another way at no "
-                             "looser a tolerance", default=UNKNOWN)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -96,17 +84,17 @@ class Result:
         shown = [[reference.model, which, *cells(errors)] for reference in self.references for which, errors in (
             (f"{reference.way} against {reference.second}", reference.second_differs),
             (f"against {reference.independent}", reference.independent_differs))]
-        rows = [[row.model, row.way, row.setting, row.mark, *cells(row.errors, row.at_most), f"{row.evaluations:.0f}",
+        rows = [[row.model, row.way, row.setting, row.mark, *cells(row.errors, row.doubt), f"{row.evaluations:.0f}",
                  "" if row.completed else row.outcome] for row in self.rows]
         return [("References and what shows them converged", ["model", "reference", *names], shown),
                 ("Ways: errors and evaluations for one step",
                  ["model", "way", "setting", "", *names, "evaluations", "failed because"], rows)]
 
 
-def cells(errors: Errors, at_most: AtMost = AtMost()) -> list[str]:
-    """Errors as text, a dash where not measured, and < where they are smaller."""
-    return [f"{'< ' * getattr(at_most, name)}{value:.1e}" if math.isfinite(value := getattr(errors, name)) else "-"
-            for name in ERRORS]  # fmt: skip
+def cells(errors: Errors, doubt: Errors = UNKNOWN) -> list[str]:
+    """Errors as text, a dash where not measured, and < where the reference is no surer."""
+    return [f"{'< ' * (value <= getattr(doubt, name))}{value:.1e}" if math.isfinite(value) else "-"
+            for name in ERRORS for value in [getattr(errors, name)]]  # fmt: skip
 
 
 def front(rows: Sequence[Row], costs: Sequence[float], error: str) -> list[int]:

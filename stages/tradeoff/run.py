@@ -6,7 +6,6 @@ Cost is counted in evaluations; clock times, which differ from run to run, are k
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass
 
@@ -16,7 +15,7 @@ from stages.analytic.result import Result as Analytic
 from stages.biped.progress import Progress, ignore
 from stages.tradeoff.parameters import Parameters
 from stages.tradeoff.plan import Plan, plans
-from stages.tradeoff.result import COMPLETED, ERRORS, UNKNOWN, AtMost, Errors, Reference, Result, Row
+from stages.tradeoff.result import COMPLETED, ERRORS, UNKNOWN, Errors, Reference, Result, Row
 from stages.tradeoff.way import Walked, Way, WayFailed, hip_error
 
 
@@ -51,13 +50,13 @@ def measure(plan: Plan) -> tuple[Reference, list[Row]]:
         other = errors_of(plan.independent, truth, leading)[0]
         name = f"{plan.independent.name}, {plan.independent.text}"
     reference = Reference(plan.reference.model, f"{plan.reference.name}, {plan.reference.text}", truth.period, leading,
-                          truth.peak_force, plan.second.text, second, name, other,
-                          doubt_of(plan, truth, leading, second, other))
-    return reference, [row_of(way, truth, leading, reference.doubt) for way in plan.ways]
+                          truth.peak_force, plan.second.text, second, name, other)
+    doubt = doubt_of(plan, truth, leading, second, other)
+    return reference, [row_of(way, truth, leading, doubt) for way in plan.ways]
 
 
 def doubt_of(plan: Plan, truth: Walked, leading: float, second: Errors, other: Errors) -> Errors:
-    """How far the reference may be off by what differs from it, and no less than its numbers are spaced."""
+    """How far the reference may be off: by the second or another way at no looser tolerance, or the spacing."""
     ways = [way for way in (plan.second, plan.independent) if way is not None]
     tight = float(ways[-1].setting["tolerance"]) <= float(ways[0].setting["tolerance"])
     sizes = np.spacing([np.abs(truth.hip).max(), truth.period, leading, truth.peak_force])
@@ -72,12 +71,11 @@ def row_of(way: Way, truth: Walked, leading: float, doubt: Errors = UNKNOWN) -> 
         errors, cost = errors_of(way, truth, leading)
     except WayFailed as reason:
         outcome = str(reason)
-    below = {name: getattr(errors, name) < getattr(doubt, name) for name in ERRORS}
-    errors = dataclasses.replace(errors, **{name: getattr(doubt, name) for name in ERRORS if below[name]})
+    errors = Errors(*(max(getattr(errors, name), getattr(doubt, name)) for name in ERRORS))  # NaN stays
     setting = way.setting
     step = setting.get("largest_step", setting.get("rolling_step", math.nan))
     return Row(way.model, way.name, way.text, way.mark, outcome, errors, cost,
-               float(setting.get("tolerance", math.nan)), float(step), AtMost(**below))
+               float(setting.get("tolerance", math.nan)), float(step), doubt)
 
 
 def errors_of(way: Way, truth: Walked, leading: float) -> tuple[Errors, float]:

@@ -211,7 +211,9 @@ def test_rounding_is_told_no_finer_than_the_reference_is_sure():
     assert claim.verdict == FAILS and "rounding stays below 2e-16 m: what" in claim.causes[0]
     assert "from < 2.0e-16 to < 2.0e-16 m" in claim.measured
     claim = judged(PARAMETERS, of(tight, error=2e-14, before=1e-12, doubt=2e-14))
-    assert "rounding stays below 2e-14 m: the error falls" in claim.causes[0]
+    assert "rounding stays below 2e-14 m: what" in claim.causes[0]
+    claim = judged(PARAMETERS, of(tight, error=3e-14, before=1e-12, doubt=2e-14))
+    assert "rounding stays below 3e-14 m: the error falls" in claim.causes[0]
     assert judged(PARAMETERS, of(tight, error=1.5e-12, before=1e-12, doubt=5e-13)).verdict == FAILS
     assert judged(PARAMETERS, of(tight, error=2.1e-12, before=1e-12, doubt=5e-13)).verdict == HOLDS
 

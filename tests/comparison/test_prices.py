@@ -18,8 +18,5 @@ def test_the_level_at_hand_is_marked_and_errors_fall_with_the_price(level):
     for name, _, unit in ERRORS.values():
         of = numbers[f"{name} [{unit}]" if unit != "1" else name]
         assert of == sorted(of, reverse=True)
-    _, _, elsewhere = prices(level, measured=False)
-    assert elsewhere == rows[: len(elsewhere)]
-    assert not any("error of" in name or "verdict" in name for name, *_ in elsewhere)
     assert numbers["processor time [s]"] == sorted(numbers["processor time [s]"])
     assert numbers["other verdicts than at reference"][-1] == numbers["verdicts not decided at this accuracy"][-1] == 0

@@ -72,7 +72,7 @@ class TightTolerancesAddRounding(Measured):
 
     def judge(self, limits: Settings) -> Judgement:
         known, rises = math.isfinite(self.error), self.error - self.doubt > self.before + self.doubt
-        falls = max(self.error, self.doubt) < self.before
+        falls = self.doubt < self.error < self.before
         before, error = (f"{'< ' * (value <= self.doubt)}{max(value, self.doubt):.1e}"
                          for value in (self.before, self.error))  # fmt: skip
         return Judgement(
@@ -85,8 +85,7 @@ class TightTolerancesAddRounding(Measured):
                     known and not rises,
                     f"steps grow, as the paper says, but rounding stays below {max(self.error, self.doubt):.0e} m: "
                     + ("the error falls to the tightest tolerance that was tried" if falls else
-                       f"what the errors are taken against is sure to {self.doubt:.0e} m, and more than "
-                       "that they do not rise"),
+                       "what the error is taken against is no surer"),
                 ),
                 Cause(not known, "one tolerance at most was measured"),
             ),

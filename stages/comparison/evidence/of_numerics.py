@@ -36,10 +36,9 @@ def tight_tolerances(e: Evidence) -> numerics.TightTolerancesAddRounding:
         return numerics.TightTolerancesAddRounding("no way", NAN, NAN, NAN, paper, NAN)
     tightest, before = own[:2]
     usual = min(own, key=lambda row: abs(math.log(row.tolerance / paper)))
-    doubt = next(one.doubt.hip_position for one in e.results.tradeoff.references if one.model == ROLLING)
     return numerics.TightTolerancesAddRounding(
         tightest.way, tightest.tolerance, tightest.errors.hip_position, before.errors.hip_position, usual.tolerance,
-        tightest.evaluations / usual.evaluations, doubt,
+        tightest.evaluations / usual.evaluations, tightest.doubt.hip_position,
     )  # fmt: skip
 
 

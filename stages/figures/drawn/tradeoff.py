@@ -42,7 +42,7 @@ def draw(given: Given) -> Figure:
 
 def caption(given: Given) -> str:
     return (f"Errors against a converged reference over the cost of a step: {given.tradeoff.summary()}. A triangle: an "
-            "error smaller than what the reference itself is unsure of, which is drawn.")
+            "error of at most what the reference itself may be off by, which is drawn.")
 
 
 def work_and_precision(result: Result, spent: Sequence[float], label: str) -> Figure:
@@ -85,9 +85,9 @@ def panel(axes: Axes, pairs: Sequence[tuple[Row, float]], ways: Sequence[str], e
         marked = [(cost, value(row)) for row, cost in pairs if mark in row.mark and math.isfinite(value(row))]
         axes.plot(*(zip(*marked) if marked else ([], [])), shape, markersize=size, markerfacecolor="none",
                   markeredgecolor=style.TWIN, markeredgewidth=0.8, label=said)
-    least = [(cost, value(row)) for row, cost in pairs if getattr(row.at_most, error)]
+    least = [(cost, value(row)) for row, cost in pairs if getattr(row.errors, error) <= getattr(row.doubt, error)]
     axes.plot(*(zip(*least) if least else ([], [])), "v", markersize=7, markerfacecolor="none",
-              markeredgecolor=style.TWIN, markeredgewidth=0.6, label="less than drawn")
+              markeredgecolor=style.TWIN, markeredgewidth=0.6, label="at most that")
     axes.set_xscale("log")
     axes.set_yscale("log")
     known = [cost for cost in costs if math.isfinite(cost)]
