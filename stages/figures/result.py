@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 from stages.biped.quantity import quantity
 
+#: How the caption of a figure begins that could not be drawn.
+NOT_DRAWN = "Not drawn: "
+
 
 @dataclass(frozen=True)
 class Caption:
@@ -30,4 +33,5 @@ class Result:
 
     def summary(self) -> str:
         """Figures counted."""
-        return f"{len(self.captions)} figures"
+        missing = sum(caption.text.startswith(NOT_DRAWN) for caption in self.captions)
+        return f"{len(self.captions) - missing} figures" + (f", {missing} not drawn" if missing else "")

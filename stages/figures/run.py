@@ -21,7 +21,7 @@ from stages.comparison.stride import NoEvidence
 from stages.figures.drawn import NAMES, draw, figure
 from stages.figures.inputs import Inputs
 from stages.figures.parameters import Parameters
-from stages.figures.result import Caption, Result
+from stages.figures.result import NOT_DRAWN, Caption, Result
 
 #: Title of the report.
 TITLE = "A passive biped and its digital twin: report"
@@ -57,7 +57,7 @@ def _draw(parameters: Parameters, results: Mapping[str, Any], name: str) -> tupl
         at = traceback.extract_tb(error.__traceback__)[-1]
         unexpected = f"unexpected {type(error).__name__} in {Path(at.filename).name}:{at.lineno}: "
         known = type(error).__module__.startswith("stages.")
-        return {}, f"Not drawn: {'' if known else unexpected}{' '.join(str(error).split())}."
+        return {}, f"{NOT_DRAWN}{'' if known else unexpected}{' '.join(str(error).split())}."
 
 
 def _caption(name: str, text: str) -> Caption:
