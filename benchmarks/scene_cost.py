@@ -77,7 +77,7 @@ def planar(here: Parameters, stance: StanceState, force: float, blocks: bool = F
 
     walked, seconds = least(run)
     trajectory = walked.trajectory
-    strikes = sample(trajectory, here.slope, here.biped.foot_radii, 100.0).heel_strike_time
+    strikes = sample(trajectory, here.biped, here.slope, 100.0).heel_strike_time
     strike = float(strikes[STEPS - 1]) if len(strikes) >= STEPS else np.nan
     place = float(trajectory.at(np.array([strike]))[0][0, 0]) if strike == strike else np.nan
     return Cost(walked.outcome, walked.solver_steps, seconds, take_inventory(machine.mbs), strike, place)
@@ -103,7 +103,7 @@ def sampling(here: Parameters, stance: StanceState, force: float) -> list[tuple[
     run = simulate(here.biped, here.slope, here.contact, start, here.multibody, steps=STEPS)
     rows = []
     for rate in (100.0, 2000.0, 20000.0):
-        walk, seconds = least(lambda rate=rate: sample(run.trajectory, here.slope, here.biped.foot_radii, rate))
+        walk, seconds = least(lambda rate=rate: sample(run.trajectory, here.biped, here.slope, rate))
         size = sum(np.asarray(getattr(walk, field.name)).nbytes for field in dataclasses.fields(walk))
         rows.append((f"sampling at {rate:g} Hz", seconds, size))
     return rows

@@ -6,17 +6,23 @@ from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
+from stages.planar.section import section_scales
 from stages.planar.state import rolling_state
+
+TABLE_1 = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)
+SLOPE = Slope(2.0, 9.81)
+#: Scales of the section's numbers.
+SCALES = section_scales(TABLE_1, SLOPE)
 
 
 @pytest.fixture(scope="session")
 def biped():
-    return Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)
+    return TABLE_1
 
 
 @pytest.fixture(scope="session")
 def slope():
-    return Slope(2.0, 9.81)
+    return SLOPE
 
 
 @pytest.fixture(scope="session")

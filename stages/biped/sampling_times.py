@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-#: Window around a heel strike [s] and rate in it [Hz] that show an impact's forces.
-IMPACT_WINDOW = (-1e-3, 9e-3)
-IMPACT_RATE_HZ = 2e4
-#: The hip feels a spike of some 20 us in this time after touch-down [s]; at this rate [Hz] its peak is seen to 1 %.
-SPIKE_WINDOW = (0.0, 2e-4)
-SPIKE_RATE_HZ = 2e5
+#: Window around a heel strike, in pendulum times of the design, and rate in it, that show an impact's forces.
+IMPACT_WINDOW = (-5e-3, 0.05)
+IMPACT_RATE = 4e3
+#: The hip feels a spike of some 1e-4 in this time after touch-down; at this rate its peak is seen to 1 %.
+SPIKE_WINDOW = (0.0, 1e-3)
+SPIKE_RATE = 4e4
 
 
 def uniform_times(end: float, rate_hz: float) -> np.ndarray:
@@ -18,13 +18,13 @@ def uniform_times(end: float, rate_hz: float) -> np.ndarray:
     return np.minimum(np.arange(count) / rate_hz, end)
 
 
-def refined_times(end: float, rate_hz: float, heel_strikes: np.ndarray) -> np.ndarray:
+def refined_times(end: float, rate_hz: float, heel_strikes: np.ndarray, pendulum_time: float) -> np.ndarray:
     """Even times from 0 to `end` [s], with denser ones around the heel strikes (s,) [s]; shape (n,), rising."""
-    windows = (*IMPACT_WINDOW, 1.0 / IMPACT_RATE_HZ), (*SPIKE_WINDOW, 1.0 / SPIKE_RATE_HZ)
-    offsets = np.concatenate([np.arange(*window) for window in windows])
+    windows = (*IMPACT_WINDOW, 1.0 / IMPACT_RATE), (*SPIKE_WINDOW, 1.0 / SPIKE_RATE)
+    offsets = np.concatenate([np.arange(*window) for window in windows]) * pendulum_time
     around = (np.asarray(heel_strikes)[:, None] + offsets).ravel()
     inside = around[(around > 0.0) & (around < end)]
     times = np.sort(np.concatenate([uniform_times(end, rate_hz), inside]))
     # points closer than a tenth of the densest spacing say nothing new
-    kept: np.ndarray = times[np.concatenate([[True], np.diff(times) > 0.1 / SPIKE_RATE_HZ])]
+    kept: np.ndarray = times[np.concatenate([[True], np.diff(times) > 0.1 * pendulum_time / SPIKE_RATE])]
     return kept

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from stages.biped.accuracy.scales import scales_of
 from stages.biped.design import require_plain
 from stages.biped.gait import StanceState
 from stages.biped.processes import each_in_a_process
@@ -42,7 +43,7 @@ SENSOR_STREAM = 1000  # numbers of the random streams of the sensors; those of t
 SCALE_STREAM, BARE_STREAM = 1500, 1000  # that of the scale; what runs without an outsole add to theirs
 #: The databases: of the runs as the prototype is, and of those without its outsole.
 WITH_OUTSOLE, WITHOUT = "measurements.sqlite", "without_outsole.sqlite"
-AROUND_STRIKE = (-0.005, 0.03)  # s, where the spike of a heel strike is looked for
+AROUND_STRIKE = (-0.03, 0.15)  # pendulum times, where the spike of a heel strike is looked for
 
 #: Sensor axis nearest to the body's forward and upward axis, for each place.
 MOUNTING = {"hip": ("+y", "-x"), "foot": ("-z", "+x")}
@@ -169,6 +170,7 @@ def sensor_truth(
     smooth = low_pass(motion.specific_force, parameters.runs.motion_rate_hz, parameters.sensor.bandwidth_hz)
     size = parameters.sensor.accelerometer_range_g * STANDARD_GRAVITY / 2 ** (parameters.sensor.bits - 1)
     strikes = walked.heel_strike_time[walked.heel_strike_leg == 0]
+    pendulum_time = scales_of(parameters.biped, parameters.slope.gravity).time
     return SensorTruth(
         place=place,
         rotation=errors.rotation,
@@ -182,15 +184,15 @@ def sensor_truth(
         position=sent.position,
         sample_time=readings.time[sent.row],
         lost_packets=len(readings.time) // parameters.radio.batch_size - len(sent.row) // parameters.radio.batch_size,
-        peak=peak(motion.time, motion.specific_force, strikes),
-        peak_filtered=peak(motion.time, smooth, strikes),
-        peak_sampled=peak(readings.time, readings.acceleration * size, strikes),
+        peak=peak(motion.time, motion.specific_force, strikes, pendulum_time),
+        peak_filtered=peak(motion.time, smooth, strikes, pendulum_time),
+        peak_sampled=peak(readings.time, readings.acceleration * size, strikes, pendulum_time),
     )
 
 
-def peak(time: np.ndarray, force: np.ndarray, strikes: np.ndarray) -> float:
+def peak(time: np.ndarray, force: np.ndarray, strikes: np.ndarray, pendulum_time: float) -> float:
     """Median over the strikes [s] of the greatest magnitude of a force (n, 3) shortly after each."""
-    before, after = AROUND_STRIKE
+    before, after = (pendulum_time * end for end in AROUND_STRIKE)
     magnitude = np.linalg.norm(force, axis=1)
     spans = [magnitude[(time >= strike + before) & (time <= strike + after)] for strike in strikes]
     return float(np.median([span.max() for span in spans if len(span)]))

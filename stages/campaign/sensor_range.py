@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 
+from stages.biped.accuracy.scales import scales_of
 from stages.biped.gait import StanceState
 from stages.biped.sampling_times import refined_times
 from stages.campaign.parameters import Parameters
@@ -40,7 +41,8 @@ def spike(share: float, state: StanceState, normal_force: float, parameters: Par
     strikes = find_events(record).heel_strike_time
     if not record.completed or len(strikes) < STRIKES:
         return SetSpike(share, law.contact_stiffness, float("nan"), float("nan"), float("nan"))
-    time = refined_times(float(record.time[-1]), settings.sampling_rate_hz, strikes)
+    pendulum_time = scales_of(parameters.biped, parameters.slope.gravity).time
+    time = refined_times(float(record.time[-1]), settings.sampling_rate_hz, strikes, pendulum_time)
     walk = sample(record, time, settings).walk
     inside = (time >= strikes[0]) & (time <= strikes[-1])
     hip, foot = (

@@ -23,7 +23,7 @@ from stages.twin.walking.signals import sample
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 
 MOST_ATTEMPTS = 10
-TRUTH_HZ = 200.0  # at which the true angle is kept: twice a sensor's rate
+TRUTH_RATES = 2.0  # of a sensor, at which the true angle is kept
 
 
 class NoWalk(RuntimeError):
@@ -83,13 +83,14 @@ def walk_twin(
             hip, foot = _with_stand(signals, variation, slope, parameters)
             walk = signals.walk
             strikes, legs = walk.heel_strike_time, walk.heel_strike_leg
-            return TwinRun(hip, foot, strikes, legs, leg_truth(walk), variation, attempt + 1)
+            truth = leg_truth(walk, TRUTH_RATES * parameters.sensor.rate_hz)
+            return TwinRun(hip, foot, strikes, legs, truth, variation, attempt + 1)
     raise NoWalk(f"synthetic run {number}: the twin fell after each of {MOST_ATTEMPTS} pushes; try a smaller push_sd")
 
 
-def leg_truth(walk: Walk) -> LegTruth:
+def leg_truth(walk: Walk, rate_hz: float) -> LegTruth:
     """What the ingest will be held against, from a walk's own motion."""
-    time = uniform_times(float(walk.time[-1]), TRUTH_HZ)
+    time = uniform_times(float(walk.time[-1]), rate_hz)
     hip = [np.interp(walk.heel_strike_time, walk.time, axis) for axis in walk.hip_position.T]
     return LegTruth(
         time=time,

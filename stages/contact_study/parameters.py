@@ -60,7 +60,7 @@ class Settings:
         "s", "time after heel strike in which velocities and forces are not compared", bound=Bound(minimum=0, maximum=1)
     )
     tolerance: float | None = parameter(
-        "1", "tolerance of the penalty model, in m, rad, m/s, rad/s; null: multibody.tolerance",
+        "1", "tolerance of the penalty model, in leg lengths and pendulum times; null: multibody.tolerance",
         bound=Bound(minimum=1e-12, maximum=1e-3))
     cost_tolerance: float = parameter(
         "1", "tolerance at which the evaluations of a step are counted", bound=Bound(minimum=1e-12, maximum=1e-3)

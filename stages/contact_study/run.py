@@ -16,6 +16,7 @@ import numpy as np
 
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.result import Result as Analytic
+from stages.biped.accuracy.scales import scales_of
 from stages.biped.design import require_alike, require_own_strikes
 from stages.biped.progress import Progress, ignore
 from stages.contact_study.checked import checked
@@ -30,8 +31,8 @@ from stages.penalty.settings import Settings as SolverSettings
 from stages.penalty.step_map import PenaltyStepper
 from stages.planar.state import rolling_state
 
-#: Spans of the force curves [s] from heel strike: start, end, spacing. Impact, bounces, the rest of stance.
-CURVE = ((-2e-3, 6e-3, 5e-5), (6e-3, 40e-3, 1e-4), (40e-3, 330e-3, 1e-3))
+#: Spans of the force curves from heel strike, in pendulum times: start, end, spacing. Impact, bounces, rest of stance.
+CURVE = ((-0.01, 0.03, 2.5e-4), (0.03, 0.2, 5e-4), (0.2, 1.8, 5e-3))
 #: Shares of the time in which one parameter is varied, and until the search ends.
 SHARES = 0.1, 0.6
 
@@ -58,7 +59,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         analytic.gait.period_s,
         settings.impact_window,
     )
-    time = curve_times()
+    time = curve_times(scales_of(parameters.biped, parameters.slope.gravity).time)
     default = parameters.default_set.law(parameters.contact)
 
     def walked(law: ContactLaw) -> tuple[OneStep, np.ndarray]:
@@ -111,10 +112,10 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     )
 
 
-def curve_times() -> np.ndarray:
+def curve_times(pendulum_time: float) -> np.ndarray:
     """Times of the force curves from heel strike [s], denser in the impact and while a foot may bounce, (n,)."""
     spans = [start + spacing * np.arange(round((end - start) / spacing)) for start, end, spacing in CURVE]
-    return np.concatenate(spans)
+    return np.concatenate(spans) * pendulum_time
 
 
 def one_at_a_time(default: ContactLaw, settings: Settings) -> Iterator[tuple[str, ContactLaw]]:

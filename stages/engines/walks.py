@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.biped.accuracy.scales import scales_of
 from stages.biped.design import Biped
 from stages.engines.result import BUT, Distance
 from stages.ground.contact_law import ContactLaw
@@ -29,10 +30,12 @@ from stages.planar.state import PlanarState
 #: is given a tighter one where the first does not come near enough.
 COMPILED, EXUDYN, EXUDYN_TIGHTER = 1e-12, 1e-10, 1e-11
 LOOSER = 10.0
-LARGEST_STEP = 5e-4
-#: Over one step the models are this close [m]; over more, and between cycles, so many times the larger own error, which
-#: a difference of two runs may meet by chance: below this [m], a tenth of what one step may differ, it tells nothing.
-ONE_STEP, TIMES, NOISE = 1e-9, 3.0, 1e-10
+#: Largest step of Exudyn's solver, in pendulum times.
+LARGEST_STEP = 2.5e-3
+#: Over one step the models are this close, in leg lengths; over more, and between cycles, so many times the larger own
+#: error, which a difference of two runs may meet by chance: below this, a tenth of what one step may differ, it tells
+#: nothing.
+ONE_STEP, TIMES, NOISE = 3e-9, 3.0, 3e-10
 #: Times at which paths are compared.
 COMPARED = 2000
 
@@ -46,6 +49,11 @@ class Machine:
     contact: ContactLaw
     tolerance: float = EXUDYN
 
+    def exudyn_settings(self, tolerance: float) -> ExudynSettings:
+        """How Exudyn integrates: to one tolerance in SI units for all coordinates, whatever the design's scales."""
+        time = scales_of(self.biped, self.slope.gravity).time
+        return ExudynSettings.of_one_step(tolerance, LARGEST_STEP * time)
+
     def compiled(self, state: PlanarState, tolerance: float, steps: int, duration: float | None) -> Run:
         """A walk of the compiled walker."""
         return compiled_walk(
@@ -55,7 +63,7 @@ class Machine:
 
     def exudyn(self, state: PlanarState, tolerance: float, steps: int, duration: float | None) -> Run:
         """A walk of Exudyn's model."""
-        settings = ExudynSettings.of_one_step(tolerance, LARGEST_STEP)
+        settings = self.exudyn_settings(tolerance)
         return exudyn_walk(self.biped, self.slope, self.contact, state, settings, steps=steps, duration=duration)
 
 
@@ -68,17 +76,17 @@ def over_a_walk(
     """
     ours = machine.compiled(state, COMPILED, steps, duration)
     other = machine.exudyn(state, machine.tolerance, steps, duration)
-    distance = hip_distance(ours, other)
+    distance, length = hip_distance(ours, other), machine.biped.leg_length
     if steps == 1:
-        if distance > ONE_STEP:
+        if distance > ONE_STEP * length:
             other = machine.exudyn(state, EXUDYN_TIGHTER, steps, duration)
             distance = hip_distance(ours, other)
-        return Distance(what, outcome_of(ours, other), distance, float("nan"), ONE_STEP)
+        return Distance(what, outcome_of(ours, other), distance, float("nan"), ONE_STEP * length)
     own = max(
         hip_distance(ours, machine.compiled(state, LOOSER * COMPILED, steps, duration)),
         hip_distance(other, machine.exudyn(state, LOOSER * machine.tolerance, steps, duration)),
     )
-    return Distance(what, outcome_of(ours, other), distance, own, max(NOISE, TIMES * own))
+    return Distance(what, outcome_of(ours, other), distance, own, max(NOISE * length, TIMES * own))
 
 
 def outcome_of(ours: Run, other: Run) -> str:
@@ -107,14 +115,14 @@ def between_cycles(what: str, machine: Machine, state: PlanarState, numbers: np.
     ours = corrected(stepper, near, derivative)
     looser = corrected(PenaltyStepper(*parts, Settings(LOOSER * COMPILED)), ours, derivative)
     other, other_looser = (
-        corrected(SectionWalker(*parts, ExudynSettings.of_one_step(tolerance, LARGEST_STEP), 1e-4), ours, derivative)
+        corrected(SectionWalker(*parts, machine.exudyn_settings(tolerance), 1e-4), ours, derivative)
         for tolerance in (machine.tolerance, LOOSER * machine.tolerance)
     )
     true, exudyn = lengths_of(ours, ours), lengths_of(other, ours)
     errors = lengths_of(looser, ours) - true, lengths_of(other_looser, ours) - exudyn
     own = max(np.abs(error).max() for error in errors)
     distance = float(np.abs(exudyn - true).max())
-    return Distance(what, "completed", distance, float(own), max(NOISE, float(TIMES * own)))
+    return Distance(what, "completed", distance, float(own), max(NOISE * machine.biped.leg_length, float(TIMES * own)))
 
 
 def corrected(walker: PenaltyStepper | SectionWalker, near: FixedPoint, derivative: np.ndarray) -> FixedPoint:

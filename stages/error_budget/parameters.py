@@ -36,7 +36,7 @@ class Settings:
         "1", "the tighter one that measures its integration error", bound=Bound(minimum=1e-14, maximum=1e-3)
     )
     penalty_tolerance: float | None = parameter(
-        "1", "tolerance of the penalty model, in m, rad, m/s, rad/s; null: multibody.tolerance",
+        "1", "tolerance of the penalty model, in leg lengths and pendulum times; null: multibody.tolerance",
         bound=Bound(minimum=1e-12, maximum=1e-3))
     limit_tolerance: float = parameter(
         "1",

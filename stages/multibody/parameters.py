@@ -35,9 +35,9 @@ class Settings(PenaltyTolerance):
         "s", "step of the implicit solver around heel strike", bound=Bound(above=0, maximum=1e-2)
     )
     impact_window: float = parameter("s", "time after heel strike with impact_step", bound=Bound(minimum=0, maximum=1))
-    longest_step: float = parameter(
-        "s", "time without a heel strike after which the walk counts as stalled", bound=Bound(above=0, maximum=100)
-    )
+    longest_step: float | None = parameter(
+        "s", "time without a heel strike after which the walk counts as stalled; null: some three steps of its size",
+        bound=Bound(above=0, maximum=100))
 
     scene: str = parameter(
         "-", "ideal: no scuffing; blocks: stepping blocks one step apart", choices=("ideal", "blocks"), default="ideal"
@@ -67,7 +67,7 @@ class Settings(PenaltyTolerance):
             rolling_step=1e-4,
             impact_step=1e-5,
             impact_window=0.02,
-            longest_step=3.0,
+            longest_step=None,
             most_solver_steps=most_solver_steps,
         )
 

@@ -86,7 +86,7 @@ def walk_to_accuracy(
     def walked(settings: Settings) -> tuple[Assembly, Run, Walk]:
         assembly = build(biped, slope, contact, settings, blocks, signals=settings.signals)
         run = simulate(biped, slope, contact, state, settings, lanes=blocks, assembly=assembly)
-        return assembly, run, sample(run.trajectory, slope, biped.foot_radii, settings.sampling_rate_hz)
+        return assembly, run, sample(run.trajectory, biped, slope, settings.sampling_rate_hz)
 
     return to_accuracy(
         settings.accuracy, settings, walked, Settings.finer, lambda one, other: walk_differences(one[2], other[2]))

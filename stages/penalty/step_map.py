@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stages.biped.accuracy.scales import scales_of
 from stages.biped.design import Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.penalty.model.varied import VariedPenalty
-from stages.penalty.model.walker import ANGLE, SIZE, X
+from stages.penalty.model.walker import ANGLE, SIZE, UNITS, X
 from stages.penalty.settings import Settings
 from stages.penalty.walk import Ongoing, begin, numbers_of
 from stages.planar.run import COMPLETED
-from stages.planar.section import NoLimitCycle, SectionStep, section_numbers, section_state
+from stages.planar.section import NoLimitCycle, SectionStep, section_numbers, section_scales, section_state
 from stages.planar.state import PlanarState
 
 if TYPE_CHECKING:
@@ -57,7 +58,8 @@ class PenaltyStepper:
         self, biped: Biped, slope: Slope, contact: ContactLaw, start: PlanarState, settings: Settings
     ) -> None:
         self.start, self.settings = start, settings
-        self.p = numbers_of(biped, slope, contact)
+        self.p, self.own = numbers_of(biped, slope, contact), scales_of(biped, slope.gravity)
+        self.units, self.scales = np.array([self.own.size(unit) for unit in UNITS]), section_scales(biped, slope)
         self.rigid = biped.legs == "rigid"
         self.steps_walked, self.steps_a_cycle = 0, 1 if biped.alike else 2
 
@@ -92,13 +94,16 @@ class PenaltyStepper:
         walk = self._walked(start, self.steps_a_cycle, columns, changes.walker(self.p, len(columns)))
         assert walk.varied is not None
         moved = walk.y[SIZE:].reshape(-1, SIZE)
-        return VariedStep(self._ended(walk, start), self._on_section(walk, moved), walk.varied.delays, moved[:, X])
+        delays, ahead = walk.varied.delays * self.own.time, moved[:, X] * self.own.length
+        for row in (delays, ahead):
+            row[:10] /= self.units[PLACES[0]]
+        return VariedStep(self._ended(walk, start), self._on_section(walk, moved), delays, ahead)
 
     def _walked(
         self, start: PlanarState, steps: int, columns: np.ndarray | None = None, varied: VariedPenalty | None = None
     ) -> Ongoing:
         self.steps_walked += steps
-        walk = begin(self.p, start, self.settings, steps)
+        walk = begin(self.p, self.own, start, self.settings, steps)
         if columns is not None:
             walk.y, walk.varied = np.concatenate([walk.y, columns.ravel()]), varied
         walk.go_on()
@@ -110,13 +115,14 @@ class PenaltyStepper:
         """Changes (10, n) of the section's numbers at the end of a walk, from variations (n, 12) of which the first ten
         are by these numbers; those that rigid legs do not have are zero.
         """
-        found = columns[:, PLACES[self._standing(walk)]].T
+        found = columns[:, PLACES[self._standing(walk)]].T * self.units[PLACES[0]][:, None]
+        found[:, :10] /= self.units[PLACES[0]]
         if self.rigid:
             found[LENGTHS, :10], found[:, LENGTHS] = 0.0, 0.0
         return found
 
     def _ended(self, walk: Ongoing, start: PlanarState) -> SectionStep:
-        y, stance = walk.y[:SIZE], self._standing(walk)
+        y, stance = walk.y[:SIZE] * self.units, self._standing(walk)
         state = state_of(y, walk.in_play, stance)
         length = float(y[X]) - start.hip_position[0]
         return SectionStep(section_numbers(state), state, walk.time, length, walk.evaluations)

@@ -10,22 +10,23 @@ from functools import lru_cache
 import numpy as np
 
 from stages.analytic.integration.phase import EVENT, FALL, STEP_LIMIT, TIME_LIMIT
+from stages.biped.accuracy.scales import Scales, scales_of
 from stages.biped.design import Biped
 from stages.biped.kinematics import Coordinate, Motion, constant, shifted, swing_point_motion
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.penalty.model.varied import VariedPenalty
-from stages.penalty.model.walker import ANGLE, LENGTH, RATES, SIZE, Walker, X, Y, build_penalty, natural_lengths
+from stages.penalty.model.walker import ANGLE, LENGTH, RATES, SIZE, UNITS, Walker, X, Y, build_penalty, natural_lengths
 from stages.penalty.motion import feet
 from stages.penalty.motion.engine import integrate, readings, states_at
 from stages.penalty.settings import Settings
-from stages.planar.run import COMPLETED, DIVERGED, FALLEN, FELL, RUNNING, STALLED, STEP_FLOOR, Run
+from stages.planar.run import COMPLETED, DIVERGED, FALLEN, FELL, PATIENCE, RUNNING, STALLED, STEP_FLOOR, Run
 from stages.planar.signals import GROUND_REACTION, IMU, SIGNALS
 from stages.planar.state import PlanarState
 from stages.planar.trajectory import Trajectory
 
-#: First step of all [s]: the error estimate corrects it either way.
-FIRST_STEP = 1e-5
+#: First step of all, in the walker's scales: the error estimate corrects it either way.
+FIRST_STEP = 5e-5
 #: A guard this far below zero has fallen; nearer to it is round-off of the event just located.
 FALLEN_GUARD = -1e-12
 #: Rows that the record of a stretch has room for at first, and the factor of more room.
@@ -37,22 +38,25 @@ EVALUATIONS, END = 12, 2
 
 @lru_cache(maxsize=64)
 def numbers_of(biped: Biped, slope: Slope, contact: ContactLaw) -> Walker:
-    """The walker's numbers."""
-    return build_penalty(biped, slope.gravity_vector, contact, FALLEN)
+    """The walker's numbers, in scales of the design."""
+    return build_penalty(biped, slope.gravity_vector, contact, FALLEN, scales_of(biped, slope.gravity))
 
 
 @dataclass
 class Ongoing:
     """A walk on its way: what the watch over an Exudyn run knows as well.
 
-    `y`: state (12,), followed by any variations, changed in place. `record`: rows of time [s], phase and state at the
-    start of every step, or None if none are kept. `varied`: the walker as the last variations change its numbers.
+    `y`: state (12,), followed by any variations, changed in place, in `scales` as `p` is. `record`: rows of time [s],
+    phase and state at the start of every step, or None if none are kept. `varied`: the walker as the last variations
+    change its numbers.
     """
 
     p: Walker
+    scales: Scales
     y: np.ndarray
     phase: int
     settings: Settings
+    longest_step: float
     wanted: float
     last_landed: int
     until: float = math.inf
@@ -83,8 +87,9 @@ class Ongoing:
     def _stretch(self, length: float) -> float:
         """Integrate to the next event; the length of its last step."""
         settings = self.settings
-        patience = self.last_heel_strike + settings.longest_step - self.time
-        limit, steps = min(patience, self.until - self.time), settings.most_solver_steps - self.since
+        left = self.last_heel_strike + self.longest_step - self.time
+        limit = min(left, self.until - self.time) / self.scales.time
+        steps = settings.most_solver_steps - self.since
         before = self.y.copy()
         room = 0 if self.record is None and self.until == math.inf else ROOM
         while True:
@@ -97,23 +102,24 @@ class Ongoing:
             room *= GROWTH
         self.evaluations += evaluations
         self.since += evaluations // EVALUATIONS
+        taken *= self.scales.time
         if self.time + taken > self.until:
             taken = self._cut(nodes[:count])
             status = TIME_LIMIT
         if self.record is not None:
-            rows = self._with_moments_between(nodes[:count], taken)
-            rows[:, 0] += self.time
+            rows = self._with_moments_between(nodes[:count], taken / self.scales.time)
+            rows[:, 0] = rows[:, 0] * self.scales.time + self.time
             self.record.append(rows)
             self.steps += count
         self.time += taken
         if status == EVENT:
             self._change(first=True)
         else:
-            self._end(status, patience)
+            self._end(status)
         return length
 
     def _with_moments_between(self, nodes: np.ndarray, taken: float) -> np.ndarray:
-        """The record of a stretch of this length with the moments between, by shorter steps: as accurate as the steps.
+        """The record of a stretch of this length with the moments between, by shorter steps: as accurate as these.
         """
         parts = self.settings.between + 1
         if parts == 1 or not len(nodes):
@@ -128,7 +134,8 @@ class Ongoing:
     def _cut(self, nodes: np.ndarray) -> float:
         """Take the last step again, to the time at which the walk ends; how long the stretch is then."""
         last, left = nodes[-1:], self.until - self.time
-        self.y[:SIZE] = states_at(self.phase, last[:, 0].copy(), last[:, 2:].copy(), np.array([left]), self.p)[0]
+        ends = np.array([left / self.scales.time])
+        self.y[:SIZE] = states_at(self.phase, last[:, 0].copy(), last[:, 2:].copy(), ends, self.p)[0]
         return left
 
     def _change(self, first: bool = False) -> None:
@@ -156,7 +163,7 @@ class Ongoing:
             self.switches.append((self.time, leg, not acted))
         self.phase = feet.phase_of(statuses[0], statuses[1], end)
 
-    def _end(self, status: int, patience: float) -> None:
+    def _end(self, status: int) -> None:
         """Why the integration ended before an event, in the words of the watch over Exudyn's runs."""
         at = f"t = {self.time:.6g} s"
         if not np.isfinite(self.y[:SIZE]).all():
@@ -164,7 +171,7 @@ class Ongoing:
         elif status == TIME_LIMIT and self.time >= self.until:
             self.outcome = COMPLETED
         elif status == TIME_LIMIT:
-            self.outcome, self.message = STALLED, f"no heel strike for {self.settings.longest_step:g} s at {at}"
+            self.outcome, self.message = STALLED, f"no heel strike for {self.longest_step:g} s at {at}"
         elif status == FALL:
             self.outcome, self.message = FELL, f"the walker fell at {at}"
         else:
@@ -191,7 +198,8 @@ def simulate(
     and at the moments between that the settings ask for.
     """
     p = numbers_of(biped, slope, contact)
-    walk = begin(p, state, settings, math.inf if duration is not None else steps)
+    scales = scales_of(biped, slope.gravity)
+    walk = begin(p, scales, state, settings, math.inf if duration is not None else steps)
     walk.record = []
     walk.until = math.inf if duration is None else duration
     walk.go_on()
@@ -200,12 +208,12 @@ def simulate(
         walk.outcome, walk.message, trajectory, walk.heel_strikes, walk.steps, walk.evaluations, 0.0)
 
 
-def begin(p: Walker, state: PlanarState, settings: Settings, steps: float) -> Ongoing:
+def begin(p: Walker, scales: Scales, state: PlanarState, settings: Settings, steps: float) -> Ongoing:
     """A walk about to begin from a state, through so many heel strikes. Rigid legs have their natural length."""
     y = np.array([
         *state.hip_position, *state.leg_angle, *state.leg_length, *state.hip_velocity, *state.leg_rate,
         *state.leg_length_rate,
-    ])  # fmt: skip
+    ]) / [scales.size(unit) for unit in UNITS]  # fmt: skip
     if p.slide == 0.0:
         y[LENGTH:RATES], y[RATES + LENGTH :] = natural_lengths(p), 0.0
     statuses = []
@@ -213,7 +221,8 @@ def begin(p: Walker, state: PlanarState, settings: Settings, steps: float) -> On
         standing = feet.height(y, p, leg, y, 0)[0] <= 0.0
         statuses.append(feet.OUT if not acts else feet.LANDED if standing else feet.AWAITED)
     last = 1 if statuses[1] == feet.LANDED != statuses[0] else 0
-    return Ongoing(p, y, feet.phase_of(statuses[0], statuses[1], 0), settings, steps, last)
+    longest = settings.longest_step or PATIENCE * scales.time
+    return Ongoing(p, scales, y, feet.phase_of(statuses[0], statuses[1], 0), settings, longest, steps, last)
 
 
 def recorded(walk: Ongoing, state: PlanarState, biped: Biped, signals: Collection[str]) -> Trajectory:
@@ -222,11 +231,12 @@ def recorded(walk: Ongoing, state: PlanarState, biped: Biped, signals: Collectio
     rows = np.concatenate([*(walk.record or []), end[None]])
     rows = rows[np.isfinite(rows).all(axis=1)]
     rows = rows[np.concatenate([np.diff(rows[:, 0]) > 0.0, [True]])]
-    states = np.ascontiguousarray(rows[:, 2:])
+    states, units = np.ascontiguousarray(rows[:, 2:]), np.array([walk.scales.size(unit) for unit in UNITS])
     read = readings(rows[:, 1].astype(np.int64), states, walk.p)
-    place, motion, change = states[:, :RATES], states[:, RATES:], read[:, :RATES]
+    place, motion = (states * units)[:, :RATES], (states * units)[:, RATES:]
+    change, pushes = read[:, :RATES] * units[RATES:] / walk.scales.time, read[:, RATES:] * walk.scales.size("N")
     count = len(rows)
-    force = read[:, [7, 6, 9, 8]].reshape(count, 2, 2) if GROUND_REACTION in signals else np.zeros((count, 0, 2))
+    force = pushes[:, [1, 0, 3, 2]].reshape(count, 2, 2) if GROUND_REACTION in signals else np.zeros((count, 0, 2))
     felt = foot_acceleration(place, motion, change, biped) if IMU in signals else np.zeros((count, 0))
     return Trajectory(
         time=rows[:, 0].copy(), position=place.copy(), velocity=motion.copy(), acceleration=change.copy(),

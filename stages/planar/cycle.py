@@ -17,11 +17,11 @@ class LimitCycle:
     """
 
     section_state: np.ndarray = quantity(
-        "1", "hip y, swing angle, both lengths, then the rates, shape (10,)", dimensions=("coordinate",)
+        "m, rad, m/s, rad/s", "hip y, swing angle, both lengths, then the rates, (10,)", dimensions=("coordinate",)
     )
     period_s: float = quantity("s", "duration of one step", symbol="T")
     step_length_m: float = quantity("m", "advance of the hip in one step", symbol="s")
-    monodromy_matrix: np.ndarray = quantity("1", "derivative of the step map, shape (10, 10)")
+    monodromy_matrix: np.ndarray = quantity("-", "derivative of the step map in those units, shape (10, 10)")
     floquet_multipliers: np.ndarray = quantity(
         "1", "eigenvalues, largest first, real and imaginary part, (10, 2)", dimensions=("multiplier", "part")
     )

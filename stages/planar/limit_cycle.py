@@ -9,7 +9,7 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 
 from stages.planar.cycle import LimitCycle
-from stages.planar.section import SCALES, NoLimitCycle, SectionStep, section_numbers
+from stages.planar.section import NoLimitCycle, SectionStep, section_numbers
 from stages.planar.state import PlanarState
 
 SETTLING_STEPS = 8
@@ -17,14 +17,14 @@ NEWTON_STEPS = 16
 #: The derivative is made anew when so many iterations have left more than this of the residual, so often at most; at
 #: once where nothing is won since it was made. Making it costs ten steps, and a slow iteration has corrected it.
 SLOW, PATIENCE, MOST_RENEWALS = 0.8, 2, 4
-#: The residual, in tolerances of the walker and in `SCALES`, that will do at once, and after one or two iterations that
+#: The residual, in tolerances of the walker and in `scales`, that will do at once, and after one or two iterations that
 #: won nothing: it may then be the steps' own error, of which up to 60 were seen where legs give way, 800 where not.
 ENOUGH = 1.0, 1e2, 1e3
 #: Times a change of the state is halved if the model does not take a step from it.
 HALVINGS = 4
-#: A change of the state beyond this, in `SCALES`, leads where nothing walks: ten metres, or ten metres a second.
+#: A change of the state beyond this, in `scales`, leads where nothing walks: thirty leg lengths.
 FARTHEST = 1e3
-#: So near to a gait, in `SCALES`, the derivative is the gait's, but for what forward differences leave uncertain.
+#: So near to a gait, in `scales`, the derivative is the gait's, but for what forward differences leave uncertain.
 CLOSE = 5e-3
 
 
@@ -41,7 +41,7 @@ S = TypeVar("S", bound=After)
 
 @dataclass(frozen=True)
 class FixedPointOf(Generic[S]):
-    """Section numbers (10,) that a step changes by `residual` in `SCALES`, that step, and its derivative (10, 10)."""
+    """Section numbers (10,) that a step changes by `residual` in `scales`, that step, and its derivative (10, 10)."""
 
     numbers: np.ndarray
     step: S
@@ -56,8 +56,12 @@ class Steps(Protocol[S]):
     """A map of the section to itself, of a step or of a stride."""
 
     @property
+    def scales(self) -> np.ndarray:
+        """Scales of the section's numbers, (10,)."""
+
+    @property
     def tolerance(self) -> float:
-        """Absolute tolerance to which its steps are integrated, in m, rad, m/s and rad/s."""
+        """Tolerance to which its steps are integrated."""
 
     def step(self, numbers: np.ndarray) -> S:
         """One step from section numbers (10,). Raises NoLimitCycle."""
@@ -97,7 +101,7 @@ def gait_near(walker: StepTaker, state: PlanarState, *, central: bool = True) ->
         found = fixed_point(walker, begin, derivative, first)
     except NoLimitCycle:
         found = fixed_point(walker, walker.walk(state, SETTLING_STEPS).numbers)
-    if derivative is None or np.abs((found.numbers - begin) / SCALES).max() > CLOSE:
+    if derivative is None or np.abs((found.numbers - begin) / walker.scales).max() > CLOSE:
         derivative = walker.derivative(found.numbers, None if central else found.step)
     multipliers = floquet_multipliers(derivative)
     after = found.step
@@ -118,7 +122,7 @@ def fixed_point(
 ) -> FixedPointOf[S]:
     """The fixed point of a step map near `numbers` (10,), to the tolerance of its steps. Raises NoLimitCycle.
 
-    The residual, in `SCALES`, is the tolerance, or the least met before the steps' own error let it fall no more, see
+    The residual, in `scales`, is the tolerance, or the least met before the steps' own error let it fall no more, see
     `ENOUGH`. Newton's method; each step taken corrects the derivative (Broyden's rank one) until then, and it is made
     anew where the residual falls slowly. `derivative` (10, 10) of a similar model serves at first; `first` the step
     from `numbers`, if known.
@@ -127,7 +131,7 @@ def fixed_point(
     least, since, close = np.inf, 0, walker.tolerance * ENOUGH[-1]
     for _ in range(NEWTON_STEPS):
         moved = after.numbers - numbers
-        residual = _size(moved)
+        residual = _size(walker, moved)
         since = 0 if residual < SLOW * least else since + 1
         if not since:
             least, best = residual, (numbers, after)
@@ -140,29 +144,29 @@ def fixed_point(
         if derivative is None or (slow >= PATIENCE and renewals < MOST_RENEWALS and residual > close):
             derivative, renewals, slow, began = walker.derivative(numbers, after), renewals + 1, 0, residual
         previous = residual
-        change, then = _taken(walker, numbers, _newton_change(derivative, moved))
-        scaled = change / SCALES
+        change, then = _taken(walker, numbers, _newton_change(derivative, moved, walker.scales))
+        scaled = change / walker.scales
         missed = then.numbers - after.numbers - derivative @ change
         numbers, after = numbers + change, then
-        if residual > close or _size(after.numbers - numbers) < SLOW * least:
-            derivative = derivative + np.outer(missed, scaled / SCALES) / float(scaled @ scaled)
+        if residual > close or _size(walker, after.numbers - numbers) < SLOW * least:
+            derivative = derivative + np.outer(missed, scaled / walker.scales) / float(scaled @ scaled)
     if least > close:
         raise NoLimitCycle(f"no fixed point within {NEWTON_STEPS} iterations, residual {residual:.1e}")
     return FixedPointOf(*best, least, np.eye(10) if derivative is None else derivative)
 
 
-def _size(moved: np.ndarray) -> float:
-    """How far a step moves the section numbers (10,), in `SCALES`."""
-    return float(np.abs(moved / SCALES).max())
+def _size(walker: Steps[S], moved: np.ndarray) -> float:
+    """How far a step moves the section numbers (10,), in `scales`."""
+    return float(np.abs(moved / walker.scales).max())
 
 
-def _newton_change(derivative: np.ndarray, moved: np.ndarray) -> np.ndarray:
+def _newton_change(derivative: np.ndarray, moved: np.ndarray, scales: np.ndarray) -> np.ndarray:
     """The change of the section numbers (10,) that makes up for what a step moved them. Raises NoLimitCycle."""
     try:
         change = np.linalg.solve(np.eye(10) - derivative, moved)
     except np.linalg.LinAlgError:
         change = np.full(10, np.inf)
-    if not np.abs(change / SCALES).max() < FARTHEST:
+    if not np.abs(change / scales).max() < FARTHEST:
         raise NoLimitCycle("no fixed point in reach: the step map has a multiplier of one, and moves every state")
     return change
 

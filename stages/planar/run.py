@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
+from stages.ground.slope import Slope
 from stages.planar.state import PlanarState
 from stages.planar.trajectory import Trajectory
 
@@ -17,6 +19,13 @@ SOLVER_FAILED = "solver failed"
 
 #: Hip height, in leg lengths, under which the walker has fallen.
 FALLEN = 0.5
+#: Time without a heel strike, that of three usual steps, after which a walk has stalled, in pendulum times.
+PATIENCE = 8.0
+
+
+def patience(longest_step: float | None, leg_length: float, slope: Slope) -> float:
+    """Time without a heel strike after which a walk has stalled [s]: of a leg length [m], or as set [s]."""
+    return longest_step or PATIENCE * math.sqrt(leg_length / slope.gravity)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from stages.biped.accuracy.scales import scales_of
+from stages.biped.design import Biped
 from stages.biped.frames import specific_force
 from stages.biped.sampling_times import refined_times
 from stages.biped.walk import Walk
@@ -13,15 +15,16 @@ from stages.planar.events import find_events
 from stages.planar.trajectory import Trajectory, foot_kinematics
 
 
-def sample(trajectory: Trajectory, slope: Slope, radii: tuple[float, float], rate_hz: float) -> Walk:
+def sample(trajectory: Trajectory, biped: Biped, slope: Slope, rate_hz: float) -> Walk:
     """Signals at even times, denser around heel strikes, with the exact times of heel strike and toe-off.
 
     Motion by Hermite interpolation between the solver's steps; forces and accelerations, which have kinks, by monotone
     cubics, so that a force is never negative between two steps, and is none where the foot does not touch. Forces and
     sensors that the trajectory does not hold have no rows.
     """
-    events = find_events(trajectory, radii)
-    time = refined_times(float(trajectory.time[-1]), rate_hz, events.heel_strike_time)
+    radii = biped.foot_radii
+    events, pendulum_time = find_events(trajectory, radii), scales_of(biped, slope.gravity).time
+    time = refined_times(float(trajectory.time[-1]), rate_hz, events.heel_strike_time, pendulum_time)
     position, velocity = trajectory.at(time)
     felt, loaded = trajectory.foot_acceleration.shape[1] > 0, trajectory.ground_reaction.shape[1] > 0
     turning = velocity[:, 2] if felt else np.zeros(0)

@@ -7,20 +7,32 @@ so that one step maps the section onto itself.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
 
+from stages.biped.accuracy.scales import scales_of
+from stages.biped.design import Biped
+from stages.ground.slope import Slope
 from stages.planar.run import Run
 from stages.planar.state import PlanarState
 
-# Scales in which the residual and the steps of the central differences are measured: m, rad, m/s, rad/s as below.
-SCALES = np.array([1e-2, 1e-1, 1e-2, 1e-2, 1e-1, 1e-1, 1.0, 1.0, 1e-1, 1e-1])
+#: Units of the section's numbers, and by unit the scale in which residuals and steps of finite differences are told, in
+#: scales of the design.
+UNITS = ("m", "rad", "m", "m", "m/s", "m/s", "rad/s", "rad/s", "m/s", "m/s")
+SHARES = {"m": 0.03, "rad": 0.1, "m/s": 0.05, "rad/s": 0.2}
 
 
 class NoLimitCycle(Exception):
     """The model does not walk, or the iteration finds no fixed point; the message says which."""
+
+
+def section_scales(biped: Biped, slope: Slope, units: Sequence[str] = UNITS) -> np.ndarray:
+    """These scales for numbers in n units, (n,) in SI units."""
+    own = scales_of(biped, slope.gravity)
+    return np.array([SHARES[unit] * own.size(unit) for unit in units])
 
 
 @dataclass(frozen=True)

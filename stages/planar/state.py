@@ -5,14 +5,21 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from stages.biped.accuracy.scales import scales_of
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.normal_force import static_penetration
+from stages.ground.slope import Slope
 
-#: Coulomb's friction at the hip is proportional to the hip's rate below this rate [rad/s], or it would jump: a hip that
-#: should stick creeps, at this rate at most.
-HIP_CREEP = 1e-3
+#: Coulomb's friction at the hip is proportional to the hip's rate below this rate, in the design's scales, or it
+#: would jump: a hip that should stick creeps, at this rate at most.
+HIP_CREEP = 2e-4
+
+
+def hip_creep(biped: Biped, slope: Slope) -> float:
+    """That rate [rad/s]."""
+    return HIP_CREEP / scales_of(biped, slope.gravity).time
 
 
 @dataclass(frozen=True)

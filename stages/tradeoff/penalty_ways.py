@@ -23,7 +23,7 @@ from stages.planar.cycle import LimitCycle
 from stages.planar.events import find_events
 from stages.planar.limit_cycle import gait_near
 from stages.planar.run import Run
-from stages.planar.section import SCALES, mid_stance_after, section_state
+from stages.planar.section import mid_stance_after, section_scales, section_state
 from stages.planar.signals import GROUND_REACTION
 from stages.planar.state import PlanarState, rolling_state
 from stages.tradeoff.way import Walked, Way, WayFailed, grid
@@ -143,7 +143,7 @@ def way(at: Scene, name: str, settings: Settings, setting: dict[str, Any], multi
     def leading() -> float:
         """w (P(z + e v) - P(z - e v)) / 2e: exact to second order in what the eigenvectors are off."""
         cycle, right, left = at.gait
-        size = ALONG / float(np.abs(right / SCALES).max())
+        size = ALONG / float(np.abs(right / section_scales(at.biped, at.slope)).max())
         ends = [mid_stance_after(run(section_state(cycle.section_state + sign * size * right, at.state), 1)).numbers
                 for sign in (1.0, -1.0)]
         return abs(float(left @ (ends[0] - ends[1]) / (2 * size)))

@@ -24,7 +24,6 @@ from stages.twin.machine.projection import project
 
 PAPER, DEFAULT = "paper", "default"
 TRAPEZOIDAL, ALPHA = "trapezoidal", "generalized_alpha"
-LOOSE_STEP = 2e-3
 #: Tolerance of the compiled penalty walker where it confirms a reference.
 TIGHT = 1e-12
 
@@ -126,17 +125,18 @@ def penalty_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
     start = parameters.biped, parameters.slope
     at = penalty_ways.scene(penalty_ways.PENALTY, *start, ground, settings, analytic.mid_stance, force, steps)
     tree, joints, compiled = penalty_ways.tree_way, penalty_ways.joints_way, penalty_ways.compiled_way
-    by_phase = joints(at, TRAPEZOIDAL, 2e-4, 1e-5, multiplier=full, mark=PAPER)
+    loose, rolling, impact = parameters.twin.largest_step, settings.rolling_step, settings.impact_step
+    by_phase = joints(at, TRAPEZOIDAL, rolling, impact, multiplier=full, mark=PAPER)
     powers = range(3, 10) if full else (4, 6) if few else (3, 4, 6, 8)
-    ways = [tree(at, 10.0**-n, LOOSE_STEP, multiplier=full) for n in powers]
+    ways = [tree(at, 10.0**-n, loose, multiplier=full) for n in powers]
     ways += [tree(at, settings.tolerance, settings.largest_step, multiplier=full, mark=DEFAULT), by_phase]
     ways += [compiled(at, 10.0**-n, multiplier=full) for n in (range(3, 13) if full else (3, 4, 6, 8, 10))]
     if full:
-        ways += [tree(at, 1e-3, 5e-3, multiplier=True), tree(at, 1e-4, 5e-4, multiplier=True)]
-        ways += [joints(at, TRAPEZOIDAL, 4e-4, 1e-5, multiplier=True),
-                 joints(at, TRAPEZOIDAL, 1e-4, 5e-6, multiplier=True),
-                 joints(at, ALPHA, 2e-4, 1e-5), joints(at, ALPHA, 1e-4, 5e-6)]
-    tight = [tree(at, value, 1e-3, multiplier=full)
+        ways += [tree(at, 1e-3, 2.5 * loose, multiplier=True), tree(at, 1e-4, 0.25 * loose, multiplier=True)]
+        ways += [joints(at, TRAPEZOIDAL, 2 * rolling, impact, multiplier=True),
+                 joints(at, TRAPEZOIDAL, rolling / 2, impact / 2, multiplier=True),
+                 joints(at, ALPHA, rolling, impact), joints(at, ALPHA, rolling / 2, impact / 2)]
+    tight = [tree(at, value, loose / 2, multiplier=full)
              for value in ((1e-11, 1e-10) if full else (1e-9, 1e-8) if few else (1e-10, 1e-9))]
     yield Plan(tight[0], tight[1], compiled(at, TIGHT, multiplier=full), tuple(ways))
     if not full:
@@ -149,8 +149,8 @@ def penalty_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
         other = dataclasses.replace(ground, **change)
         model = f"{penalty_ways.PENALTY}, {name}"
         at = penalty_ways.scene(model, *start, other, settings, analytic.mid_stance, force, steps)
-        yield Plan(tree(at, 1e-10, LOOSE_STEP), tree(at, 1e-9, LOOSE_STEP), compiled(at, TIGHT),
-                   (*(tree(at, value, LOOSE_STEP) for value in (1e-4, 1e-6, 1e-8)),
+        yield Plan(tree(at, 1e-10, loose), tree(at, 1e-9, loose), compiled(at, TIGHT),
+                   (*(tree(at, value, loose) for value in (1e-4, 1e-6, 1e-8)),
                     *(compiled(at, value) for value in (1e-4, 1e-6, 1e-8))))
 
 
@@ -161,13 +161,13 @@ def twin_plan(parameters: Parameters, analytic: Analytic) -> Plan:
     at = twin_ways.scene(parameters.biped, parameters.slope, parameters.contact, settings, analytic.mid_stance, force,
                          parameters.settings.walked_steps)
     way = twin_ways.twin_way
-    usual = settings.tolerance, settings.largest_step
+    usual, loose = (settings.tolerance, settings.largest_step), settings.largest_step
     powers = range(4, 10) if full else range(3, 8)
-    chosen = {(10.0**-n, LOOSE_STEP) for n in powers} | {usual}
-    ways = [way(at, *pair, mark=f"{PAPER}, {DEFAULT}" if pair == usual == (1e-6, LOOSE_STEP) else
+    chosen = {(10.0**-n, loose) for n in powers} | {usual}
+    ways = [way(at, *pair, mark=f"{PAPER}, {DEFAULT}" if pair == usual and usual[0] == 1e-6 else
                 DEFAULT if pair == usual else "") for pair in sorted(chosen, reverse=True)]
     if full:
-        ways.append(way(at, 1e-4, 5e-3))
-    tight = [way(at, value, LOOSE_STEP) for value in ((1e-10, 1e-9) if full else (1e-8, 1e-7))]
-    independent = way(at, 1e-8 if full else 1e-7, LOOSE_STEP, ConnectorTree)
+        ways.append(way(at, 1e-4, 2.5 * loose))
+    tight = [way(at, value, loose) for value in ((1e-10, 1e-9) if full else (1e-8, 1e-7))]
+    independent = way(at, 1e-8 if full else 1e-7, loose, ConnectorTree)
     return Plan(tight[0], tight[1], independent, tuple(ways))

@@ -45,12 +45,12 @@ class Settings(Rubber):
     steps: int = parameter("1", "steps to walk", bound=Bound(minimum=1, maximum=1000))
     sampling_rate_hz: float = parameter("Hz", "rate of the sampled signals", bound=Bound(above=0, maximum=1e5))
     tolerance: float = parameter(
-        "1", "absolute tolerance of the explicit solver in m, rad, m/s, rad/s",
+        "1", "absolute tolerance of the solver, one number in m, rad, m/s and rad/s, whatever the robot's size",
         bound=Bound(minimum=1e-11, maximum=LOOSEST))
     largest_step: float = parameter("s", "largest step of the solver", bound=Bound(above=0, maximum=1e-2))
-    longest_step: float = parameter(
-        "s", "time without a heel strike after which the walk counts as stalled", bound=Bound(above=0, maximum=100)
-    )
+    longest_step: float | None = parameter(
+        "s", "time without a heel strike after which the walk counts as stalled; null: some three steps of its size",
+        bound=Bound(above=0, maximum=100))
     inertia: str = parameter(
         "-", "parts: from the bill of parts; planar: Table 1's point masses", choices=("parts", "planar")
     )

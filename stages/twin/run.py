@@ -8,6 +8,7 @@ import numpy as np
 
 from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.estimate import finer_explicit, to_accuracy, walk_differences
+from stages.biped.accuracy.scales import scales_of
 from stages.biped.progress import Progress, ignore
 from stages.biped.sampling_times import refined_times
 from stages.biped.walk import Walk
@@ -54,11 +55,13 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     ramp = lay_blocks(settings, analytic.gait.step_length_m) if settings.scene == "ramp" else None
     progress(0.0, f"walking {settings.steps} steps in space")
 
+    pendulum_time = scales_of(biped, slope.gravity).time
+
     def walked_with(settings: Settings) -> tuple[SpatialTree, Record, Signals]:
         tree = SpatialTree(machine, slope, contact)
         record = simulate_twin(machine, slope, contact, start, settings, ramp=ramp, tree=tree)
         strikes = find_events(record).heel_strike_time
-        times = refined_times(float(record.time[-1]), settings.sampling_rate_hz, strikes)
+        times = refined_times(float(record.time[-1]), settings.sampling_rate_hz, strikes, pendulum_time)
         return tree, record, sample(record, times, settings)
 
     settings, (tree, record, signals), errors = to_accuracy(

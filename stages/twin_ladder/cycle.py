@@ -9,7 +9,7 @@ import numpy as np
 
 from stages.planar.limit_cycle import by_differences, fixed_point
 from stages.twin.machine.contact import X, Y
-from stages.twin_ladder.section import PLANE_SCALES, SIDE_SCALES, SectionState, Step, StepMap
+from stages.twin_ladder.section import SectionState, Step, StepMap
 
 #: Multipliers that are wanted in the plane and out of it; the others are small.
 IN_PLANE, SIDEWAYS = 2, 1
@@ -77,13 +77,16 @@ class Gait:
 
 
 class Search:
-    """Looks for the gait of one machine; counts the steps it walks. `tolerance` is that of the steps, in the scales."""
+    """Looks for the gait of one machine; counts the steps it walks. `tolerance` is that of the steps, in the scales.
+
+    `scales` are those of the section's numbers in the plane (10,) and out of it (9,).
+    """
 
     def __init__(
-        self, take: StepMap, tolerance: float, difference: float, sideways: bool = True
+        self, take: StepMap, scales: tuple[np.ndarray, np.ndarray], tolerance: float, difference: float,
+        sideways: bool = True,
     ) -> None:
-        self.take = take
-        self.tolerance = tolerance
+        self.take, (self.scales, self.side_scales), self.tolerance = take, scales, tolerance
         self.difference = difference
         self.sideways = sideways
         self.settled = SETTLED * tolerance / difference
@@ -103,7 +106,7 @@ class Search:
         """The gait near that of a machine like this one. Raises NoLimitCycle if it falls or the search fails."""
         found = fixed_point(_Strides(self), near.plane, near.derivative)
         first, second = found.step.first, found.step.second
-        rough = found.derivative * PLANE_SCALES / PLANE_SCALES[:, None]
+        rough = found.derivative * self.scales / self.scales[:, None]
         walked = self._in_plane(found.numbers, found.step)
         plane, in_plane, known = leading(walked, near.in_plane, self.settled, rough)
         side, sideways = np.zeros(0), near.sideways
@@ -112,7 +115,7 @@ class Search:
         period = 0.5 * (first.duration + second.duration)
         return Gait(
             stride=found.step,
-            near=Near(found.numbers, known * PLANE_SCALES[:, None] / PLANE_SCALES, in_plane, sideways),
+            near=Near(found.numbers, known * self.scales[:, None] / self.scales, in_plane, sideways),
             plane_multipliers=plane,
             side_multipliers=side,
             period=period,
@@ -125,9 +128,9 @@ class Search:
 
     def _in_plane(self, plane: np.ndarray, base: Stride) -> Changes:
         def changes(change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            after = self.stride(plane + self.difference * PLANE_SCALES * change)
+            after = self.stride(plane + self.difference * self.scales * change)
             ends = (after.first.end.plane - base.first.end.plane, after.numbers - base.numbers)
-            first, second = (end / (self.difference * PLANE_SCALES) for end in ends)
+            first, second = (end / (self.difference * self.scales) for end in ends)
             return first, second
 
         return changes
@@ -136,9 +139,9 @@ class Search:
         """The mirrored run is not walked: it would give the mirrored motion, and the motion in the plane stays."""
 
         def changes(change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            after = self.stride(plane, self.difference * SIDE_SCALES * change)
-            first, second = (step.end.side / (self.difference * SIDE_SCALES) for step in (after.first, after.second))
-            return first, second
+            sizes = self.difference * self.side_scales
+            after = self.stride(plane, sizes * change)
+            return after.first.end.side / sizes, after.second.end.side / sizes
 
         return changes
 
@@ -148,7 +151,8 @@ class _Strides:
 
     def __init__(self, search: Search) -> None:
         self.step: Callable[[np.ndarray], Stride] = search.stride
-        self.tolerance, self.differences = search.tolerance, search.difference * PLANE_SCALES
+        self.scales, self.tolerance = search.scales, search.tolerance
+        self.differences = search.difference * search.scales
 
     def derivative(self, numbers: np.ndarray, after: Stride | None = None) -> np.ndarray:
         return by_differences(self.step, numbers, self.differences, after)

@@ -21,7 +21,7 @@ from stages.multibody.parameters import Settings as PlanarSettings
 from stages.multibody.result import Result as Multibody
 from stages.multibody.walking.walk import simulate
 from stages.planar.cycle import LimitCycle
-from stages.planar.section import SCALES, NoLimitCycle, section_state
+from stages.planar.section import UNITS, NoLimitCycle, section_scales, section_state
 from stages.planar.state import PlanarState
 from stages.twin.machine.machine import Machine
 from stages.twin.machine.projection import project
@@ -31,7 +31,7 @@ from stages.twin_ladder.cycle import IN_PLANE, SIDEWAYS, Gait, Near, Search
 from stages.twin_ladder.parameters import Parameters
 from stages.twin_ladder.result import COMPLETED, Result, RungGait
 from stages.twin_ladder.rungs import Rung, alike_in_the_plane, rungs
-from stages.twin_ladder.section import step_map
+from stages.twin_ladder.section import SIDE_UNITS, step_map
 
 PLANAR = "planar model"
 #: Which feet the ground acts on at a mid-stance; the rest of it comes from a section's numbers.
@@ -127,7 +127,8 @@ def climb(
     """
     settings = parameters.settings
     solver = dataclasses.replace(parameters.twin, tolerance=settings.tolerance)
-    near = like_planar(cycle)
+    in_plane, sideways = (section_scales(parameters.biped, parameters.slope, each) for each in (UNITS, SIDE_UNITS))
+    near = like_planar(cycle, in_plane)
     length, before = parameters.biped.leg_length, constrained[0]
     rows: list[Climbed] = []
     found: tuple[Machine, Gait, np.ndarray] | None = None
@@ -144,7 +145,7 @@ def climb(
             ahead = longer * np.array([1.0, 0.0, 1.0, 1.0, *[0.0] * 6])
         near, before = dataclasses.replace(near, plane=near.plane + ahead), own
         take = step_map(rung.machine, parameters.slope, parameters.contact, solver)
-        search = Search(take, settings.tolerance, settings.difference, settings.sideways)
+        search = Search(take, (in_plane, sideways), settings.tolerance, settings.difference, settings.sideways)
         try:
             gait = search.find(near)
         except NoLimitCycle as error:
@@ -156,10 +157,10 @@ def climb(
     return rows
 
 
-def like_planar(cycle: LimitCycle) -> Near:
+def like_planar(cycle: LimitCycle, scales: np.ndarray) -> Near:
     """What the planar model's gait tells of the first machine; of motion out of the plane it knows nothing."""
     step = cycle.monodromy_matrix
-    scaled = np.linalg.matrix_power(step * SCALES / SCALES[:, None], LEFT_AFTER)
+    scaled = np.linalg.matrix_power(step * scales / scales[:, None], LEFT_AFTER)
     return Near(cycle.section_state, step @ step, np.linalg.svd(scaled)[0][:, :IN_PLANE], np.ones((9, SIDEWAYS)))
 
 

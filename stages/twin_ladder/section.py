@@ -17,7 +17,6 @@ from scipy.optimize import brentq
 
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.planar.section import SCALES as PLANAR_SCALES
 from stages.planar.section import NoLimitCycle
 from stages.twin.machine.contact import COUNT, HINGE, PITCH, ROLL, SLIDE, YAW, X, Y, Z
 from stages.twin.machine.machine import Machine
@@ -26,9 +25,8 @@ from stages.twin.parameters import Settings
 from stages.twin.walking.record import Record
 from stages.twin.walking.simulate import Start, simulate_twin
 
-#: Scales of the numbers, m, rad, m/s, rad/s; those in the plane are the planar model's.
-PLANE_SCALES = PLANAR_SCALES
-SIDE_SCALES = np.array([1e-1, 1e-1, 1e-2, 1e-2, 1e-1, 1.0, 1.0, 1e-1, 1e-1])
+#: Units of the numbers out of the plane.
+SIDE_UNITS = ("rad", "rad", "m", "m", "m/s", "rad/s", "rad/s", "m/s", "m/s")
 
 
 @dataclass(frozen=True)

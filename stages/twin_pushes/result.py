@@ -17,7 +17,7 @@ class PushedWalk:
 
     kind: str = quantity("-", "what the push changes")
     unit: str = quantity("-", "unit of its size")
-    size: float = quantity("1", "size of the push in that unit")
+    size: float = quantity("-", "size of the push in that unit")
     outcome: str = quantity("-", "completed, or why the walk ended early")
     reason: str = quantity("-", "how it ended early, else empty")
     steps: int = quantity("1", "heel strikes")

@@ -43,7 +43,7 @@ def stand_in(parameters, default, solver):
     rough = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)  # a mid-stance that leads to a step, no result
     start = rolling_state(parameters.biped, default, rough, STANDING_FORCE)
     run = simulate(parameters.biped, parameters.slope, default, start, solver, duration=PERIOD)
-    walk = sample(run.trajectory, parameters.slope, parameters.biped.foot_radii, 2000.0)
+    walk = sample(run.trajectory, parameters.biped, parameters.slope, 2000.0)
     return SimpleNamespace(walk=walk, mid_stance=rough, gait=SimpleNamespace(period_s=PERIOD))
 
 

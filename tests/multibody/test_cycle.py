@@ -17,8 +17,9 @@ from stages.penalty.settings import Settings as PenaltySettings
 from stages.penalty.step_map import PenaltyStepper
 from stages.planar.limit_cycle import by_differences, fixed_point, gait_near
 from stages.planar.sampling import sample
-from stages.planar.section import SCALES, NoLimitCycle, SectionStep, section_state
+from stages.planar.section import NoLimitCycle, SectionStep, section_state
 from stages.planar.state import rolling_state
+from tests.planar_start import SCALES
 
 FIXED = np.linspace(0.2, 1.1, 10) * SCALES
 BASIS = np.eye(10) + 0.1 * np.random.default_rng(3).normal(size=(10, 10))
@@ -29,7 +30,7 @@ MAP = BASIS @ np.diag(MULTIPLIERS) @ np.linalg.inv(BASIS)
 class MadeUp:
     """Takes the steps of a made-up map, and keeps where from."""
 
-    steps_a_cycle = 1
+    steps_a_cycle, scales = 1, SCALES
 
     def __init__(self, step, size, tolerance=1e-6):
         self.map, self.size, self.tolerance, self.taken = step, size, tolerance, []
@@ -123,7 +124,7 @@ def from_gait(biped, slope, contact, settings):
         coarse = dataclasses.replace(settings, tolerance=1e-7, largest_step=largest_step)
         model = Model(machine, ground, contact, coarse)
         walked = simulate(machine, ground, contact, state, model.settings, steps=steps)
-        return model, state, walked, sample(walked.trajectory, ground, machine.foot_radii, 500.0)
+        return model, state, walked, sample(walked.trajectory, machine, ground, 500.0)
 
     return prepared
 
@@ -164,7 +165,7 @@ def test_a_short_walk_has_not_settled_yet(settled):
     model, state, _, whole, (cycle, _, _) = settled
     far = dataclasses.replace(state, hip_velocity=(1.1 * state.hip_velocity[0], state.hip_velocity[1]))
     walked = simulate(model.biped, model.slope, model.contact, far, model.settings, steps=2)
-    walk = sample(walked.trajectory, model.slope, model.biped.foot_radii, 500.0)
+    walk = sample(walked.trajectory, model.biped, model.slope, 500.0)
     assert "stable, but after 2 steps the last one still differs by" in unsettled(walked, walk, cycle, "")
     away = dataclasses.replace(cycle, floquet_multipliers=np.array([[-1.05, 0.0], [0.6, 0.0]]))
     assert unsettled(walked, whole, away, "") == "its gait is unstable, largest multiplier 1.050 in magnitude"

@@ -39,7 +39,7 @@ def test_a_long_walk_runs_into_the_fixed_point(biped, slope, contact, start, set
     fine = dataclasses.replace(settings, tolerance=1e-10, largest_step=1e-3)
     cycle = limit_cycle(biped, slope, contact, start, fine)
     run = simulate(biped, slope, contact, start, settings, steps=40)
-    strikes = sample(run.trajectory, slope, biped.foot_radii, 500.0).heel_strike_time
+    strikes = sample(run.trajectory, biped, slope, 500.0).heel_strike_time
     periods = np.diff(strikes)
     assert periods[-1] == pytest.approx(cycle.period_s, abs=1e-7)
     largest = np.hypot(*cycle.floquet_multipliers[0])

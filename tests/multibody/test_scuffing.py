@@ -26,7 +26,7 @@ def test_blocks_under_the_feet_give_the_walk_of_the_ideal_rule(biped, slope, con
     run, plain = (simulate(biped, slope, contact, start, coarse, lanes=each) for each in (lanes(0.16, 0.1), None))
     assert run.completed and run.heel_strikes == 2
     assert np.array_equal(run.trajectory.position, plain.trajectory.position)
-    on_blocks, ideal = (sample(each.trajectory, slope, biped.foot_radii, 500.0) for each in (run, plain))
+    on_blocks, ideal = (sample(each.trajectory, biped, slope, 500.0) for each in (run, plain))
     assert np.array_equal(on_blocks.heel_strike_time, ideal.heel_strike_time)
     assert np.array_equal(on_blocks.toe_off_time, ideal.toe_off_time)
 

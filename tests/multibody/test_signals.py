@@ -84,7 +84,7 @@ def test_motion_alone_gives_the_same_gait(results):
 def test_the_rate_asked_for_is_the_rate_sampled(two_steps, slope, biped):
     """Away from heel strikes, where it is denser."""
     for rate in (200.0, 1000.0):
-        walk = sample(two_steps.trajectory, slope, biped.foot_radii, rate)
+        walk = sample(two_steps.trajectory, biped, slope, rate)
         assert np.median(np.diff(walk.time[walk.time < walk.heel_strike_time[0] - 2e-3])) == pytest.approx(1 / rate)
 
 

@@ -16,9 +16,10 @@ from stages.multibody.walking.limit_cycle import SectionWalker
 from stages.multibody.walking.walk import simulate
 from stages.planar.energy import energy_balance
 from stages.planar.sampling import sample
-from stages.planar.section import SCALES, section_numbers
+from stages.planar.section import section_numbers
 from stages.planar.state import rolling_state
 from stages.twin_ladder.parameters import Parameters as Ladder
+from tests.planar_start import SCALES
 
 #: Frames instead of a hip mass, a hip with all it may have, and an other leg that differs in every number.
 UNEQUAL = {
@@ -55,7 +56,7 @@ def test_a_cycle_has_two_steps_and_a_walk_settles_on_it(unequal, slope, firm, ga
     start = rolling_state(unequal, firm, upright, 9.4)
     quick = dataclasses.replace(settings, tolerance=1e-7)
     walked = simulate(unequal, slope, firm, start, quick, steps=14)
-    walk = sample(walked.trajectory, slope, unequal.foot_radii, 500.0)
+    walk = sample(walked.trajectory, unequal, slope, 500.0)
     model = Model(unequal, slope, firm, quick)
     cycle, _, reason = solve(model, start, walked, walk)
     assert cycle.solved and not reason
@@ -89,7 +90,7 @@ def test_losses_add_up_to_the_work_of_gravity(unequal, slope, contact, gait, set
     start = rolling_state(rough, contact, gait[2], 9.4)
     run = simulate(
         rough, slope, contact, start, dataclasses.replace(settings, tolerance=1e-8, largest_step=1e-3), steps=2)
-    strikes = sample(run.trajectory, slope, rough.foot_radii, 500.0).heel_strike_time
+    strikes = sample(run.trajectory, rough, slope, 500.0).heel_strike_time
     assert run.completed
     balance = energy_balance(run.trajectory, rough, slope, contact, *strikes[:2])
     assert balance.relative_residual < (1e-6 if friction == 0.0 else 1e-4)

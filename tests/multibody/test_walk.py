@@ -19,7 +19,7 @@ from stages.planar.state import PlanarState
 
 @pytest.fixture(scope="module")
 def walk(two_steps, slope, biped):
-    return sample(two_steps.trajectory, slope, biped.foot_radii, 2000.0)
+    return sample(two_steps.trajectory, biped, slope, 2000.0)
 
 
 def test_two_steps_are_walked(two_steps, walk):

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stages.biped.accuracy.scales import SI
 from stages.engines.drawn import drawn_designs
 from stages.penalty.model import equations
 from stages.penalty.model.changes import changes_of, names_of
@@ -93,7 +94,7 @@ def test_changes_of_the_numbers_follow_the_rates(machine, slope, contact, law):
     ground = dataclasses.replace(contact, normal_force=law)
     model = machine, slope, ground
     names = names_of(*model)
-    changes, p = changes_of(*model, names), build_penalty(machine, slope.gravity_vector, ground, 0.5)
+    changes, p = changes_of(*model, names, SI), build_penalty(machine, slope.gravity_vector, ground, 0.5)
     for y in states(9, 4, machine):
         whole = np.concatenate([y, np.zeros(SIZE * len(names))])
         rates = np.empty_like(whole)

@@ -8,7 +8,8 @@ import pytest
 from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
 from stages.penalty.walk import simulate
-from stages.planar.section import SCALES, NoLimitCycle, mid_stance_after, section_numbers, section_state
+from stages.planar.section import NoLimitCycle, mid_stance_after, section_numbers, section_state
+from tests.planar_start import SCALES
 
 
 @pytest.fixture(scope="module")

@@ -17,9 +17,10 @@ from stages.penalty.response import changed, of_multipliers, responses
 from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
 from stages.planar.limit_cycle import fixed_point, gait_near
-from stages.planar.section import SCALES, section_numbers
+from stages.planar.section import section_numbers
 from stages.planar.state import rolling_state
 from tests.analytic.differences import together
+from tests.planar_start import SCALES
 
 DESIGN = ("biped.hip_mass", "biped.foot_mass", "biped.leg_length", "biped.foot_radius", "biped.foot_com",
           "biped.leg_inertia", "biped.stiffness", "biped.damping")  # fmt: skip

@@ -8,6 +8,7 @@ import pytest
 
 from stages.biped.gait import StanceState
 from stages.multibody.walking.limit_cycle import limit_cycle
+from stages.planar.section import section_scales
 from stages.planar.state import rolling_state
 from stages.twin.machine.machine import build
 from stages.twin.walking.events import find_events
@@ -15,7 +16,8 @@ from stages.twin.walking.simulate import rolling_start, simulate_twin
 from stages.twin_ladder.cycle import Near, Search
 from stages.twin_ladder.result import COMPLETED, Result, RungGait, SameMachine
 from stages.twin_ladder.run import Inputs, run, without_gait
-from stages.twin_ladder.section import PLANE_SCALES, SectionState, Step
+from stages.twin_ladder.section import SIDE_UNITS, SectionState, Step
+from tests.planar_start import SCALES, SLOPE, TABLE_1
 
 ROUGH = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)
 
@@ -88,12 +90,12 @@ def test_newton_finds_the_fixed_point_of_a_known_step():
     fixed = rng.normal(size=(2, 10))
 
     def take(state, stance):
-        away = steps[stance] @ ((state.plane - fixed[stance]) / PLANE_SCALES)
-        end = SectionState(fixed[1 - stance] + PLANE_SCALES * away, 0.5 * state.side)
+        away = steps[stance] @ ((state.plane - fixed[stance]) / SCALES)
+        end = SectionState(fixed[1 - stance] + SCALES * away, 0.5 * state.side)
         return Step(end, 0.5 + 0.01 * stance, 0.16, 100, None)
 
-    near = Near(fixed[0] + 0.1 * PLANE_SCALES, np.zeros((10, 10)), rng.normal(size=(10, 2)), np.ones((9, 1)))
-    search = Search(take, 1e-10, 1e-3)
+    near = Near(fixed[0] + 0.1 * SCALES, np.zeros((10, 10)), rng.normal(size=(10, 2)), np.ones((9, 1)))
+    search = Search(take, (SCALES, section_scales(TABLE_1, SLOPE, SIDE_UNITS)), 1e-10, 1e-3)
     gait = search.find(near)
     assert gait.near.plane == pytest.approx(fixed[0], abs=1e-9)
     wanted = np.linalg.eigvals(steps[1] @ steps[0])
@@ -101,7 +103,7 @@ def test_newton_finds_the_fixed_point_of_a_known_step():
     assert np.sort_complex(gait.plane_multipliers**2) == pytest.approx(np.sort_complex(wanted), abs=1e-6)
     assert gait.period == pytest.approx(0.505) and gait.limp == pytest.approx(-0.01 / 0.505)
     assert gait.side_multipliers == pytest.approx([0.5]) and gait.strides == search.steps // 2
-    again = Search(take, 1e-10, 1e-3)
+    again = Search(take, (SCALES, section_scales(TABLE_1, SLOPE, SIDE_UNITS)), 1e-10, 1e-3)
     assert again.find(gait.near).plane_multipliers == pytest.approx(gait.plane_multipliers, abs=1e-6)
     assert again.steps < search.steps, "a machine like one that is known takes fewer steps"
 

@@ -47,7 +47,7 @@ def test_pairs_and_width_do_not_change_a_step_in_the_plane(take, plane, paramete
     start = planar_state(plane, like)
     assert np.array_equal(section_numbers(start), plane)
     run = simulate(parameters.biped, parameters.slope, parameters.contact, start, planar, steps=1)
-    landed = sample(run.trajectory, parameters.slope, parameters.biped.foot_radii, 500.0).heel_strike_time
+    landed = sample(run.trajectory, parameters.biped, parameters.slope, 500.0).heel_strike_time
     assert len(landed) == 1
     for step in steps:
         assert abs(step.end.plane - steps[0].end.plane).max() < 1e-6

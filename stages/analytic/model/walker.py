@@ -24,6 +24,7 @@ from stages.analytic.model.kinds import (
     with_legs_exchanged,
 )
 from stages.analytic.model.stiffness import compliant
+from stages.biped.accuracy.scales import scales_of
 from stages.biped.design import BeyondModel, Biped
 from stages.biped.gait import StanceState
 from stages.biped.leg import Leg
@@ -144,8 +145,8 @@ def build_walker(
     With `friction` the trailing foot of compliant legs may slip and rise; without, it rolls until toe-off. Rigid legs
     have no double stance: their trailing foot leaves without an impulse, which no friction changes. Raises BeyondModel.
     """
-    mass, length = biped.total_mass, biped.leg_length
-    time = math.sqrt(length / slope.gravity)
+    scales = scales_of(biped, slope.gravity)
+    mass, length, time = scales.mass, scales.length, scales.time
     gravity, rigid = (math.sin(slope.angle), -math.cos(slope.angle)), biped.legs == "rigid"
     coefficients = (friction.static_friction, friction.dynamic_friction) if friction and not rigid else ()
     if biped.hip_friction > 0 and coefficients:

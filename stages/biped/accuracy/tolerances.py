@@ -35,7 +35,7 @@ class PenaltyTolerance:
     FILE: ClassVar[str] = "multibody"
 
     tolerance: float = parameter(
-        "1", "absolute tolerance of the explicit solver in m, rad, m/s, rad/s",
+        "1", "absolute tolerance of Exudyn's solver, one number in m, rad, m/s and rad/s, whatever the robot's size",
         bound=Bound(minimum=1e-11, maximum=1e-3))
 
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stages.analytic.derivatives.dimensions import POWERS
 from stages.analytic.model.walker import Vector
+from stages.biped.accuracy.scales import powers
 from stages.calibration.information.identifiability import BELONGS
 
 #: Entries of a combination that differ by less are the same.
@@ -26,7 +26,7 @@ def listed(words: Sequence[str]) -> str:
 
 def is_scale_of_mass(combination: Vector, units: Sequence[str], values: Vector) -> bool:
     """Whether a combination of shares is that of another unit of mass, in which what is zero stays zero."""
-    masses = np.array([POWERS[unit][0] for unit in units], dtype=float) * (np.asarray(values) != 0.0)
+    masses = np.array([powers(unit)[0] for unit in units], dtype=float) * (np.asarray(values) != 0.0)
     norm = float(np.linalg.norm(masses) * np.linalg.norm(combination))
     return norm > 0 and abs(float(masses @ combination)) > (1 - EQUAL) * norm
 

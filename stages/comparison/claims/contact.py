@@ -28,6 +28,7 @@ class TwiceDifferentiated(Measured):
     """Constraints at acceleration level: `drift` after an impact map (1), slip and descent (m/s) kept without one."""
 
     ID = "twice_differentiated_constraints"
+    UNITS = (("m/s", "slip descent"),)
     RESTS_ON = ("analytic.tolerance", "analytic.transition")
     METHOD = True
 
@@ -108,6 +109,7 @@ class ContactSet(Measured):
     """
 
     ID = "contact_set"
+    UNITS = (("N", "default best beyond"),)
     RESTS_ON = STUDIED
 
     default: float
@@ -151,6 +153,7 @@ class ContactSetFigure8(Measured):
     """
 
     ID = "contact_set_figure_8"
+    UNITS = (("m", "least creep_moves other"), ("m/s", "creep other_velocity"), ("N/mm^e", "stiffness"))
     RESTS_ON = STUDIED
 
     least: float
@@ -193,6 +196,7 @@ class FrictionVelocities(Measured):
     """
 
     ID = "friction_velocities"
+    UNITS = (("m/s", "creep"),)
     RESTS_ON = STUDIED
 
     velocity: str

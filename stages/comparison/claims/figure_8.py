@@ -43,6 +43,7 @@ class HipDisplacement(Measured):
     """
 
     ID = "hip_displacement"
+    UNITS = (("m", "limit_step limit_cycle step two_steps cycle parts from_limit hardest"),)
     RESTS_ON = RESTS_ON
 
     limit_step: float
@@ -95,6 +96,7 @@ class HipVelocity(Measured):
     set over one step, outside and inside of the impact."""
 
     ID = "hip_velocity"
+    UNITS = (("m/s", "limit_step limit_cycle step impact"),)
     RESTS_ON = RESTS_ON
 
     limit_step: float
@@ -132,6 +134,7 @@ class IntegrationTolerance(Measured):
     """
 
     ID = "integration_tolerance"
+    UNITS = (("m", "integration whole rest parts"),)
     RESTS_ON = (*RESTS_ON, "error_budget.paper_constraint_tolerance", "error_budget.paper_penalty_tolerance")
 
     outcome: str

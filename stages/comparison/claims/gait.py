@@ -23,6 +23,7 @@ class StepFrequency(Measured):
     """
 
     ID = "step_frequency"
+    UNITS = (("Hz", "frequency rounding part"), ("deg", "slopes"))
     RESTS_ON = SOLVER
 
     frequency: float

@@ -15,12 +15,18 @@ class Measured:
 
     `ID` is the claim's name in `stages.comparison.claims.paper`; `RESTS_ON` are the parameters, file.key, other than
     the biped's that the numbers follow from. A claim on the `METHOD` alone is judged for every biped with compliant
-    legs, all others for the paper's biped only.
+    legs, all others for the paper's biped only. `UNITS`: a unit and the names of the numbers that have it.
     """
 
     ID: ClassVar[str]
     RESTS_ON: ClassVar[tuple[str, ...]] = ()
     METHOD: ClassVar[bool] = False
+    UNITS: ClassVar[tuple[tuple[str, str], ...]] = ()
+
+    def unit(self, name: str) -> str:
+        """Unit of one of its numbers, "1" for one without."""
+        field = name.partition(".")[0]
+        return next((unit for unit, names in self.UNITS if field in names.split()), "1")
 
     def judge(self, limits: Settings) -> Judgement:
         """The verdict within the limits of the comparison."""

@@ -23,6 +23,7 @@ class ConstraintsReduceEffort(Measured):
     """
 
     ID = "constraints_reduce_effort"
+    UNITS = (("m", "error"),)
     RESTS_ON = RESTS_ON
     METHOD = True
 
@@ -59,6 +60,7 @@ class TightTolerancesAddRounding(Measured):
     """
 
     ID = "tight_tolerances_add_rounding"
+    UNITS = (("m", "error before"),)
     RESTS_ON = ("tradeoff.walked_steps",)
     METHOD = True
 

@@ -30,6 +30,7 @@ class TwinSettles(Measured):
     where no gait is known, its largest multiplier (NaN if unknown), and the frequency of these four, in words."""
 
     ID = "twin_settles"
+    UNITS = (("s", "first period"),)
     RESTS_ON = RESTS_ON
 
     steps: int
@@ -68,6 +69,7 @@ class TwinLikeSimple(Measured):
     """
 
     ID = "twin_like_simple"
+    UNITS = (("s", "details period"),)
     RESTS_ON = RESTS_ON
 
     forward: float
@@ -124,6 +126,11 @@ class PushConverges(Measured):
     multiplier: float
     sideways: float
 
+    def unit(self, name: str) -> str:
+        """That of the push for a limit."""
+        field, _, place = name.partition(".")
+        return self.limits_of[int(place[0])][1] if field == "limits_of" else super().unit(name)
+
     def judge(self, limits: Settings) -> Judgement:
         falls = [row for row in self.limits_of if math.isfinite(row[3])]
         lost = [row[0] for row in self.limits_of if row[2] == 0]
@@ -162,6 +169,7 @@ class RampLength(Measured):
     """
 
     ID = "ramp_length"
+    UNITS = (("m", "step needed reach rolls block"),)
     RESTS_ON = ("twin.block_length", "twin.expected_step", "twin.inertia")
 
     step: float

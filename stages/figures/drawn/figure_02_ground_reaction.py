@@ -9,6 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
+from stages.biped.accuracy.scales import scales_of
 from stages.biped.walk import Walk
 from stages.drawing import style
 
@@ -30,6 +31,10 @@ class Contact:
     force: np.ndarray
 
 
+#: The impact as it is shown, in pendulum times from heel strike.
+IMPACT = -0.005, 0.065
+
+
 def contact(walk: Walk, leg: int, which: int) -> Contact:
     """The `which`-th whole contact of a leg, from its heel strike to its toe-off, counted from 0 (-1 is the last)."""
     strikes = walk.heel_strike_time[walk.heel_strike_leg == leg]
@@ -44,6 +49,7 @@ def contact(walk: Walk, leg: int, which: int) -> Contact:
 def draw(given: Given) -> Figure:
     """Normal and friction force of both models over one contact; a second row shows the impact at its own scale."""
     ours, theirs = contact(given.analytic.walk, LEG, 0), contact(given.multibody.walk, LEG, -1)
+    time = scales_of(given.parameters.biped, given.parameters.slope.gravity).time
     figure, axes = plt.subplots(2, 2, figsize=(style.TWO_COLUMNS, 3.9), width_ratios=(2, 1))
     for row, (column, name) in enumerate(((1, "normal force $F_N$ [N]"), (0, "friction force $F_T$ [N]"))):
         whole, impact = axes[row]
@@ -59,7 +65,7 @@ def draw(given: Given) -> Figure:
         margin = 0.6 * (high - low)
         whole.set_ylim(min(low - margin, 0 - 0.1 * margin), high + margin)
         whole.set_ylabel(name)
-        impact.set_xlim(-1, 12)
+        impact.set_xlim(*(1e3 * time * end for end in IMPACT))
         style.panel_label(whole, "ab"[row])
         style.panel_label(impact, "cd"[row])
     axes[0, 0].legend(loc="lower center")

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from stages.biped.accuracy.scales import scales_of
 from stages.biped.walk import Walk
 from stages.contact_study.result import Result
 from stages.drawing import style
@@ -44,7 +45,8 @@ def constraint_force(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
 
 def draw(given: Given) -> Figure:
     """A row for each parameter: the impact, the force after it, and the hip difference over the value."""
-    study = given.contact_study
+    study, scales = given.contact_study, scales_of(given.parameters.biped, given.parameters.slope.gravity)
+    milliseconds, weight = 1e3 * scales.time, scales.size("N")
     figure, axes = plt.subplots(4, 3, figsize=(style.TWO_COLUMNS, 8.8), sharey="col", width_ratios=(1.1, 1.1, 0.9))
     exact = constraint_force(given.analytic.walk)
     for row, (key, symbol, unit, factor) in enumerate(ROWS):
@@ -62,16 +64,16 @@ def draw(given: Given) -> Figure:
         impact.legend(title=f"{symbol} [{unit}]", loc="upper right", handlelength=1.2, labelspacing=0.3)
         _differences(difference, study, key, factor)
         difference.set_xlabel(f"{symbol} [{unit}]")
-        impact.set_xlim(-0.8, 1.9)
-        after.set_xlim(0, 40)
+        impact.set_xlim(-0.004 * milliseconds, 0.01 * milliseconds)
+        after.set_xlim(0, 0.2 * milliseconds)
         impact.set_ylabel("normal force [N]")
         difference.set_ylabel("hip difference [mm]")
         for panel, letter in zip(axes[row], "abcdefghijkl"[3 * row :]):
             style.panel_label(panel, letter)
     impact, after, _ = axes[0]
     impact.set_yscale("log")
-    impact.set_ylim(1, 1e4)
-    after.set_ylim(-1, 40)
+    impact.set_ylim(0.1 * weight, 1e3 * weight)
+    after.set_ylim(-0.1 * weight, 4 * weight)
     for panel, title in zip(axes[0], ("heel strike", "after it", "largest over a step")):
         panel.set_title(title)
     for panel in axes[-1, :2]:

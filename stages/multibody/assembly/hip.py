@@ -11,10 +11,10 @@ from typing import Any
 from stages.biped.design import Biped
 from stages.ground.slope import Slope
 from stages.multibody.assembly.quiet_exudyn import items
-from stages.planar.state import HIP_CREEP
+from stages.planar.state import hip_creep
 
 
-def add_hip(mbs: Any, biped: Biped, angles: tuple[Any, Any]) -> list[Any]:
+def add_hip(mbs: Any, biped: Biped, slope: Slope, angles: tuple[Any, Any]) -> list[Any]:
     """Connectors between the legs' angles, given as (node, coordinate) of leg 0 and of leg 1; those that were added.
 
     They act on angle 0 minus angle 1.
@@ -31,7 +31,7 @@ def add_hip(mbs: Any, biped: Biped, angles: tuple[Any, Any]) -> list[Any]:
         added.append(items.ObjectConnectorCoordinateSpringDamperExt(
             markerNumbers=_coordinates(mbs, angles),
             dynamicFrictionForce=biped.hip_friction,
-            frictionProportionalZone=HIP_CREEP,
+            frictionProportionalZone=hip_creep(biped, slope),
         ))  # fmt: skip
     return [mbs.AddObject(connector) for connector in added]
 

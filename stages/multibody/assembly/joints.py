@@ -127,7 +127,7 @@ class Joints:
         return top
 
     def _add_hip(self, slope: Slope) -> None:
-        add_hip(self.mbs, self.biped, ((self.nodes[1], 2), (self.nodes[2], 2)))
+        add_hip(self.mbs, self.biped, slope, ((self.nodes[1], 2), (self.nodes[2], 2)))
         if self.biped.weighed_hip != self.biped.hip_mass:
             hip = self.mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=self.bodies[0]))
             add_counterweight(self.mbs, self.biped, slope, hip)

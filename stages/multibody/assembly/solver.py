@@ -52,7 +52,7 @@ def integrate(
         assembly.set_in_play(0, True)
         assembly.set_in_play(1, True)
     assembly.mbs.SetPreStepUserFunction(watch)
-    limit = settings.longest_step * (watch.heel_strikes_wanted + 2) if duration is None else duration
+    limit = watch.longest_step * (watch.heel_strikes_wanted + 2) if duration is None else duration
     segments: list[dict[str, np.ndarray]] = []
     drift, further = 0.0, 0
     explicit = settings.assembly == "tree"

@@ -115,7 +115,7 @@ class Tree:
 
     def _add_hip(self, biped: Biped, slope: Slope) -> None:
         first, other = 2, 2 + (2 if self.compliant else 1)
-        add_hip(self.mbs, biped, ((self.node, first), (self.node, other)))
+        add_hip(self.mbs, biped, slope, ((self.node, first), (self.node, other)))
         if biped.weighed_hip != biped.hip_mass:
             place = items.MarkerKinematicTreeRigid(objectNumber=self.tree, linkNumber=1, localPosition=[0.0, 0.0, 0.0])
             add_counterweight(self.mbs, biped, slope, self.mbs.AddMarker(place))

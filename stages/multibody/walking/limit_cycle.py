@@ -12,7 +12,7 @@ from stages.multibody.parameters import Settings
 from stages.multibody.walking.walk import build, simulate
 from stages.planar.cycle import LimitCycle
 from stages.planar.limit_cycle import by_differences, gait_near
-from stages.planar.section import SCALES, SectionStep, mid_stance_after, section_state
+from stages.planar.section import SectionStep, mid_stance_after, section_scales, section_state
 from stages.planar.state import PlanarState
 
 DIFFERENCE = 1e-4
@@ -30,7 +30,7 @@ def limit_cycle(
     *,
     central: bool = True,
 ) -> LimitCycle:
-    """The gait near `state`, see `gait_near`; `difference` is the step of the finite differences, in `SCALES`.
+    """The gait near `state`, see `gait_near`; `difference` is the step of the finite differences, in `section_scales`.
 
     Raises NoLimitCycle. For the defaults the integration's own tolerance should be 1e-10 or less.
     """
@@ -41,8 +41,8 @@ def limit_cycle(
 class SectionWalker:
     """A built model that takes steps from mid-stance to mid-stance, and counts them.
 
-    `difference` is the step of its finite differences, in `SCALES`; none of them lifts the standing foot. A cycle
-    is one step, or two where the legs differ: leg 0 stands at its start and its end.
+    `difference` is the step of its finite differences, in `section_scales`; none lifts the standing foot. A cycle is
+    one step, or two where the legs differ: leg 0 stands at its start and its end.
     """
 
     def __init__(
@@ -51,7 +51,8 @@ class SectionWalker:
         self.model = biped, slope, contact
         self.start, self.settings = state, settings
         sunk = static_penetration(contact, biped.weighed_mass * slope.gravity)
-        self.differences = difference * SCALES
+        self.scales = section_scales(biped, slope)
+        self.differences = difference * self.scales
         self.differences[LIFTING] = np.minimum(self.differences[LIFTING], SHARE_OF_DEPTH * sunk)
         self.machine = build(biped, slope, contact, settings, signals=())
         self.steps_a_cycle = 1 if biped.alike else 2

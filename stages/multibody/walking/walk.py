@@ -15,7 +15,7 @@ from stages.ground.slope import Slope
 from stages.multibody.assembly.solver import Assembly, integrate
 from stages.multibody.parameters import Settings
 from stages.multibody.walking.scuffing import Watch
-from stages.planar.run import Run
+from stages.planar.run import Run, patience
 from stages.planar.signals import SIGNALS
 from stages.planar.state import PlanarState
 
@@ -70,7 +70,7 @@ def simulate(
         walker=machine,
         radii=biped.foot_radii,
         natural_length=biped.leg_length,
-        longest_step=settings.longest_step,
+        longest_step=patience(settings.longest_step, biped.leg_length, slope),
         heel_strikes_wanted=(settings.steps if steps is None else steps) if duration is None else sys.maxsize,
         in_play=list(state.in_play),
         landed=standing,

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from stages.analytic.derivatives.numbers import sizes
+from stages.biped.accuracy.scales import Scales, scales_of
 from stages.biped.design import DETAILS, Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
@@ -43,9 +44,15 @@ class Changes:
         return VariedPenalty(p, self.along, self.laws, (self.laws.imag != 0.0).any(axis=1), np.zeros(columns))
 
 
-def changes_of(biped: Biped, slope: Slope, contact: ContactLaw, names: Sequence[str]) -> Changes:
-    """What whole shares of the parameters do. Raises KeyError for a name of no number."""
-    fresh, (g_x, g_y) = np.array(flat(contact.numbers), dtype=complex), slope.gravity_vector
+def changes_of(
+    biped: Biped, slope: Slope, contact: ContactLaw, names: Sequence[str], scales: Scales | None = None
+) -> Changes:
+    """What whole shares of the parameters do to numbers in `scales`, None: the design's own, which stay as they are.
+
+    Raises KeyError for a name of no number.
+    """
+    own, (g_x, g_y) = scales or scales_of(biped, slope.gravity), slope.gravity_vector
+    fresh = np.array(flat(own.measure(contact).numbers), dtype=complex)
     turned = {"slope_deg": (-math.radians(g_y), math.radians(g_x)),
               "gravity": (g_x / slope.gravity, g_y / slope.gravity)}  # fmt: skip
     along: list[np.ndarray] = []
@@ -62,8 +69,10 @@ def changes_of(biped: Biped, slope: Slope, contact: ContactLaw, names: Sequence[
             gravity = complex(g_x, STEP * turned[key][0]), complex(g_y, STEP * turned[key][1])
         else:
             moved = dataclasses.replace(section, **{key: complex(getattr(section, key), STEP)})
-            machine, law = (moved, fresh) if section is biped else (biped, np.array(flat(moved.numbers), dtype=complex))
-        walker = build_penalty(machine, gravity, contact, 1.0)
+            machine = moved if section is biped else biped
+            if section is contact:
+                law = np.array(flat(own.measure(moved).numbers), dtype=complex)
+        walker = build_penalty(machine, gravity, contact, 1.0, own)
         along.append(scales[-1] * np.array(flat(walker[:-1]), dtype=complex).imag / STEP)
         laws.append(law.real + 1j * scales[-1] * law.imag)
         lengths.append(scales[-1] * np.array(natural_lengths(walker), dtype=complex).imag / STEP)

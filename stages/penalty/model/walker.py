@@ -1,15 +1,18 @@
-"""The numbers of a penalty walker, in the type for which its equations are compiled; SI units."""
+"""The numbers of a penalty walker, in the type for which its equations are compiled: dimensionless in a walk."""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from stages.biped.accuracy.scales import SI, Scales
 from stages.biped.design import Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.laws import PointLaw
 
 #: Columns of a state: x and y of the hip, angles of leg 0 and 1, their lengths, and the rates of all six.
 X, Y, ANGLE, LENGTH, RATES, SIZE = 0, 1, 2, 4, 6, 12
+#: Their units.
+UNITS = (*["m"] * 2, *["rad"] * 2, *["m"] * 2, *["m/s"] * 2, *["rad/s"] * 2, *["m/s"] * 2)
 
 
 class Penalty(NamedTuple):
@@ -75,11 +78,15 @@ class DetailedPenalty(NamedTuple):
 Walker = Penalty | DetailedPenalty
 
 
-def build_penalty(biped: Biped, gravity: tuple[Any, Any], contact: ContactLaw, fallen: float) -> Walker:
-    """The walker of a design under gravity in the slope frame [m/s^2]; `fallen` in leg lengths.
+def build_penalty(
+    biped: Biped, gravity: tuple[Any, Any], contact: ContactLaw, fallen: float, scales: Scales = SI
+) -> Walker:
+    """The walker of a design under gravity in the slope frame [m/s^2], in `scales`; `fallen` in leg lengths.
 
     A number with a small imaginary part carries it on (complex step).
     """
+    biped, contact, pull = scales.measure(biped), scales.measure(contact), scales.size("m/s^2")
+    gravity = gravity[0] / pull, gravity[1] / pull
     rigid, height = biped.legs == "rigid", fallen * biped.leg_length
     if biped.detailed:
         return DetailedPenalty(

@@ -21,8 +21,8 @@ from stages.penalty.motion.accelerations import accelerations
 from stages.penalty.motion.feet import penalty_guard
 from stages.penalty.motion.flow import penalty_rates, varied_rates
 
-#: Length of a step [s] that need not be shorter to pass a corner of a contact law.
-CORNER = 2e-13
+#: Length of a step, in the walker's scales, that need not be shorter to pass a corner of a contact law.
+CORNER = 1e-12
 
 
 @compiled

@@ -22,7 +22,7 @@ from stages.multibody.assembly.solver import (
     further_evaluations,
     valid_rows,
 )
-from stages.planar.run import DIVERGED, RUNNING, SOLVER_FAILED, STALLED
+from stages.planar.run import DIVERGED, RUNNING, SOLVER_FAILED, STALLED, patience
 from stages.twin.machine.contact import COUNT, HINGE, PITCH, ROLL, SLIDE, YAW, X, Y, Z
 from stages.twin.machine.machine import Machine
 from stages.twin.machine.tree import SpatialTree
@@ -103,11 +103,12 @@ def simulate_twin(
     machine_tree = tree or SpatialTree(machine, slope, contact)
     machine_tree.start(start.position, start.velocity, start.in_play)
     standing = list(start.in_play)
-    common = machine_tree, wanted_steps, settings.longest_step, standing, standing.copy(), int(not standing[0])
+    longest_step = patience(settings.longest_step, machine.drawn_length, slope)
+    common = machine_tree, wanted_steps, longest_step, standing, standing.copy(), int(not standing[0])
     watch = Watch(*common) if ramp is None else RampWatch(*common, ramp=ramp)
     watch.most_calls = settings.most_solver_steps
     machine_tree.mbs.SetPreStepUserFunction(watch)
-    limit = settings.longest_step * (wanted_steps + 2)
+    limit = longest_step * (wanted_steps + 2)
     machine_tree.mbs.sys.pop(LAST_SOLVER, None)
     began = clock.perf_counter()
     try:

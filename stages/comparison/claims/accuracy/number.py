@@ -13,8 +13,9 @@ class Number:
     """One number that a claim was judged by."""
 
     name: str = quantity("-", "field of the claim's numbers, with places inside of it")
-    value: float = quantity("1", "value, in the unit of its field")
-    error: float = quantity("1", "numerical error, same unit; NaN if unknown")
+    unit: str = quantity("-", "unit of value and error")
+    value: float = quantity("-", "value")
+    error: float = quantity("-", "numerical error; NaN if unknown")
 
     def __str__(self) -> str:
         error = "" if math.isnan(self.error) else f" ± {self.error:.1g}"

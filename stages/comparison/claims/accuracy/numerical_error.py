@@ -40,7 +40,8 @@ def measured_errors(parameters: Parameters, claim: str) -> Mapping[str, float]:
 def numbers(measured: Measured, parameters: Parameters) -> tuple[Number, ...]:
     """The numbers of a claim with their errors."""
     errors = measured_errors(parameters, measured.ID)
-    return tuple(Number(name, value, errors.get(name, math.nan)) for name, value in named(vars(measured)))
+    return tuple(Number(name, measured.unit(name), value, errors.get(name, math.nan))
+                 for name, value in named(vars(measured)))  # fmt: skip
 
 
 def named(parts: Any, where: str = "") -> Iterator[tuple[str, float]]:

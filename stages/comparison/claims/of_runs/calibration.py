@@ -29,6 +29,7 @@ class OutsoleSlows(Measured):
     """
 
     ID = "outsole_slows"
+    UNITS = (("kg", "mass turning"), ("m", "thickness longer longer_half"))
     RESTS_ON = ("analytic.tolerance", "analytic.outsole", "twin.outsole_arc", "twin.outsole_density", *RUNS,
                 "campaign.bare_runs")
 

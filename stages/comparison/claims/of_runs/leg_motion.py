@@ -20,6 +20,7 @@ class HipPathDrifts(Measured):
     """
 
     ID = "hip_path_drifts"
+    UNITS = (("m", "way twice step_length said twin simple"), ("rad", "angle"))
     METHOD = True
     RESTS_ON = (*RUNS, "campaign.acceleration_bias_sd", "campaign.angular_rate_gain_sd", "imu.foot_radius")
 

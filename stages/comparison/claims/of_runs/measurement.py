@@ -40,6 +40,7 @@ class SensorRange(Measured):
     """
 
     ID = "sensor_range"
+    UNITS = (("g", "hip foot spread filtered"), ("deg/s", "rate"), ("s", "above period times"))
     RESTS_ON = (*TWIN, "ground.contact_stiffness", "ground.contact_damping", "campaign.bandwidth_hz")
 
     hip: float
@@ -116,6 +117,7 @@ class MeasurementSlower(Measured):
     """Step frequencies [Hz] of the runs and of the twin over the same steps, and the interval of their difference."""
 
     ID = "measurement_slower"
+    UNITS = (("Hz", "frequency twin lower upper"),)
     RESTS_ON = (*RUNS, *TWIN)
 
     origin: str

@@ -1,0 +1,67 @@
+"""The scales of a design: its own mass, length and time, which all that has no value of its own follows.
+
+Two robots are similar if one's lengths, times and masses are those of the other times three numbers. Measured in their
+own scales they have the same numbers, so tolerances, windows, rates and steps that are told in these mean the same for
+every size of robot and for every gravity.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, TypeVar
+
+from stages.biped.design import Biped
+
+#: Powers of mass, length and time in a unit's parts.
+PARTS = {
+    "kg": (1, 0, 0), "m": (0, 1, 0), "mm": (0, 1, 0), "s": (0, 0, 1), "Hz": (0, 0, -1), "N": (1, 1, -2),
+    "J": (1, 2, -2), "rad": (0, 0, 0), "deg": (0, 0, 0), "1": (0, 0, 0), "-": (0, 0, 0),
+}  # fmt: skip
+
+S = TypeVar("S")
+
+
+@lru_cache
+def powers(unit: str, exponent: complex = 1.0) -> tuple[complex, ...]:
+    """Powers of mass, length and time in a unit as "N s/m"; `exponent` is the e of "N/mm^e". Raises KeyError."""
+    total: list[complex] = [0, 0, 0]
+    for sign, part in zip((1, -1, -1), unit.split("/")):
+        for token in part.split():
+            name, _, power = token.partition("^")
+            times = sign * (exponent if power == "e" else float(power or 1))
+            total = [one + times * other for one, other in zip(total, PARTS[name], strict=True)]
+    return tuple(total)
+
+
+@dataclass(frozen=True)
+class Scales:
+    """A mass [kg], a length [m] and a time [s]; what any other unit is follows from them."""
+
+    mass: float
+    length: float
+    time: float
+
+    def size(self, unit: str, exponent: complex = 1.0) -> Any:
+        """One of these scales' own in a unit: the speed for "m/s", the force for "N". Raises KeyError."""
+        mass, length, time = powers(unit, exponent)
+        return self.mass**mass * self.length**length * self.time**time
+
+    def measure(self, section: S) -> S:
+        """Parameters of a file with every number in these scales; a stiffness of the ground as if these were SI's."""
+        given: Any = section
+        exponent = getattr(given, "contact_exponent", 1.0)
+        return dataclasses.replace(given, **{
+            field.name: value / self.size(field.metadata["unit"], exponent) for field in dataclasses.fields(given)
+            if isinstance(value := getattr(given, field.name), float | complex)})  # fmt: skip
+
+
+#: The scales of the units themselves.
+SI = Scales(1.0, 1.0, 1.0)
+
+
+def scales_of(biped: Biped, gravity: float) -> Scales:
+    """Of a design under gravity [m/s^2]: whole mass, first leg's length, pendulum time sqrt(leg length / gravity)."""
+    return Scales(biped.total_mass, biped.leg_length, math.sqrt(biped.leg_length / gravity))
