@@ -14,12 +14,12 @@ PARTS = {
 EXPONENT = 2.5
 
 
-def factor(unit, scale):
+def factor(unit, scale, exponent=EXPONENT):
     """By what a value in this unit grows where masses, lengths and times grow by `scale` (3,); KeyError for no unit."""
     total = 1.0
     for place, part in enumerate(unit.split("/")):
         for name, power in re.findall(r"([a-zA-Z1-]+)(?:\^(\S+))?", part):
-            times = EXPONENT if power == "e" else float(power or 1)
+            times = exponent if power == "e" else float(power or 1)
             sizes = np.array(PARTS[name]) * (times if place == 0 else -times)
             total *= float(np.prod(np.array(scale, dtype=float) ** sizes))
     return total
