@@ -8,7 +8,7 @@ TEST := .venv/installed-test
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PYTEST := $(BIN)/python -m pytest -n 2
 
-.PHONY: install readme site study test test-slow check lint coverage audit test-floor wheel lock clean
+.PHONY: install readme site study test test-slow check lint coverage audit test-floor wheel lock clean elsewhere
 
 install: $(STUDY)
 
@@ -68,12 +68,15 @@ $(BIN)/python:
 	  || { echo 'bipedstudy needs Python 3.10 or later; name one with: make PYTHON=python3.12' >&2; exit 1; }
 	$(PYTHON) -m venv .venv
 
-$(STUDY): requirements/study.txt pyproject.toml | $(BIN)/python
+# An environment that was copied with its folder, or restored elsewhere, runs the checkout that it was made in.
+ELSEWHERE := $(if $(filter $(CURDIR),$(shell cat $(STUDY) 2>/dev/null)),,elsewhere)
+elsewhere:
+$(STUDY): requirements/study.txt pyproject.toml $(ELSEWHERE) | $(BIN)/python
 	@$(BIN)/python -m pipeline.wheels
 	$(PIP) install --require-hashes -r requirements/study.txt
 	$(PIP) install --no-deps --no-build-isolation --editable .
 	$(BIN)/bipedstudy gait >/dev/null  # compiles the equations of motion, once for all commands and tests
-	@touch $@
+	@echo '$(CURDIR)' > $@
 
 $(TEST): requirements/test.txt $(STUDY)
 	$(PIP) install --require-hashes -r requirements/test.txt
