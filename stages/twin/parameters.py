@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from stages.biped.accuracy.asked import Accuracy, accuracy
 from stages.biped.accuracy.level import Level
@@ -96,7 +96,7 @@ class Settings(Rubber):
         """The design that the parts are drawn for: `biped`, with the `parts_` numbers that are given."""
         numbers = (self.parts_hip_mass, self.parts_foot_mass, self.parts_leg_length, self.parts_foot_radius,
                    self.parts_foot_com)  # fmt: skip
-        given = {key: value for key, value in zip(DRAWN, numbers, strict=True) if value is not None}
+        given: dict[str, Any] = {key: value for key, value in zip(DRAWN, numbers, strict=True) if value is not None}
         return replace(biped, **given)
 
     def bill(self, biped: Biped) -> tuple[Part, ...]:
