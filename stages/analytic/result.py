@@ -104,6 +104,7 @@ class NumericalError:
 class Validity:
     """Forces the gait asks of the ground, and its scuffing. Friction is |tangential| / normal; infinite for a pull.
 
+    Least and largest values are the solution's own, between its steps and at the ends of phases, not of its samples.
     In double stance friction has no largest value: towards toe-off the trailing foot's normal force vanishes before the
     tangential one. So it is told how long the foot is outside of the friction cone, and what it needs while loaded.
     """

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.analytic.result import Result as Analytic
+from stages.biped.largest import largest_magnitudes
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.comparison.claims.paper import ACCELEROMETER_G, STANDARD_GRAVITY
@@ -76,13 +77,15 @@ def compare_twin(twin: Twin, strides: Mapping[str, Stride]) -> TwinAgreement:
     last = walk.time >= start
     hip, foot = (np.abs(force[last]).max(axis=1) for force in (walk.hip_specific_force, walk.foot_specific_force))
     above = np.maximum(hip, foot) > FULL_SCALE
+    felt = np.column_stack([walk.hip_specific_force, walk.foot_specific_force, walk.hip_angular_velocity])
+    peaks = largest_magnitudes(walk.time[last], felt[last])
     steps = int((walk.heel_strike_time >= start).sum()) - 1
     return TwinAgreement(
         steps_to_settle=twin.settling.steps_to_settle,
         step_frequency=twin.settling.step_frequency_hz,
         normalised_rms=normalised_rms(strides["twin"].signals, strides["multibody"].signals),
-        peak_specific_force=float(hip.max()),
-        peak_foot_specific_force=float(foot.max()),
-        peak_rate=float(np.abs(walk.hip_angular_velocity[last]).max()),
+        peak_specific_force=float(peaks[:2].max()),
+        peak_foot_specific_force=float(peaks[2:4].max()),
+        peak_rate=float(peaks[4]),
         time_above_range=float(np.trapezoid(above.astype(float), walk.time[last]) / steps),
     )

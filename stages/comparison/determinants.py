@@ -11,11 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.biped.largest import largest_sampled, sampled_at
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 
 #: Whole strides at the end of a walk over which determinants are taken.
 STRIDES = 2
+#: Columns of hip height, forward speed, leg angles, leg lengths and clearances among the signals.
+COLUMNS = (slice(0, 1), slice(1, 2), slice(2, 4), slice(4, 6), slice(6, 8))
 NAN = float("nan")
 
 
@@ -47,17 +50,22 @@ def of_walk(walk: Walk, radius: float, leg_length: float, gravity: float) -> Det
     if count < 2:
         return Determinants()
     start, end = strikes[-1 - count], strikes[-1]
-    inside = (walk.time >= start) & (walk.time <= end)
+    inside = (walk.time > start) & (walk.time < end)
     hip_x = np.interp([start, end], walk.time, walk.hip_position[:, 0])
     period, length = (end - start) / count, float(hip_x[1] - hip_x[0]) / count
-    angle, legs = walk.leg_angle[inside], walk.leg_length[inside]
-    clearance = walk.hip_position[inside, 1, None] - (legs - radius) * np.cos(angle) - radius
+    clearance = walk.hip_position[:, 1, None] - (walk.leg_length - radius) * np.cos(walk.leg_angle) - radius
+    signals = walk.hip_position[:, 1:], walk.hip_velocity[:, :1], walk.leg_angle, walk.leg_length, clearance
+    times, found = sampled_at(
+        walk.time, np.concatenate(signals, axis=1), np.concatenate([strikes, walk.toe_off_time]),
+        np.concatenate([[start], walk.time[inside], [end]]))  # fmt: skip
+    most, least = largest_sampled(times, found), -largest_sampled(times, -found)
+    height, forward, angle, legs, lift = ([least[columns].min(), most[columns].max()] for columns in COLUMNS)
     ahead = [
         abs(float(np.interp(time, walk.time, walk.leg_angle[:, int(leg)])))
         for time, leg in zip(strikes[-1 - count : -1], walk.heel_strike_leg[-1 - count : -1])
     ]
     double = walk.double_stance(strikes[-1 - count : -1])
-    speeds, speed = walk.hip_velocity[inside, 0], length / period
+    speed = length / period
     return Determinants(
         step_frequency=1 / period,
         step_length=length,
@@ -65,11 +73,11 @@ def of_walk(walk: Walk, radius: float, leg_length: float, gravity: float) -> Det
         froude_number=speed**2 / (gravity * leg_length),
         double_stance=double,
         duty_factor=(period + double) / (2 * period),
-        hip_excursion=float(np.ptp(walk.hip_position[inside, 1])),
-        speed_variation=float(np.ptp(speeds)) / speed,
+        hip_excursion=float(np.ptp(height)),
+        speed_variation=float(np.ptp(forward)) / speed,
         strike_angle=math.degrees(float(np.mean(ahead))),
         swing_range=math.degrees(float(np.ptp(angle))),
-        foot_clearance=float(clearance.max()),
-        scuff_depth=max(0.0, -float(clearance.min())),
-        leg_compression=leg_length - float(legs.min()),
+        foot_clearance=float(lift[1]),
+        scuff_depth=max(0.0, -float(lift[0])),
+        leg_compression=leg_length - float(legs[0]),
     )

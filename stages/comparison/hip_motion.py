@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.biped.largest import largest_magnitudes, sampled_at
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.comparison.stride import Stride
@@ -41,23 +42,29 @@ def overlay(analytic: Walk, multibody: Walk, duration: float) -> Overlay:
     return Overlay(time, difference("hip_position"), difference("hip_velocity"))
 
 
-def largest(position: np.ndarray, velocity: np.ndarray) -> HipDifference:
-    """Largest magnitudes of differences (n, 2)."""
-    return HipDifference(np.abs(position).max(axis=0), np.abs(velocity).max(axis=0))
+def farthest(analytic: Walk, multibody: Walk, duration: float) -> np.ndarray:
+    """Largest distances of the hips in x and y [m], (2,), over `duration` [s] from the common start, with its end."""
+    laid = overlay(analytic, multibody, duration)
+    end = min(duration, analytic.time[-1], multibody.time[-1])
+    events = [times for walk in (analytic, multibody) for times in (walk.heel_strike_time, walk.toe_off_time)]
+    times = np.unique(np.append(laid.time, end))
+    return largest_magnitudes(*sampled_at(laid.time, laid.position, np.concatenate(events), times))
 
 
 def from_same_start(analytic: Walk, multibody: Walk, duration: float) -> HipDifference:
     """Largest differences over `duration` [s] when both start from the same mid-stance state.
 
-    Velocities are not compared between the heel strikes of the two models: there one has had its jump, not both.
+    Velocities are compared at the samples, but for those between the heel strikes of the two models: there one has had
+    its jump, not both.
     """
     laid = overlay(analytic, multibody, duration)
     apart = np.zeros(len(laid.time), dtype=bool)
     for pair in zip(analytic.heel_strike_time, multibody.heel_strike_time):
         apart |= (laid.time >= min(pair)) & (laid.time <= max(pair))
-    return largest(laid.position, laid.velocity[~apart])
+    return HipDifference(farthest(analytic, multibody, duration), np.abs(laid.velocity[~apart]).max(axis=0))
 
 
 def between_cycles(analytic: Stride, multibody: Stride) -> HipDifference:
     """Largest differences of the settled cycles at equal phase."""
-    return largest(multibody.hip_position - analytic.hip_position, multibody.hip_velocity - analytic.hip_velocity)
+    position = np.abs(multibody.hip_position - analytic.hip_position)
+    return HipDifference(position.max(axis=0), np.abs(multibody.hip_velocity - analytic.hip_velocity).max(axis=0))

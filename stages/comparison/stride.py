@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from stages.biped.integral import running_integral
+from stages.biped.between_steps import running_integral
 from stages.biped.walk import Walk
 
 T = TypeVar("T")

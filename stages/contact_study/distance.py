@@ -14,9 +14,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from stages.contact_study.constraint_models import ConstraintModel
+from stages.contact_study.constraint_models import ConstraintModel, hips
 from stages.contact_study.limit_result import COMPLETED, PARTS, Distance, HardLimit
-from stages.contact_study.one_step import HipCurve, Scene, cost, hip_curve, in_impact, take_step
+from stages.contact_study.one_step import HipCurve, Scene, cost, hip_curve, in_impact, sizes, take_step
 from stages.contact_study.parameters import Settings
 from stages.ground.contact_law import ContactLaw
 from stages.ground.hardening import with_creep, with_impact
@@ -50,14 +50,12 @@ def cycle_score(period: np.ndarray, length: np.ndarray, speed: float, settings: 
 
 def hard_limit(scene: Scene, rolling: ConstraintModel, coulomb: ConstraintModel) -> HardLimit:
     """What sets the limit apart from rolling feet; `scene` holds the limit's own walk."""
-    walk, count = rolling.walk, len(scene.time)
-    strike = float(walk.heel_strike_time[0])
-    curve = HipCurve(np.column_stack([walk.hip_position[:count], walk.hip_velocity[:count]]), strike)
-    difference = -curve.minus(scene.walk)
-    sizes = _sizes(difference, in_impact(scene, strike))
+    time, (limit, rolls) = hips([coulomb, rolling], np.unique(scene.compared[0]))
+    difference = limit - rolls
+    found = sizes(time, difference, in_impact(scene, time, float(rolling.walk.heel_strike_time[0])))
     return HardLimit(
-        hip_position=sizes[:2],
-        hip_velocity=sizes[2:],
+        hip_position=found[:2],
+        hip_velocity=found[2:],
         end_position=difference[-1, :2],
         period=coulomb.period - rolling.period,
         step_length=coulomb.length - rolling.length,
@@ -81,8 +79,8 @@ class Ruler:
         curve = hip_curve(scene, walked)
         if isinstance(curve, str):
             return unmeasured(law, curve, evaluations)
-        difference = curve.minus(scene.walk)
-        whole = _sizes(difference, in_impact(scene, curve.heel_strike))
+        time, difference = scene.compared[0], curve.minus(scene)
+        whole = sizes(time, difference, in_impact(scene, time, curve.heel_strike))
         found = dataclasses.replace(
             unmeasured(law, COMPLETED, evaluations),
             hip_position=whole[:2],
@@ -95,10 +93,10 @@ class Ruler:
         known = [one for one in fewer if isinstance(one, HipCurve)]
         if len(known) < len(fewer):
             return found
-        split = parts(difference, *(one.minus(scene.walk) for one in known))
-        impact = in_impact(scene, curve.heel_strike, *(one.heel_strike for one in known))
-        sizes = np.array([_sizes(part, impact) for part in split])
-        position, velocity = sizes[:, :2].max(axis=1), sizes[:, 2:].max(axis=1)
+        split = parts(difference, *(one.minus(scene) for one in known))
+        impact = in_impact(scene, time, curve.heel_strike, *(one.heel_strike for one in known))
+        found_parts = np.array([sizes(time, one, impact) for one in split])
+        position, velocity = found_parts[:, :2].max(axis=1), found_parts[:, 2:].max(axis=1)
         score = step_score(position, velocity, self.settings)
         return dataclasses.replace(found, position_parts=position, velocity_parts=velocity, step_score=score)
 
@@ -133,12 +131,6 @@ class Ruler:
             found = fixed_point(stepper, stepper.walk(start, NEARER).numbers)
         self.derivative = found.derivative
         return np.array([found.step.duration - self.limit.period, found.step.length - self.limit.length])
-
-
-def _sizes(difference: np.ndarray, impact: np.ndarray) -> np.ndarray:
-    """Largest magnitudes of a difference (n, 4): x, y, and their rates outside the impact, (4,)."""
-    size = np.abs(difference)
-    return np.concatenate([size[:, :2].max(axis=0), size[~impact, 2:].max(axis=0)])
 
 
 def unmeasured(law: ContactLaw, outcome: str, evaluations: int) -> Distance:

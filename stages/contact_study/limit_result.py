@@ -34,7 +34,7 @@ class Distance:
     law: ContactLaw = quantity("-", "the contact law")
     outcome: str = quantity("-", "completed, too dear, or why the step ended early")
     evaluations: int = quantity("1", "evaluations of the rates over one step at cost_tolerance: the cost")
-    hip_position: np.ndarray = quantity("m", "largest hip position difference over a step in x and y, shape (2,)")
+    hip_position: np.ndarray = quantity("m", "largest hip position difference in x and y, with the step's end, (2,)")
     hip_velocity: np.ndarray = quantity("m/s", "largest hip velocity difference outside the impact, shape (2,)")
     end_position: np.ndarray = quantity("m", "hip position difference, with its sign, at the step's end, shape (2,)")
     position_parts: np.ndarray = quantity("m", "largest hip position difference of each part, in x or y, shape (3,)")
@@ -57,7 +57,7 @@ class Distance:
 class HardLimit:
     """What no contact parameter removes: the constraint model with Coulomb's transition minus that of rolling feet."""
 
-    hip_position: np.ndarray = quantity("m", "largest hip position difference over a step in x and y, shape (2,)")
+    hip_position: np.ndarray = quantity("m", "largest hip position difference in x and y, with the step's end, (2,)")
     hip_velocity: np.ndarray = quantity("m/s", "largest hip velocity difference outside the impact, shape (2,)")
     end_position: np.ndarray = quantity("m", "hip position difference, with its sign, at the step's end, shape (2,)")
     period: float = quantity("s", "difference of the gaits' step periods, with its sign", symbol="T")

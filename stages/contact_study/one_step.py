@@ -5,18 +5,22 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Collection
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
+from stages.biped.largest import largest_magnitudes, sampled_at
 from stages.biped.walk import Walk
+from stages.contact_study.constraint_models import ConstraintModel, hips
 from stages.contact_study.result import OneStep
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.penalty.settings import Settings
 from stages.penalty.walk import simulate
 from stages.planar.events import find_events
+from stages.planar.peaks import peaks
 from stages.planar.run import COMPLETED, Run
 from stages.planar.sampling import ground_reaction
 from stages.planar.signals import GROUND_REACTION, SIGNALS
@@ -30,7 +34,7 @@ STANDING, LANDING = 0, 1
 @dataclass(frozen=True)
 class Scene:
     """What all runs share: the machine, the solver, the tolerance at which costs are told, the constraint model's walk
-    and the time an impact is given [s].
+    and the time an impact is given [s]; the model that walked it, where it is not known by its samples alone.
     """
 
     biped: Biped
@@ -41,11 +45,24 @@ class Scene:
     mid_stance: StanceState
     period: float
     impact_window: float
+    model: ConstraintModel | None = None
 
     @property
     def heel_strike(self) -> float:
         """Time of the constraint model's heel strike [s]."""
         return float(self.walk.heel_strike_time[0])
+
+    @cached_property
+    def compared(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times [s] at which hips are compared, (m,): samples, both sides of the constraint model's events, and the
+        step's end; that model's hip there as in `HipCurve`, (m, 4)."""
+        times = np.unique(np.append(self.time, self.period))
+        if self.model is not None:
+            times, (hip,) = hips([self.model], times)
+            return times, hip
+        events = np.concatenate([self.walk.heel_strike_time, self.walk.toe_off_time])
+        rows = np.column_stack([self.walk.hip_position, self.walk.hip_velocity])
+        return sampled_at(self.walk.time, rows, events, times)
 
     @property
     def time(self) -> np.ndarray:
@@ -104,15 +121,14 @@ def unfinished(outcome: str, message: str, law: ContactLaw, evaluations: int) ->
 
 @dataclass(frozen=True)
 class HipCurve:
-    """The hip (n, 4): x, y [m] and their rates [m/s], on a scene's samples, and the moment of heel strike [s]."""
+    """The hip (m, 4): x, y [m] and their rates [m/s], at a scene's times, and the moment of heel strike [s]."""
 
     hip: np.ndarray
     heel_strike: float
 
-    def minus(self, walk: Walk) -> np.ndarray:
-        """Difference from a constraint model's walk on the same samples, (n, 4)."""
-        samples = slice(len(self.hip))
-        return np.asarray(self.hip - np.column_stack([walk.hip_position[samples], walk.hip_velocity[samples]]))
+    def minus(self, scene: Scene) -> np.ndarray:
+        """Difference from the scene's constraint model, (m, 4)."""
+        return np.asarray(self.hip - scene.compared[1])
 
 
 def hip_curve(scene: Scene, run: Run) -> HipCurve | str:
@@ -120,44 +136,48 @@ def hip_curve(scene: Scene, run: Run) -> HipCurve | str:
     strikes = find_events(run.trajectory, scene.biped.foot_radii).heel_strike_time
     if not run.completed or not len(strikes):
         return NO_HEEL_STRIKE if run.completed else run.outcome
-    position, velocity = run.trajectory.at(np.minimum(scene.time, run.trajectory.time[-1]))
+    position, velocity = run.trajectory.at(np.minimum(scene.compared[0], run.trajectory.time[-1]))
     return HipCurve(np.column_stack([position[:, :2], velocity[:, :2]]), float(strikes[0]))
 
 
-def in_impact(scene: Scene, *heel_strikes: float) -> np.ndarray:
-    """Samples from the first heel strike of all models to the end of the impact of the last one, (n,)."""
+def in_impact(scene: Scene, time: np.ndarray, *heel_strikes: float) -> np.ndarray:
+    """Which times are from the first heel strike of all models to the end of the impact of the last one, (n,)."""
     all_strikes = (scene.heel_strike, *heel_strikes)
-    return (scene.time >= min(all_strikes)) & (scene.time <= max(all_strikes) + scene.impact_window)
+    return (time >= min(all_strikes)) & (time <= max(all_strikes) + scene.impact_window)
+
+
+def sizes(time: np.ndarray, difference: np.ndarray, impact: np.ndarray) -> np.ndarray:
+    """Largest magnitudes of a difference (m, 4) at times as in `largest_magnitudes`: x, y, and their rates at the times
+    outside the impact, (4,)."""
+    return np.concatenate([largest_magnitudes(time, difference[:, :2]), np.abs(difference[~impact, 2:]).max(axis=0)])
 
 
 def measure(scene: Scene, law: ContactLaw, run: Run) -> OneStep:
-    """Differences of a step from the constraint model, on that model's samples."""
+    """Differences of a step from the constraint model; forces on that model's samples."""
     curve = hip_curve(scene, run)
     if isinstance(curve, str):
         return unfinished(curve, run.message, law, cost(scene, law))
     trajectory, radii, time = run.trajectory, scene.biped.foot_radii, scene.time
-    difference = curve.minus(scene.walk)
-    position, velocity = difference[:, :2], difference[:, 2:]
+    difference, impact = curve.minus(scene), in_impact(scene, scene.compared[0], curve.heel_strike)
+    whole = sizes(scene.compared[0], difference, impact)
     force = ground_reaction(trajectory, time, radii) - scene.walk.ground_reaction[: len(time)]
-    impact = in_impact(scene, curve.heel_strike)
-    rows = trajectory.position, trajectory.velocity
-    columns = [foot_kinematics(*rows, leg, radii[leg]) for leg in (STANDING, LANDING)]
-    held = trajectory.in_play(trajectory.time)
-    depth = np.where(held, np.column_stack([column[0] for column in columns]), 0.0)
+    force = force[~in_impact(scene, time, curve.heel_strike)]
+    _, _, slip = foot_kinematics(trajectory.position, trajectory.velocity, STANDING, radii[STANDING])
     before = trajectory.time < min(curve.heel_strike, scene.heel_strike)
-    slip, span = np.abs(columns[STANDING][2][before]), trajectory.time[before]
+    slip, span = np.abs(slip[before]), trajectory.time[before]
+    forces, depths = peaks(trajectory, law, radii, 0.0, float(trajectory.time[-1]))
     return OneStep(
         outcome=COMPLETED,
         message="",
         law=law,
-        hip_position=np.abs(position).max(axis=0),
-        hip_velocity=np.abs(velocity[~impact]).max(axis=0),
-        impact_velocity=np.abs(velocity[impact]).max(axis=0, initial=0.0),
-        end_position=position[-1],
-        normal_force=float(np.sqrt(np.mean(force[~impact, :, 1] ** 2))),
-        friction_force=float(np.sqrt(np.mean(force[~impact, :, 0] ** 2))),
-        peak_force=float(trajectory.ground_reaction[:, LANDING, 1].max()),
-        penetration=float(depth.max()),
+        hip_position=whole[:2],
+        hip_velocity=whole[2:],
+        impact_velocity=np.abs(difference[impact, 2:]).max(axis=0, initial=0.0),
+        end_position=difference[-1, :2],
+        normal_force=float(np.sqrt(np.mean(force[:, :, 1] ** 2))),
+        friction_force=float(np.sqrt(np.mean(force[:, :, 0] ** 2))),
+        peak_force=float(forces[LANDING]),
+        penetration=float(depths.max()),
         creep_velocity=float(np.trapezoid(slip, span) / (span[-1] - span[0])),
         heel_strike_lead=scene.heel_strike - curve.heel_strike,
         evaluations=cost(scene, law),

@@ -34,7 +34,7 @@ def from_rigid_limit(
         )  # fmt: skip
 
     rolling, coulomb = constraints(None), constraints(parameters.contact.coefficients)
-    beside = dataclasses.replace(scene, walk=coulomb.walk)
+    beside = dataclasses.replace(scene, walk=coulomb.walk, model=coulomb)
     ruler = Ruler(beside, coulomb, settings)
     law = parameters.default_set.law(parameters.contact)
     default = ruler.over_a_step(law)

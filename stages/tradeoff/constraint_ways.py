@@ -15,8 +15,9 @@ from stages.analytic.model.walker import Vector, Walker, build_walker
 from stages.analytic.phases.flow import DOUBLE_STANCE, SINGLE_STANCE
 from stages.analytic.phases.section import section_coordinates, section_state
 from stages.analytic.phases.succession import succeed
-from stages.analytic.walk.recording import Segment, crossing_state, is_last, record, states_at
-from stages.analytic.walk.sampling import accelerations_and_forces, sample_walk
+from stages.analytic.walk.recording import Segment, crossing_state, is_last, record
+from stages.analytic.walk.sampling import sample_walk
+from stages.analytic.walk.validity import FEET, NORMAL, Phase
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.ground.friction_coefficients import Friction
@@ -26,8 +27,6 @@ from stages.tradeoff.way import GRID_HZ, Walked, Way, WayFailed
 
 ROLLING, COULOMB = "constraint model, rolling", "constraint model, coulomb"
 DETAILED = "detailed constraint model"
-#: Points a phase at which its force is looked at for the peak.
-PEAK_POINTS = 400
 #: Steps of the differences for SciPy's multiplier at a tight tolerance: lengths change less than springs do.
 DIFFERENCE = np.array([3e-5, 3e-6, 3e-6, 3e-5, 3e-5])
 #: Those of them that rigid legs have: an angle and two rates.
@@ -135,13 +134,8 @@ def measured(walker: Walker, segments: list[Segment], cost: float) -> Walked:
 
 
 def peak_force(walker: Walker, segments: list[Segment]) -> float:
-    """Largest normal force on a foot [N], looked for at even times of every phase."""
-    peaks = []
-    for segment in segments:
-        if is_last(segment) and segment is segments[0]:
-            continue
-        times = np.linspace(0.0, segment.duration, PEAK_POINTS)
-        p = walker.on(segment.stance_leg).p
-        states = states_at(segment.phase, segment.times, segment.states, times, p)
-        peaks.append(accelerations_and_forces(segment.phase, states, p)[:, [5, 7]].max())
-    return float(max(peaks) * walker.force)
+    """Largest normal force on a foot [N]."""
+    phases = [Phase(walker.on(segment.stance_leg), segment) for segment in segments
+              if not (is_last(segment) and segment is segments[0])]
+    return max(phase.largest(lambda _, f, foot=foot: f[:, foot][:, NORMAL])[1]
+               for phase in phases for foot in FEET) * walker.force  # fmt: skip

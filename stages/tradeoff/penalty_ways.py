@@ -22,6 +22,7 @@ from stages.penalty.walk import simulate as compiled_walk
 from stages.planar.cycle import LimitCycle
 from stages.planar.events import find_events
 from stages.planar.limit_cycle import gait_near
+from stages.planar.peaks import peaks
 from stages.planar.run import Run
 from stages.planar.section import mid_stance_after, section_scales, section_state
 from stages.planar.signals import GROUND_REACTION
@@ -121,7 +122,8 @@ def measured(at: Scene, run: Run) -> Walked:
     """What is compared of a run."""
     strikes = find_events(run.trajectory, at.biped.foot_radii).heel_strike_time
     hip = run.trajectory.at(grid(float(run.trajectory.time[-1])))[0][:, :2]
-    peak = float(run.trajectory.ground_reaction[:, :, 1].max())
+    ends = run.trajectory.time[[0, -1]].tolist()
+    peak = float(peaks(run.trajectory, at.contact, at.biped.foot_radii, *ends)[0].max())
     return Walked(hip, float(strikes[-1]), float(strikes[-1] - strikes[-2]), peak, run.evaluations / at.steps)
 
 

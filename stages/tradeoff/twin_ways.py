@@ -6,19 +6,21 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
+from stages.biped.largest import largest
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.planar.signals import GROUND_REACTION
 from stages.tradeoff.way import Walked, Way, WayFailed, grid
-from stages.twin.machine.contact import X, Y
+from stages.twin.machine.contact import X, Y, along, point_law
 from stages.twin.machine.machine import Machine, build
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import Settings
 from stages.twin.walking.events import find_events
 from stages.twin.walking.record import Record
-from stages.twin.walking.signals import sample
+from stages.twin.walking.signals import PAIRS
 from stages.twin.walking.simulate import Start, rolling_start, simulate_twin
 
 TWIN = "twin"
@@ -48,9 +50,7 @@ def scene(biped: Biped, slope: Slope, contact: ContactLaw, settings: Settings, s
 def twin_way(at: Scene, tolerance: float, largest_step: float, kind: type[SpatialTree] = SpatialTree,
              mark: str = "") -> Way:
     """The twin at one tolerance and largest step [s]."""
-    settings = dataclasses.replace(
-        at.settings, tolerance=tolerance, largest_step=largest_step, signals=(GROUND_REACTION,)
-    )
+    settings = dataclasses.replace(at.settings, tolerance=tolerance, largest_step=largest_step)
     built: list[Any] = []
 
     def integrate() -> Record:
@@ -64,9 +64,20 @@ def twin_way(at: Scene, tolerance: float, largest_step: float, kind: type[Spatia
             raise WayFailed(record.reason or record.outcome)
         strikes = find_events(record).heel_strike_time
         hip = record.at(grid(float(record.time[-1])))[0][:, [X, Y]]
-        force = sample(record, record.time, settings).walk.ground_reaction
-        peak, cost = float(force[:, :, 1].max()), record.evaluations / at.steps
+        peak, cost = peak_force(record), record.evaluations / at.steps
         return Walked(hip, float(strikes[-1]), float(strikes[-1] - strikes[-2]), peak, cost)
 
     name = COMPILED if kind is SpatialTree else CONNECTORS
     return Way(TWIN, name, {"tolerance": tolerance, "largest_step": largest_step}, integrate, walk, None, mark)
+
+
+def peak_force(record: Record) -> float:
+    """Largest normal force on a pair of feet [N], between the solver's steps by the contact law."""
+    law = point_law(record.contact)
+
+    def normal(time: np.ndarray, pair: slice) -> np.ndarray:
+        forces = along(*record.at(time), record.in_play(time), record.machine.feet, law)[0]
+        return np.asarray(forces[:, pair, Y].sum(axis=1))
+
+    return max(largest(record.time, normal(record.time, pair), lambda time, pair=pair: normal(time, pair))[1]
+               for pair in PAIRS)  # fmt: skip

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from stages.analytic.result import Result as Analytic
 from stages.biped.progress import Progress, ignore
 from stages.biped.sampling_times import uniform_times
@@ -17,6 +15,7 @@ from stages.twin.machine.machine import Machine, build
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.walking.events import find_events
 from stages.twin.walking.record import Record
+from stages.twin.walking.settling import largest_roll
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 from stages.twin_pushes.parameters import KINDS, Parameters
 from stages.twin_pushes.result import PushedWalk, Result
@@ -58,8 +57,7 @@ def pushed_walk(record: Record, machine: Machine, kind: str, unit: str, size: fl
     roll_left = yaw_left = float("nan")
     if record.completed:
         strikes = find_events(record).heel_strike_time
-        late = record.time >= strikes[-3]
-        roll_left = float(np.abs(record.position[late, ROLL]).max())
+        roll_left = largest_roll(record, float(strikes[-3]))
         yaw_left = float(record.position[-1, YAW])
     return PushedWalk(
         kind=kind,

@@ -111,4 +111,4 @@ def beside_rolling(parameters, constraints, solver):
 def ruler(parameters, constraints, beside_rolling):
     """Measures sets from the rigid limit."""
     _, coulomb = constraints
-    return Ruler(dataclasses.replace(beside_rolling, walk=coulomb.walk), coulomb, parameters.settings)
+    return Ruler(dataclasses.replace(beside_rolling, walk=coulomb.walk, model=coulomb), coulomb, parameters.settings)

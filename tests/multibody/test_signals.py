@@ -23,7 +23,7 @@ NUMBERS_A_ROW = {"tree": {(): 21, ("imu",): 25, ("ground_reaction",): 29, SIGNAL
 
 
 def awaited(model, state, run, walk):
-    return walked_cycle(run, walk, model.biped.foot_radii), None, ""
+    return walked_cycle(run, walk, model.contact, model.biped.foot_radii), None, ""
 
 
 def walked(biped, slope, contact, start, settings, signals):

@@ -8,7 +8,8 @@ alone, which rolls whatever it takes.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -23,14 +24,21 @@ from stages.analytic.phases.transitions import heel_strike_reset, landing_impuls
 from stages.analytic.result import ROUND_OFF, Validity
 from stages.analytic.walk.recording import Segment, in_single_stance, is_last, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
+from stages.biped.between_steps import quadrature
+from stages.biped.largest import largest, spans_above
 
+#: Times at which a phase is looked at first, in each of the integrator's steps.
 SAMPLES_PER_STEP = 6
 #: With more steps than this the steps themselves are dense enough.
 ENOUGH_STEPS = 2000
-#: A foot is loaded above this part of its largest normal force. Points of a phase by which shares of it are told.
-LOADED, POINTS = 0.1, 2000
+#: A foot is loaded above this part of its largest normal force.
+LOADED = 0.1
 #: Columns of the forces on the leading and on the trailing foot.
 FEET = (slice(0, 2), slice(2, 4))
+TANGENTIAL, NORMAL = 0, 1
+
+#: A number at each of some states (n, size) with the forces (n, 4) on both feet.
+Quantity = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 #: Numbers of which the lowest is the worst, and those of which the highest is.
@@ -49,14 +57,56 @@ def friction_used(forces: np.ndarray) -> float:
     return float((np.abs(loaded[:, 0]) / loaded[:, 1]).max())
 
 
+def dense_times(segment: Segment) -> np.ndarray:
+    """Times of several points between the integrator's steps, and of the segment's end."""
+    edges = np.append(segment.times, segment.duration)
+    if len(segment.times) > ENOUGH_STEPS:
+        return edges
+    fractions = np.linspace(0, 1, SAMPLES_PER_STEP, endpoint=False)
+    return np.append(edges[:-1, None] + np.diff(edges)[:, None] * fractions, segment.duration)
+
+
 def dense_states(walker: Walker, segment: Segment) -> np.ndarray:
     """States of a segment at several points between the integrator's steps, and at its end."""
-    if len(segment.times) > ENOUGH_STEPS:
-        return np.vstack([segment.states, segment.end])
-    edges = np.append(segment.times, segment.duration)
-    fractions = np.linspace(0, 1, SAMPLES_PER_STEP, endpoint=False)
-    times = (edges[:-1, None] + (edges[1:] - edges[:-1])[:, None] * fractions).ravel()
+    times = dense_times(segment)[:-1]
     return np.vstack([states_at(segment.phase, segment.times, segment.states, times, walker.p), segment.end])
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A segment's solution: at any times since its start, and as it is at many of them."""
+
+    walker: Walker
+    segment: Segment
+
+    @cached_property
+    def times(self) -> np.ndarray:
+        return dense_times(self.segment)
+
+    @cached_property
+    def dense(self) -> tuple[np.ndarray, np.ndarray]:
+        """States and forces at `times`."""
+        return self._with_forces(dense_states(self.walker, self.segment))
+
+    def at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """States (n, size) and forces (n, 4) at rising times (n,)."""
+        segment = self.segment
+        return self._with_forces(
+            states_at(segment.phase, segment.times, segment.states, np.ascontiguousarray(times), self.walker.p))
+
+    def _with_forces(self, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return states, accelerations_and_forces(self.segment.phase, states, self.walker.p)[:, 4:8]
+
+    def largest(self, quantity: Quantity, span: tuple[float, float] | None = None) -> tuple[float, float]:
+        """When and how large a quantity is at most, in the whole phase or in a span of it, ends included."""
+        if span is None:
+            return largest(self.times, quantity(*self.dense), lambda times: quantity(*self.at(times)))
+        times = np.concatenate([span[:1], self.times[(self.times > span[0]) & (self.times < span[1])], span[1:]])
+        return largest(times, quantity(*self.at(times)), lambda times: quantity(*self.at(times)))
+
+    def above(self, quantity: Quantity) -> list[tuple[float, float]]:
+        """The spans in which a quantity is above zero."""
+        return spans_above(self.times, quantity(*self.dense), lambda times: quantity(*self.at(times)))
 
 
 def momentum(y: np.ndarray, p: Kind) -> np.ndarray:
@@ -93,33 +143,48 @@ def impulses(walker: Walker, before: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return landing, momentum(after, p) - landing
 
 
-def loaded(forces: np.ndarray) -> np.ndarray:
-    """The forces (n, 2) whose normal part is above the `LOADED` part of the largest."""
-    return np.asarray(forces[forces[:, 1] > LOADED * forces[:, 1].max(initial=0.0)])
+def least_normal(phases: list[Phase], foot: slice) -> float:
+    """Least normal force on a foot in some phases, infinite without any."""
+    return -max((phase.largest(lambda _, f: -f[:, foot][:, NORMAL])[1] for phase in phases), default=-np.inf)
 
 
-def in_double_stance(walker: Walker, segments: list[Segment]) -> tuple[np.ndarray, np.ndarray]:
-    """Evenly over each phase with both feet down: the time for which a row stands (n,), forces on both feet (n, 4).
-
-    Dimensionless; columns are tangential and normal on the leading foot, then on the trailing one.
-    """
-    spans, forces = [np.zeros(0)], [np.zeros((0, 4))]
-    for segment in segments:
-        if in_contact(segment.phase):
-            times = segment.duration * (np.arange(POINTS) + 0.5) / POINTS
-            states = states_at(segment.phase, segment.times, segment.states, times, walker.p)
-            spans.append(np.full(POINTS, segment.duration / POINTS))
-            forces.append(accelerations_and_forces(segment.phase, states, walker.p)[:, 4:8])
-    return np.concatenate(spans), np.concatenate(forces)
+def most_friction(phase: Phase, foot: slice, span: tuple[float, float] | None = None) -> float:
+    """`friction_used` by a foot in a phase, or in a span of it in which its normal force stays above zero."""
+    sampled = friction_used(phase.dense[1][:, foot]) if span is None else 0.0
+    if not np.isfinite(sampled) or (span is None and sampled == 0.0):
+        return sampled
+    sides = (phase.largest(lambda _, f, side=side: side * f[:, foot][:, TANGENTIAL] / f[:, foot][:, NORMAL], span)
+             for side in (1.0, -1.0))  # fmt: skip
+    return max(value for _, value in sides)
 
 
-def outside_the_cone(spans: np.ndarray, forces: np.ndarray, friction: float) -> tuple[float, float]:
-    """Parts of the time (n,) and of the tangential impulse in which forces (n, 2) need more than `friction`."""
-    tangential, normal = np.abs(forces).T
-    outside, impulse = tangential > friction * (1.0 + ROUND_OFF) * normal, tangential * spans
-    if not impulse.sum() > 0.0:
-        return 0.0, 0.0
-    return float(outside @ spans / spans.sum()), float(outside @ impulse / impulse.sum())
+def most_friction_loaded(phases: list[Phase], foot: slice) -> float:
+    """The same while the foot's normal force is above the `LOADED` part of its largest in these phases."""
+    least = LOADED * max((phase.largest(lambda _, f: f[:, foot][:, NORMAL])[1] for phase in phases), default=0.0)
+    if not least > 0.0:
+        return 0.0
+    return max((most_friction(phase, foot, span) for phase in phases
+                for span in phase.above(lambda _, f: f[:, foot][:, NORMAL] - least)), default=0.0)  # fmt: skip
+
+
+def outside_the_cone(phases: list[Phase], friction: float) -> tuple[float, float]:
+    """Parts of the time and of the tangential impulse in which the trailing foot needs more than `friction`."""
+    time = impulse = outside_time = outside_impulse = 0.0
+    for phase in phases:
+        edges = np.append(phase.segment.times, phase.segment.duration)
+
+        def pushed(start: float, end: float, phase: Phase = phase, edges: np.ndarray = edges) -> float:
+            times, weights = quadrature(edges, start, end)
+            return float(weights @ np.abs(phase.at(times)[1][:, FEET[1]][:, TANGENTIAL]))
+
+        def beyond(_: np.ndarray, forces: np.ndarray) -> np.ndarray:
+            tangential, normal = forces[:, FEET[1]].T
+            return np.asarray(np.abs(tangential) - friction * (1.0 + ROUND_OFF) * normal)
+
+        time, impulse = time + edges[-1], impulse + pushed(0.0, edges[-1])
+        for start, end in phase.above(beyond):
+            outside_time, outside_impulse = outside_time + end - start, outside_impulse + pushed(start, end)
+    return (float(outside_time / time), outside_impulse / impulse) if impulse > 0.0 else (0.0, 0.0)
 
 
 def assess(walker: Walker, segments: list[Segment], friction: float) -> Validity:
@@ -144,42 +209,33 @@ def worst(steps: list[Validity]) -> Validity:
 
 def assess_step(walker: Walker, segments: list[Segment], friction: float) -> Validity:
     """`assess` of one step; `walker` is the one in it."""
-    swings = [segment for segment in segments if in_single_stance(segment)]
-    dense = [dense_states(walker, segment) for segment in swings]
-    states = np.concatenate(dense)
-    alone = np.concatenate([accelerations_and_forces(segment.phase, each, walker.p)[:, 4:6]
-                            for segment, each in zip(swings, dense, strict=True)])  # fmt: skip
-    before = segments[: -len(swings)]
-    together = [
-        accelerations_and_forces(segment.phase, dense_states(walker, segment), walker.p)[:, 4:8]
-        for segment in before
-    ]
-    both = np.concatenate(together) if together else np.zeros((0, 4))
-    pressed = [rows for rows, segment in zip(together, before, strict=True) if in_contact(segment.phase)]
-    trailing_force = np.concatenate(pressed)[:, 2:] if pressed else np.zeros((0, 2))
-    spans, evenly = in_double_stance(walker, before)
-    time_outside, impulse_outside = outside_the_cone(spans, evenly[:, 2:], friction)
+    alone = [Phase(walker, segment) for segment in segments if in_single_stance(segment)]
+    before = [Phase(walker, segment) for segment in segments[: -len(alone)]]
+    pressed = [phase for phase in before if in_contact(phase.segment.phase)]
+    time_outside, impulse_outside = outside_the_cone(pressed, friction)
     landing, trailing = impulses(walker, segments[-1].end)
     p = walker.p
     lengths, radius = natural_lengths(p), radii(p)[1]
-    stance, psi, swing = (lengths[0], states[:, 1], lengths[1]) if walker.rigid else states[:, 1:4].T
-    clearance = (stance - p.r) * np.cos(states[:, 0]) - (swing - radius) * np.cos(psi) + (p.r - radius)
-    lowest = int(np.argmin(clearance))
+
+    def depth(states: np.ndarray, _: np.ndarray) -> np.ndarray:
+        stance, psi, swing = (lengths[0], states[:, 1], lengths[1]) if walker.rigid else states[:, 1:4].T
+        return np.asarray((swing - radius) * np.cos(psi) - (stance - p.r) * np.cos(states[:, 0]) - (p.r - radius))
+
+    deepest, (when, scuff) = max(((phase, phase.largest(depth)) for phase in alone), key=lambda found: found[1][1])
+    least = min(least_normal(alone, FEET[0]), least_normal(before, FEET[0]))
     unit = walker.force
     return Validity(
-        least_normal_force_stance=float(min(alone[:, 1].min(), both[:, 1].min(initial=np.inf)) * unit),
-        least_normal_force_trailing=float(trailing_force[:, 1].min() * unit) if trailing_force.size else 0.0,
-        friction_single_stance=friction_used(alone),
-        friction_double_stance_loaded=max(friction_used(loaded(evenly[:, foot])) for foot in FEET),
+        least_normal_force_stance=least * unit,
+        least_normal_force_trailing=least_normal(pressed, FEET[1]) * unit if pressed else 0.0,
+        friction_single_stance=max(most_friction(phase, FEET[0]) for phase in alone),
+        friction_double_stance_loaded=max(most_friction_loaded(pressed, foot) for foot in FEET),
         friction_there_is=friction,
         time_outside_cone=time_outside,
         impulse_outside_cone=impulse_outside,
         impulse_friction_landing=friction_used(landing[None, :]),
         impulse_friction_trailing=friction_used(trailing[None, :]),
         impulse_normal_trailing=float(trailing[1] * walker.mass * walker.length / walker.time),
-        deepest_scuff=0.0 if walker.retracts else float(max(-clearance[lowest], 0.0) * walker.length),
-        deepest_scuff_angle=float(states[lowest, 0]),
-        feet_push_only=bool(
-            min(alone[:, 1].min(), both[:, 1].min(initial=0.0), landing[1]) >= -1e-9 and trailing[1] >= -1e-9
-        ),
+        deepest_scuff=0.0 if walker.retracts else max(scuff, 0.0) * walker.length,
+        deepest_scuff_angle=float(deepest.at(np.array([when]))[0][0, 0]),
+        feet_push_only=bool(min(least, landing[1]) >= -1e-9 and trailing[1] >= -1e-9),
     )

@@ -9,7 +9,7 @@ import numpy as np
 from stages.comparison.claims import contact, figure_8
 from stages.comparison.evidence import studies
 from stages.comparison.evidence.evidence import NAN, Evidence
-from stages.comparison.hip_motion import overlay
+from stages.comparison.hip_motion import farthest
 from stages.contact_study.friction_result import changes, crossing
 from stages.contact_study.limit_result import COMPLETED
 from stages.error_budget.effects import SLIP, UNEXPLAINED
@@ -76,7 +76,7 @@ def friction_velocities(e: Evidence) -> contact.FrictionVelocities:
 
 def hip_displacement(e: Evidence) -> figure_8.HipDisplacement:
     analytic, multibody = e.results.analytic, e.results.multibody
-    two = overlay(analytic.walk, multibody.walk, 2 * analytic.gait.period_s).position
+    two = farthest(analytic.walk, multibody.walk, 2 * analytic.gait.period_s)
     limit, cycle = e.results.contact_study.limit, slip_between_cycles(e)
     budget, hardest = e.results.error_budget.step, None
     if limit is not None:
@@ -86,7 +86,7 @@ def hip_displacement(e: Evidence) -> figure_8.HipDisplacement:
         float(limit.hard.hip_position.max()) if limit is not None else NAN,
         cycle[0],
         float(e.models.same_start.position.max()),
-        float(np.abs(two).max()),
+        float(two.max()),
         float(e.models.settled.position.max()),
         studies.ends(budget.split) if budget is not None else (),
         float(limit.ground.hip_position.max()) if limit is not None else NAN,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.biped.integral import running_integral
+from stages.biped.between_steps import running_integral
 from stages.biped.quantity import quantity
 from stages.calibration.result import HALF_WIDTH
 from stages.campaign.result import RunTruth

@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from stages.biped.integral import running_integral
+from stages.biped.between_steps import running_integral
 from stages.imu.parameters import Drawing
 from stages.imu.reports.run_report import StepTimes
 from stages.imu.result import LegMotion

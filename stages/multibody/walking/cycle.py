@@ -19,11 +19,11 @@ from stages.multibody.walking.walk import build, simulate
 from stages.planar.cycle import LimitCycle
 from stages.planar.events import find_events
 from stages.planar.limit_cycle import fixed_point, gait_near
+from stages.planar.peaks import peaks
 from stages.planar.run import Run
 from stages.planar.section import NoLimitCycle, mid_stance_after, section_state
 from stages.planar.signals import GROUND_REACTION
 from stages.planar.state import PlanarState
-from stages.planar.trajectory import Trajectory, foot_kinematics
 
 #: Steps at the end of a walk that tell what it does.
 LAST_STEPS = 4
@@ -67,7 +67,7 @@ def solve(
         cycle, failure = solved_cycle(model, state, found, walk), ""
     except NoLimitCycle as error:
         found, failure = None, str(error)
-        cycle = walked_cycle(walked, walk, model.biped.foot_radii)
+        cycle = walked_cycle(walked, walk, model.contact, model.biped.foot_radii)
     return cycle, found, unsettled(walked, walk, cycle, failure, 1 if model.biped.alike else 2)
 
 
@@ -98,7 +98,7 @@ def solved_cycle(model: Model, state: PlanarState, found: LimitCycle, walk: Walk
     ends = min(steps, len(events.toe_off_time))
     both_down = events.toe_off_time[:ends] - events.heel_strike_time[:ends]
     period, length = point.step.duration / steps, point.step.length / steps
-    force, depth = peaks(run.trajectory, model.biped.foot_radii, 0.0, point.step.duration)
+    force, depth = peaks(run.trajectory, model.contact, model.biped.foot_radii, 0.0, point.step.duration).max(axis=1)
     return Cycle(
         solved=True,
         period_s=period,
@@ -106,15 +106,15 @@ def solved_cycle(model: Model, state: PlanarState, found: LimitCycle, walk: Walk
         step_length_m=length,
         speed_m_s=length / period,
         double_stance_s=float(both_down.mean()) if ends == steps else nan,
-        peak_normal_force=force,
-        largest_penetration=depth,
+        peak_normal_force=float(force),
+        largest_penetration=float(depth),
         floquet_multipliers=found.floquet_multipliers,
         residual=point.residual,
         period_change=period_change(walk),
     )
 
 
-def walked_cycle(walked: Run, walk: Walk, radii: tuple[float, float]) -> Cycle:
+def walked_cycle(walked: Run, walk: Walk, contact: ContactLaw, radii: tuple[float, float]) -> Cycle:
     """Measures over the last four whole steps of a walk, or fewer if there are no more."""
     strikes = walk.heel_strike_time
     count = min(LAST_STEPS, len(strikes) - 1)
@@ -124,7 +124,7 @@ def walked_cycle(walked: Run, walk: Walk, radii: tuple[float, float]) -> Cycle:
     last = strikes[-1 - count :]
     hip = walked.trajectory.at(last)[0][:, 0]
     period, length = float(last[-1] - last[0]) / count, float(hip[-1] - hip[0]) / count
-    force, depth = peaks(walked.trajectory, radii, float(last[0]), float(last[-1]))
+    force, depth = peaks(walked.trajectory, contact, radii, float(last[0]), float(last[-1])).max(axis=1)
     return Cycle(
         solved=False,
         period_s=period,
@@ -132,8 +132,8 @@ def walked_cycle(walked: Run, walk: Walk, radii: tuple[float, float]) -> Cycle:
         step_length_m=length,
         speed_m_s=length / period,
         double_stance_s=walk.double_stance(last),
-        peak_normal_force=force,
-        largest_penetration=depth,
+        peak_normal_force=float(force),
+        largest_penetration=float(depth),
         floquet_multipliers=none,
         residual=nan,
         period_change=period_change(walk),
@@ -144,18 +144,6 @@ def period_change(walk: Walk) -> float:
     """Largest difference between the periods of the walk's last steps [s]; NaN without two of them."""
     periods = np.diff(walk.heel_strike_time[-1 - LAST_STEPS :])
     return float(np.ptp(periods)) if len(periods) else nan
-
-
-def peaks(
-    trajectory: Trajectory, radii: tuple[float, float], start: float, end: float
-) -> tuple[float, float]:
-    """Largest normal force [N] on a foot and penetration [m] between two times [s], at the solver's own steps."""
-    inside = (trajectory.time >= start) & (trajectory.time <= end)
-    rows = trajectory.position, trajectory.velocity
-    depth = np.column_stack([foot_kinematics(*rows, leg, radii[leg])[0] for leg in (0, 1)])
-    held = trajectory.in_play(trajectory.time)
-    force = trajectory.ground_reaction[inside, :, 1]
-    return float(force.max()) if force.size else nan, float(np.where(held, depth, 0.0)[inside].max())
 
 
 def unsettled(walked: Run, walk: Walk, cycle: Cycle, failure: str, steps: int = 1) -> str:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from stages.biped.largest import largest
 from stages.biped.walk import Walk
+from stages.twin.machine.contact import ROLL
 from stages.twin.result import Settling
 from stages.twin.walking.record import Record
 
@@ -35,7 +37,7 @@ def settling(record: Record, walk: Walk) -> Settling:
     settled = (abs(periods / period - 1.0) < SETTLED_WITHIN) & (abs(lengths / length - 1.0) < SETTLED_WITHIN)
     unsettled = np.flatnonzero(~settled)
     needed = int(unsettled[-1]) + 1 if len(unsettled) else 0
-    late, left = record.time >= strikes[-1 - SETTLED_STEPS], transient_left(periods, lengths)
+    left = transient_left(periods, lengths)
     return Settling(
         step_period=periods,
         step_length=lengths,
@@ -46,7 +48,7 @@ def settling(record: Record, walk: Walk) -> Settling:
         speed_m_s=length / period,
         double_stance_s=walk.double_stance(strikes[-1 - SETTLED_STEPS : -1]),
         inner_outer_difference=_limp(periods[-SETTLED_STEPS:], walk.heel_strike_leg[-1 - SETTLED_STEPS : -1]) / period,
-        largest_roll=float(abs(record.position[late, 4]).max()),
+        largest_roll=largest_roll(record, float(strikes[-1 - SETTLED_STEPS])),
         yaw_change=yaw,
         lateral_drift=sideways,
         period_transient_s=left[0],
@@ -68,6 +70,13 @@ def transient_left(*measures: np.ndarray) -> list[float]:
     late, early = ([float(change[part].max()) for change in changes] for part in (LATE, EARLY))
     kept = max(now / then if then else 0.0 for now, then in zip(late, early, strict=True)) ** (2.0 / BEFORE)
     return [SURE * now * (kept / (1.0 - kept) + 0.5) if kept < 1.0 else float("nan") for now in late]
+
+
+def largest_roll(record: Record, start: float) -> float:
+    """Largest magnitude of roll [rad] from a time [s] to the end."""
+    times = np.append(start, record.time[record.time > start])
+    sides = (lambda time, side=side: side * record.at(time)[0][:, ROLL] for side in (1.0, -1.0))
+    return max(largest(times, roll(times), roll)[1] for roll in sides)
 
 
 def _limp(periods: np.ndarray, landing: np.ndarray) -> float:
