@@ -68,9 +68,9 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     if parameters.measured.database is not None:
         empty = database_bytes(devices, ())
         return Result(NOT_NEEDED, (), (), (), {WITH_OUTSOLE: empty, WITHOUT: empty})
+    require_plain(parameters.biped, "the twin, which walks the synthetic runs,")
     if "twin" in inputs.missing:
         raise NoWalk(inputs.missing["twin"])
-    require_plain(parameters.biped, "the twin, which walks the synthetic runs,")
     state, normal_force = first_state(inputs.twin.walk)
     truths: dict[int, RunTruth] = {}
     stored: dict[int, tuple[Experiment, tuple[Transmitted, ...]]] = {}

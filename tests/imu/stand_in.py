@@ -20,7 +20,10 @@ from stages.campaign.standing import joined, rolling_leg, stand_and_push
 from stages.campaign.virtual_sensor import Readings, SensorErrors, SensorMotion, draw_errors, read
 from stages.ground.slope import Slope
 from stages.imu.parameters import Reading, Settings
+from stages.imu.result import Result
+from stages.imu.run import collect, trials
 from stages.imu.sources.schema import Device, Experiment
+from stages.imu.sources.source_sqlite import SqliteSource
 from stages.imu.trial.sensor import filter_delay
 
 GRID = 1 / 5000
@@ -36,6 +39,12 @@ SETTINGS = Settings(None, 9.81, 0.0, 0.5, 3.0, 0.3, 200.0, 1.5, 3, 6, 101, 0.8, 
 #: The stand-in has no outsole.
 DRAWING = dataclasses.replace(STUDY.drawing, leg_length=BIPED.leg_length, foot_radius=BIPED.foot_radius)
 PARAMETERS = Reading(SETTINGS, LIMITS, DRAWING)
+
+
+def result_of(path: Path) -> Result:
+    """What the ingest makes of a database of the stand-in."""
+    with SqliteSource(path) as source:
+        return collect(trials(source.runs(), PARAMETERS))
 
 
 def device(place: str) -> Device:

@@ -11,8 +11,7 @@ from stages.campaign.result import Result as Campaign
 from stages.campaign.result import RunTruth
 from stages.comparison.runs.ingest_score import IngestScore, score_ingest
 from stages.imu.result import Result
-from stages.imu.run import Inputs, run
-from tests.imu.stand_in import PARAMETERS, RADIO, ROUGH_RADIO, SETTINGS, make_database, make_run
+from tests.imu.stand_in import RADIO, ROUGH_RADIO, SETTINGS, make_database, make_run, result_of
 
 #: Runs of a database, more of them in the slow tests, over the usual radio and over one that loses 5 % and stalls 10 %.
 FEW, MANY = 3, 6
@@ -26,7 +25,7 @@ def ingested(request, tmp_path_factory) -> tuple[Result, tuple[RunTruth, ...]]:
     runs = [make_run(seed, radio) for seed in range(count)]
     path: Path = tmp_path_factory.mktemp("log") / "measurements.sqlite"
     path.write_bytes(make_database(runs))
-    return run(PARAMETERS, Inputs(path)), tuple(truth.run for _, truth in runs)
+    return result_of(path), tuple(truth.run for _, truth in runs)
 
 
 @pytest.fixture(scope="module")
@@ -139,7 +138,7 @@ def test_registered_strides_are_the_motion(ingested) -> None:
 def test_same_database_same_bits(tmp_path: Path) -> None:
     path = tmp_path / "again.sqlite"
     path.write_bytes(make_database([make_run(3)]))
-    first, second = (run(PARAMETERS, Inputs(path)) for _ in range(2))
+    first, second = (result_of(path) for _ in range(2))
     assert first.ensemble.mean.tobytes() == second.ensemble.mean.tobytes()
     assert first.step_frequency == second.step_frequency
 

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from stages.imu.errors import SourceRefused
-from stages.imu.run import Inputs, run
 from tests.imu.damage import HARMFUL, NEVER_ACCEPTED, edited
-from tests.imu.stand_in import PARAMETERS, make_database, make_run
+from tests.imu.stand_in import make_database, make_run, result_of
 
 #: So many seeds are drawn by the quick test: two of each damage.
 QUICK = 2 * len(HARMFUL)
@@ -27,7 +26,7 @@ def ingest(content: bytes, folder: Path) -> str:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            said = run(PARAMETERS, Inputs(path)).summary()
+            said = result_of(path).summary()
     except SourceRefused as refusal:
         said = f"refused: {refusal}"
     assert path.read_bytes() == content

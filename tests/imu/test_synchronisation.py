@@ -12,11 +12,10 @@ import pytest
 
 from stages.imu.reports.run_report import RunReport
 from stages.imu.result import Result
-from stages.imu.run import Inputs, run
 from stages.imu.sources.source_sqlite import SqliteSource
 from stages.imu.trial.trial import read_trial
 from tests.imu.damage import edited
-from tests.imu.stand_in import PARAMETERS, make_database, make_run
+from tests.imu.stand_in import PARAMETERS, make_database, make_run, result_of
 
 
 @functools.cache
@@ -60,7 +59,7 @@ def ingested(lag: float) -> Result:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "log.sqlite"
         path.write_bytes(content)
-        return run(PARAMETERS, Inputs(path))
+        return result_of(path)
 
 
 @pytest.mark.parametrize("lag", [-0.2, -0.043, 0.0, 0.043, 0.2])

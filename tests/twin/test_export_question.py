@@ -45,8 +45,9 @@ def test_its_answer_as_json_with_other_parameters(export, tmp_path):
     assert path.read_text().count('name="block') == 10
 
 
-def test_of_a_walk_on_the_plane_a_short_ramp_has_fewer_blocks(export, tmp_path):
-    assert export("twin", "--format", "mjcf", "--out", tmp_path / "twin.xml", "--set", "twin.ramp_length=0.6")[0] == 0
+def test_of_a_walk_on_the_plane_the_ramp_has_its_sets_of_blocks_and_is_as_long_as_they_need(export, tmp_path):
+    settings = ("--set", "twin.ramp_length=0.1", "--set", "twin.block_sets=4")
+    assert export("twin", "--format", "mjcf", "--out", tmp_path / "twin.xml", *settings)[0] == 0
     assert (tmp_path / "twin.xml").read_text().count('name="block') == 2 * 4
 
 

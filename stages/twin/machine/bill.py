@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -52,3 +52,17 @@ def bodies(parts: Iterable[Part]) -> tuple[Body, ...]:
             side = 0 if part.group in FRAMES else (1 if piece.centre[2] > 0.0 else 2)
             gathered[first + side].append(piece)
     return tuple(join(group) for group in gathered)
+
+
+def turning_as(bodies: Sequence[Body], leg_inertia: float) -> tuple[Body, ...]:
+    """Bodies whose pairs of feet have this moment [kg m^2]; 0: as they are.
+
+    A foot's whole tensor scales. Exact where the left and the right foot of a pair are alike.
+    """
+    found = list(bodies)
+    for first in (1, 4) if leg_inertia > 0.0 else ():
+        have = float(join(found[first : first + 2]).inertia[2, 2])
+        for number in (first, first + 1):
+            inertia = found[number].inertia * (leg_inertia / have) if have else np.diag([0.0, 0.0, 0.5 * leg_inertia])
+            found[number] = replace(found[number], inertia=inertia)
+    return tuple(found)

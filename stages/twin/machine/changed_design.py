@@ -14,10 +14,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator, Sequence
 
-import numpy as np
-
 from stages.biped.design import Biped
-from stages.twin.machine.bill import Body, join
 from stages.twin.machine.parts import FEET, FRAMES, Part
 from stages.twin.machine.shapes import solid
 from stages.twin.machine.table_one import adds_up
@@ -71,22 +68,23 @@ def _feet(parts: Sequence[Part], drawn: Biped, biped: Biped) -> Iterator[Part]:
     if len(round_feet) == len(parts):
         round_feet = []
     up = new_ankle - wide * ankle
-    held, at = _centre([_resized(part, wide, share * part.mass, 0.0, up) for part in round_feet])
-    whole, centre = biped.foot_mass, np.array([0.0, biped.foot_com - biped.leg_length])
+    held, *at = _centre([_resized(part, wide, share * part.mass, 0.0, up) for part in round_feet])
+    whole, centre = biped.foot_mass, (0.0, biped.foot_com - biped.leg_length)
     lighter = 1.0  # feet that would need the rest below the ground or above the hip
     for end in (-biped.leg_length, 0.0):
         if held * (at[1] - end) and (most := whole * (centre[1] - end) / (held * (at[1] - end))) < lighter:
             lighter = max(0.0, most)
-    place = (whole * centre - lighter * held * at) / (whole - lighter * held)  # of the rest's mass
-    heavier = share * (whole - lighter * held) / (whole - held)
+    left = whole - lighter * held
+    place = [(whole * c - lighter * held * a) / left for c, a in zip(centre, at)]  # of the rest's mass
+    heavier = share * left / (whole - held)
     rest = [part for part in parts if part not in round_feet]
-    middle = _centre(rest)[1]
+    _, *middle = _centre(rest)
     low = min(part.position[1] - _half_height(part) for part in rest)
     high = max(part.position[1] + _half_height(part) for part in rest)
     rooms = [(place[1] - min(-biped.leg_length, legs * low), middle[1] - low),
              (max(0.0, legs * high) - place[1], high - middle[1])]
     room = max(SMALLEST * legs, min([legs, *(there / needed for there, needed in rooms if needed > 0.0)]))
-    shift = place - room * middle
+    shift = [there - room * m for there, m in zip(place, middle)]
     for part in parts:
         yield (_resized(part, wide, lighter * share * part.mass, 0.0, up) if part in round_feet
                else _resized(part, room, heavier * part.mass, *shift))
@@ -102,17 +100,18 @@ def _resized(part: Part, factor: float, mass: float, forward: float, up: float) 
     size = tuple(value if number == across else factor * value for number, value in enumerate(part.size))
     shape, size = ("point", ()) if factor < 1e-3 else (part.shape, size)
     return dataclasses.replace(
-        part, shape=shape, size=size, mass=mass, position=(factor * x + float(forward), factor * y + float(up), z))
+        part, shape=shape, size=size, mass=mass, position=(factor * x + forward, factor * y + up, z))
 
 
-def _centre(parts: Sequence[Part]) -> tuple[float, np.ndarray]:
-    """Mass [kg] and mass centre (2,) [m] of all pieces, forward of the hip axis and above it."""
-    mass, moment = 0.0, np.zeros(2)
+def _centre(parts: Sequence[Part]) -> tuple[float, float, float]:
+    """Mass [kg] of all pieces, and their mass centre forward of the hip axis and above it [m]."""
+    mass = sum(part.mass * part.pieces for part in parts)
+    moments = [0.0, 0.0]
     for part in parts:
         centroid = solid(part.shape, part.size, part.axis).centroid
-        mass += part.mass * part.pieces
-        moment += part.mass * part.pieces * np.array([part.position[0] + centroid[0], part.position[1] + centroid[1]])
-    return mass, moment / mass if mass else moment
+        for axis in (0, 1):
+            moments[axis] += part.mass * part.pieces * (part.position[axis] + centroid[axis])
+    return mass, *(moment / mass if mass else 0.0 for moment in moments)
 
 
 def _half_height(part: Part) -> float:
@@ -122,17 +121,3 @@ def _half_height(part: Part) -> float:
     if part.shape == "box":
         return 0.5 * part.size[1]
     return 0.5 * part.size[-1] if part.axis == "y" else part.size[0]
-
-
-def turning_as(bodies: Sequence[Body], leg_inertia: float) -> tuple[Body, ...]:
-    """Bodies (`stages.twin.machine.bill.bodies`) whose pairs of feet have this moment [kg m^2]; 0: as they are.
-
-    A foot's whole tensor scales. Exact where the left and the right foot of a pair are alike.
-    """
-    found = list(bodies)
-    for first in (1, 4) if leg_inertia > 0.0 else ():
-        have = float(join(found[first : first + 2]).inertia[2, 2])
-        for number in (first, first + 1):
-            inertia = found[number].inertia * (leg_inertia / have) if have else np.diag([0.0, 0.0, 0.5 * leg_inertia])
-            found[number] = dataclasses.replace(found[number], inertia=inertia)
-    return tuple(found)

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.design import Biped, require_plain
-from stages.twin.machine.bill import Body, bodies, join
-from stages.twin.machine.changed_design import turning_as
+from stages.twin.machine.bill import Body, bodies, join, turning_as
 from stages.twin.machine.table_one import check
 from stages.twin.parameters import Settings
 
