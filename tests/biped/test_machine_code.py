@@ -268,6 +268,14 @@ def test_old_code_is_removed_but_the_last_used(tmp_path: Path, monkeypatch: pyte
     assert set(code.old(1)) == set(kept[3:6])
 
 
+def test_code_that_another_checkout_may_be_using_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    for number in range(machine_code.KEPT + 3):
+        (tmp_path / "one.py").write_text(str(number))
+        machine_code.MachineCode("toy", tmp_path).begin()
+    assert len(list((tmp_path / "cache/bipedstudy").iterdir())) == machine_code.KEPT + 3
+
+
 @pytest.mark.parametrize(("stage", "mark"), [("analytic", "stages.analytic.compiled"), ("twin", "kept_with_ground")])
 def test_every_source_of_compiled_code_is_in_its_digest(repository: Path, stage: str, mark: str) -> None:
     """The import closure of all modules that compile lies in the folders whose digest names the machine code."""

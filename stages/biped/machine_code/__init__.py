@@ -18,6 +18,7 @@ import shutil
 import stat
 import sys
 import tempfile
+import time
 from pathlib import Path
 from types import ModuleType
 from typing import TypeVar
@@ -30,6 +31,8 @@ D = TypeVar("D")
 PROGRAM = "bipedstudy"
 #: Folders that are kept of one name, the newest: as many edits can be undone without compiling.
 KEPT = 4
+#: Folders used so short a time ago are left alone [s].
+IN_USE_S = 3600.0
 #: Folders that hold no compiled code: what is asked and drawn may change without compiling anew.
 NOT_COMPILED = ("design", "maps", "pictures", "questions")
 #: Machine code that a wheel brings, made for any processor of its platform (`make wheel`); a checkout has none.
@@ -120,11 +123,13 @@ class MachineCode:
         return not any(next(place.glob("*.nbc"), None) for place in places)
 
     def begin(self) -> None:
-        """Make the folder, and remove old ones of its name."""
+        """Make the folder, and remove old ones of its name but those that another checkout may be using."""
         if not self.folder.is_dir():
             self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             for folder in self.old(KEPT, self.name):
-                shutil.rmtree(folder, ignore_errors=True)
+                with contextlib.suppress(OSError):
+                    if time.time() - folder.stat().st_mtime > IN_USE_S:
+                        shutil.rmtree(folder, ignore_errors=True)
 
     def old(self, keep: int, name: str = "*") -> list[Path]:
         """Folders of machine code of one name, or of all, but the `keep` of each that were used last."""

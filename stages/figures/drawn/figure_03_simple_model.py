@@ -9,10 +9,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stages.biped.design import Biped
+from stages.biped.following import size
 from stages.drawing import style
 from stages.figures.robot import view
 from stages.figures.robot.bodies import LONGEST, Faces, by_group
-from stages.twin.exports.seen import size
 from stages.twin.machine.parts import FEET, FRAMES, Part
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ TITLE = "Figure 3: the simplified model"
 PLACE = 3
 INPUTS = ("multibody",)
 AZIMUTH, ELEVATION = np.radians(28.0), np.radians(16.0)
-#: The legs are drawn this far to either side of their plane [m], so that both are seen; for a leg of `seen.LEG`.
+#: The legs are drawn this far to either side of their plane [m], so that both are seen; for a leg of `following.LEG_LENGTH`.
 ASIDE, THICK = 0.016, 0.02
 #: When in the walk it is shown: this part of the step after the second heel strike.
 PHASE = 0.3

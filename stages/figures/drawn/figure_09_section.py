@@ -12,11 +12,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 
+from stages.biped.following import size
 from stages.drawing import style
 from stages.figures.robot import view
 from stages.figures.robot.bodies import COLOURS, TINTS, of_twin, tinted
 from stages.figures.robot.section import Cut, cuts
-from stages.twin.exports.seen import size, solid_parts
+from stages.twin.exports.seen import solid_parts
 from stages.twin.machine.parts import Part
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ TITLE = "Figure 9: the design and a section of the hip"
 PLACE = 9
 INPUTS = ()
 AZIMUTH, ELEVATION = np.radians(38.0), np.radians(18.0)
-#: The section shows what lies above this height below the hip axis [m], and a margin around, for a leg of `seen.LEG`.
+#: The section shows what lies above this height below the hip axis [m], and a margin around, for a leg of `following.LEG_LENGTH`.
 BELOW, MARGIN = 0.07, 0.012
 
 

@@ -9,11 +9,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from stages.biped.following import size
 from stages.drawing import style
 from stages.figures.robot import view
 from stages.figures.robot.bodies import COLOURS, SMALL, of_twin
 from stages.twin.exports.blocks import laid
-from stages.twin.exports.seen import size, what_is_drawn
+from stages.twin.exports.seen import what_is_drawn
 
 if TYPE_CHECKING:
     from stages.figures.inputs import Given

@@ -8,11 +8,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
+from stages.biped.following import size
 from stages.drawing import style
 from stages.figures.robot import view
 from stages.figures.robot.bodies import SMALL, of_twin
 from stages.twin.exports.blocks import laid
-from stages.twin.exports.seen import size
 
 if TYPE_CHECKING:
     from stages.figures.inputs import Given
@@ -24,7 +24,7 @@ INPUTS = ("twin", "analytic")
 AZIMUTH, ELEVATION = np.radians(46.0), np.radians(20.0)
 #: Where the robot stands, as a part of the ramp's steps.
 ALONG = 0.55
-#: Of a sensor: its name, and where its words stand from it on the page [m], for a leg of `seen.LEG`.
+#: Of a sensor: its name, and where its words stand from it on the page [m], for a leg of `following.LEG_LENGTH`.
 WORDS = {"hip sensor": (0.16, 0.10), "foot sensor": (0.30, 0.10)}
 
 

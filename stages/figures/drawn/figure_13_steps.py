@@ -8,12 +8,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
+from stages.biped.following import size
 from stages.biped.walk import Walk
 from stages.drawing import style
 from stages.figures.robot import view
 from stages.figures.robot.bodies import SMALL, of_twin
 from stages.twin.exports.blocks import laid
-from stages.twin.exports.seen import size
 
 if TYPE_CHECKING:
     from stages.figures.inputs import Given
@@ -24,7 +24,7 @@ CLAIMS = ("twin_settles",)
 INPUTS = ("twin", "analytic")
 STEPS = 6
 AZIMUTH, ELEVATION = np.radians(24.0), np.radians(14.0)
-#: Half the width of what one picture shows, and how far it goes below and above the ground [m] for a leg of `seen.LEG`;
+#: Half the width of what one picture shows, and how far it goes below and above the ground [m] for a leg of `following.LEG_LENGTH`;
 #: farther where the robot needs it.
 WINDOW, BELOW, ABOVE = 0.165, 0.085, 0.40
 #: When a step is shown: this part of it after its heel strike.

@@ -16,13 +16,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stages.biped.design import Biped
+from stages.biped.following import size
 from stages.biped.walk import Walk
 from stages.comparison.stride import there
 from stages.figures.drawn.gait_animation import ANGLE, FORCE, POSITION, frames
 from stages.figures.oblique_view import drawing
 from stages.figures.robot.bodies import COLOURS as PAIRS
 from stages.figures.robot.bodies import TINTS
-from stages.twin.exports.seen import SOLE, shown_parts, size, what_is_drawn
+from stages.twin.exports.seen import SOLE, shown_parts, what_is_drawn
 from stages.twin.machine.parts import FEET, FRAMES, Part
 
 if TYPE_CHECKING:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 
+from stages.biped.following import size as size_of
 from stages.drawing import style
 from stages.figures.mechanism import FAINT, DrawnLeg, Page, formula, listed, spiral, svg_for_both
-from stages.twin.exports.seen import size as size_of
 
 if TYPE_CHECKING:
     from stages.figures.inputs import Given

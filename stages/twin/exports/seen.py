@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 from stages.biped.design import Biped
+from stages.biped.following import size
 from stages.twin.machine.parts import FEET, FRAMES, Part
 from stages.twin.parameters import Settings
 
 #: Chord of an outsole as a share of the foot's diameter.
 SOLE = 0.67
-#: Leg length [m] for which the sizes of rods, pictures' windows and arrows are given.
-LEG = 0.333
-
-
-def size(biped: Biped) -> float:
-    """How much larger things are drawn than for a leg of `LEG`."""
-    return biped.leg_length / LEG
 
 
 def points(settings: Settings, biped: Biped) -> tuple[Part, ...]:
