@@ -22,7 +22,7 @@ TITLE = "Figure 3: the simplified model"
 PLACE = 3
 INPUTS = ("multibody",)
 AZIMUTH, ELEVATION = np.radians(28.0), np.radians(16.0)
-#: The legs are drawn this far to either side of their plane [m], so that both are seen; for a leg of `following.LEG_LENGTH`.
+#: The legs are drawn this far to either side of their plane [m], so that both are seen; for Table 1's leg.
 ASIDE, THICK = 0.016, 0.02
 #: When in the walk it is shown: this part of the step after the second heel strike.
 PHASE = 0.3

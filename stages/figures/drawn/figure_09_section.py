@@ -27,7 +27,7 @@ TITLE = "Figure 9: the design and a section of the hip"
 PLACE = 9
 INPUTS = ()
 AZIMUTH, ELEVATION = np.radians(38.0), np.radians(18.0)
-#: The section shows what lies above this height below the hip axis [m], and a margin around, for a leg of `following.LEG_LENGTH`.
+#: The section shows what lies above this height below the hip axis [m], and a margin around, for Table 1's leg.
 BELOW, MARGIN = 0.07, 0.012
 
 

@@ -24,7 +24,7 @@ CLAIMS = ("twin_settles",)
 INPUTS = ("twin", "analytic")
 STEPS = 6
 AZIMUTH, ELEVATION = np.radians(24.0), np.radians(14.0)
-#: Half the width of what one picture shows, and how far it goes below and above the ground [m] for a leg of `following.LEG_LENGTH`;
+#: Half the width of what one picture shows, and how far it goes below and above the ground [m] for Table 1's leg;
 #: farther where the robot needs it.
 WINDOW, BELOW, ABOVE = 0.165, 0.085, 0.40
 #: When a step is shown: this part of it after its heel strike.

@@ -22,7 +22,7 @@ INPUTS = ("twin", "imu")
 AZIMUTH, ELEVATION = np.radians(35.0), np.radians(20.0)
 #: When in the walk the robot is shown: this part of the step after the second heel strike.
 PHASE = 0.25
-#: Half the width of a close view, and length of an arrow in it and in the whole [m], for a leg of `following.LEG_LENGTH`.
+#: Half the width of a close view, and length of an arrow in it and in the whole [m], for Table 1's leg.
 WINDOW, CLOSE, WHOLE = 0.062, 0.036, 0.085
 #: Length of the sensors' own axes in a close view [m]: shorter, as one may lie on one of the others.
 OWN_LENGTH = 0.024
