@@ -115,7 +115,7 @@ class PenaltyStepper:
         """Changes (10, n) of the section's numbers at the end of a walk, from variations (n, 12) of which the first ten
         are by these numbers; those that rigid legs do not have are zero.
         """
-        found = columns[:, PLACES[self._standing(walk)]].T * self.units[PLACES[0]][:, None]
+        found: np.ndarray = columns[:, PLACES[self._standing(walk)]].T * self.units[PLACES[0]][:, None]
         found[:, :10] /= self.units[PLACES[0]]
         if self.rigid:
             found[LENGTHS, :10], found[:, LENGTHS] = 0.0, 0.0

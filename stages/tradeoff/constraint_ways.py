@@ -137,5 +137,8 @@ def peak_force(walker: Walker, segments: list[Segment]) -> float:
     """Largest normal force on a foot [N]."""
     phases = [Phase(walker.on(segment.stance_leg), segment) for segment in segments
               if not (is_last(segment) and segment is segments[0])]
-    return max(phase.largest(lambda _, f, foot=foot: f[:, foot][:, NORMAL])[1]
-               for phase in phases for foot in FEET) * walker.force  # fmt: skip
+
+    def normal(_: np.ndarray, f: np.ndarray, foot: slice) -> np.ndarray:
+        return np.asarray(f[:, foot][:, NORMAL])
+
+    return max(phase.largest(partial(normal, foot=foot))[1] for phase in phases for foot in FEET) * walker.force

@@ -60,8 +60,8 @@ def doubt_of(plan: Plan, truth: Walked, leading: float, second: Errors, other: E
     ways = [way for way in (plan.second, plan.independent) if way is not None]
     tight = float(ways[-1].setting["tolerance"]) <= float(ways[0].setting["tolerance"])
     sizes = np.spacing([np.abs(truth.hip).max(), truth.period, leading, truth.peak_force])
-    apart = [[getattr(one, name) for name in ERRORS] for one in ((second, other) if tight else (second,))]
-    return Errors(*map(float, np.fmax.reduce([sizes, *apart])))
+    apart = [[float(getattr(one, name)) for name in ERRORS] for one in ((second, other) if tight else (second,))]
+    return Errors(*map(float, np.fmax.reduce(np.array([sizes, *apart]))))
 
 
 def row_of(way: Way, truth: Walked, leading: float, doubt: Errors = UNKNOWN) -> Row:

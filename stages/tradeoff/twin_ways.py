@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -79,5 +80,4 @@ def peak_force(record: Record) -> float:
         forces = along(*record.at(time), record.in_play(time), record.machine.feet, law)[0]
         return np.asarray(forces[:, pair, Y].sum(axis=1))
 
-    return max(largest(record.time, normal(record.time, pair), lambda time, pair=pair: normal(time, pair))[1]
-               for pair in PAIRS)  # fmt: skip
+    return max(largest(record.time, normal(record.time, pair), partial(normal, pair=pair))[1] for pair in PAIRS)

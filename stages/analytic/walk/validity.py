@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -153,9 +153,11 @@ def most_friction(phase: Phase, foot: slice, span: tuple[float, float] | None = 
     sampled = friction_used(phase.dense[1][:, foot]) if span is None else 0.0
     if not np.isfinite(sampled) or (span is None and sampled == 0.0):
         return sampled
-    sides = (phase.largest(lambda _, f, side=side: side * f[:, foot][:, TANGENTIAL] / f[:, foot][:, NORMAL], span)
-             for side in (1.0, -1.0))  # fmt: skip
-    return max(value for _, value in sides)
+
+    def used(_: np.ndarray, f: np.ndarray, side: float) -> np.ndarray:
+        return np.asarray(side * f[:, foot][:, TANGENTIAL] / f[:, foot][:, NORMAL])
+
+    return max(phase.largest(partial(used, side=side), span)[1] for side in (1.0, -1.0))
 
 
 def most_friction_loaded(phases: list[Phase], foot: slice) -> float:

@@ -53,9 +53,10 @@ class Scales:
         """Parameters of a file with every number in these scales; a stiffness of the ground as if these were SI's."""
         given: Any = section
         exponent = getattr(given, "contact_exponent", 1.0)
-        return dataclasses.replace(given, **{
+        measured: S = dataclasses.replace(given, **{
             field.name: value / self.size(field.metadata["unit"], exponent) for field in dataclasses.fields(given)
             if isinstance(value := getattr(given, field.name), float | complex)})  # fmt: skip
+        return measured
 
 
 #: The scales of the units themselves.

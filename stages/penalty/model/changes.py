@@ -58,12 +58,12 @@ def changes_of(
     along: list[np.ndarray] = []
     gravity: tuple[Any, Any]
     laws: list[np.ndarray] = []
-    scales: list[float] = []
+    shares: list[float] = []
     lengths: list[np.ndarray] = []
     for name in names:
         section: Any = owner(name, (biped, slope, contact))
         key = name.partition(".")[2]
-        scales.append(getattr(section, key) or sizes(biped, slope)[unit_of(section, key)])
+        shares.append(getattr(section, key) or sizes(biped, slope)[unit_of(section, key)])
         machine, law, gravity = biped, fresh, slope.gravity_vector
         if section is slope:
             gravity = complex(g_x, STEP * turned[key][0]), complex(g_y, STEP * turned[key][1])
@@ -73,15 +73,15 @@ def changes_of(
             if section is contact:
                 law = np.array(flat(own.measure(moved).numbers), dtype=complex)
         walker = build_penalty(machine, gravity, contact, 1.0, own)
-        along.append(scales[-1] * np.array(flat(walker[:-1]), dtype=complex).imag / STEP)
-        laws.append(law.real + 1j * scales[-1] * law.imag)
-        lengths.append(scales[-1] * np.array(natural_lengths(walker), dtype=complex).imag / STEP)
+        along.append(shares[-1] * np.array(flat(walker[:-1]), dtype=complex).imag / STEP)
+        laws.append(law.real + 1j * shares[-1] * law.imag)
+        lengths.append(shares[-1] * np.array(natural_lengths(walker), dtype=complex).imag / STEP)
     count = len(flat(build_penalty(biped, (g_x, g_y), contact, 1.0)[:-1]))
     rows = np.array(along).reshape(-1, count)
     at_start = np.zeros((len(rows), SIZE))
     if biped.legs == "rigid" and lengths:
         at_start[:, LENGTH:RATES] = lengths
-    return Changes(tuple(names), np.array(scales), rows, np.array(laws).reshape(-1, len(fresh)), at_start)
+    return Changes(tuple(names), np.array(shares), rows, np.array(laws).reshape(-1, len(fresh)), at_start)
 
 
 def names_of(biped: Biped, slope: Slope, contact: ContactLaw) -> tuple[str, ...]:

@@ -106,12 +106,12 @@ def _resized(part: Part, factor: float, mass: float, forward: float, up: float) 
 def _centre(parts: Sequence[Part]) -> tuple[float, float, float]:
     """Mass [kg] of all pieces, and their mass centre forward of the hip axis and above it [m]."""
     mass = sum(part.mass * part.pieces for part in parts)
-    moments = [0.0, 0.0]
+    forward, up = 0.0, 0.0
     for part in parts:
         centroid = solid(part.shape, part.size, part.axis).centroid
-        for axis in (0, 1):
-            moments[axis] += part.mass * part.pieces * (part.position[axis] + centroid[axis])
-    return mass, *(moment / mass if mass else 0.0 for moment in moments)
+        forward += part.mass * part.pieces * (part.position[0] + centroid[0])
+        up += part.mass * part.pieces * (part.position[1] + centroid[1])
+    return mass, forward / (mass or 1.0), up / (mass or 1.0)
 
 
 def _half_height(part: Part) -> float:

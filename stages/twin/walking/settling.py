@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from stages.biped.largest import largest
@@ -75,8 +77,11 @@ def transient_left(*measures: np.ndarray) -> list[float]:
 def largest_roll(record: Record, start: float) -> float:
     """Largest magnitude of roll [rad] from a time [s] to the end."""
     times = np.append(start, record.time[record.time > start])
-    sides = (lambda time, side=side: side * record.at(time)[0][:, ROLL] for side in (1.0, -1.0))
-    return max(largest(times, roll(times), roll)[1] for roll in sides)
+
+    def roll(time: np.ndarray, side: float) -> np.ndarray:
+        return np.asarray(side * record.at(time)[0][:, ROLL])
+
+    return max(largest(times, roll(times, side), partial(roll, side=side))[1] for side in (1.0, -1.0))
 
 
 def _limp(periods: np.ndarray, landing: np.ndarray) -> float:
