@@ -9,6 +9,7 @@ import dataclasses
 import math
 from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
+from stages.biped.accuracy.scales import scales_of
 from stages.biped.design import Biped
 
 #: Type of a number that may be null in its file and is one wherever it is used.
@@ -18,12 +19,14 @@ else:
     Following = float | None
 #: Leg length [m] of Table 1, and the gravity [m/s^2] under which settings were chosen for it.
 LEG_LENGTH, GRAVITY = 0.333, 9.81
+#: Pendulum time [s] of Table 1's.
+TIME = math.sqrt(LEG_LENGTH / GRAVITY)
 S = TypeVar("S")
 
 
 def quickness(biped: Biped, gravity: float) -> float:
     """How many times as quick as Table 1's a pendulum as long as a robot's leg is; one for Table 1's own."""
-    return math.sqrt(gravity / biped.leg_length / (GRAVITY / LEG_LENGTH))
+    return TIME / scales_of(biped, gravity).time
 
 
 def size(biped: Biped) -> float:

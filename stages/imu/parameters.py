@@ -143,11 +143,12 @@ class Cover:
 
 @dataclass(frozen=True)
 class Reading:
-    """What the reading of a trial depends on, with nothing left null."""
+    """What the reading of a trial depends on, with nothing left null; the robot is so `quick`, in Table 1's."""
 
     settings: Settings
     limits: Limits
     drawing: Drawing
+    quick: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -171,4 +172,4 @@ class Parameters:
         settings = followed(self.settings, gravity=gravity, grid_rate_hz=200.0 * quick, slowest_step_hz=0.8 * quick,
                             fastest_step_hz=4.0 * quick)  # fmt: skip
         drawing = followed(self.drawing, leg_length=biped.leg_length + outsole, foot_radius=biped.foot_radius + outsole)
-        return Reading(settings, followed(self.limits, lever_arm=biped.leg_length - biped.foot_com), drawing)
+        return Reading(settings, followed(self.limits, lever_arm=biped.leg_length - biped.foot_com), drawing, quick)

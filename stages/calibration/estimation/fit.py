@@ -17,13 +17,15 @@ from stages.analytic.derivatives.numbers import changes_of
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
+from stages.biped.following import quickness
 from stages.calibration.estimation.equations import Equations, Model, run_equations
 from stages.calibration.estimation.first_guess import first_guess
 from stages.calibration.estimation.known import Known, information_of
 from stages.calibration.estimation.levenberg import Point, least_squares
 from stages.calibration.observation.measured_run import MeasuredRun
 
-#: Horizons end so long [s] before the heel strikes of these numbers; on each, noise is taken so many times too large.
+#: Times are those for Table 1's robot, and each other's by its own quickness. Horizons end so long [s] before the heel
+#: strikes of these numbers; on each, noise is taken so many times too large.
 BEFORE, STRIKES, LOUDER = 0.01, (1, 2, 3, 5, 8, 13, 21), (100.0, 50.0, 30.0, 20.0, 10.0, 10.0, 10.0)
 #: Before those, so long before the second heel strike, where no walker near the right one lands yet.
 SWING = (0.12, 0.06)
@@ -79,16 +81,17 @@ def lowest(design: DesignPoint, names: Sequence[str]) -> Vector:
     return np.array(low)
 
 
-def horizons(run: MeasuredRun, louder_still: float = 1.0, least: float = 0.0) -> list[tuple[float, float]]:
+def horizons(run: MeasuredRun, louder_still: float = 1.0, least: float = 0.0, quick: float = 1.0) -> list[tuple[float, float]]:
     """Rising horizons up to the whole run [s], and how many times too large noise is taken on each.
 
     On those that are shorter than the run it is larger by `louder_still` times. The first has samples for `least` [s].
+    All that for a robot that is so many times as `quick` as Table 1's.
     """
-    found = [(float(run.strikes[number]) - BEFORE, louder_still * louder)
+    found = [(float(run.strikes[number]) - BEFORE / quick, louder_still * louder)
              for number, louder in zip(STRIKES, LOUDER, strict=True) if number < len(run.strikes)]
-    swing = [(float(run.strikes[1]) - short, LOUDER[0]) for short in SWING]
+    swing = [(float(run.strikes[1]) - short / quick, LOUDER[0]) for short in SWING]
     shorter = [(end, louder) for end, louder in found if end < run.duration]
-    first = float(run.sampling.hip[0]) + least if least else 0.0
+    first = float(run.sampling.hip[0]) + least / quick if least else 0.0
     return [*(one for one in (*swing, *shorter) if one[0] > first), *((run.duration, one) for one in WHOLE)]
 
 
@@ -127,12 +130,13 @@ def fit_run(
     noises and horizons on the way. Raises StepFailed where the guess does not walk through the first horizon.
     """
     found: RunFit | None = None
+    quick = quickness(design.biped, design.slope.gravity)
     spent, failure = 0, StepFailed("no fit was tried")
     begin = first_guess(design, run.strikes, run.sampling.first_leg, model.layout) if begin is None else begin
     for start, louder, least in (*((begin, one, 0.0) for one in ATTEMPTS), (begin, 1.0, LEAST),
                                  (model.layout.middle, 1.0, LEAST)):
         try:
-            fit = _fit(design, start, horizons(run, louder, least), run, model, known, found)
+            fit = _fit(design, start, horizons(run, louder, least, quick), run, model, known, found)
         except StepFailed as reason:
             failure = reason
             continue
@@ -166,11 +170,12 @@ def _fit(
     low = np.concatenate([all_low[:d], np.full(k, -np.inf), all_low[d:]])
     first, evaluations, approach = x[:d].copy(), 0, np.nan
     waiting, reached, again = list(ends), 0.0, 0
+    strike_sd = STRIKE_SD / quickness(design.biped, design.slope.gravity)
     while waiting:
         horizon, louder = waiting.pop(0)
         part, is_last = run.upto(horizon), louder == 1.0
         noise = (louder * model.noise[0], louder * model.noise[1], louder * model.noise[2])
-        heard = model if is_last else replace(model, noise=noise, strike=STRIKE_SD)
+        heard = model if is_last else replace(model, noise=noise, strike=strike_sd)
 
         def evaluate(
             at: Vector, part: MeasuredRun = part, heard: Model = heard, held: bool = not is_last

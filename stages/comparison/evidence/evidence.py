@@ -9,6 +9,7 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
+from stages.biped.following import quickness
 from stages.comparison.agreement import ModelAgreement, TwinAgreement, compare_models, compare_twin
 from stages.comparison.inputs import Inputs
 from stages.comparison.parameters import Parameters
@@ -73,7 +74,8 @@ class Evidence:
     def ingest(self) -> IngestScore | None:
         """The ingest against the synthetic truth; None for other measurements."""
         skipped, gravity = self.parameters.settings.skipped_steps, self.parameters.slope.gravity
-        return score_ingest(self.results.campaign, self.results.imu, skipped, gravity)
+        quick = quickness(self.parameters.biped, gravity)
+        return score_ingest(self.results.campaign, self.results.imu, skipped, gravity, quick)
 
 
 def known(read: Callable[[], T]) -> T | None:

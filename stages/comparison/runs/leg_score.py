@@ -13,7 +13,7 @@ from stages.calibration.result import HALF_WIDTH
 from stages.campaign.result import RunTruth
 from stages.imu.result import Run
 
-EDGE_S = 0.1  # left out at both ends of a walk: there the low pass still feels the push or the end
+EDGE_S = 0.1  # for Table 1's robot, as the next: left out at both ends of a walk: there the low pass still feels the push or the end
 BEFORE_S = 1.0  # before the first strike: until then the robot stands, however it is pushed
 
 
@@ -50,14 +50,16 @@ def _row(name: str, error: np.ndarray, said: np.ndarray, scale: float) -> tuple[
     return name, rms, told, float(np.mean(np.abs(error) <= HALF_WIDTH * said, where=known))
 
 
-def score_legs(runs: Iterable[tuple[Run, RunTruth, float]], skipped: int, gravity: float) -> LegScore:
+def score_legs(
+    runs: Iterable[tuple[Run, RunTruth, float]], skipped: int, gravity: float, quick: float = 1.0
+) -> LegScore:
     """Score of runs with their truth and what true time must be shifted by to the run's own times [s]."""
     angle, number, step, step_said, times, times_said = [], [], [], [], [], []
     way, twice = [], []
     for place, (run, truth, shift) in enumerate(runs):
         leg = run.leg
         at = leg.time - shift
-        walking = (at > EDGE_S) & (at < truth.leg.time[-1] - EDGE_S)
+        walking = (at > EDGE_S / quick) & (at < truth.leg.time[-1] - EDGE_S / quick)
         off = leg.angle - np.interp(at, truth.leg.time, truth.leg.angle)
         angle.append(float(np.sqrt(np.mean(off[walking] ** 2))) if walking.any() else float("nan"))
         strikes = truth.heel_strike_time + shift
@@ -67,7 +69,7 @@ def score_legs(runs: Iterable[tuple[Run, RunTruth, float]], skipped: int, gravit
         step += list(leg.step_length / true - 1)
         step_said += list(leg.step_length_error / true)
         way.append(float(np.ptp(truth.leg.hip_at_strike[[0, -1], 0])))
-        twice.append(way_by_acceleration(run, strikes[[0, -1]], gravity) - way[-1])
+        twice.append(way_by_acceleration(run, strikes[[0, -1]], gravity, quick) - way[-1])
         said = leg.times
         found = (said.outer_step, said.double_stance, said.inner_stance, said.inner_swing, said.outer_stance)
         times.append(np.array(found) - true_times(truth, skipped))
@@ -77,7 +79,7 @@ def score_legs(runs: Iterable[tuple[Run, RunTruth, float]], skipped: int, gravit
     return LegScore(*flat, *(np.array(one).reshape(-1, len(TIMES)) for one in (times, times_said)))
 
 
-def way_by_acceleration(run: Run, strikes: np.ndarray, gravity: float) -> float:
+def way_by_acceleration(run: Run, strikes: np.ndarray, gravity: float, quick: float) -> float:
     """Way of the hip along the slope [m] between two strikes [s], by integrating its acceleration twice from the stand.
 
     The specific force is turned by the leg's angle, gravity added, its holes drawn over, and what is left of it in the
@@ -90,7 +92,7 @@ def way_by_acceleration(run: Run, strikes: np.ndarray, gravity: float) -> float:
     at, angle = time[known], np.interp(time[known], run.leg.time, run.leg.angle)
     down = gravity * np.sin(np.radians(run.report.slope_deg))
     along = np.cos(angle) * felt[known, 0] - np.sin(angle) * felt[known, 1] + down
-    still = at < strikes[0] - BEFORE_S
+    still = at < strikes[0] - BEFORE_S / quick
     along = np.where(still, 0.0, along - (along[still].mean() if still.any() else 0.0))
     speed = running_integral(along, at)
     return float(np.diff(np.interp(strikes, at, running_integral(speed, at)))[0])

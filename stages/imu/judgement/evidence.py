@@ -17,7 +17,7 @@ from scipy.signal import butter, sosfiltfilt
 from stages.imu.strikes.heel_strikes import filled
 from stages.imu.strikes.landings import INNER, HeelStrikes
 
-LOW_PASS_HZ = 12.0  # both sides of the lever arm's equation: a derivative of the rate is noise above
+LOW_PASS_HZ = 12.0  # for Table 1's robot, as are times: both sides of the lever arm's equation: a derivative of the rate is noise above
 AROUND_STRIKE_S = (-0.06, 0.10)  # left out of it: impacts shake the sensors
 HOLE_S = 0.02  # and so is what lies so near to a hole
 FEWEST_POINTS = 50
@@ -38,11 +38,12 @@ def agreement_of(hip: np.ndarray, foot: np.ndarray) -> tuple[float, float]:
 
 
 def lever_of(
-    time: np.ndarray, hip: np.ndarray, foot: np.ndarray, strikes: HeelStrikes, rate_hz: float
+    time: np.ndarray, hip: np.ndarray, foot: np.ndarray, strikes: HeelStrikes, rate_hz: float,
+    quick: float = 1.0,
 ) -> tuple[float, float, float]:
     """Direction of the lever arm from the leg's line [deg], R2 of its forward part, and scale of the rates (1).
 
-    hip, foot: signals (n, 6) on a grid.
+    hip, foot: signals (n, 6) on a grid. The robot is so `quick` as Table 1's.
 
     With forward as the real and up as the imaginary axis f_foot - f_hip = z (omega' + i omega^2) + constant, where
     z = d exp(i beta) and beta is the direction; fitted apart, |z| of omega' over |z| of omega^2 is the scale.
@@ -52,14 +53,14 @@ def lever_of(
         return NAN, NAN, NAN
     rate = filled(0.5 * (hip[:, 5] + foot[:, 5]))
     apart = np.column_stack([filled(foot[:, axis] - hip[:, axis]) for axis in (0, 1)])
-    sections = butter(2, min(LOW_PASS_HZ, 0.4 * rate_hz), fs=rate_hz, output="sos")
+    sections = butter(2, min(LOW_PASS_HZ * quick, 0.4 * rate_hz), fs=rate_hz, output="sos")
     turning, square, forward, up = (
         sosfiltfilt(sections, one) for one in (np.gradient(rate, time), rate**2, apart[:, 0], apart[:, 1])
     )
-    reach = max(1, round(HOLE_S * rate_hz))
+    reach = max(1, round(HOLE_S / quick * rate_hz))
     known = np.convolve(hole, np.ones(2 * reach + 1), "same") == 0
     for strike in strikes.time:
-        known &= (time < strike + AROUND_STRIKE_S[0]) | (time > strike + AROUND_STRIKE_S[1])
+        known &= (time < strike + AROUND_STRIKE_S[0] / quick) | (time > strike + AROUND_STRIKE_S[1] / quick)
     if known.sum() < FEWEST_POINTS:
         return NAN, NAN, NAN
     felt, one = (forward + 1j * up)[known], np.ones(int(known.sum()))

@@ -24,7 +24,7 @@ from stages.imu.strikes.landings import INNER, OUTER, HeelStrikes
 from stages.imu.strikes.step_times import UNKNOWN
 
 PATH_POINTS = 51
-ROUNDED_S = 0.012  # how far a low pass rounds the corner of a landing off
+ROUNDED_S = 0.012  # for Table 1's robot, as the next: how far a low pass rounds the corner of a landing off
 CONTINUED_S = 0.08  # from how far inside the angle is continued to a landing
 FEWEST_POINTS = 8
 
@@ -73,13 +73,14 @@ def leg_motion(
     strikes: HeelStrikes,
     times: StepTimes,
     drawing: Drawing,
+    quick: float = 1.0,
 ) -> LegMotion:
     """The motion of the leg from its angle (m,) on an even grid (m,) [s].
 
     The angle's error is that of the stand, of the gyroscopes' gain on what was turned since (shared by `sensors` of
     them), and of the bias, `bias_error` [rad/s], on the time since the grid began. A step's is that of the gain, of the
     leg's length, of when each leg's impacts begin and of both landings' own times, and what rolling on a compliant leg
-    departs from a rigid one.
+    departs from a rigid one. The robot is so `quick` as Table 1's.
     """
     gain = drawing.rate_gain_error / math.sqrt(max(sensors, 1))
     since = time - time[0] if len(time) else time
@@ -91,7 +92,7 @@ def leg_motion(
     usual = np.median(end - start) if len(start) else 0.0
     inside &= np.abs(end - start - usual) <= 0.5 * usual
     start, end = start[inside], end[inside]
-    swept = [stance_angle(time, angle, *both) for both in zip(start, end)]
+    swept = [stance_angle(quick * time, angle, quick * one, quick * other) for one, other in zip(start, end)]
     path = hip_at(np.array(swept).reshape(-1, PATH_POINTS), drawing)
     length = path[:, -1, 0] - path[:, 0, 0]
     share = math.sqrt(gain**2 + drawing.leg_length_error**2 + drawing.rolling_error**2)

@@ -109,10 +109,10 @@ def read_trial(
         if all(sensor.trace.clock.stamp != "none" for sensor in sensors.values()):
             overlap = overlap_of(sensors["hip"].time, sensors["foot"].time)
         lever = lever_arm(sensors, settings)
-    strikes, corner = strikes_of(sensors, settings)
+    strikes, corner = strikes_of(sensors, settings, parameters.quick)
     used = HeelStrikes(strikes.time[settings.skipped_steps :], strikes.leg[settings.skipped_steps :])
     bounds, frequency = stride_bounds(used), step_frequency(used)
-    evidence = evidence_of(sensors, strikes, bounds, experiment, settings)
+    evidence = evidence_of(sensors, strikes, bounds, experiment, settings, parameters.quick)
     judged = {place: (sensor.trace, sensor.frame) for place, sensor in sensors.items()}
     return Trial(
         experiment=experiment,

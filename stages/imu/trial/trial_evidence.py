@@ -28,14 +28,15 @@ def evidence_of(
     bounds: np.ndarray,
     experiment: Experiment,
     settings: Settings,
+    quick: float,
 ) -> Evidence:
-    """What the run's signals say about themselves."""
+    """What the run's signals say about themselves; the robot is so `quick` as Table 1's."""
     agreement, ratio, direction, fit, scale = (math.nan,) * 5
     grid = common_grid(sensors, settings) if sensors else np.empty(0)
     seen = {place: on_grid(sensor, grid, settings) for place, sensor in sensors.items()}
     if len(sensors) == 2:
         agreement, ratio = agreement_of(*(seen[place][:, 3 + LATERAL] for place in PLACES))
-        direction, fit, scale = lever_of(grid, seen["hip"], seen["foot"], strikes, settings.grid_rate_hz)
+        direction, fit, scale = lever_of(grid, seen["hip"], seen["foot"], strikes, settings.grid_rate_hz, quick)
     turning, symmetry, gravity = {}, {}, {}
     for place, sensor in sensors.items():
         turning[place] = turning_of(sensor.force, sensor.rate, sensor.trace.rate_hz, settings.turning_hz)

@@ -30,10 +30,13 @@ from stages.imu.trial.registration import register
 from stages.imu.trial.sensor import filter_delay
 
 
-def strikes_of(sensors: dict[str, BodySensor], settings: Settings) -> tuple[HeelStrikes, float]:
+def strikes_of(
+    sensors: dict[str, BodySensor], settings: Settings, quick: float = 1.0
+) -> tuple[HeelStrikes, float]:
     """Heel strikes of the run, and the corner of the low pass they show [Hz], NaN if they show none.
 
-    From the hip sensor, which seldom clips, with the foot's help; else from the foot's.
+    From the hip sensor, which seldom clips, with the foot's help; else from the foot's. They are found in the time of a
+    robot that is so `quick` as Table 1's, for which windows were chosen.
     """
     present = [place for place in PLACES if place in sensors]
     if not present:
@@ -43,22 +46,23 @@ def strikes_of(sensors: dict[str, BodySensor], settings: Settings) -> tuple[Heel
     values = on_grid(sensors[first], grid, settings)
     others = [values[:, [3 + LATERAL]]]
     others += [on_grid(sensors[place], grid, settings)[:, [FORWARD, UP, 3 + LATERAL]] for place in rest]
-    band = (settings.slowest_step_hz, settings.fastest_step_hz)
-    found = find_heel_strikes(grid, values[:, [FORWARD, UP]], values[:, 3 + LATERAL], np.hstack(others), band)
-    return at_onsets(found, samples_of(sensors[first], [FORWARD, UP]), settings.skipped_steps)
+    band = (settings.slowest_step_hz / quick, settings.fastest_step_hz / quick)
+    found = find_heel_strikes(quick * grid, values[:, [FORWARD, UP]], values[:, 3 + LATERAL], np.hstack(others), band)
+    begun, corner = at_onsets(found, samples_of(sensors[first], [FORWARD, UP], quick), settings.skipped_steps)
+    return HeelStrikes(begun.time / quick, begun.leg), corner * quick
 
 
-def samples_of(sensor: BodySensor, axes: list[int]) -> Samples:
-    """The sensor's samples of the force on these axes."""
+def samples_of(sensor: BodySensor, axes: list[int], quick: float) -> Samples:
+    """The sensor's samples of the force on these axes, in the time of a robot that is so `quick` as Table 1's."""
     taken = filter_delay(sensor.trace.indexed.recording.device.bandwidth_hz)
-    return Samples(sensor.time, sensor.force[:, axes], sensor.trace.rate_hz, taken)
+    return Samples(quick * sensor.time, sensor.force[:, axes], sensor.trace.rate_hz / quick, quick * taken)
 
 
 def leg_of(
     sensors: dict[str, BodySensor], strikes: HeelStrikes, corner_hz: float, parameters: Reading
 ) -> LegMotion:
     """The leg's motion from the rates of all sensors, where several see it from their mean; toe-off from the foot's."""
-    settings = parameters.settings
+    settings, quick = parameters.settings, parameters.quick
     first = next((place for place in PLACES if place in sensors), None)
     grid = common_grid(sensors, settings) if sensors else np.empty(0)
     if first is None or len(grid) < 2:
@@ -68,7 +72,8 @@ def leg_of(
     errors = [bias_error(sensor) for sensor in sensors.values()]
     lift = math.nan
     if "foot" in sensors:
-        lift = lift_after(strikes.time[strikes.leg == OUTER], samples_of(sensors["foot"], [UP]), corner_hz)
+        landed = quick * strikes.time[strikes.leg == OUTER]
+        lift = lift_after(landed, samples_of(sensors["foot"], [UP], quick), corner_hz / quick) / quick
     return leg_motion(
         grid,
         np.mean(angles, axis=0),
@@ -78,6 +83,7 @@ def leg_of(
         strikes,
         step_times(strikes, lift, parameters.drawing),
         parameters.drawing,
+        quick,
     )
 
 

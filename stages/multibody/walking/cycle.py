@@ -8,6 +8,7 @@ from math import nan
 
 import numpy as np
 
+from stages.biped.accuracy.scales import scales_of
 from stages.biped.design import Biped
 from stages.biped.walk import Walk
 from stages.ground.contact_law import ContactLaw
@@ -29,8 +30,8 @@ from stages.planar.state import PlanarState
 LAST_STEPS = 4
 #: A walk has settled when the last step's period and length are this close to the cycle's.
 SETTLED_WITHIN = 0.01
-#: One whose last periods differ by less than this [s] ends near it.
-NEARLY_SETTLED = 5e-4
+#: One whose last periods differ by less than this, in pendulum times, ends near it.
+NEARLY_SETTLED = 2.7e-3
 #: Derivatives, and the way to the fixed point, need no finer tolerance of the solver than this; with these differences,
 #: in the section's scales, multipliers are then within 0.001.
 COARSE, DIFFERENCE = 1e-7, 5e-4
@@ -63,7 +64,8 @@ def solve(
     """
     found: LimitCycle | None = None
     try:
-        found = search(model, state, walked if period_change(walk) < NEARLY_SETTLED else None)
+        near = period_change(walk) < NEARLY_SETTLED * scales_of(model.biped, model.slope.gravity).time
+        found = search(model, state, walked if near else None)
         cycle, failure = solved_cycle(model, state, found, walk), ""
     except NoLimitCycle as error:
         found, failure = None, str(error)
