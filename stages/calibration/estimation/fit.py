@@ -81,7 +81,9 @@ def lowest(design: DesignPoint, names: Sequence[str]) -> Vector:
     return np.array(low)
 
 
-def horizons(run: MeasuredRun, louder_still: float = 1.0, least: float = 0.0, quick: float = 1.0) -> list[tuple[float, float]]:
+def horizons(
+    run: MeasuredRun, louder_still: float = 1.0, least: float = 0.0, quick: float = 1.0
+) -> list[tuple[float, float]]:
     """Rising horizons up to the whole run [s], and how many times too large noise is taken on each.
 
     On those that are shorter than the run it is larger by `louder_still` times. The first has samples for `least` [s].

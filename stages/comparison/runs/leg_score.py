@@ -13,7 +13,8 @@ from stages.calibration.result import HALF_WIDTH
 from stages.campaign.result import RunTruth
 from stages.imu.result import Run
 
-EDGE_S = 0.1  # for Table 1's robot, as the next: left out at both ends of a walk: there the low pass still feels the push or the end
+#: For Table 1's robot; others have their own time.
+EDGE_S = 0.1  # left out at both ends of a walk: there the low pass still feels the push or the end
 BEFORE_S = 1.0  # before the first strike: until then the robot stands, however it is pushed
 
 

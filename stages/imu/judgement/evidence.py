@@ -17,7 +17,8 @@ from scipy.signal import butter, sosfiltfilt
 from stages.imu.strikes.heel_strikes import filled
 from stages.imu.strikes.landings import INNER, HeelStrikes
 
-LOW_PASS_HZ = 12.0  # for Table 1's robot, as are times: both sides of the lever arm's equation: a derivative of the rate is noise above
+#: For Table 1's robot; others have their own time.
+LOW_PASS_HZ = 12.0  # both sides of the lever arm's equation: a derivative of the rate is noise above
 AROUND_STRIKE_S = (-0.06, 0.10)  # left out of it: impacts shake the sensors
 HOLE_S = 0.02  # and so is what lies so near to a hole
 FEWEST_POINTS = 50

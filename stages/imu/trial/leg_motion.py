@@ -24,7 +24,8 @@ from stages.imu.strikes.landings import INNER, OUTER, HeelStrikes
 from stages.imu.strikes.step_times import UNKNOWN
 
 PATH_POINTS = 51
-ROUNDED_S = 0.012  # for Table 1's robot, as the next: how far a low pass rounds the corner of a landing off
+#: For Table 1's robot; others have their own time.
+ROUNDED_S = 0.012  # how far a low pass rounds the corner of a landing off
 CONTINUED_S = 0.08  # from how far inside the angle is continued to a landing
 FEWEST_POINTS = 8
 
