@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     Following: TypeAlias = float
 else:
     Following = float | None
-#: Leg length [m] of Table 1, and the gravity [m/s^2] under which settings were chosen for it.
-LEG_LENGTH, GRAVITY = 0.333, 9.81
+#: Leg length [m] and a leg's mass [kg] of Table 1, and the gravity [m/s^2] under which settings were chosen for it.
+LEG_LENGTH, FOOT_MASS, GRAVITY = 0.333, 0.335, 9.81
 #: Pendulum time [s] of Table 1's.
 TIME = math.sqrt(LEG_LENGTH / GRAVITY)
 S = TypeVar("S")
@@ -32,6 +32,11 @@ def quickness(biped: Biped, gravity: float) -> float:
 def size(biped: Biped) -> float:
     """How many times as long as Table 1's a robot's leg is; one for Table 1's own."""
     return biped.leg_length / LEG_LENGTH
+
+
+def outsole(biped: Biped) -> float:
+    """Thickness [m] of an outsole where none is given: 2 mm of Table 1's leg, and no larger a share of its mass."""
+    return 2e-3 * min(size(biped), biped.foot_mass / FOOT_MASS)
 
 
 def followed(section: S, **values: float) -> S:

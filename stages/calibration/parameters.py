@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
+from stages.biped.following import Following
 from stages.biped.quantity import Bound, parameter
 from stages.calibration.observation.beliefs import Beliefs
 from stages.campaign.parameters import Fitted, SensorSettings
@@ -43,7 +44,8 @@ class Settings(Fitted):
     tilt_sd_deg: float = parameter("deg", "standard deviation of a sensor's tilt after the ingest", bound=POSITIVE)
     held_out_runs: int = parameter("1", "next runs of each robot that it foretells", bound=Bound(minimum=0))
     fitted_steps: int = parameter("1", "steps of a run that it uses", bound=Bound(minimum=3))
-    outsole: float = parameter("m", "thickness of the outsole, as a caliper shows it", bound=NOT_NEGATIVE)
+    outsole: Following = parameter(
+        "m", "thickness of the outsole, as a caliper shows it; null: campaign.outsole", bound=NOT_NEGATIVE)
     corrected_runs: int | None = parameter(
         "1", "runs of each robot that the twin corrects; null: all that are fitted", bound=Bound(minimum=0))
     discrepancy_runs: int = parameter(

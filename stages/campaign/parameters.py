@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
-from stages.biped.following import GRAVITY, Following, followed, quickness, size
+from stages.biped.following import GRAVITY, Following, followed, outsole, quickness, size
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
@@ -53,8 +53,8 @@ class RunSettings:
 
     def of(self, biped: Biped) -> RunSettings:
         """The runs of a robot, whose leg's length decides what is null."""
-        own = size(biped)
-        return followed(self, outsole=2e-3 * own, outsole_sd=2e-4 * own, length_sd=1e-4 * own)
+        rubber = outsole(biped)
+        return followed(self, outsole=rubber, outsole_sd=0.1 * rubber, length_sd=1e-4 * size(biped))
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
-from stages.biped.following import Following, followed, quickness, size
+from stages.biped.following import Following, followed, outsole, quickness
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.slope import Slope
 
@@ -140,6 +140,10 @@ class Cover:
     outsole: Following = parameter(
         "m", "mean thickness of the rubber outsole; null: 2 mm for Table 1's robot", bound=NOT_NEGATIVE)
 
+    def of(self, biped: Biped) -> float:
+        """Its thickness under a robot [m]."""
+        return outsole(biped) if self.outsole is None else self.outsole
+
 
 @dataclass(frozen=True)
 class Reading:
@@ -167,9 +171,9 @@ class Parameters:
     def read(self) -> Reading:
         """How trials are read: what is null follows the robot and its ground."""
         biped, gravity = self.biped, self.slope.gravity
-        outsole = followed(self.cover, outsole=2e-3 * size(biped)).outsole
+        rubber = self.cover.of(biped)
         quick = quickness(biped, gravity)
         settings = followed(self.settings, gravity=gravity, grid_rate_hz=200.0 * quick, slowest_step_hz=0.8 * quick,
                             fastest_step_hz=4.0 * quick)  # fmt: skip
-        drawing = followed(self.drawing, leg_length=biped.leg_length + outsole, foot_radius=biped.foot_radius + outsole)
+        drawing = followed(self.drawing, leg_length=biped.leg_length + rubber, foot_radius=biped.foot_radius + rubber)
         return Reading(settings, followed(self.limits, lever_arm=biped.leg_length - biped.foot_com), drawing, quick)

@@ -33,10 +33,17 @@ def test_of_table_1_they_are_what_they_were():
 
 
 def test_of_a_robot_four_times_as_long_they_take_twice_as_long():
-    sensor, push, windows, drawing = values("biped.leg_length=1.332", "biped.foot_radius=0.332", "biped.foot_com=0.4")
+    sensor, push, windows, drawing = values("biped.leg_length=1.332", "biped.foot_radius=0.332", "biped.foot_com=0.4",
+                                              "biped.foot_mass=1.34")
     assert sensor == pytest.approx([50.0, 20.0, 4.0, 1000.0], rel=1e-14) and push == pytest.approx(0.8, rel=1e-14)
     assert windows == pytest.approx([9.81, 100.0, 0.4, 2.0], rel=1e-14)
     assert drawing == pytest.approx([0.932, 1.34, 0.34], rel=1e-14), "the outsole is part of the robot"
+
+
+def test_rubber_weighs_no_larger_share_of_a_light_leg():
+    runs = locate(start=ROOT, settings=("biped.leg_length=0.4902", "biped.foot_mass=0.0335")).parameters(("campaign",))
+    own = runs["campaign"].runs.of(runs["campaign"].biped)
+    assert (own.outsole, own.outsole_sd) == pytest.approx((2e-4, 2e-5), rel=1e-14)
 
 
 def test_under_another_gravity_forces_follow_it():

@@ -6,6 +6,7 @@ import dataclasses
 
 from stages.analytic.gait.design_point import DesignPoint
 from stages.biped.design import Biped
+from stages.biped.following import followed
 from stages.calibration.estimation.each_run import guess
 from stages.calibration.information.plan import EACH_RUNS, SLOPE, free_names
 from stages.calibration.parameters import Parameters
@@ -26,7 +27,8 @@ def drawn_design(parameters: Parameters, kind: str = "") -> DesignPoint:
     """
     biped = parameters.biped
     if not biped.detailed:
-        rubber = parameters.settings.outsole if kind == WITH_OUTSOLE else 0.0
+        caliper = followed(parameters.settings, outsole=parameters.cover.of(biped)).outsole
+        rubber = caliper if kind == WITH_OUTSOLE else 0.0
         whole = project(build(biped, parameters.twin, Build(outsole=rubber)))
         first, other = (dataclasses.asdict(whole.leg(leg)) for leg in (0, 1))
         alike = {name: 0.5 * (first[name] + other[name]) for name in first}
