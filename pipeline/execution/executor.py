@@ -246,6 +246,9 @@ class _Run:
             else:
                 self.failures.append(f"stage {name}: {entry.summary}")
                 self.codes.append(ANSWER)
+        if accounts := [shown(self.study.store.place(path)) for path in entry.outs if path.endswith(".log")]:
+            self.failures.append(f"stage {name}: {entry.summary}; the full account is in {', '.join(accounts)}")
+            self.codes.append(FAILED)  # some of it went wrong in a way that it did not foresee
         outcome = Outcome(name, how, entry.summary, seconds, assessment.reasons, entry.key, processor_seconds)
         self.outcomes[name] = outcome
         self.display.finished(name, how, seconds, entry.summary)

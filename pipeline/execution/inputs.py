@@ -69,7 +69,7 @@ def given(
             continue  # a parameter that names no file; the field has a default
         why = next((reason for place, reason in files.values() if not place), None)
         if why is not None:
-            missing[name] = why if why.startswith(_NONE) else f"{_NONE}{name}: {why}"
+            missing[name] = why if why.startswith(_NONE) else f"{_NONE}{Path(path).name.removesuffix('.h5')}: {why}"
             if MISSING not in fields:
                 raise Lacking(missing[name])
             values[name] = None

@@ -30,7 +30,7 @@ TITLE = "A passive biped and its digital twin: report"
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
     """Draw all figures and write their captions. All cores draw: laying out and embedding fonts takes seconds.
 
-    The caption of one that cannot be drawn says why.
+    The caption of one that cannot be drawn says why; the account of an error that was not foreseen is kept as its log.
     """
     names = sorted(NAMES, key=lambda name: (figure(name).PLACE, name))
     drawn = {}
@@ -53,11 +53,11 @@ def _draw(parameters: Parameters, results: Mapping[str, Any], name: str) -> tupl
             raise NoEvidence(reason)
         return draw(name, parameters, results)
     except Exception as error:
-        traceback.print_exc()
+        if type(error).__module__.startswith("stages."):
+            return {}, f"{NOT_DRAWN}{' '.join(str(error).split())}."
         at = traceback.extract_tb(error.__traceback__)[-1]
-        unexpected = f"unexpected {type(error).__name__} in {Path(at.filename).name}:{at.lineno}: "
-        known = type(error).__module__.startswith("stages.")
-        return {}, f"{NOT_DRAWN}{'' if known else unexpected}{' '.join(str(error).split())}."
+        words = f"unexpected {type(error).__name__} in {Path(at.filename).name}:{at.lineno}: {error}"
+        return {f"figures/{name}.log": traceback.format_exc().encode()}, f"{NOT_DRAWN}{' '.join(words.split())}."
 
 
 def _caption(name: str, text: str) -> Caption:

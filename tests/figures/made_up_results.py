@@ -183,10 +183,12 @@ def calibrated_twin():
                            checks=(check,), walk=make_walk(period=0.49))
 
 
-def comparison(origin="synthetic"):
+def comparison(origin="synthetic", verdict="holds"):
     """Agreement of runs of that origin, and differences of the hips within the paper's."""
     same_start = HipDifference(np.array([1.9e-4, 4e-5]), np.array([3.8e-3, 3.9e-3]))
-    return SimpleNamespace(models=SimpleNamespace(same_start=same_start), measurement=make_agreement(origin))
+    claims = (SimpleNamespace(id="hip_displacement", verdict=verdict),)
+    return SimpleNamespace(models=SimpleNamespace(same_start=same_start), measurement=make_agreement(origin),
+                           claims=claims)
 
 
 class Drawn(SimpleNamespace):

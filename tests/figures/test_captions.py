@@ -11,6 +11,7 @@ import yaml
 
 from stages.biped import processes
 from stages.comparison.claims.paper import SAYS
+from stages.comparison.stride import NoEvidence
 from stages.figures import drawn, run
 from stages.figures.drawn import NAMES, figure
 from stages.figures.inputs import Inputs
@@ -36,6 +37,8 @@ def test_captions_state_the_numbers_of_the_results():
     assert "1.9999 Hz" in text("gait_animation", analytic=analytic(frequency=1.9999))
     assert "768 N with 31 µm" in text("figure_02_ground_reaction")
     assert "0.19 mm in x and 0.04 mm in y" in text("figure_08_hip_motion")
+    assert "the paper states 0.3 mm and 5 mm/s" in text("figure_08_hip_motion")
+    assert "paper" not in text("figure_08_hip_motion", comparison=comparison(verdict="does not apply"))
     contact = text("figure_05_contact_parameters")
     assert "2.00 mm" in contact and "0.20 mm" in contact
 
@@ -72,6 +75,29 @@ def test_claims_that_figures_name_are_judged_and_one_figure_opens_the_report():
 def test_what_is_synthetic_is_called_so(origin, said):
     assert ("cannot confirm" in synthetic(make_agreement(origin))) == said
     assert ("cannot confirm" in text("figure_16_measurement", comparison=comparison(origin))) == said
+
+
+def test_without_a_fit_there_is_the_reason_and_no_picture():
+    nothing = {"fits": (), "held_out": (), "failed": (SimpleNamespace(name="run 01", why="it fell"),)}
+    empty = {"robots": (), "reasons": ("run 01: it fell",), "summary": lambda: "no run could be fitted"}
+    for name in ("calibration_fit", "calibration_held_out", "calibrated_robot"):
+        with pytest.raises(NoEvidence, match=r"^no run .*; run 01: it fell$"):
+            made_up_figure(name, calibration=SimpleNamespace(**nothing), calibrated_twin=SimpleNamespace(**empty))
+
+
+@pytest.mark.parametrize("unforeseen", [False, True])
+def test_a_figure_that_fails_leaves_its_reason_and_the_account_of_what_was_not_foreseen(monkeypatch, unforeseen):
+    def draw(*_):
+        raise ZeroDivisionError("by\nnought") if unforeseen else NoEvidence("it fell")
+
+    monkeypatch.setattr(run, "draw", draw)
+    monkeypatch.setattr(run.gc, "disable", lambda: None)
+    files, words = run._draw(parameters(), results(), "extremes")
+    if unforeseen:
+        assert words.startswith("Not drawn: unexpected ZeroDivisionError in test_captions.py:")
+        assert words.endswith(": by nought.") and b"Traceback" in files["figures/extremes.log"]
+    else:
+        assert (files, words) == ({}, "Not drawn: it fell.")
 
 
 def test_captions_survive_yaml():
@@ -115,3 +141,14 @@ def test_a_figure_of_another_accuracy_than_the_usual_says_so(name, monkeypatch):
     said = [one if isinstance(one, str) else " ".join(text.get_text() for text in one.texts)
             for one in (drafts[0], usual[0])]  # fmt: skip
     assert "accuracy: draft" in said[0] and "accuracy:" not in said[1]
+
+
+def test_that_mark_stands_on_no_label():
+    with drawn.style.drawing():
+        picture, axes = plt.subplots(figsize=(3.0, 1.5))
+        axes.set_xlabel("as wide as the axes are, and some more of it")
+        drawn.at_level(picture, "draft")
+        with drawn.style.laid_out(picture, 80):
+            marks = [text.get_window_extent() for text in (*picture.texts, axes.xaxis.label)]
+    plt.close(picture)
+    assert not marks[0].overlaps(marks[1])

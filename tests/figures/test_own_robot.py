@@ -1,6 +1,7 @@
 """Pictures of a biped of one's own: its own lengths and parts, feet on the ground, the whole robot in the frame."""
 
 import dataclasses
+import itertools
 import re
 from functools import cache
 from pathlib import Path
@@ -9,6 +10,7 @@ from types import SimpleNamespace
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
 from pipeline.parameters.loading import load
 from stages.drawing import style
@@ -107,6 +109,19 @@ def test_the_first_picture_of_the_report_holds_the_whole_robot(shares):
         across, down = np.array(re.findall(r"(-?[\d.]+) (-?[\d.]+)", path), float).T
         assert left <= across.min() and across.max() <= left + width
         assert top <= down.min() and down.max() <= top + height
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("length", [0.1, 0.333, 1.2])
+def test_numbers_of_parts_stand_beside_one_another(length):
+    with style.drawing():
+        picture = figure("figure_09_section").draw(walked("figure_09_section", robot(length, 0.25, 0.3, "parts")))
+        with style.laid_out(picture, 80):
+            picture.draw_without_rendering()
+            numbers = [text for text in picture.axes[1].texts if text.get_text().isdigit()]
+            places = [Text.get_window_extent(text).padded(1.0) for text in numbers]  # without their arrows
+    plt.close(picture)
+    assert len(places) > 9 and not any(one.overlaps(other) for one, other in itertools.combinations(places, 2))
 
 
 def test_marks_and_forces_of_the_animation_suit_the_robot():

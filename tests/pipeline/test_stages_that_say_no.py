@@ -67,6 +67,22 @@ def test_a_failure_is_not_kept_and_takes_no_earlier_result(done):
     assert toy.run()["fall"] == "current"
 
 
+def test_a_stage_that_went_wrong_in_part_is_kept_with_its_account_and_ends_with_one(done, monkeypatch):
+    toy = can_do_without(done)
+    toy.edit("PACKAGE/picture/run.py", "    return Result(",
+             "    files['figures/two.log'] = b'Traceback'\n    return Result(")
+    for behaviour, more in (("well", ()), ("answer", ("stage fall: nothing falls upwards",))):
+        with pytest.raises(StageFailed) as failed:
+            toy.run(f"fall.behaviour={behaviour}")
+        said = "stage picture: 3 figures; the full account is in " + failed.value.sentences[-1].rpartition(" in ")[2]
+        assert failed.value.exit_code == 1 and failed.value.sentences == (*more, said) and said.endswith("two.log")
+        assert {"figures/one.svg", "figures/two.log"} <= toy.results().keys()
+    monkeypatch.setattr(executor._Run, "_start", None)  # whatever is computed now fails
+    with pytest.raises(StageFailed) as again:
+        toy.run("fall.behaviour=answer")
+    assert again.value.sentences == failed.value.sentences
+
+
 def test_every_command_tells_the_reason_and_the_report_is_written(toy_with_commands):
     toy = can_do_without(toy_with_commands)
     code, out, errors = toy.command("run-all", "--set", "fall.behaviour=answer")

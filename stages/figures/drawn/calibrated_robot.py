@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from stages.calibrated_twin.result import Check, Result, Robot
 from stages.calibration.result import HALF_WIDTH
+from stages.comparison.stride import NoEvidence
 from stages.drawing import style
 
 if TYPE_CHECKING:
@@ -32,13 +33,9 @@ def draw(given: Given) -> Figure:
     """Left: found, corrected with its interval, and true, each against the drawing, whose values stand beside; on the
     right of it the first robot's values. Right: correlations."""
     result: Result = given.calibrated_twin
-    figure, grid = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 3.9), width_ratios=(1.25, 1.0))
-    left, right = grid
     if not result.robots:
-        left.text(0.0, 0.5, "no run could be fitted")
-        for axes in grid:
-            axes.axis("off")
-        return figure
+        raise NoEvidence("; ".join([result.summary(), *result.reasons]))
+    figure, (left, right) = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 3.9), width_ratios=(1.25, 1.0))
     names = [short(one.name) for one in result.robots[0].numbers]
     for number, (robot, color) in enumerate(zip(result.robots, COLORS, strict=False)):
         draw_robot(left, robot, color, 0.16 * (2 * number - (len(result.robots) - 1)))
@@ -107,7 +104,7 @@ def caption(given: Given) -> str:
             f"mm longer (truly {1e3 * one.true_longer:.2f}), step frequency {100 * one.slower:+.2f} ± "
             f"{100 * HALF_WIDTH * one.slower_sd:.2f} % (truly {100 * one.true_slower:+.2f}).")
     words += [check_words(one) for one in result.checks]
-    return " ".join(words) or "No run could be fitted."
+    return " ".join(words)
 
 
 def robot_words(robot: Robot) -> str:

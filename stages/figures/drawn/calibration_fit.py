@@ -6,14 +6,13 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
 from stages.calibration.reports.sensor_picture import by_phase, fit_picture, rms_by_part
 from stages.calibration.result import FittedRun
 from stages.calibration.result import Result as Calibration
-from stages.drawing import style
+from stages.comparison.stride import NoEvidence
 
 if TYPE_CHECKING:
     from stages.figures.inputs import Given
@@ -27,19 +26,15 @@ INPUTS = ("calibration",)
 def draw(given: Given) -> Figure:
     """The first run that was fitted."""
     calibration: Calibration = given.calibration
-    if calibration.fits:
-        fit = calibration.fits[0]
-        return fit_picture({"hip": fit.hip, "foot": fit.foot}, fit.strikes)
-    figure, axes = plt.subplots(figsize=(style.TWO_COLUMNS, 1.0))
-    axes.axis("off")
-    axes.text(0.0, 0.5, "no run could be fitted")
-    return figure
+    if not calibration.fits:
+        why = [f"{one.name}: {one.why}" for one in calibration.failed]
+        raise NoEvidence("; ".join(["no run could be fitted", *why]))
+    fit = calibration.fits[0]
+    return fit_picture({"hip": fit.hip, "foot": fit.foot}, fit.strikes)
 
 
 def caption(given: Given) -> str:
     calibration: Calibration = given.calibration
-    if not calibration.fits:
-        return "No run could be fitted."
     fit = calibration.fits[0]
     words = (f"{fit.name}, {fit.kind}, {len(fit.strikes) - 1} steps fitted alone by the constraint model: residuals "
              f"of {fit.sigmas:.2f} times the sensors' noise. Lines below: root mean square by part of the step; what "

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from stages.comparison.claims.verdict import DOES_NOT_APPLY
 from stages.comparison.hip_motion import overlay
 from stages.comparison.stride import there
 from stages.drawing import style
@@ -29,9 +30,10 @@ PANELS = (
 
 
 def draw(given: Given) -> Figure:
-    """Both models over two steps; grey bands are the paper's largest differences, bars the ones measured here, drawn
-    over the span that they are measured over: the first step."""
-    analytic, multibody, settings = given.analytic.walk, given.multibody.walk, given.parameters.settings
+    """Both models over two steps; grey bands are the paper's largest differences, for its own biped, bars the ones
+    measured here, drawn over the span that they are measured over: the first step."""
+    analytic, multibody = given.analytic.walk, given.multibody.walk
+    limits = stated(given)
     laid = overlay(analytic, multibody, 2 * given.analytic.gait.period_s)
     count = len(laid.time)
     figure, axes = plt.subplots(4, 2, figsize=(style.TWO_COLUMNS, 5.6), sharex=True, height_ratios=(2, 1, 2, 1))
@@ -43,7 +45,7 @@ def draw(given: Given) -> Figure:
         theirs = getattr(multibody, name)[shown, column]
         curve.plot(multibody.time[shown], theirs, "--", color=style.MULTIBODY, label="penalty contact (Exudyn)")
         values = laid.position if name == "hip_position" else laid.velocity
-        limit = settings.position_limit if name == "hip_position" else settings.velocity_limit
+        limit = limits[name]
         difference.axhspan(-scale * limit, scale * limit, color="#EEEEEE", zorder=0)
         difference.plot(laid.time, scale * values[:, column], color=style.TWIN, linewidth=0.9)
         # impact instants differ by a fraction of a millisecond: those spikes would hide the rest
@@ -56,9 +58,16 @@ def draw(given: Given) -> Figure:
     for side in (0, 1):
         axes[3, side].set_xlabel("time from the common mid-stance state [s]")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
-    words = "grey: the paper's; dotted: largest over one step"
+    words = "grey: the paper's; " * any(limits.values()) + "dotted: largest over one step"
     axes[1, 0].text(0.02, 0.04, words, transform=axes[1, 0].transAxes, fontsize=6)
     return figure
+
+
+def stated(given: Given) -> dict[str, float]:
+    """The largest differences [m, m/s] that the paper states of its biped; 0 for another one."""
+    settings = given.parameters.settings
+    its_own = (CLAIMS[0], DOES_NOT_APPLY) not in {(claim.id, claim.verdict) for claim in given.comparison.claims}
+    return {"hip_position": its_own * settings.position_limit, "hip_velocity": its_own * settings.velocity_limit}
 
 
 def largest_of(given: Given, name: str) -> np.ndarray:
@@ -74,15 +83,15 @@ def mark_one_step(axes: Axes, period: float, size: float) -> None:
 
 
 def caption(given: Given) -> str:
-    same, settings = there(given.comparison.models).same_start, given.parameters.settings
+    same, (position, velocity) = there(given.comparison.models).same_start, stated(given).values()
     laid = overlay(given.analytic.walk, given.multibody.walk, 2 * given.analytic.gait.period_s)
     later = 1e3 * np.abs(laid.position).max(axis=0)
+    paper = f"; the paper states {1e3 * position:g} mm and {1e3 * velocity:g} mm/s" if position else ""
     return (
         "The same mid-stance state walks on in both models. Over the first step, up to the grey line, the hips differ "
         "by at most "
         f"{1e3 * same.position[0]:.2f} mm in x and {1e3 * same.position[1]:.2f} mm in y, "
-        f"{1e3 * same.velocity[0]:.1f} mm/s and {1e3 * same.velocity[1]:.1f} mm/s outside the impacts; the paper "
-        f"states {1e3 * settings.position_limit:g} mm and {1e3 * settings.velocity_limit:g} mm/s. Over both "
-        f"steps drawn they come to {later[0]:.2f} mm in x and {later[1]:.2f} mm in y: each model's cycle has its "
+        f"{1e3 * same.velocity[0]:.1f} mm/s and {1e3 * same.velocity[1]:.1f} mm/s outside the impacts{paper}. Over "
+        f"both steps drawn they come to {later[0]:.2f} mm in x and {later[1]:.2f} mm in y: each model's cycle has its "
         "own period."
     )

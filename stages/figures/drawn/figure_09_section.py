@@ -75,15 +75,16 @@ def draw(given: Given) -> Figure:
     draw_section(hip, parts)
     reach = max(max(abs(cut.z), abs(cut.z + cut.width)) for part in parts for cut in cuts(part))
     top = max(cut.y + cut.height for part in parts for cut in cuts(part))
+    half = max(reach + 0.01, 0.9 * (below + top + 2 * margin))  # wide enough for the numbers above a high section
     named = numbered(parts, below)
-    for number, ((_, at), place) in enumerate(zip(named, np.linspace(-0.02, 1.04 * reach, len(named))), 1):
+    for number, ((_, at), place) in enumerate(zip(named, np.linspace(-0.02, 1.04 * (half - 0.01), len(named))), 1):
         x, y = 1e3 * at
         hip.annotate(str(number), (x, y), (1e3 * place, 1e3 * (top + margin)), ha="center", va="bottom", fontsize=7,
                      arrowprops={"arrowstyle": "-", "linewidth": 0.5, "shrinkA": 0, "shrinkB": 0})  # fmt: skip
         hip.plot(x, y, "o", color="#222222", markersize=1.8, zorder=4)
     hip.plot([-1e3 * reach - 8, 1e3 * reach + 8], [0, 0], color="black", linewidth=0.6, linestyle=(0, (8, 2, 1, 2)))
     hip.yaxis.set_major_locator(MaxNLocator(5))
-    hip.set_xlim(-1e3 * reach - 10, 1e3 * reach + 10)
+    hip.set_xlim(-1e3 * half, 1e3 * half)
     hip.set_ylim(-1e3 * below, 1e3 * (top + 2 * margin))
     hip.set_aspect("equal")
     hip.set_xlabel("along the hip axis [mm]")
