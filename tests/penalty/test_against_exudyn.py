@@ -1,12 +1,13 @@
 """The compiled penalty walker against Exudyn's model: one step, ten steps, solved cycles, by a seed, hard sets too."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from stages.engines.drawn import drawn_designs, drawn_sets
-from stages.engines.walks import COMPILED, Machine, between_cycles, over_a_walk
+from stages.engines.walks import COMPILED, EXUDYN, Machine, between_cycles, over_a_walk
 from stages.multibody.parameters import Settings as ExudynSettings
 from stages.multibody.walking.walk import simulate as exudyn_walk
 from stages.penalty.settings import Settings
@@ -40,6 +41,24 @@ def test_one_step_is_the_same_to_a_nanometre(placed, contact, law):
     machine, start = placed(drawn)
     distance = over_a_walk("a step", dataclasses.replace(machine, tolerance=1e-9), start)
     assert distance.fine and distance.distance < 1e-9, drawn
+
+
+@pytest.mark.parametrize("off", ["compiled", "exudyn"])
+def test_over_one_step_a_tighter_walk_tells_what_a_moment_s_touch_is_worth(biped, slope, contact, off):
+    def walked(astray):
+        def at(time):
+            return np.full((len(time), 6), 5e-9 if astray else 0.0), None
+        return SimpleNamespace(outcome="completed", trajectory=SimpleNamespace(time=np.array([0.0, 1.0]), at=at))
+
+    class Touching(Machine):
+        def compiled(self, state, tolerance, steps, duration):
+            return walked(off == "compiled" and tolerance == COMPILED)
+
+        def exudyn(self, state, tolerance, steps, duration):
+            return walked(off == "exudyn" and tolerance == EXUDYN)
+
+    distance = over_a_walk("a step", Touching(biped, slope, contact), None)
+    assert distance.fine and distance.distance == 0.0
 
 
 def test_rigid_legs_and_legs_with_inertia_are_the_same_too(placed, contact):
