@@ -90,7 +90,7 @@ def test_derivatives_by_numbers_are_exact_where_the_hip_sticks(friction, both, p
             return np.append(*walked(beside, begun(beside)))
 
         found = np.append(y[8 * row + 8 : 8 * row + 16], p.delays[row])
-        wanted = extrapolated(there, 4e-6)
+        wanted = extrapolated(there, 1e-5)
         assert found == pytest.approx(wanted, rel=0, abs=3e-6 * max(1.0, np.abs(found).max())), name
 
 

@@ -211,7 +211,7 @@ def test_phases_agree_with_time_stepping_that_knows_none():
     rolled = record(walker_of(), np.concatenate([start[:6], section_state(point.z[:5], walker_of().p)[6:]]), 1,
                     1e-12, DOUBLE_STANCE)[1]
     other = states_at(SINGLE_STANCE, rolled.times, rolled.states, np.array([duration - rolled.start]), walker.p)[0]
-    assert errors[1] <= 2e-5 and errors[1] <= errors[0] / 2.5, errors
+    assert np.log(errors[0] / errors[1]) / np.log(4) == pytest.approx(1.0, abs=0.01), errors
     assert np.abs(other - exact).max() > 20 * errors[1]  # a foot that rolls on is told apart
 
 
@@ -374,7 +374,10 @@ def test_phases_that_creep_one_after_another_end_the_step(monkeypatch):
 
 
 def test_stiff_legs_tend_to_rigid_ones(rigid_gait):
-    """With a foot that may slip and rise, compliant gaits tend to the gait of rigid legs, with order 1 / sqrt(k)."""
+    """With a foot that may slip and rise, compliant gaits tend to the gait of rigid legs, with order 1 / sqrt(k).
+
+    So does the order that is seen to one, and is extrapolated.
+    """
     _, rigid = rigid_gait
     z, gaps = np.array([-0.27644, 1.00000665, 0.99998695, 0.474717, -0.20571, 0.0, 0.0]), []
     for stiffness in (1e6, 1e7, 1e8, 1e9):
@@ -386,9 +389,8 @@ def test_stiff_legs_tend_to_rigid_ones(rigid_gait):
         assert point.steps[0].double_stance == 0  # the trailing foot leaves at once
         z = point.z.copy()
         z[1:3] = 1 + (z[1:3] - 1) / 10
-    orders = 2 * np.log10(np.array(gaps[:-1]) / gaps[1:])
-    assert gaps[-1] <= 5e-6
-    assert orders[-1] == pytest.approx(1.0, abs=0.1), (gaps, orders)
+    *_, before, last = 2 * np.log10(np.array(gaps[:-1]) / gaps[1:])
+    assert last + (last - before) / (np.sqrt(10) - 1) == pytest.approx(1.0, abs=0.02), gaps
 
 
 def test_rigid_legs_do_not_ask_for_friction():

@@ -97,7 +97,8 @@ def test_blind_recordings_give_back_the_robot(recordings, samples):
         error = np.array([fit.robot.value(name) - truth.value(name) for name in NAMES]) / spread
         held.append(np.abs(error) < HALF_WIDTH)
         errors.append(error)
-        assert max(fit.rms()) < 1.1e-3
+        count = sum(len(step.stance) for step in steps)  # of values in each: chi-square, five standard deviations
+        assert fit.rms() == pytest.approx((1e-3, 1e-3), rel=5 / np.sqrt(2 * count))
     assert 0.88 < np.mean(held) < 0.99
     assert np.abs(np.mean(errors, axis=0)).max() < 1.0
 

@@ -18,9 +18,10 @@ from stages.penalty.motion.flow import penalty_rates, varied_rates
 from stages.penalty.motion.hip import hip_load
 from stages.penalty.response import changed
 from stages.planar.energy import damper_power, kinetic_energy, mass_moment, spring_energy
+from tests.analytic.differences import extrapolated
 
-#: Step of the differences in time [s].
-STEP = 1e-5
+#: Imaginary step in time [s], whose square is lost beside anything but zero: derivatives without truncation.
+STEP = 1e-40
 FLYING, STANDING = phase_of(OUT, OUT, 0), phase_of(LANDED, AWAITED, 0)
 
 
@@ -49,23 +50,17 @@ def test_the_generated_files_are_what_the_derivation_gives(called):
 
 
 def test_in_the_air_momentum_changes_by_weight_and_energy_by_dampers(machine, slope, contact):
-    """By central differences along the motion, of sums over the masses that `stages.planar.energy` writes down."""
+    """Along the motion, by a complex step through sums over the masses that `stages.planar.energy` writes down."""
     p, gravity = build_penalty(machine, slope.gravity_vector, contact, 0.5), np.array(slope.gravity_vector)
     for y in states(3, 20, machine):
         qdd = np.array(accelerations(FLYING, y, p)[0])
-        places = np.array([y[:6] + sign * STEP * y[6:] + 0.5 * STEP**2 * qdd for sign in (-1.0, 1.0)])
-        motions = np.array([y[6:] + sign * STEP * qdd for sign in (-1.0, 1.0)])
-
-        def moment(place, motion):
-            ahead, behind = (mass_moment(machine, place + sign * 1e-6 * motion) for sign in (1.0, -1.0))
-            return (ahead - behind) / 2e-6
-
-        before, after = moment(places, motions)
-        assert (after - before) / (2 * STEP) == pytest.approx(machine.weighed_mass * gravity, abs=2e-5)
-        energy = kinetic_energy(machine, places, motions) + spring_energy(machine, places)
-        energy -= mass_moment(dataclasses.replace(machine, hip_mass=machine.weighed_hip), places) @ gravity
+        place, motion = (y[:6] + 1j * STEP * y[6:])[None], (y[6:] + 1j * STEP * qdd)[None]
+        ahead, behind = (mass_moment(machine, place + by * motion)[0].imag for by in (1e-6, -1e-6))
+        assert (ahead - behind) / 2e-6 / STEP == pytest.approx(machine.weighed_mass * gravity, abs=1e-9)
+        energy = kinetic_energy(machine, place, motion) + spring_energy(machine, place)
+        energy -= mass_moment(dataclasses.replace(machine, hip_mass=machine.weighed_hip), place) @ gravity
         lost = float(damper_power(machine, y[None, 6:])[0])
-        assert np.diff(energy)[0] / (2 * STEP) == pytest.approx(-lost, abs=2e-6)
+        assert energy[0].imag / STEP == pytest.approx(-lost, abs=1e-13)
 
 
 @pytest.mark.parametrize("law", ["impact", "restitution"])
@@ -90,7 +85,7 @@ def test_variations_follow_the_rates(machine, slope, contact, law):
 
 @pytest.mark.parametrize("law", ["impact", "restitution"])
 def test_changes_of_the_numbers_follow_the_rates(machine, slope, contact, law):
-    """The rates of variations by every parameter against central differences of the rates of changed walkers."""
+    """The rates of variations by every parameter against extrapolated differences of the rates of changed walkers."""
     ground = dataclasses.replace(contact, normal_force=law)
     model = machine, slope, ground
     names = names_of(*model)
@@ -100,13 +95,15 @@ def test_changes_of_the_numbers_follow_the_rates(machine, slope, contact, law):
         rates = np.empty_like(whole)
         varied_rates(STANDING, whole, changes.walker(p, len(names)), rates)
         for name, scale, own in zip(names, changes.scales, rates[SIZE:].reshape(-1, SIZE), strict=True):
-            ends = []
-            for by in (1e-4, -1e-4):
-                one, other, third = changed(*model, name, by * scale)
-                ends.append(np.empty(SIZE))
-                penalty_rates(STANDING, y, build_penalty(one, other.gravity_vector, third, 0.5), ends[-1])
-            numeric, noise = (ends[0] - ends[1]) / 2e-4, 1e-15 * np.abs(rates[:SIZE]).max() / 1e-4
-            assert own == pytest.approx(numeric, rel=2e-5, abs=2e-5 * np.abs(numeric).max() + 2 * noise), name
+
+            def there(share):
+                one, other, third = changed(*model, name, share * scale)  # noqa: B023
+                found = np.empty(SIZE)
+                penalty_rates(STANDING, y, build_penalty(one, other.gravity_vector, third, 0.5), found)  # noqa: B023
+                return found
+
+            numeric, noise = extrapolated(there, 1e-4), 2e-15 * np.abs(rates[:SIZE]).max() / 1e-4
+            assert own == pytest.approx(numeric, rel=0, abs=1e-7 * np.abs(numeric).max() + noise), name
 
 
 @pytest.mark.parametrize("legs", ["compliant", "rigid"])

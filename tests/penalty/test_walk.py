@@ -12,6 +12,7 @@ from stages.analytic.walk.sampling import sample_walk
 from stages.biped.gait import StanceState
 from stages.ground.friction_coefficients import Friction
 from stages.ground.hardening import family_member
+from stages.ground.normal_force import static_penetration
 from stages.penalty.model.walker import build_penalty
 from stages.penalty.motion import feet
 from stages.penalty.settings import Settings
@@ -22,6 +23,8 @@ from stages.planar.run import FELL, STALLED, STEP_FLOOR
 from stages.planar.signals import GROUND_REACTION
 from stages.planar.state import rolling_state
 
+#: Coefficient of friction where contact hardens.
+FRICTION = 3.0
 #: Standing on one leg, nearly at rest.
 STILL = StanceState(0.0, 0.331, -0.1, 0.333, 0.01, 0.0, 0.0, 0.0)
 
@@ -40,19 +43,24 @@ def test_energy_is_accounted_for(walked, biped, slope, contact):
 
 
 def test_a_tighter_tolerance_comes_nearer(walked, biped, slope, contact, start):
+    """Errors in tolerances, their geometric mean over five of them: a step over a corner of the contact now and then
+    passes for a good one; where, the last bits of the start decide.
+    """
     end = walked.trajectory.position[-1]
     errors = []
-    for tolerance in (1e-5, 1e-7, 1e-9):
+    for tolerance in (1e-6, 1e-7, 1e-8, 1e-9, 1e-10):
         run = simulate(biped, slope, contact, start, Settings(tolerance), steps=2, signals=())
-        errors.append(np.abs(run.trajectory.position[-1] - end).max())
-    assert errors[0] < 1e-4 and errors[1] < 1e-6 and errors[2] < 1e-7
+        errors.append(np.abs(run.trajectory.position[-1] - end).max() / tolerance)
+    assert np.exp(np.log(errors).mean()) < 40, errors
 
 
 def test_what_is_not_asked_for_is_not_recorded(walked, biped, slope, contact, start):
     bare = simulate(biped, slope, contact, start, Settings(1e-7), steps=1, signals=())
     assert bare.trajectory.ground_reaction.shape[1:] == (0, 2) and bare.trajectory.foot_acceleration.shape[1] == 0
     some = simulate(biped, slope, contact, start, Settings(1e-7), steps=1, signals=(GROUND_REACTION,))
-    assert some.trajectory.ground_reaction[0, 0, 1] == pytest.approx(9.4, rel=1e-11)
+    # the depth is a difference of numbers as large as the leg, after ten roundings: a condition number times round-off
+    amplified = contact.contact_exponent * biped.leg_length / static_penetration(contact, 9.4)
+    assert some.trajectory.ground_reaction[0, 0, 1] == pytest.approx(9.4, rel=10 * amplified * np.finfo(float).eps / 2)
     assert walked.trajectory.foot_acceleration.shape == (len(walked.trajectory.time), 2)
 
 
@@ -90,14 +98,18 @@ def test_events_lie_between_the_switches(walked, biped):
 
 @pytest.mark.parametrize("legs", ["compliant", "rigid"])
 def test_as_contact_hardens_it_walks_as_the_constraint_model_does(biped, slope, contact, legs):
-    """With Coulomb's transition; what sets it apart is of first order in the share of contact's effects."""
+    """With Coulomb's transition; what sets it apart is of first order in the share of contact's effects.
+
+    The coefficient is one at which little is of the orders between: extrapolated in whole ones, .02 of it is left.
+    """
     machine = dataclasses.replace(biped, legs=legs)
-    friction = Friction(contact.static_friction, contact.static_friction)
+    friction = Friction(FRICTION, FRICTION)
     walker, point = find_gait(machine, slope, 1e-11, friction)
     upright = crossing_state(walker, point.z, 1e-11)
     phase = SINGLE_STANCE if legs == "compliant" else 0
     walk = sample_walk(walker, record(walker, upright, 2, 1e-11, phase), 5000.0)
-    base = dataclasses.replace(contact, dynamic_friction=contact.static_friction, stiction_velocity=0.02)
+    base = dataclasses.replace(
+        contact, static_friction=FRICTION, dynamic_friction=FRICTION, stiction_velocity=0.02)
     time = walk.time[(walk.time < 0.45) & (np.abs(walk.time - walk.heel_strike_time[0]) > 5e-3)]
     away = []
     for share in (0.1, 0.05, 0.025):
