@@ -34,6 +34,16 @@ def quintic(duration: float, end: tuple[float, float, float], time: np.ndarray) 
     return np.stack([value, rate, acceleration])
 
 
+def first_motion(angle: np.ndarray, rate: np.ndarray, grid: float, blow: float) -> tuple[float, float, float]:
+    """Angle [rad], rate and acceleration with which a walk begins, of a leg's angle and rate (n,) on a grid [s].
+
+    The acceleration is that of the first step of the grid, or the mean over a `blow` [s] if that is longer: a hand
+    does not follow a jump of the rate.
+    """
+    end = max(1, round(blow / grid))
+    return float(angle[0]), float(rate[0]), float((rate[end] - rate[0]) / (end * grid))
+
+
 def stand_and_push(
     rest_angle: float, end: tuple[float, float, float], rest_s: float, push_s: float, grid: float
 ) -> tuple[np.ndarray, np.ndarray]:

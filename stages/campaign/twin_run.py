@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.biped.accuracy.scales import scales_of
 from stages.biped.gait import StanceState
 from stages.biped.sampling_times import uniform_times
 from stages.biped.walk import Walk, require
 from stages.campaign.parameters import Parameters
 from stages.campaign.result import LegTruth
-from stages.campaign.standing import joined, rolling_leg, stand_and_push
+from stages.campaign.standing import first_motion, joined, rolling_leg, stand_and_push
 from stages.campaign.variation import Variation, draw_variation, generator
 from stages.campaign.virtual_sensor import SensorMotion
 from stages.ground.slope import Slope
@@ -24,6 +25,7 @@ from stages.twin.walking.simulate import rolling_start, simulate_twin
 
 MOST_ATTEMPTS = 10
 TRUTH_RATES = 2.0  # of a sensor, at which the true angle is kept
+BLOW = 0.1  # pendulum times, by which the blow is over in which a rigid leg takes its load
 
 
 class NoWalk(RuntimeError):
@@ -122,8 +124,8 @@ def _with_stand(
     """Both sensors' motion from the still stand to the end of the walk."""
     settings, walk = parameters.runs, signals.walk
     grid = 1 / settings.motion_rate_hz
-    angle, rate = float(walk.leg_angle[0, 0]), walk.leg_rate[:, 0]
-    end = (angle, float(rate[0]), float((rate[1] - rate[0]) / grid))
+    blow = BLOW * scales_of(parameters.biped, slope.gravity).time if parameters.biped.legs == "rigid" else 0.0
+    end = first_motion(walk.leg_angle[:, 0], walk.leg_rate[:, 0], grid, blow)
     time, leg = stand_and_push(variation.stand_angle, end, settings.rest_s, parameters.push_s, grid)
     before = rolling_leg((leg[0], leg[1], leg[2]), parameters.biped, slope, time)
     after = (

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stages.biped.design import Biped
-from stages.campaign.standing import quintic, rolling_leg, stand_and_push
+from stages.campaign.standing import first_motion, quintic, rolling_leg, stand_and_push
 from stages.ground.slope import Slope
 
 BIPED = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)
@@ -47,3 +47,14 @@ def test_specific_force_is_the_second_derivative_of_the_rolling_motion() -> None
         up = np.stack([-np.sin(phi), np.cos(phi)], axis=1)
         expected = np.stack([(force * forward).sum(axis=1), (force * up).sum(axis=1)], axis=1)
         np.testing.assert_allclose(sensor.specific_force[5:-5, :2], expected[5:-5], atol=1e-3)
+
+
+def test_a_push_does_not_follow_the_blow_in_which_a_rigid_leg_takes_its_load() -> None:
+    """The rate jumps by 0.04 rad/s in the first 0.2 ms and falls by 13 rad/s2 from there on."""
+    grid, duration = 2e-4, 0.4
+    rate = -1.1 - 13.0 * grid * np.arange(200) - 0.04 * (np.arange(200) > 0)
+    for blow in (0.0, 0.02):
+        end = first_motion(np.full(200, 0.3), rate, grid, blow)
+        _, leg = stand_and_push(0.0, end, 0.5, duration, grid)
+        assert (np.abs(leg[1]).max() > 3 * abs(end[1])) == (blow == 0.0)
+        assert leg[:, -1] == pytest.approx(end, rel=0.2)
