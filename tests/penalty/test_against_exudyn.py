@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from stages.engines import walks
 from stages.engines.drawn import drawn_designs, drawn_sets
 from stages.engines.walks import COMPILED, EXUDYN, Machine, between_cycles, over_a_walk
 from stages.multibody.parameters import Settings as ExudynSettings
@@ -59,6 +60,28 @@ def test_over_one_step_a_tighter_walk_tells_what_a_moment_s_touch_is_worth(biped
 
     distance = over_a_walk("a step", Touching(biped, slope, contact), None)
     assert distance.fine and distance.distance == 0.0
+
+
+@pytest.mark.parametrize("truly", [False, True])
+def test_two_errors_that_are_alike_by_chance_do_not_pass_for_a_difference(monkeypatch, biped, slope, contact, truly):
+    class Taker:
+        def __init__(self, *parts):
+            self.tolerance = parts[4].tolerance
+
+        def derivative(self, numbers):
+            return None
+
+    class OfExudyn(Taker):
+        pass
+
+    def corrected(walker, near, derivative):
+        off = 5e-9 * isinstance(walker, OfExudyn) * (truly or walker.tolerance > 2e-9)
+        return SimpleNamespace(step=SimpleNamespace(length=0.1 + off, duration=1.0), numbers=np.zeros(10))
+
+    for name, put in (("PenaltyStepper", Taker), ("SectionWalker", OfExudyn), ("corrected", corrected),
+                      ("fixed_point", lambda walker, numbers: SimpleNamespace(numbers=numbers))):
+        monkeypatch.setattr(walks, name, put)
+    assert between_cycles("a cycle", Machine(biped, slope, contact, 1e-8), None, np.zeros(10)).fine is not truly
 
 
 def test_rigid_legs_and_legs_with_inertia_are_the_same_too(placed, contact):
