@@ -127,7 +127,7 @@ def _cycles(axes: Axes, limit: RigidLimit) -> None:
     style.round_ticks(axes.yaxis)
     axes.set_xlabel("contact stiffness $k_c$ [N/mm$^e$]")
     axes.set_ylabel("difference of solved cycles [ms, mm]")
-    axes.legend(loc="lower right")
+    axes.legend(loc="lower left")
 
 
 def caption(given: Given) -> str:

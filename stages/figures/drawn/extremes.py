@@ -101,6 +101,8 @@ def together(axes: Axes, rows: list[tuple[str, str, float, str, float, float, st
         for status, (colour, _, _) in MARKS.items():
             axes.barh(height, count[status] / total, left=left, color=colour, height=0.6)
             left += count[status] / total
+    if not engines:
+        axes.text(0.5, 0.0, "none in this map", ha="center", va="center", fontsize=7)
     counts = Counter(row[0] for row in rows if row[1] == TOGETHER)
     axes.set_yticks(range(len(engines)), [f"{engine}\n{counts[engine]} draws" for engine in engines])
     axes.set_ylim(max(len(engines), singles / 5) - 0.4, -0.6)

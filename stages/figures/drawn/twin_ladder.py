@@ -50,6 +50,7 @@ def draw(given: Given) -> Figure:
     ):
         axes.set_xlabel(label)
         style.panel_label(axes, letter)
+    figure.legend(*panels[2].get_legend_handles_labels(), loc="outside upper center", ncols=3)  # bars may be anywhere
     return figure
 
 
@@ -77,15 +78,13 @@ def waterfall(axes: Axes, first: float, changes: list[float]) -> None:
 def same_machine(panels: Sequence[Axes], ladder: Result) -> None:
     """Wedges below the bars point at the constraint model of each rung's own machine."""
     rows = [rung.name for rung in ladder.rungs if rung.found]
-    name = "constraint model of\nthe same machine"
+    name = "constraint model of the same machine"
     for rung, own in ladder.left():
         row = rows.index(rung.name) + BELOW
         values = np.array([1e3 * own.period_s]), np.array([1e3 * own.step_length_m]), own.multipliers[:, 0]
         for axes, places in zip(panels, values, strict=True):
             axes.plot(places, [row] * len(places), "^", color=style.TWIN, markersize=3.5, label=name)
         name = "_"  # said once
-    if ladder.left():
-        panels[0].legend(loc="upper right", bbox_to_anchor=(1.03, 0.83), fontsize=6, handletextpad=0.2)
 
 
 def multipliers(axes: Axes, rungs: list[RungGait]) -> None:
@@ -102,7 +101,6 @@ def multipliers(axes: Axes, rungs: list[RungGait]) -> None:
     if sideways:
         axes.plot(*zip(*sideways, strict=True), "D", color=style.SECOND, markersize=3.5, label="largest out of it: yaw")
     axes.set_xlim(-1.2, 1.2)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.0), fontsize=6)
 
 
 def caption(given: Given) -> str:
