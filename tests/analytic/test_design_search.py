@@ -209,7 +209,7 @@ def test_more_starts_are_never_worse(start):
     bounds = within(0.3, "biped.foot_com", "biped.stiffness")
     searches = search_design(DESIGN, start, bounds, tolerance=TOLERANCE, goal="scuff", starts=3)
     values = [found.best.value for found in searches]
-    assert len(values) == 3 and values == sorted(values)
+    assert len(values) == 3 and (np.diff(values) > -1e-12 * values[0]).all()  # of two alike the design's own is first
     assert values[-1] == pytest.approx(values[0], rel=1e-6)
     assert all(found.path.shape == (len(found.history), 2) for found in searches)
 

@@ -109,4 +109,4 @@ def test_a_stiff_phase_is_recorded_whole():
     report = report_gait(walker, point, 1e-10, FRICTION.static_friction)
     longest = max(len(segment.times) for segment in record_steps(walker, point, 1e-10))
     assert longest > ROOM
-    assert abs(report.energy.residual) < 1e-9
+    assert abs(report.energy.residual) < 1e-10 * np.sqrt(longest)  # of each step a tolerance, as chance has its sign

@@ -135,7 +135,7 @@ def test_an_impact_is_felt_as_its_impulse():
     signals = np.zeros((nodes, 1, 1))
     piece = Piece(0.0, edges, signals, np.zeros(0), np.zeros(0), np.array([[0.7]]))
     after = Piece(0.5, edges, signals, np.zeros(0), np.zeros(0), np.zeros((1, 1)))
-    times = np.arange(0.4, 0.95, 1e-5)
+    times = np.arange(0.4, 0.95, 4e-6)
     shown = filtered([piece, after], 40.0, times).value[:, 0]
     assert np.abs(shown[times < 0.5]).max() == 0.0
     assert np.trapezoid(shown, times) == pytest.approx(0.7, rel=1e-6)

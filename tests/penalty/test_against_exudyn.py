@@ -131,7 +131,7 @@ def test_the_cycle_of_legs_that_differ_is_the_same(biped, slope, contact, rough)
     cycle = gait_near(stepper, state)
     assert stepper.steps_a_cycle == 2
     distance = between_cycles("a cycle", Machine(design, slope, contact, 1e-8), state, cycle.section_state)
-    assert distance.fine and distance.distance < 1e-7, distance
+    assert distance.distance < 1e-8, distance  # the tolerance of Exudyn's steps, of which some 20 % is seen
 
 
 def test_forces_and_the_foot_sensor_are_the_same(placed, contact, biped, slope):
