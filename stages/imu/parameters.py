@@ -66,10 +66,8 @@ class Limits:
     )
     lever_arm_tolerance: float = parameter("1", "largest relative departure of the lever arm from it", bound=POSITIVE)
     lever_direction_deg: float = parameter("deg", "largest angle of the lever arm from the leg's line", bound=POSITIVE)
-    lever_fit: float = parameter(
-        "1", "smallest R2 of the foot's forward force from the hip's and the leg's turning",
-        bound=Bound(above=0, below=1),
-    )
+    forward_gain_tolerance: float = parameter(
+        "1", "largest relative difference of the accelerometers' gains forward", bound=POSITIVE)
     smallest_agreement: float = parameter(
         "1", "smallest squared correlation of the foot's and the hip's lateral rate", bound=Bound(above=0, below=1)
     )
@@ -91,7 +89,8 @@ class Limits:
     )
     third_moment: float = parameter("1", "smallest skewness of the lateral rate that tells forward", bound=POSITIVE)
     turning: float = parameter(
-        "1", "smallest correlation of gravity's turning with the angular rate", bound=Bound(minimum=-1, below=1)
+        "1", "smallest signed R2 of the forward force between the places with how a rate changes",
+        bound=Bound(minimum=-1, below=1),
     )
     strike_symmetry_deg: float = parameter("deg", "largest mean of the leg's angles at both landings", bound=POSITIVE)
     gravity_tolerance: float = parameter("1", "largest relative departure of the specific force's mean from gravity",

@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from stages.imu.clock.resample import resample
+from stages.imu.judgement.evidence import gain_of, lever_of
 from stages.imu.sources.units import implied_acceleration_unit, implied_angular_rate_unit
+from stages.imu.strikes.heel_strikes import NO_STRIKES
 from stages.imu.strikes.landings import HeelStrikes, stride_bounds
 from stages.imu.strikes.step_frequency import step_frequency
 from stages.imu.trial.ensemble import ensemble_of
@@ -140,3 +142,44 @@ def test_an_ensemble_leaves_holes_out() -> None:
     np.testing.assert_allclose(found.upper[:, 0], [3, 3, np.nan, 5])
     np.testing.assert_allclose(found.spread[:, 0], [1, math.sqrt(2), np.nan, np.nan])
     assert found.count[:, 0].tolist() == [3, 2, 0, 1]
+
+
+def hanging_leg() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Time and signals of hip and foot of a leg that swings as a pendulum from a shaken hip, 0.3 m long.
+
+    The foot at its end feels nothing forward, however fast it swings: in its own axes gravity does not turn.
+    """
+    time = np.arange(0.0, 6.0, 0.005)
+    phi, rate = 0.5 * np.sin(5.7 * time), 2.85 * np.cos(5.7 * time)
+    turning = -0.5 * 5.7**2 * np.sin(5.7 * time)
+    hip, foot = np.zeros((2, len(time), 6))
+    hip[:, 0], hip[:, 1] = -0.3 * turning, 9.81 * np.cos(phi)
+    foot[:, 1] = hip[:, 1] + 0.3 * rate**2
+    hip[:, 5] = foot[:, 5] = rate
+    return time, hip, foot
+
+
+def test_two_places_tell_which_way_a_gyroscope_turns_where_gravity_does_not() -> None:
+    time, hip, foot = hanging_leg()
+
+    def said(hip: np.ndarray, foot: np.ndarray) -> tuple[float, ...]:
+        return lever_of(time, hip, foot, NO_STRIKES, 200.0)
+
+    turned = np.array([1, 1, 1, -1, -1, -1])
+    direction, scale, _, *turns = said(hip, foot)
+    assert (direction, scale) == pytest.approx((0.0, 1.0), abs=0.02) and turns == pytest.approx([1, 1], abs=1e-3)
+    assert said(hip, foot * turned)[3:] == pytest.approx([1, -1], abs=1e-3)
+    assert said(hip * turned, foot * turned)[3:] == pytest.approx([-1, -1], abs=1e-3)
+    beside = np.column_stack((np.zeros((len(time), 5)), 2.0 * np.sin(3.1 * time)))
+    assert np.abs(said(hip * [1, 1, 1, 0, 0, 0] + beside, foot * [1, 1, 1, 0, 0, 0] + beside)[3:]).max() < 0.3
+
+
+def test_a_gain_is_told_from_errors_of_either_signal() -> None:
+    """It is 1 where errors may explain what differs, and nothing where the signals have too little in common."""
+    rng = np.random.default_rng(5)
+    felt, first, second = rng.normal(size=(3, 4000))
+    assert gain_of(felt + 0.4 * first, felt + 0.4 * second) == 1.0
+    assert gain_of(felt, felt + 0.4 * second) == 1.0
+    for gain in (2.0, 0.5, -1.0):
+        assert gain_of(felt + 0.2 * first, gain * (felt + 0.2 * second)) == pytest.approx(gain, rel=0.08)
+    assert math.isnan(gain_of(0.5 * felt + first, felt + second))

@@ -21,6 +21,7 @@ from stages.imu.strikes.landings import INNER, HeelStrikes
 LOW_PASS_HZ = 12.0  # both sides of the lever arm's equation: a derivative of the rate is noise above
 AROUND_STRIKE_S = (-0.06, 0.10)  # left out of it: impacts shake the sensors
 HOLE_S = 0.02  # and so is what lies so near to a hole
+ALIKE = 0.25  # smallest agreement of two signals that tells by what factor they differ
 FEWEST_POINTS = 50
 NAN = float("nan")
 
@@ -38,39 +39,56 @@ def agreement_of(hip: np.ndarray, foot: np.ndarray) -> tuple[float, float]:
     return correlation * abs(correlation), float(a @ b / (a @ a))
 
 
+def gain_of(first: np.ndarray, second: np.ndarray) -> float:
+    """The factor nearest to 1 by which the second of two signals (n,) may be the first, each with errors of its own.
+
+    It lies between the lines of least squares of each on the other (Frisch 1934). NaN where less than `ALIKE` of one is
+    the other.
+    """
+    alike, slope = agreement_of(first, second)
+    if not abs(alike) > ALIKE:
+        return NAN
+    low, high = sorted((slope, slope / abs(alike)))
+    return min(max(1.0, low), high)
+
+
 def lever_of(
     time: np.ndarray, hip: np.ndarray, foot: np.ndarray, strikes: HeelStrikes, rate_hz: float,
     quick: float = 1.0,
-) -> tuple[float, float, float]:
-    """Direction of the lever arm from the leg's line [deg], R2 of its forward part, and scale of the rates (1).
+) -> tuple[float, float, float, float, float]:
+    """Direction of the lever arm from the leg's line [deg], scale of the rates (1), forward gain of the foot over the
+    hip (1), and agreement of the forward part with how the hip's own rate changes, and with how the foot's does.
 
     hip, foot: signals (n, 6) on a grid. The robot is so `quick` as Table 1's.
 
     With forward as the real and up as the imaginary axis f_foot - f_hip = z (omega' + i omega^2) + constant, where
-    z = d exp(i beta) and beta is the direction; fitted apart, |z| of omega' over |z| of omega^2 is the scale.
+    z = d exp(i beta) and beta is the direction; fitted apart, |z| of omega' over |z| of omega^2 is the scale. What both
+    places accelerate with drops out, so the agreement is near 1 for any robot; -1 for a gyroscope that was turned.
     """
-    hole = ~(np.isfinite(hip).all(axis=1) & np.isfinite(foot).all(axis=1))
     if len(time) < FEWEST_POINTS:
-        return NAN, NAN, NAN
-    rate = filled(0.5 * (hip[:, 5] + foot[:, 5]))
-    apart = np.column_stack([filled(foot[:, axis] - hip[:, axis]) for axis in (0, 1)])
-    sections = butter(2, min(LOW_PASS_HZ * quick, 0.4 * rate_hz), fs=rate_hz, output="sos")
-    turning, square, forward, up = (
-        sosfiltfilt(sections, one) for one in (np.gradient(rate, time), rate**2, apart[:, 0], apart[:, 1])
-    )
+        return NAN, NAN, NAN, NAN, NAN
+    hole = ~(np.isfinite(hip).all(axis=1) & np.isfinite(foot).all(axis=1))
     reach = max(1, round(HOLE_S / quick * rate_hz))
     known = np.convolve(hole, np.ones(2 * reach + 1), "same") == 0
     for strike in strikes.time:
         known &= (time < strike + AROUND_STRIKE_S[0] / quick) | (time > strike + AROUND_STRIKE_S[1] / quick)
     if known.sum() < FEWEST_POINTS:
-        return NAN, NAN, NAN
-    felt, one = (forward + 1j * up)[known], np.ones(int(known.sum()))
-    whole = np.linalg.lstsq(np.column_stack(((turning + 1j * square)[known], one)), felt, rcond=None)[0]
-    parts = np.linalg.lstsq(np.column_stack((turning[known], 1j * square[known], one)), felt, rcond=None)[0]
+        return NAN, NAN, NAN, NAN, NAN
+    sections = butter(2, min(LOW_PASS_HZ * quick, 0.4 * rate_hz), fs=rate_hz, output="sos")
+
+    def smooth(one: np.ndarray) -> np.ndarray:
+        return np.asarray(sosfiltfilt(sections, one)[known])
+
+    rate, one = filled(0.5 * (hip[:, 5] + foot[:, 5])), np.ones(int(known.sum()))
+    turning, square = smooth(np.gradient(rate, time)), smooth(rate**2)
+    forward, up = smooth(filled(foot[:, 0] - hip[:, 0])), smooth(filled(foot[:, 1] - hip[:, 1]))
+    whole = np.linalg.lstsq(np.column_stack((turning + 1j * square, one)), forward + 1j * up, rcond=None)[0]
+    parts = np.linalg.lstsq(np.column_stack((turning, 1j * square, one)), forward + 1j * up, rcond=None)[0]
     scale = abs(parts[0]) / abs(parts[1]) if abs(parts[1]) > 0 else NAN
-    left = (felt - np.column_stack(((turning + 1j * square)[known], one)) @ whole).real
-    fit = 1 - float(np.sum(left**2) / max(np.sum((felt.real - felt.real.mean()) ** 2), 1e-30))
-    return math.degrees(math.atan2(whole[0].imag, whole[0].real)), fit, float(scale)
+    of_hip, across = smooth(filled(hip[:, 0])), np.linalg.qr(np.column_stack((turning, one)))[0]
+    left = [force - across @ (across.T @ force) for force in (of_hip, of_hip + forward)]
+    own = [agreement_of(smooth(np.gradient(filled(each[:, 5]), time)), forward)[0] for each in (hip, foot)]
+    return math.degrees(math.atan2(whole[0].imag, whole[0].real)), float(scale), gain_of(*left), own[0], own[1]
 
 
 def skewness(rate: np.ndarray) -> float:
@@ -78,23 +96,6 @@ def skewness(rate: np.ndarray) -> float:
     known = rate[np.isfinite(rate)]
     power = float(np.mean(known**2)) if len(known) else 0.0
     return float(np.mean(known**3)) / power**1.5 if power > 0 else NAN
-
-
-def turning_of(force: np.ndarray, rate: np.ndarray, rate_hz: float, below_hz: float) -> float:
-    """Correlation of how gravity turns, du/dt, with what the rate says, -omega x u: (n, 3) each, any axes.
-
-    A walker's own acceleration turns u as well, so a good trial has no 1; a gyroscope that was turned has less than 0.
-    """
-    if len(force) < FEWEST_POINTS or not rate_hz > 4 * below_hz:
-        return NAN
-    u, omega = (np.column_stack([filled(axis) for axis in part.T]) for part in (force, rate))
-    length = np.linalg.norm(u, axis=1, keepdims=True)
-    u = u / np.where(length > 0, length, 1.0)
-    sections = butter(2, below_hz, fs=rate_hz, output="sos")
-    seen = np.gradient(sosfiltfilt(sections, u, axis=0), 1 / rate_hz, axis=0)
-    said = sosfiltfilt(sections, -np.cross(omega, u), axis=0)
-    power = math.sqrt(float(np.sum(seen**2) * np.sum(said**2)))
-    return float(np.sum(seen * said)) / power if power > 0 else NAN
 
 
 def symmetry_of(angle_at_strikes: np.ndarray, strikes: HeelStrikes) -> float:

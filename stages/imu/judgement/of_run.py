@@ -159,10 +159,10 @@ def _on_two_places(
             f"by the signals the sensors are {lever_arm:.3f} m apart, by the drawing {limits.lever_arm:.3f} m",
             LEVER, *(f"{place} {what}" for place in ("hip", "foot") for what in (RATE, FORCE)),
         )  # fmt: skip
-    if evidence.lever_fit < limits.lever_fit:
+    if abs(math.log(max(evidence.forward_gain, 1e-9))) > math.log1p(limits.forward_gain_tolerance):
         yield _remark(
-            f"the foot does not feel forward what the hip feels and the leg's turning (R2 {evidence.lever_fit:.3f}): "
-            "an axis of one accelerometer is wrong",
+            f"beside the leg's turning the foot feels {evidence.forward_gain:.2f} times as much forward as the hip: an "
+            "axis of one accelerometer is wrong",
             *(f"{place} {what}" for place in ("hip", "foot") for what in (FRAME, FORCE)), LEVER,
         )  # fmt: skip
     if abs(evidence.lever_direction_deg) > limits.lever_direction_deg:

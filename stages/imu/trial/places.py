@@ -59,7 +59,8 @@ def foot_lag(sensors: dict[str, BodySensor], settings: Settings) -> tuple[float,
     """How much later the foot's rate shows what the hip's shows [s], and whether that is more than was searched.
 
     Both ride on one leg and turn as one. Stamps first: only lags within half a step are tried. Least difference of the
-    two, refined by a parabola where it lies between lags that were tried; at an end of the search it is left there.
+    two, one of which may be turned round, refined by a parabola where it lies between lags that were tried; at an end
+    of the search it is left there.
     """
     grid = common_grid(sensors, settings)
     if len(grid) < 3 * settings.grid_rate_hz:
@@ -72,7 +73,8 @@ def foot_lag(sensors: dict[str, BodySensor], settings: Settings) -> tuple[float,
     reach = max(2, int(0.5 * period / dt))
     lags = np.arange(-reach, reach + 1)
     inner = slice(reach, len(grid) - reach)
-    error = np.array([np.mean((hip[inner] - np.roll(foot, -lag)[inner]) ** 2) for lag in lags])
+    moved = [np.roll(foot, -lag)[inner] for lag in lags]
+    error = np.array([min(np.mean((hip[inner] - one) ** 2), np.mean((hip[inner] + one) ** 2)) for one in moved])
     best = int(np.argmin(error))
     if not 0 < best < len(lags) - 1:
         return float(lags[best] * dt), True

@@ -13,7 +13,6 @@ from stages.imu.judgement.evidence import (
     skewness,
     spacing_of,
     symmetry_of,
-    turning_of,
 )
 from stages.imu.parameters import Settings
 from stages.imu.reports.run_report import Evidence
@@ -31,15 +30,15 @@ def evidence_of(
     quick: float,
 ) -> Evidence:
     """What the run's signals say about themselves; the robot is so `quick` as Table 1's."""
-    agreement, ratio, direction, fit, scale = (math.nan,) * 5
+    agreement, ratio, direction, scale, gain, of_hip, of_foot = (math.nan,) * 7
     grid = common_grid(sensors, settings) if sensors else np.empty(0)
     seen = {place: on_grid(sensor, grid, settings) for place, sensor in sensors.items()}
     if len(sensors) == 2:
         agreement, ratio = agreement_of(*(seen[place][:, 3 + LATERAL] for place in PLACES))
-        direction, fit, scale = lever_of(grid, seen["hip"], seen["foot"], strikes, settings.grid_rate_hz, quick)
-    turning, symmetry, gravity = {}, {}, {}
+        direction, scale, gain, of_hip, of_foot = lever_of(
+            grid, seen["hip"], seen["foot"], strikes, settings.grid_rate_hz, quick)
+    symmetry, gravity = {}, {}
     for place, sensor in sensors.items():
-        turning[place] = turning_of(sensor.force, sensor.rate, sensor.trace.rate_hz, settings.turning_hz)
         if not len(bounds) or not len(grid):
             continue
         angle = angle_on(grid, place, seen, sensor, settings)
@@ -52,11 +51,11 @@ def evidence_of(
         agreement=agreement,
         rate_ratio=ratio,
         lever_direction_deg=direction,
-        lever_fit=fit,
+        forward_gain=gain,
         rate_scale=scale,
         third_moment=skewness(sensors[first].rate[~sensors[first].trace.rest, LATERAL]) if first else math.nan,
-        hip_turning=turning.get("hip", math.nan),
-        foot_turning=turning.get("foot", math.nan),
+        hip_turning=of_hip,
+        foot_turning=of_foot,
         strike_symmetry_deg=symmetry.get(first, math.nan),
         hip_gravity=gravity.get("hip", (math.nan, math.nan))[0],
         foot_gravity=gravity.get("foot", (math.nan, math.nan))[0],
