@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
-from stages.biped.following import Following
+from stages.biped.following import Following, followed, quickness, size
 from stages.biped.quantity import Bound, parameter
 from stages.calibration.observation.beliefs import Beliefs
 from stages.campaign.parameters import Fitted, SensorSettings
@@ -30,16 +30,23 @@ class Settings(Fitted):
         "1", "tolerance of a walk, in leg lengths and pendulum times", bound=Bound(minimum=1e-12, maximum=1e-4))
     planned_steps: int = parameter("1", "steps of a run that is only planned", bound=Bound(minimum=2, maximum=1000))
     planned_runs: int = parameter("1", "runs that are planned", bound=Bound(minimum=1, maximum=10_000))
-    settling_s: float = parameter("s", "time after the first mid-stance that is not used", bound=NOT_NEGATIVE)
-    before_strike_s: float = parameter("s", "left out before each measured heel strike", bound=NOT_NEGATIVE)
-    after_strike_s: float = parameter("s", "left out after each measured heel strike", bound=NOT_NEGATIVE)
+    settling_s: Following = parameter(
+        "s", "time after the first mid-stance that is not used; null: 0.05 s of Table 1's robot", bound=NOT_NEGATIVE)
+    before_strike_s: Following = parameter(
+        "s", "left out before each measured heel strike; null: a sampling period", bound=NOT_NEGATIVE)
+    after_strike_s: Following = parameter(
+        "s", "left out after each measured heel strike; null: 0.03 s of Table 1's robot", bound=NOT_NEGATIVE)
     robust_sigmas: float = parameter("1", "residuals beyond so many times the noise pull less", bound=Bound(minimum=1))
     clock_sd: float = parameter("1", "standard error of a sensor's rate after the ingest, relative", bound=POSITIVE)
-    foot_lag_sd_s: float = parameter("s", "standard error of the foot's times against the hip's", bound=POSITIVE)
-    mid_stance_sd_s: float = parameter(
-        "s", "spread of the time from the first heel strike to mid-stance about the gait's", bound=POSITIVE)
-    start_length_sd: float = parameter("m", "spread of the legs' lengths there about the gait's", bound=POSITIVE)
-    start_length_rate_sd: float = parameter("m/s", "spread of their rates", bound=POSITIVE)
+    foot_lag_sd_s: Following = parameter(
+        "s", "standard error of the foot's times against the hip's; null: a fifth of a sampling period", bound=POSITIVE)
+    mid_stance_sd_s: Following = parameter(
+        "s", "spread of the time from the first heel strike to mid-stance about the gait's; null: 0.06 s of Table 1's "
+        "robot", bound=POSITIVE)
+    start_length_sd: Following = parameter(
+        "m", "spread of the legs' lengths there about the gait's; null: 1 mm of Table 1's robot", bound=POSITIVE)
+    start_length_rate_sd: Following = parameter(
+        "m/s", "spread of their rates; null: 0.02 m/s of Table 1's robot", bound=POSITIVE)
     slope_reading_sd_deg: float = parameter("deg", "standard error of a ramp's inclination", bound=POSITIVE)
     tilt_sd_deg: float = parameter("deg", "standard deviation of a sensor's tilt after the ingest", bound=POSITIVE)
     held_out_runs: int = parameter("1", "next runs of each robot that it foretells", bound=Bound(minimum=0))
@@ -51,7 +58,8 @@ class Settings(Fitted):
     discrepancy_runs: int = parameter(
         "1", "next runs of further machines whose fits tell what the model puts wrong; fewer than three tell nothing",
         bound=Bound(minimum=0))
-    begun_s: float = parameter("s", "beginning of a run from which it is foretold", bound=POSITIVE)
+    begun_s: Following = parameter(
+        "s", "beginning of a run from which it is foretold; null: 0.15 s of Table 1's robot", bound=POSITIVE)
     weighed_mass: float | None = parameter(
         "kg", "mass of a lab's own robot as weighed; null: not weighed", bound=POSITIVE)
     weighed_sd: float = parameter("1", "standard error of the scale, relative", bound=POSITIVE)
@@ -76,6 +84,15 @@ class Parameters:
     cover: Cover
     twin: TwinSettings
     level: Level = Level()
+
+    def __post_init__(self) -> None:
+        """What is null follows the robot, and what the sensors' clocks decide their sampling period."""
+        slow, long = 1 / quickness(self.biped, self.slope.gravity), size(self.biped)
+        period = 1 / self.sensor.rate_hz
+        object.__setattr__(self, "settings", followed(
+            self.settings, settling_s=0.05 * slow, before_strike_s=period, after_strike_s=0.03 * slow,
+            foot_lag_sd_s=0.2 * period, mid_stance_sd_s=0.06 * slow, start_length_sd=1e-3 * long,
+            start_length_rate_sd=0.02 * long / slow, begun_s=0.15 * slow))  # fmt: skip
 
     @property
     def beliefs(self) -> Beliefs:

@@ -8,6 +8,7 @@ from typing import ClassVar
 from stages.analytic.parameters import Settings as AnalyticSettings
 from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
+from stages.biped.following import Following, followed, outsole
 from stages.biped.quantity import Bound, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction
@@ -22,7 +23,9 @@ class Settings:
 
     FILE: ClassVar[str] = "twin_ladder"
 
-    outsole: float = parameter("m", "rubber on the feet, the rung after the twin", bound=Bound(above=0, maximum=0.05))
+    outsole: Following = parameter(
+        "m", "rubber on the feet, the rung after the twin; null: 2 mm for Table 1's robot",
+        bound=Bound(above=0, maximum=0.05))
     tolerance: float = parameter(
         "1", "absolute tolerance of the solver in m, rad, m/s, rad/s", bound=Bound(minimum=1e-11, maximum=1e-6)
     )
@@ -45,3 +48,7 @@ class Parameters:
     twin: TwinSettings
     settings: Settings
     level: Level = Level()
+
+    def __post_init__(self) -> None:
+        """What is null follows the robot."""
+        object.__setattr__(self, "settings", followed(self.settings, outsole=outsole(self.biped)))

@@ -32,6 +32,22 @@ def test_of_table_1_they_are_what_they_were():
     assert values() == ([100.0, 40.0, 4.0, 2000.0], 0.4, [9.81, 200.0, 0.8, 4.0], [0.233, 0.335, 0.085])
 
 
+def test_so_do_the_calibration_and_the_ladder():
+    names = ("settling_s", "before_strike_s", "after_strike_s", "foot_lag_sd_s", "mid_stance_sd_s", "begun_s",
+             "start_length_sd", "start_length_rate_sd")  # fmt: skip
+
+    def of(*settings):
+        found = locate(start=ROOT, settings=settings).parameters(("calibration", "calibrated_twin", "twin_ladder"))
+        assert found["calibrated_twin"].settings == found["calibration"].settings
+        return [getattr(found["calibration"].settings, name) for name in names], found["twin_ladder"].settings.outsole
+
+    assert of() == ([0.05, 0.01, 0.03, 0.002, 0.06, 0.15, 1e-3, 0.02], 2e-3)
+    times, outsole = of("biped.leg_length=1.332", "biped.foot_radius=0.332", "biped.foot_com=0.4",
+                        "biped.foot_mass=21.44", "calibration.begun_s=0.2")
+    assert times == pytest.approx([0.1, 0.02, 0.06, 0.004, 0.12, 0.2, 4e-3, 0.04], rel=1e-14)
+    assert outsole == pytest.approx(8e-3, rel=1e-14)
+
+
 def test_of_a_robot_four_times_as_long_they_take_twice_as_long():
     sensor, push, windows, drawing = values("biped.leg_length=1.332", "biped.foot_radius=0.332", "biped.foot_com=0.4",
                                               "biped.foot_mass=1.34")

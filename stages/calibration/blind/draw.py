@@ -24,9 +24,10 @@ from stages.calibration.observation.unknowns import SIDES, layout_of, mid_stance
 from stages.calibration.parameters import Parameters
 
 #: Spread of each parameter about the drawing's, relative; of the inertia; of a run's start about its gait; of a ramp
-#: that is set again for each run and of its reading [deg]; error of the scale, relative; of detected strikes [s].
+#: that is set again for each run and of its reading [deg]; error of the scale, relative; of detected strikes, in
+#: sampling periods.
 SPREAD, SPREAD_OF_INERTIA, SPREAD_OF_START, RAMP_DEG, READING_DEG, SCALE = 0.03, 0.5, 0.02, 0.05, 0.05, 1e-3
-STRIKE_ERROR = 0.002
+STRIKE_ERROR = 0.2
 FINER = 1e-9
 MOST_DRAWS = 50
 
@@ -80,6 +81,7 @@ def _run(
 ) -> tuple[MeasuredRun, float, Vector]:
     """One run, its true slope and its true unknowns. Raises StepFailed, NoGait."""
     settings, sensor, layout = parameters.settings, parameters.sensor, model.layout
+    late_by = STRIKE_ERROR / sensor.rate_hz
     slope = robot.value(SLOPE) + RAMP_DEG * rng.normal()
     there = robot.with_value(SLOPE, slope)
     walker, point = find_gait(there.biped, there.slope, 1e-9, None)
@@ -89,14 +91,14 @@ def _run(
     begin = mid_stance(walker, poincare_map(walker, pushed, FINER).z, FINER)
     truth = layout_of(walker, begin, parameters.beliefs).middle
     unknowns[: layout.free] = truth[: layout.free]
-    unknowns[layout.place("mid_stance")] = truth[layout.place("mid_stance")] - STRIKE_ERROR * rng.normal()
+    unknowns[layout.place("mid_stance")] = truth[layout.place("mid_stance")] - late_by * rng.normal()
     period = point.steps[0].period * walker.time
     late = float(np.sqrt(2.0) / (2.0 * np.pi * sensor.bandwidth_hz))
     first_leg, shift = int(rng.integers(2)), rng.uniform(0, 0.5 / sensor.rate_hz)
     end = np.array([(settings.planned_steps - 0.2) * period])
     walked = predict(there, (), unknowns, layout, Sampling(end, end, late, sensor.bandwidth_hz, first_leg), FINER)
     later = walked.strikes[walked.strikes < end]
-    seen = np.concatenate([[0.0], later + STRIKE_ERROR * rng.normal(size=len(later))])
+    seen = np.concatenate([[0.0], later + late_by * rng.normal(size=len(later))])
     begun = guessed_mid_stance(drawing, layout)(seen, first_leg) + settings.settling_s
     times = np.arange(begun, float(end[0]), 1.0 / sensor.rate_hz)
     sampling = Sampling(times, times + shift, late, sensor.bandwidth_hz, first_leg)

@@ -18,7 +18,7 @@ from stages.imu.sources.schema import ACCELERATION_UNITS, ANGULAR_RATE_UNITS, De
 
 STANDARD_GRAVITY = ACCELERATION_UNITS["g"] or math.nan
 GAIN_TOLERANCE = 0.15  # a sensor whose gravity is further off is broken or its unit is another
-LEAST_MOTION = 0.05  # rad/s rms: below it noise decides
+LEAST_MOTION = 0.05  # rad/s rms: below it noise decides, which is a gyroscope's own whatever it rides on
 TURN_UNITS = {"rad/s": 1.0, "deg/s": math.pi / 180}
 USUAL_RANGES_G = (2.0, 4.0, 8.0, 16.0)
 

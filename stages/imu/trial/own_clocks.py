@@ -18,7 +18,7 @@ from stages.imu.parameters import Settings
 from stages.imu.strikes.heel_strikes import filled
 from stages.imu.trial.places import LATERAL, BodySensor, longest_step
 
-REACH_S = 0.1  # around the common lag, in which each half's own is looked for
+REACH = 0.4  # of the shortest step, around the common lag, in which each half's own is looked for
 
 
 def have_own_clocks(sensors: Mapping[str, BodySensor]) -> bool:
@@ -36,7 +36,8 @@ def brought_together(sensors: Mapping[str, BodySensor], settings: Settings) -> d
     product = fftconvolve(a, b[::-1])  # at i: rows of a and b that are i - len(b) + 1 apart
     apart = int(np.argmax(product)) - len(b) + 1
     time = foot.time - (begin - start - apart * dt)
-    half = [_lag(a, b, apart, rows, dt) for rows in _halves(a, b, apart)]
+    reach = round(REACH / settings.fastest_step_hz / dt)
+    half = [_lag(a, b, apart, rows, dt, reach) for rows in _halves(a, b, apart)]
     if len(half) == 2:
         (early, first), (late, second) = half
         growth = (second - first) / ((late - early) * dt)
@@ -63,9 +64,8 @@ def _halves(a: np.ndarray, b: np.ndarray, apart: int) -> list[np.ndarray]:
     return [np.arange(moving[0], middle), np.arange(middle, moving[-1])]
 
 
-def _lag(a: np.ndarray, b: np.ndarray, apart: int, rows: np.ndarray, dt: float) -> tuple[float, float]:
+def _lag(a: np.ndarray, b: np.ndarray, apart: int, rows: np.ndarray, dt: float, reach: int) -> tuple[float, float]:
     """Middle of the rows of a, and how much later b shows them than `apart` says [s], refined by a parabola."""
-    reach = round(REACH_S / dt)
     rows = rows[(rows - apart - reach >= 0) & (rows - apart + reach < len(b))]
     if not len(rows):
         return 0.0, 0.0
