@@ -77,6 +77,11 @@ class RecordedFamily:
     turns: tuple[Turn, ...] = quantity("-", "turning points, period doublings and tori")
 
     @property
+    def steps(self) -> int:
+        """Steps after which the gait repeats."""
+        return int(self.step_duration.shape[1])
+
+    @property
     def stable(self) -> np.ndarray:
         """Whether every multiplier lies inside the unit circle, (n,); at a turn one is on it."""
         magnitude = np.hypot(self.floquet_multipliers[..., 0], self.floquet_multipliers[..., 1])

@@ -230,7 +230,7 @@ def parameters(level="paper"):
     """A design on a slope of 2 degrees, and pictures of few pixels."""
     return SimpleNamespace(
         biped=SimpleNamespace(foot_radius=0.083, leg_length=0.333, hip_mass=0.3, foot_mass=0.3, foot_com=0.1,
-                              total_mass=0.9),
+                              total_mass=0.9, detailed=False),
         twin=machine(),
         slope=SimpleNamespace(angle=np.radians(2), gravity=9.81), contact=DEFAULTS,
         settings=Settings(3e-4, 5e-3, 101, 80, True), level=Level(level),

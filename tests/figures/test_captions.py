@@ -61,6 +61,12 @@ def test_a_gait_that_is_unstable_or_cannot_be_followed_is_told_so():
         plt.close(made_up_figure(name, stability=none))
 
 
+def test_gaits_of_legs_that_differ_are_counted_in_steps():
+    two = dataclasses.replace(given("bifurcation").stability.families[1], cycle=1)
+    said = text("bifurcation", stability=SimpleNamespace(slope_deg=2.0, families=(two,), basin=None))
+    assert "repeats after two steps, or" in said and "The gait of two steps is known" in said
+
+
 def test_one_figure_stands_beside_the_parameters():
     assert [name for name in NAMES if getattr(figure(name), "BESIDE_PARAMETERS", False)] == ["robot_symbols"]
 

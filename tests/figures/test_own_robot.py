@@ -13,6 +13,7 @@ import pytest
 from matplotlib.text import Text
 
 from pipeline.parameters.loading import load
+from stages.biped.design import BeyondModel
 from stages.drawing import style
 from stages.figures import oblique_view
 from stages.figures.drawn import figure, figure_03_simple_model, gait_animation, robot_in_space
@@ -122,6 +123,13 @@ def test_numbers_of_parts_stand_beside_one_another(length):
             places = [Text.get_window_extent(text).padded(1.0) for text in numbers]  # without their arrows
     plt.close(picture)
     assert len(places) > 9 and not any(one.overlaps(other) for one, other in itertools.combinations(places, 2))
+
+
+def test_there_is_no_design_of_a_twin_that_there_is_not():
+    known = robot(*ROBOTS[0])
+    detailed = SimpleNamespace(biped=dataclasses.replace(known.biped, frame_mass=0.01), twin=known.settings)
+    with pytest.raises(BeyondModel, match="the twin does not know frame_mass"):
+        figure("figure_09_section").draw(SimpleNamespace(parameters=detailed))
 
 
 def test_marks_and_forces_of_the_animation_suit_the_robot():

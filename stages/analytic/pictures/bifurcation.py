@@ -27,9 +27,9 @@ def draw(families: Sequence[RecordedFamily], label: str, here: float | None = No
     `label` is that of the parameter, `here` the design's own value.
     """
     figure, (forks, multipliers) = plt.subplots(2, 1, figsize=(style.TWO_COLUMNS, 4.6), sharex=True)
-    cycles = sorted({family.cycle for family in families})
+    cycles = sorted({family.steps for family in families})
     for family in families:
-        colour = COLOURS[cycles.index(family.cycle) % len(COLOURS)]
+        colour = COLOURS[cycles.index(family.steps) % len(COLOURS)]
         for column in family.step_duration.T:
             _curve(forks, family, column, colour)
         for turn in family.turns:
@@ -61,7 +61,7 @@ def _curve(axes: Axes, family: RecordedFamily, column: np.ndarray, colour: str) 
     beside = stable.copy()
     beside[1:] |= stable[:-1]
     beside[:-1] |= stable[1:]
-    name, unstable = f"cycle of {family.cycle}", np.where(stable, np.nan, column)
+    name, unstable = f"cycle of {family.steps}", np.where(stable, np.nan, column)
     axes.plot(family.value, unstable, color=colour, linestyle=UNSTABLE, label=f"{name}, unstable")
     axes.plot(family.value, np.where(beside, column, np.nan), color=colour, label=f"{name}, stable")
 

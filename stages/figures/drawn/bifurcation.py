@@ -17,6 +17,8 @@ TITLE = "The gait over the slope"
 PLACE = 22
 CLAIMS = ("stable_gait", "multipliers_minimised")
 INPUTS = ("stability",)
+#: How a gait is called that begins a family: of two steps where the legs differ.
+STEPS = {1: "one step", 2: "two steps"}
 
 
 def draw(given: Given) -> Figure:
@@ -26,9 +28,10 @@ def draw(given: Given) -> Figure:
 
 def caption(given: Given) -> str:
     families = given.stability.families
+    first = families[0].steps if families else 1
     text = (
-        "Gaits of the constraint model over the slope: (a) duration of each step of a gait, which repeats after one "
-        "step, or after two or four where the period has doubled; (b) their multipliers."
+        "Gaits of the constraint model over the slope: (a) duration of each step of a gait, which repeats after "
+        f"{STEPS[first]}, or after more where the period has doubled; (b) their multipliers."
     )
     if not families:
         return f"{text} No gait could be followed."
@@ -36,7 +39,7 @@ def caption(given: Given) -> str:
     for family in families:
         for turn in family.turns:
             text = f"{text} {said(family, turn)}"
-    gone = [f"the cycle of {family.cycle} at {value:.3g}°" for family in families
+    gone = [f"the cycle of {family.steps} at {value:.3g}°" for family in families
             for value in without_double_stance(family)]  # fmt: skip
     if gone:
         text = f"{text} Multipliers have a kink where a step loses its double stance: {', '.join(gone)}."
@@ -56,7 +59,7 @@ def stretches(family: RecordedFamily) -> str:
     """Over which slopes gaits of one step are known, and stable, in words."""
     order = np.argsort(family.value, kind="stable")
     stable = family.value[order][family.stable[order]]
-    known = f"The gait of one step is known from {family.value.min():.3g}° to {family.value.max():.3g}°"
+    known = f"The gait of {STEPS[family.steps]} is known from {family.value.min():.3g}° to {family.value.max():.3g}°"
     if not stable.size:
         return f"{known} and nowhere stable."
     turns = [turn.value for turn in family.turns]
@@ -68,8 +71,8 @@ def stretches(family: RecordedFamily) -> str:
 def said(family: RecordedFamily, turn: Turn) -> str:
     """A turn in words."""
     what = {
-        "period doubling": f"the cycle of {family.cycle} doubles",
-        "turning point": f"the cycle of {family.cycle} turns back",
-        "torus": f"a pair of multipliers of the cycle of {family.cycle} leaves the unit circle",
+        "period doubling": f"the cycle of {family.steps} doubles",
+        "turning point": f"the cycle of {family.steps} turns back",
+        "torus": f"a pair of multipliers of the cycle of {family.steps} leaves the unit circle",
     }[turn.kind]
     return f"At {turn.value:.4f}° {what} (multiplier {turn.multiplier:.6f})."

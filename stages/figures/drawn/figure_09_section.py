@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 
+from stages.biped.design import require_plain
 from stages.biped.following import size
 from stages.drawing import style
 from stages.figures.robot import view
@@ -59,8 +60,9 @@ def numbered(parts: Iterable[Part], below: float) -> list[tuple[Part, np.ndarray
 
 
 def draw(given: Given) -> Figure:
-    """The robot standing, and the section."""
+    """The robot standing, and the section. Raises BeyondModel for a design that the twin does not know."""
     twin, biped = given.parameters.twin, given.parameters.biped
+    require_plain(biped, "the twin")
     figure = plt.figure(figsize=(style.TWO_COLUMNS, 3.7))
     places: Any = [["whole", "hip"], ["whole", "key"]]
     panels = figure.subplot_mosaic(places, width_ratios=(0.62, 1.0), height_ratios=(1.0, 0.28))
