@@ -8,7 +8,8 @@ import numpy as np
 #: Powers of mass, length and time.
 PARTS = {
     "kg": (1, 0, 0), "m": (0, 1, 0), "mm": (0, 1, 0), "s": (0, 0, 1), "Hz": (0, 0, -1), "N": (1, 1, -2),
-    "J": (1, 2, -2), "W": (1, 2, -3), "g": (0, 1, -2), **dict.fromkeys(("deg", "rad", "1", "-", "ppm", "B"), (0, 0, 0)),
+    "J": (1, 2, -2), "W": (1, 2, -3), "g": (0, 1, -2),
+    **dict.fromkeys(("deg", "rad", "1", "-", "ppm", "B", "inch"), (0, 0, 0)),
 }  # fmt: skip
 #: Exponent of the ground: with this one, no power of four leaves anything to round-off.
 EXPONENT = 2.5
