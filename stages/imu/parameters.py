@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from stages.biped.accuracy.level import Level
 from stages.biped.design import Biped
-from stages.biped.following import Following, followed, outsole, quickness
+from stages.biped.following import GRAVITY, Following, followed, outsole, quickness
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.slope import Slope
 
@@ -30,8 +30,10 @@ class Settings:
         "deg", "inner leg's angle from the slope normal in the still stand, foot ahead positive", bound=Bound(-90, 90)
     )
     rest_window_s: float = parameter("s", "shortest stretch that counts as a still stand", bound=Bound(minimum=0.1))
-    rest_rate_deg_s: float = parameter("deg/s", "largest rms angular rate of a still stand", bound=POSITIVE)
-    rest_acceleration: float = parameter("m/s^2", "largest rms specific force change of a still stand", bound=POSITIVE)
+    rest_rate_deg_s: Following = parameter(
+        "deg/s", "largest rms angular rate of a still stand; null: 3 deg/s for Table 1's robot", bound=POSITIVE)
+    rest_acceleration: Following = parameter(
+        "m/s^2", "largest rms specific force change of a still stand; null: 0.3 m/s^2 at 9.81 m/s^2", bound=POSITIVE)
     grid_rate_hz: Following = parameter(
         "Hz", "rate of the common time grid; null: 200 Hz for Table 1's robot", bound=Bound(minimum=10, maximum=10000))
     bridged_samples: float = parameter(
@@ -172,7 +174,8 @@ class Parameters:
         biped, gravity = self.biped, self.slope.gravity
         rubber = self.cover.of(biped)
         quick = quickness(biped, gravity)
-        settings = followed(self.settings, gravity=gravity, grid_rate_hz=200.0 * quick, slowest_step_hz=0.8 * quick,
-                            fastest_step_hz=4.0 * quick)  # fmt: skip
+        settings = followed(self.settings, gravity=gravity, rest_rate_deg_s=3.0 * quick,
+                            rest_acceleration=0.3 * (gravity / GRAVITY), grid_rate_hz=200.0 * quick,
+                            slowest_step_hz=0.8 * quick, fastest_step_hz=4.0 * quick)  # fmt: skip
         drawing = followed(self.drawing, leg_length=biped.leg_length + rubber, foot_radius=biped.foot_radius + rubber)
         return Reading(settings, followed(self.limits, lever_arm=biped.leg_length - biped.foot_com), drawing, quick)

@@ -21,7 +21,7 @@ def values(*settings):
     assert found["calibration"].sensor == sensor and found["calibration"].ingest.read == read
     return ([getattr(sensor, name) for name in SENSOR], found["campaign"].push_s,
             [read.settings.gravity, read.settings.grid_rate_hz, read.settings.slowest_step_hz,
-             read.settings.fastest_step_hz],
+             read.settings.fastest_step_hz, read.settings.rest_rate_deg_s, read.settings.rest_acceleration],
             [read.limits.lever_arm, read.drawing.leg_length, read.drawing.foot_radius])  # fmt: skip
 
 
@@ -29,7 +29,7 @@ def test_of_table_1_they_are_what_they_were():
     runs = locate(start=ROOT).parameters(("campaign",))["campaign"]
     own = runs.runs.of(runs.biped)
     assert (own.outsole, own.outsole_sd, own.length_sd) == (2e-3, 2e-4, 1e-4)
-    assert values() == ([100.0, 40.0, 4.0, 2000.0], 0.4, [9.81, 200.0, 0.8, 4.0], [0.233, 0.335, 0.085])
+    assert values() == ([100.0, 40.0, 4.0, 2000.0], 0.4, [9.81, 200.0, 0.8, 4.0, 3.0, 0.3], [0.233, 0.335, 0.085])
 
 
 def test_so_do_the_calibration_and_the_ladder():
@@ -52,7 +52,7 @@ def test_of_a_robot_four_times_as_long_they_take_twice_as_long():
     sensor, push, windows, drawing = values("biped.leg_length=1.332", "biped.foot_radius=0.332", "biped.foot_com=0.4",
                                               "biped.foot_mass=1.34")
     assert sensor == pytest.approx([50.0, 20.0, 4.0, 1000.0], rel=1e-14) and push == pytest.approx(0.8, rel=1e-14)
-    assert windows == pytest.approx([9.81, 100.0, 0.4, 2.0], rel=1e-14)
+    assert windows == pytest.approx([9.81, 100.0, 0.4, 2.0, 1.5, 0.3], rel=1e-14)
     assert drawing == pytest.approx([0.932, 1.34, 0.34], rel=1e-14), "the outsole is part of the robot"
 
 
@@ -64,7 +64,7 @@ def test_rubber_weighs_no_larger_share_of_a_light_leg():
 
 def test_under_another_gravity_forces_follow_it():
     sensor, _, windows, _ = values("ground.gravity=2.4525")
-    assert sensor == pytest.approx([50.0, 20.0, 1.0, 1000.0], rel=1e-14) and windows[0] == 2.4525
+    assert sensor == pytest.approx([50.0, 20.0, 1.0, 1000.0], rel=1e-14) and (windows[0], windows[5]) == (2.4525, 0.075)
 
 
 def test_what_a_file_gives_stays():
