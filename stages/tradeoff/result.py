@@ -76,7 +76,8 @@ class Result:
         """What was found, in one line."""
         failed = sum(not row.completed for row in self.rows)
         said = f", {failed} without a walk" if failed else ""
-        return f"{len(self.rows)} settings of {len(self.references)} models over {self.walked_steps} steps{said}"
+        models = f"{len(self.references)} model{'s' * (len(self.references) > 1)}"
+        return f"{len(self.rows)} settings of {models} over {self.walked_steps} steps{said}"
 
     def tables(self) -> list[Table]:
         """References and rows as (title, columns, rows of text)."""

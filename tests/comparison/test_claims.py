@@ -83,6 +83,7 @@ CONDITIONS = [
 UNDECIDED = [
     (PATH, {"twice": nan}, "whose truth is known"),
     (CASES[0][0], {"penalty": nan}, "no way of one of the models"),
+    (CASES[0][0], {"error": nan}, "has no walk at the paper's setting"),
     (CASES[2][0], {"best": 0.5}, "fine-tuned to the robot"),
     (CASES[2][0], {"best": nan}, "no neighbouring design"),
     (CASES[3][0], {"multibody": nan}, "no fixed point of the multibody model"),
@@ -146,6 +147,7 @@ def test_a_claim_that_holds_on_a_condition_names_it_and_why(holding, change, con
 def test_what_cannot_be_decided_stays_open_with_a_reason(holding, change, words):
     claim = judged(PARAMETERS, of(holding, **change))
     assert claim.verdict == OPEN and words in " ".join(claim.causes)
+    assert not re.search(r"\bnan\b", " ".join([claim.measured, *claim.causes]))
 
 
 def test_only_a_verdict_with_a_condition_has_one():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 
 from stages.comparison.claims.accuracy.number import Number
@@ -48,7 +49,7 @@ def judged(parameters: Parameters, measured: Measured | Unmeasured) -> Claim:
         section=says.section,
         words=says.words,
         implies=says.implies,
-        measured=judgement.measured,
+        measured=re.sub(r"[-+]?\bnan\b", "?", judgement.measured),  # a number that is not known
         verdict=verdict,
         condition=condition,
         beside=beside,

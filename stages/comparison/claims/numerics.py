@@ -35,7 +35,7 @@ class ConstraintsReduceEffort(Measured):
 
     def judge(self, limits: Settings) -> Judgement:
         ratio = self.penalty / self.constraint
-        verdict = yes_or_no(ratio > 1) if math.isfinite(ratio) else OPEN
+        verdict = yes_or_no(ratio > 1) if math.isfinite(ratio + self.error) else OPEN
         return Judgement(
             f"at a hip error of {self.error:.0e} m a step takes {self.constraint:.0f} evaluations with constraints, "
             f"{self.penalty:.0f} with penalty contact",
@@ -47,7 +47,8 @@ class ConstraintsReduceEffort(Measured):
                     f"stiffness is what costs: {self.stiffer_by:g} times k_c takes {self.stiffer:.1f} times as many",
                 ),
                 Cause(verdict == FAILS, f"penalty contact takes only {ratio:.2f} times the work"),
-                Cause(verdict == OPEN, "no way of one of the models reached this error"),
+                Cause(not math.isfinite(self.error), "the penalty model has no walk at the paper's setting"),
+                Cause(verdict == OPEN and math.isfinite(self.error), "no way of one of the models reached this error"),
             ),
         )
 
