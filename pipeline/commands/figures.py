@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 import tempfile
 from pathlib import Path
@@ -11,7 +12,7 @@ import click
 from pipeline import completion
 from pipeline.cache import processor, provenance, regular
 from pipeline.commands import options
-from pipeline.errors import FAILED, StudyError
+from pipeline.errors import FAILED, Declined, StudyError
 from pipeline.execution import display
 from pipeline.report import standing
 from pipeline.report.pictures import TOLERANCE, compare
@@ -75,8 +76,9 @@ def command(
     count = len({Path(name).stem for name in present})
     with tempfile.TemporaryDirectory(prefix="bipedstudy-") as folder:
         try:
-            for number, _ in enumerate(draw(study, [""], Path(folder), marked=False), 1):
-                shows.points(min(number, count), max(count, 1), f"{number} figures drawn")
+            with contextlib.suppress(Declined):  # what is there and is not drawn is told below
+                for number, _ in enumerate(draw(study, [""], Path(folder), marked=False), 1):
+                    shows.points(min(number, count), max(count, 1), f"{number} figures drawn")
         finally:
             shows.close()
         found = compare(

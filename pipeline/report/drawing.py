@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.cache import artefact, durable, regular
-from pipeline.errors import StudyError, nearest
+from pipeline.errors import Declined, StudyError, is_answer, nearest
 from pipeline.graph import Stage
 from pipeline.parameters import loading
 from pipeline.report.standing import Standing, made_by, together
@@ -27,7 +27,8 @@ def draw(
     and what is to be said of the results it shows, which stands in the picture too where that is to be `marked`.
 
     Reads only the results that these figures name. Raises `StudyError` for an unknown figure, for a missing or foreign
-    artefact, and if no stage makes results/figures or the one that does draws them only together.
+    artefact, and if no stage makes results/figures or the one that does draws them only together. Raises `Declined`
+    after all others for those that cannot be drawn for a reason.
     """
     stage = next((stage for stage in study.graph.stages.values() if FIGURES in stage.outs), None)
     if stage is None:
@@ -39,13 +40,22 @@ def draw(
     shows = {name: _makers(study, stage, drawn.figure(name).INPUTS) for name in names}
     values = study.parameters((stage.name,))[stage.name]
     standing = Standing(study, {each for makers in shows.values() for each in makers}) if marked else None
+    refused = []
     for name, makers in shows.items():
-        results = {key: _result(study, stage, key) for key in drawn.figure(name).INPUTS}
         said = standing.said(makers) if standing else ""
-        files, caption = drawn.draw(name, _parameters(study, values, makers), results, said)
+        try:
+            results = {key: _result(study, stage, key) for key in drawn.figure(name).INPUTS}
+            files, caption = drawn.draw(name, _parameters(study, values, makers), results, said)
+        except Exception as error:
+            if not is_answer(error, study.package):
+                raise
+            refused.append(f"{name} is not drawn: {error}")
+            continue
         for path, content in files.items():
             durable.write(folder / Path(path).name, content)
         yield [folder / Path(path).name for path in files], caption if together(study, makers) else _NO_CAPTION, said
+    if refused:
+        raise Declined(refused)
 
 
 def _makers(study: Study, stage: Stage, inputs: Iterable[str]) -> tuple[str, ...]:

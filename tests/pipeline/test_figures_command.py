@@ -83,6 +83,19 @@ def test_a_figure_is_drawn_alone_from_the_artefacts_that_it_names(ran):
     assert "draws its figures only together" in toy.command("figures", "one")[2]
 
 
+def test_a_figure_that_cannot_be_drawn_says_why_after_the_others(ran):
+    toy = ran
+    toy.edit("stages/picture/drawn.py", '    if name == "two":', """    if name == "one":
+        from stages.fall.errors import NoFall
+        raise NoFall("it hangs")
+    if name == "two":""")
+    code, out, errors = toy.command("figures", "one", "two", "--set", "picture.extra=true")
+    assert code == 3 and out.endswith("this is two\n") and errors.endswith("error: one is not drawn: it hangs\n")
+    (toy.root / "results/figures/one.svg").unlink()
+    code, out, errors = toy.command("figures", "--check")
+    assert code == 0 and out.startswith("0 files, 0 differ"), "as there is none to compare with"
+
+
 def test_figures_of_another_processor_are_compared_within_a_tolerance(toy_with_commands, monkeypatch):
     toy = toy_with_commands
     monkeypatch.setenv("NPY_DISABLE_CPU_FEATURES", "NONE_SUCH")  # as good as another processor: it is said, not hidden
