@@ -62,8 +62,9 @@ def test_one_process_takes_the_stages_of_one_place(done):
 
 
 @pytest.mark.parametrize("begin", ["import bipedstudy", "import pipeline.cli as c; c.cli.main = int; c.main()"])
-def test_notebooks_and_commands_compute_in_the_environment_of_workers(begin):
+def test_notebooks_and_commands_compute_in_the_environment_of_workers(begin, monkeypatch):
     """Before NumPy is loaded, which reads it then."""
+    monkeypatch.delenv(processor.VARIABLE, raising=False)  # what whoever runs the tests chose
     clean = {name: value for name, value in os.environ.items() if name not in processor.environment()}
     tell = (f"import os, sys, atexit; told = {sorted(processor.environment())}\n"
             f"sys.path.insert(0, {str(face().parent)!r})\n"
