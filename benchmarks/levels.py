@@ -9,7 +9,7 @@ Results lie in results/levels/<level>. Errors are differences from the level `re
 are differences of its three walks from walks at settings that are tighter again. Kept are
 stages/tradeoff/accuracy/levels.json, twice the errors of the walks, which --accuracy reads,
 stages/about/numerical_errors.json, differences of the stages' numbers, arrays and columns, and
-stages/comparison/claims/accuracy/numerical_errors.json, those of the claims' numbers. Artefacts carry twice of them as
+stages/comparison/claims/numerical_errors.json, those of the claims' numbers. Artefacts carry twice of them as
 errors, and verdicts are held against these, where all parameters are those that were measured here.
 """
 
@@ -40,10 +40,10 @@ from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.asked import Accuracy
 from stages.biped.accuracy.estimate import walk_differences
 from stages.biped.accuracy.level import DRAFT, LEVELS, PAPER, REFERENCE
-from stages.comparison.claims.accuracy.numerical_error import TABLE as OF_CLAIMS
-from stages.comparison.claims.accuracy.numerical_error import digest
+from stages.comparison.claims.numerical_error import TABLE as OF_CLAIMS
+from stages.comparison.claims.numerical_error import digest
 from stages.comparison.claims.verdict import UNDECIDED
-from stages.comparison.evidence.evidence import largest
+from stages.comparison.evidence import largest
 from stages.comparison.result import Claim
 from stages.comparison.result import Result as Comparison
 from stages.multibody.result import Result as Multibody

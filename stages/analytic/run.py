@@ -18,9 +18,8 @@ from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import GaitReport, report_gait
 from stages.analytic.gait.gait_search import find_gait
-from stages.analytic.gait.outsole_effect import outsole_effect
 from stages.analytic.gait.poincare import FixedPoint, fixed_point
-from stages.analytic.gait.sensitivity import Neighbours, vary_design
+from stages.analytic.gait.sensitivity import Neighbours, outsole_effect, vary_design
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.parameters import Parameters, Settings

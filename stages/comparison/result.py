@@ -8,15 +8,26 @@ from dataclasses import dataclass
 
 from stages.biped.quantity import quantity
 from stages.comparison.agreement import ModelAgreement, TwinAgreement
-from stages.comparison.claims.accuracy.number import Number
 from stages.comparison.claims.verdict import VERDICTS
-from stages.comparison.determinants import Determinants
-from stages.comparison.digits import TITLE, Digits
-from stages.comparison.prices import prices
+from stages.comparison.determinants import TITLE, Determinants, Digits
 from stages.comparison.runs.ingest_score import IngestScore
 from stages.comparison.runs.measurement import MeasurementAgreement
 from stages.comparison.summary import BipedSummary
-from stages.comparison.tables import Table, side_by_side
+from stages.comparison.tables import Table, prices, side_by_side
+
+
+@dataclass(frozen=True)
+class Number:
+    """One number that a claim was judged by."""
+
+    name: str = quantity("-", "field of the claim's numbers, with places inside of it")
+    unit: str = quantity("-", "unit of value and error")
+    value: float = quantity("-", "value")
+    error: float = quantity("-", "numerical error; NaN if unknown")
+
+    def __str__(self) -> str:
+        error = "" if math.isnan(self.error) else f" ± {self.error:.1g}"
+        return f"{self.name} {self.value:.6g}{error}"
 
 
 @dataclass(frozen=True)

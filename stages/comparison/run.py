@@ -6,19 +6,46 @@ Inputs: the results of the models, of their studies and of the ingest. Settings:
 
 from __future__ import annotations
 
+import math
+
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import require
-from stages.comparison.claims.as_yaml import as_yaml
-from stages.comparison.claims.headlines import headlines
-from stages.comparison.claims.judge import judge
-from stages.comparison.determinants import Determinants, of_walk
-from stages.comparison.digits import digits_of
-from stages.comparison.evidence.evidence import Evidence, known
-from stages.comparison.evidence.measure import measure
-from stages.comparison.evidence.summarise import summarise
+from stages.comparison.claims.as_yaml import as_yaml, headlines
+from stages.comparison.claims.judge import judge, measure
+from stages.comparison.claims.numerics import constraints_reduce_effort
+from stages.comparison.determinants import Determinants, digits_of, of_walk
+from stages.comparison.evidence import NAN, Evidence, known, largest
 from stages.comparison.inputs import Inputs
 from stages.comparison.parameters import Parameters
 from stages.comparison.result import Result, tables_of
+from stages.comparison.summary import BipedSummary
+
+
+def summarise(e: Evidence) -> BipedSummary:
+    """The summary of the study's biped."""
+    analytic, validity = e.results.analytic, e.results.analytic.validity
+    models, work, twin = known(lambda: e.models), known(lambda: constraints_reduce_effort(e)), known(lambda: e.twin)
+    limit, rung = known(lambda: e.results.contact_study.limit), known(lambda: e.results.twin_ladder.twin)
+    return BipedSummary(
+        analytic.gait.step_frequency_hz,
+        analytic.gait.step_length_m,
+        abs(analytic.numerical_error.period),
+        analytic.numerical_error.hip_position,
+        models.period_difference if models is not None else NAN,
+        models.step_length_difference if models is not None else NAN,
+        float(limit.hard.hip_position.max()) if limit is not None else NAN,
+        float(models.same_start.position.max()) if models is not None else NAN,
+        twin.step_frequency if twin is not None else NAN,
+        largest(analytic.gait.floquet_multipliers),
+        largest(rung.plane_multipliers) if rung is not None else NAN,
+        validity.friction_single_stance,
+        max(validity.impulse_friction_landing, validity.impulse_friction_trailing),
+        e.parameters.contact.static_friction,
+        math.sin(e.parameters.slope.angle),
+        work.constraint if work is not None else NAN,
+        work.penalty if work is not None else NAN,
+        work.error if work is not None else NAN,
+    )
 
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,17 +20,51 @@ from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.design import require_alike, require_own_strikes
 from stages.biped.progress import Progress, ignore
-from stages.contact_study.checked import checked
 from stages.contact_study.friction import laws_of, vary_friction
 from stages.contact_study.limit_result import COMPLETED
 from stages.contact_study.one_step import Scene, landing_force, measure, take_step
 from stages.contact_study.parameters import Parameters, Settings
 from stages.contact_study.result import VARIED, OneStep, Result, Variations
 from stages.contact_study.rigid_limit import from_rigid_limit, same_set
+from stages.engines.result import EngineAgreement, drawn
+from stages.engines.walks import Machine, between_cycles, over_a_walk
 from stages.ground.contact_law import ContactLaw
 from stages.penalty.settings import Settings as SolverSettings
 from stages.penalty.step_map import PenaltyStepper
-from stages.planar.state import rolling_state
+from stages.planar.section import NoLimitCycle, section_numbers
+from stages.planar.state import PlanarState, rolling_state
+
+#: Seed of the draws.
+SEED = 17
+
+
+def checked(
+    scene: Scene, laws: Sequence[tuple[ContactLaw, int]], cycles: Sequence[ContactLaw], count: int, tolerance: float
+) -> EngineAgreement:
+    """So many steps with sets, each given with its cost, and one cycle unless there is one step only.
+
+    The dearest set is the first, the others and the cycle are drawn. `tolerance` is Exudyn's. Raises EnginesDisagree.
+    """
+    hardest = max(range(len(laws)), key=lambda number: laws[number][1])
+
+    def placed(law: ContactLaw) -> tuple[Machine, PlanarState]:
+        start = rolling_state(scene.biped, law, scene.mid_stance, scene.walk.standing_force)
+        return Machine(scene.biped, scene.slope, law, tolerance), start
+
+    def named(law: ContactLaw) -> str:
+        return ", ".join(f"{key} {getattr(law, key):.3g}" for key in VARIED)
+
+    distances = [
+        over_a_walk(f"a step with {named(laws[number][0])}", *placed(laws[number][0]), duration=scene.period)
+        for number in drawn(count, len(laws), SEED, (hardest,))
+    ]
+    for number in drawn(min(1, count - 1), len(cycles), SEED):
+        machine, start = placed(cycles[number])
+        with suppress(NoLimitCycle):  # a set without a gait has none to compare
+            what = f"the cycle with {named(cycles[number])}"
+            distances.append(between_cycles(what, machine, start, section_numbers(start)))
+    return EngineAgreement(SEED, tuple(distances))
+
 
 #: Spans of the force curves from heel strike, in pendulum times: start, end, spacing. Impact, bounces, rest of stance.
 CURVE = ((-0.01, 0.03, 2.5e-4), (0.03, 0.2, 5e-4), (0.2, 1.8, 5e-3))

@@ -6,8 +6,7 @@ import pytest
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.poincare import poincare_derivative, poincare_map
 from stages.analytic.integration.integrator import STAGES
-from stages.analytic.integration.radau import error_norm, jacobian, take_step
-from stages.analytic.integration.radau_tableau import A_INVERSE, A, C
+from stages.analytic.integration.radau import A_INVERSE, A, C, error_norm, jacobian, take_step
 from stages.analytic.integration.readable import take_step as readable_step
 from stages.analytic.model.kinds import Stiff
 from stages.analytic.model.stiffness import axial_rates

@@ -14,13 +14,11 @@ import yaml
 
 from pipeline.commands import claims as shown
 from pipeline.study import Study
-from stages.comparison.claims import applies, contact, figure_8, gait, numerics, twin
+from stages.comparison.claims import calibration, contact, figure_8, gait, judge, measurement, numerics, twin
 from stages.comparison.claims.as_yaml import as_yaml
 from stages.comparison.claims.judge import judged
-from stages.comparison.claims.of_runs import calibration, leg_motion, measurement
 from stages.comparison.claims.paper import BIPED, SAYS, SETTINGS
 from stages.comparison.claims.verdict import DOES_NOT_APPLY, FAILS, HOLDS, HOLDS_IF, OPEN, VERDICTS
-from stages.comparison.evidence import of_gait, of_numerics
 from stages.tradeoff import constraint_ways, penalty_ways
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -54,7 +52,7 @@ CASES = [
     (measurement.SensorRange(3.0, 3.5, 169.0, 0.0, 0.48, (15.0, 160.0), (1.5e-3, 2.2e-3), 2.4),
      {"above": 0.02, "hip": 80.0}),
     (twin.TwinLikeSimple(0.017, 0.017, 0.005, (("inertia", 0.026), ("leg", -0.018)), 0.48, False), {"up": 0.2}),
-    (leg_motion.HipPathDrifts("synthetic", 1.7, 0.2, 0.02, 2e-3, 0.16, 1e-3, 0.161, 0.162), {"twice": 1e-3}),
+    (measurement.HipPathDrifts("synthetic", 1.7, 0.2, 0.02, 2e-3, 0.16, 1e-3, 0.161, 0.162), {"twice": 1e-3}),
     (measurement.MeasurementEncloses("measured", 30, (0.97, 1.0, 1.0)), {"shares": (0.5, 1.0, 1.0)}),
     (measurement.MeasurementSlower("measured", 1.9, 2.0, -0.11, -0.09), {"frequency": 2.1, "lower": 0.1, "upper": 0.2}),
     (calibration.OutsoleSlows(2e-3, -1e-3, -3e-3, 0.01, nan, "measured", 2, 2e-3, 4e-4, -3e-3, 1e-3, nan),
@@ -67,7 +65,7 @@ CASES = [
 ]
 
 #: Inputs that make a claim hold on a condition, or leave it open.
-PATH = next(holding for holding, _ in CASES if isinstance(holding, leg_motion.HipPathDrifts))
+PATH = next(holding for holding, _ in CASES if isinstance(holding, measurement.HipPathDrifts))
 CONDITIONS = [
     (PATH, {"once": 5e-3}, "one integration of the rate"),
     (CASES[1][0], {"drift": 1e-14}, "no impact map"),
@@ -181,7 +179,7 @@ def test_another_biped_or_slope_is_not_judged_as_the_papers(key):
 
 
 def test_the_parameters_as_they_stand_are_the_papers_biped():
-    assert applies.another_biped(PARAMETERS) == ()
+    assert judge.another_biped(PARAMETERS) == ()
 
 
 def test_a_changed_contact_set_or_solver_keeps_the_claim_and_is_named_in_it():
@@ -197,7 +195,7 @@ def test_a_changed_contact_set_or_solver_keeps_the_claim_and_is_named_in_it():
 def test_every_parameter_that_a_claim_or_the_paper_names_exists():
     stages = {"imu"}  # whose settings name a file, which the comparison does not read
     for key in [key for case in CASES for key in case[0].RESTS_ON] + [*BIPED, *SETTINGS]:
-        assert key.split(".")[0] in stages or applies.found(PARAMETERS, key) != (None, ""), key
+        assert key.split(".")[0] in stages or judge.found(PARAMETERS, key) != (None, ""), key
 
 
 def test_every_statement_has_a_claim_and_they_come_in_the_papers_order():
@@ -221,7 +219,7 @@ def test_rounding_is_told_no_finer_than_the_reference_is_sure():
 
 
 def test_the_models_of_the_tradeoff_are_called_what_it_calls_them():
-    assert (of_numerics.ROLLING, of_numerics.PENALTY) == (constraint_ways.ROLLING, penalty_ways.PENALTY)
+    assert (numerics.ROLLING, numerics.PENALTY) == (constraint_ways.ROLLING, penalty_ways.PENALTY)
 
 
 def test_claims_survive_yaml_and_the_command_knows_their_verdicts():
@@ -243,7 +241,7 @@ def test_a_multibody_model_without_a_cycle_leaves_stability_open():
     multibody = SimpleNamespace(cycle=SimpleNamespace(largest_multiplier=nan))
     analytic = SimpleNamespace(gait=SimpleNamespace(floquet_multipliers=CASES[3][0].constraint * np.eye(1, 2)))
     evidence = SimpleNamespace(results=SimpleNamespace(multibody=multibody, analytic=analytic))
-    claim = judged(PARAMETERS, of_gait.stable_gait(evidence))
+    claim = judged(PARAMETERS, gait.stable_gait(evidence))
     assert claim.verdict == OPEN and "no multibody gait" in claim.measured
 
 

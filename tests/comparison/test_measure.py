@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from made_up import make_budget, make_step, make_walk
 
-from stages.comparison.determinants import Determinants, of_walk
-from stages.comparison.digits import digits_of
-from stages.comparison.evidence import of_contact, of_gait, studies, walks
+from stages.comparison import studies
+from stages.comparison.claims import contact, figure_8, gait, twin
+from stages.comparison.determinants import Determinants, digits_of, of_walk
 from stages.comparison.tables import side_by_side
 from stages.contact_study.friction_result import FrictionVariation
 from stages.error_budget.effects import CREEP, EFFECTS, SLIP
@@ -50,12 +50,12 @@ def rolling(steps=12, step=0.16, speed=0.32, count=20_001):
 
 def test_feet_that_stand_one_step_apart_reach_as_far_as_they_roll():
     walk = rolling()
-    reach, rolls = walks.block_reach(walk, RADIUS, 0.16, 11)
+    reach, rolls = twin.block_reach(walk, RADIUS, 0.16, 11)
     assert rolls == pytest.approx(2 * reach, rel=1e-3)
     assert reach == pytest.approx(RADIUS * np.abs(walk.leg_angle).max(), rel=3e-3)
-    off, _ = walks.block_reach(walk, RADIUS, 0.15, 11)
+    off, _ = twin.block_reach(walk, RADIUS, 0.15, 11)
     assert off == pytest.approx(reach + 10 * 0.01, rel=1e-2), "ten steps of 10 mm too much"
-    assert math.isnan(walks.block_reach(rolling(steps=6), RADIUS, 0.16, 11)[0])
+    assert math.isnan(twin.block_reach(rolling(steps=6), RADIUS, 0.16, 11)[0])
 
 
 def test_determinants_of_a_known_walk():
@@ -91,7 +91,7 @@ def test_the_gait_turns_with_the_velocity_and_the_factor_at_which_it_changes_mos
     study = SimpleNamespace(default_friction_variations=tuple(rows), default=make_step(creep=4e-3))
     results = SimpleNamespace(contact_study=study)
     limits = SimpleNamespace(settings=SimpleNamespace(unaffected_limit=0.005))
-    found = of_contact.friction_velocities(SimpleNamespace(parameters=limits, results=results))
+    found = contact.friction_velocities(SimpleNamespace(parameters=limits, results=results))
     assert (found.velocity, found.creep) == ("stiction_velocity", 4e-3)
     assert (found.halved, found.doubled) == pytest.approx((0.01, -0.02))
     assert found.turning == pytest.approx(2**0.25), "doubling moves it by four times the limit"
@@ -106,10 +106,10 @@ def test_step_frequency_takes_its_uncertainty_from_the_model():
     own = SimpleNamespace(
         name="step_frequency_hz", worst=7e-3, decisive="biped.foot_com", decisive_part=3e-3,
         slope_least=2.05, slope_most=2.08)
-    found = of_gait.step_frequency(given(period, own))
+    found = gait.step_frequency(given(period, own))
     assert (found.frequency, found.rounding, found.decisive, found.part, found.slopes) == (
         2.07, 7e-3, "biped.foot_com", 3e-3, (2.05, 2.08))
-    assert of_gait.step_frequency(given()).rounding == 0.0, "all values are exact"
+    assert gait.step_frequency(given()).rounding == 0.0, "all values are exact"
 
 
 def test_least_work_is_that_of_the_cheapest_way_at_the_error():
@@ -164,5 +164,5 @@ def test_slip_between_cycles_leaves_out_the_instants_of_impacts():
     slip[:, 0], slip[:, 2] = [1e-4, 2e-4, 3e-4, 2e-4, 5e-4], [0.9, 1e-3, -3e-3, 1e-3, 0.9]
     split = Split(parts, np.zeros((5, 4)), np.array([False, True, True, True, False]))
     results = SimpleNamespace(error_budget=SimpleNamespace(cycle=SimpleNamespace(split=split)))
-    found = of_contact.slip_between_cycles(SimpleNamespace(results=results))
+    found = figure_8.slip_between_cycles(SimpleNamespace(results=results))
     assert found == pytest.approx((5e-4, 3e-3), rel=1e-12)

@@ -12,7 +12,7 @@ from pipeline.commands.claims import Claim as Shown
 from pipeline.commands.claims import as_text
 from pipeline.study import Study
 from stages.biped.accuracy.level import LEVELS, Level
-from stages.comparison.claims.accuracy import numerical_error
+from stages.comparison.claims import numerical_error
 from stages.comparison.claims.judge import judged
 from stages.comparison.claims.paper import SAYS
 from stages.comparison.claims.verdict import FAILS, HOLDS, UNDECIDED, UNKNOWN

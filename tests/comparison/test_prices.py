@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from stages.biped.accuracy.level import LEVELS
-from stages.comparison.prices import ERRORS, prices
+from stages.comparison.tables import ERRORS, prices
 
 
 @pytest.mark.parametrize("level", LEVELS)

@@ -11,10 +11,9 @@ from stages.analytic.errors import NoGait
 from stages.analytic.gait.gait_search import gaits_kept
 from stages.contact_study import rigid_limit
 from stages.contact_study import run as stage
-from stages.contact_study.checked import checked
 from stages.contact_study.result import Result
 from stages.contact_study.rigid_limit import same_set
-from stages.contact_study.run import Inputs, run
+from stages.contact_study.run import Inputs, checked, run
 from stages.engines.result import EnginesDisagree
 from stages.engines.walks import Machine
 

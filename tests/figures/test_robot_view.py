@@ -12,7 +12,8 @@ from matplotlib.collections import PolyCollection
 
 from pipeline.parameters.loading import load
 from stages.drawing import style
-from stages.figures.robot import bodies, section, view
+from stages.figures.drawn import figure_09_section
+from stages.figures.robot import bodies, view
 from stages.twin.exports.blocks import laid
 from stages.twin.exports.solids import box, ring
 from stages.twin.machine.parts import Part
@@ -84,8 +85,8 @@ def test_cut_triangles_cover_the_same_area_with_short_edges(surface):
     ],
 )
 def test_a_section_has_the_area_that_the_plane_cuts(shape, size, axis, x, area):
-    found = list(section.cuts(part(shape, size, axis, (x, -0.1, 0.04), pieces=2)))
-    assert section.area(found) == pytest.approx(2.0 * area)
+    found = list(figure_09_section.cuts(part(shape, size, axis, (x, -0.1, 0.04), pieces=2)))
+    assert figure_09_section.area(found) == pytest.approx(2.0 * area)
     assert {round(abs(cut.z + cut.width / 2), 9) for cut in found if axis != "y"} <= {0.04}
     assert found, "what the plane misses is drawn behind it"
 

@@ -17,7 +17,7 @@ from pipeline.parameters import loading
 from pipeline.study import Study
 from stages import about
 from stages.biped.accuracy.level import LEVELS
-from stages.comparison.claims.accuracy.numerical_error import measured_errors
+from stages.comparison.claims.numerical_error import measured_errors
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -5,7 +5,7 @@ import pytest
 
 from pipeline.parameters.loading import load
 from stages.twin_ladder.parameters import Parameters
-from stages.twin_ladder.rungs import rungs
+from stages.twin_ladder.run import rungs
 
 
 @pytest.fixture(scope="session")

@@ -8,7 +8,7 @@ import pytest
 
 from stages.twin.machine.bill import join
 from stages.twin.machine.machine import build
-from stages.twin_ladder.rungs import rungs, same
+from stages.twin_ladder.run import rungs, same
 
 
 def test_each_rung_differs_from_the_one_before(machines):

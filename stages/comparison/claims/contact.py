@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
+from stages.comparison import studies
 from stages.comparison.claims.measured import Measured
 from stages.comparison.claims.verdict import (
     FAILS,
@@ -17,7 +20,9 @@ from stages.comparison.claims.verdict import (
     percent,
     yes_or_no,
 )
+from stages.comparison.evidence import NAN, Evidence
 from stages.comparison.parameters import Settings
+from stages.contact_study.friction_result import changes, crossing
 
 STUDIED = ("contact_study.default_stiffness", "contact_study.default_stiction_velocity", "contact_study.tolerance",
            "multibody.tolerance")
@@ -228,3 +233,61 @@ class FrictionVelocities(Measured):
             ),
             f"the change stays below a factor of {self.turning:.1f}" if verdict == HOLDS_IF else "",
         )
+
+
+def twice_differentiated(e: Evidence) -> TwiceDifferentiated:
+    analytic = e.results.analytic
+    drift, kept = float(np.abs(analytic.constraint_drift).max()), analytic.without_impact
+    return TwiceDifferentiated(drift, abs(kept.slip_at_end), kept.descent_at_end)
+
+
+def rolling_without_slip(e: Evidence) -> RollingWithoutSlip:
+    validity = e.results.analytic.validity
+    return RollingWithoutSlip(
+        validity.friction_there_is,
+        validity.friction_single_stance,
+        max(validity.impulse_friction_trailing, validity.impulse_friction_landing),
+        validity.time_outside_cone,
+        validity.impulse_outside_cone,
+    )
+
+
+def contact_set(e: Evidence) -> ContactSet:
+    study = e.results.contact_study
+    rows = study.variations.rows("contact_stiffness")
+    force, value = study.variations.normal_force[rows], study.variations.value[rows]
+    default, now = study.default.law.contact_stiffness, study.default.normal_force
+    better = np.flatnonzero(force < now)
+    near = np.abs(np.log(value / default))
+    least = int(better[np.argmin(near[better])]) if len(better) else int(np.argmin(np.nan_to_num(force, nan=np.inf)))
+    stiffest = int(np.argmax(np.where(np.isfinite(force), value, -np.inf)))
+    return ContactSet(
+        now, float(force[least]), float(value[least] / default), float(force[stiffest]),
+        float(value[stiffest] / default),
+    )  # fmt: skip
+
+
+def contact_set_figure_8(e: Evidence) -> ContactSetFigure8:
+    study, v = e.results.contact_study, e.results.contact_study.variations
+    rows = v.rows("contact_stiffness")
+    alone = np.append(v.hip_position[rows].max(axis=1), study.default.hip_position.max())
+    values = np.append(v.value[rows], study.default.law.contact_stiffness)
+    best = int(np.nanargmin(alone)) if np.isfinite(alone).any() else 0
+    slips = [(float(v.hip_position[row].max()), float(v.value[row])) for row in v.rows("stiction_velocity")]
+    other = min((pair for pair in slips if math.isfinite(pair[0])), default=(NAN, NAN))
+    creep = study.default.creep_velocity
+    moves = creep * e.results.analytic.gait.period_s
+    return ContactSetFigure8(float(alone[best]), float(values[best]), creep, moves, *other)
+
+
+def friction_velocities(e: Evidence) -> FrictionVelocities:
+    variations, limit = e.results.contact_study.default_friction_variations, e.parameters.settings.unaffected_limit
+    found = []
+    for key in ("stiction_velocity", "friction_velocity"):
+        sides = [factor for factor in crossing(variations, key, limit) if math.isfinite(factor)]
+        turning = min((max(factor, 1 / factor) for factor in sides), default=math.inf)
+        moved = {one.factor: max(pair, key=abs) for one, *pair in changes(variations) if one.name == key}
+        halved, doubled = (studies.at(list(moved), list(moved.values()), factor) for factor in (0.5, 2.0))
+        creep = e.results.contact_study.default.creep_velocity
+        found.append(FrictionVelocities(key, turning, halved, doubled, creep))
+    return min(found, key=lambda one: (one.turning, -max(abs(one.halved), abs(one.doubled))))

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from stages.comparison import studies
 from stages.comparison.claims.measured import Measured
 from stages.comparison.claims.verdict import (
     FAILS,
@@ -22,7 +23,12 @@ from stages.comparison.claims.verdict import (
     mm,
     yes_or_no,
 )
+from stages.comparison.evidence import NAN, Evidence
+from stages.comparison.hip_motion import farthest
 from stages.comparison.parameters import Settings
+from stages.contact_study.limit_result import COMPLETED
+from stages.error_budget.effects import SLIP, UNEXPLAINED
+from stages.error_budget.split import POSITION, VELOCITY
 
 RESTS_ON = (
     "ground.static_friction", "ground.contact_stiffness", "ground.contact_damping", "ground.damping_depth",
@@ -165,3 +171,57 @@ class IntegrationTolerance(Measured):
                 Cause(not holds and bool(larger), f"each larger than that, at the step's end: {listed(larger)}"),
             ),
         )
+
+
+def hip_displacement(e: Evidence) -> HipDisplacement:
+    analytic, multibody = e.results.analytic, e.results.multibody
+    two = farthest(analytic.walk, multibody.walk, 2 * analytic.gait.period_s)
+    limit, cycle = e.results.contact_study.limit, slip_between_cycles(e)
+    budget, hardest = e.results.error_budget.step, None
+    if limit is not None:
+        known = [(share, one) for share, one in zip(limit.family_share, limit.family) if one.outcome == COMPLETED]
+        hardest = min(known, key=lambda pair: float(pair[0]), default=None)
+    return HipDisplacement(
+        float(limit.hard.hip_position.max()) if limit is not None else NAN,
+        cycle[0],
+        float(e.models.same_start.position.max()),
+        float(two.max()),
+        float(e.models.settled.position.max()),
+        studies.ends(budget.split) if budget is not None else (),
+        float(limit.ground.hip_position.max()) if limit is not None else NAN,
+        float(hardest[1].hip_position.max()) if hardest is not None else NAN,
+        float(hardest[0]) if hardest is not None else NAN,
+    )
+
+
+def hip_velocity(e: Evidence) -> HipVelocity:
+    study = e.results.contact_study
+    step = float(study.limit.hard.hip_velocity.max()) if study.limit is not None else NAN
+    inside = float(study.ground.impact_velocity.max())
+    return HipVelocity(step, slip_between_cycles(e)[1], float(e.models.same_start.velocity.max()), inside)
+
+
+def slip_between_cycles(e: Evidence) -> tuple[float, float]:
+    """Largest differences of hip position [m] and velocity [m/s] between the cycles of the two constraint models, at
+    equal phase over a stride, velocities outside of impacts: at one, round-off says on which side a phase is."""
+    budget = e.results.error_budget.cycle
+    if budget is None:
+        return NAN, NAN
+    slip = budget.split.part(SLIP)
+    return budget.split.peak(slip, POSITION), budget.split.peak(slip, VELOCITY)
+
+
+def integration_tolerance(e: Evidence) -> IntegrationTolerance:
+    budget = e.results.error_budget
+    if budget.step is None:
+        return IntegrationTolerance(budget.outcome, NAN, NAN, NAN, (), NAN, NAN)
+    split = budget.step.split
+    return IntegrationTolerance(
+        budget.outcome,
+        float(budget.step.paper_integration[:, :2].max()),
+        split.peak(split.total, POSITION),
+        split.peak(split.part(UNEXPLAINED), POSITION),
+        studies.ends(split),
+        split.explained(POSITION),
+        budget.cycle.split.explained(POSITION) if budget.cycle is not None else NAN,
+    )

@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from stages.comparison.claims.measured import Measured
 from stages.comparison.claims.paper import FREQUENCY_HZ, LAST_DIGIT_HZ
 from stages.comparison.claims.verdict import FAILS, HOLDS, OPEN, Cause, Judgement, percent, yes_or_no
+from stages.comparison.evidence import NAN, Evidence, largest
 from stages.comparison.parameters import Settings
 
 SOLVER = ("analytic.tolerance", "analytic.transition")
@@ -155,3 +158,36 @@ class ChaosAmplifies(Measured):
                 Cause(grows, f"a step multiplies a difference by {self.multiplier:.2f} in the long run"),
             ),
         )
+
+
+def step_frequency(e: Evidence) -> StepFrequency:
+    analytic = e.results.analytic
+    digits = next((one for one in analytic.uncertainties if one.name == "step_frequency_hz"), None)
+    frequency = analytic.gait.step_frequency_hz
+    if digits is None:  # all values are exact
+        return StepFrequency(frequency, 0.0, "", 0.0, (frequency, frequency))
+    slopes = digits.slope_least, digits.slope_most
+    return StepFrequency(frequency, digits.worst, digits.decisive, digits.decisive_part, slopes)
+
+
+def stable_gait(e: Evidence) -> StableGait:
+    planar = e.results.multibody.cycle.largest_multiplier
+    return StableGait(largest(e.results.analytic.gait.floquet_multipliers), planar)
+
+
+def multipliers_minimised(e: Evidence) -> MultipliersMinimised:
+    analytic = e.results.analytic
+    options = [
+        (value, f"{variation.name} {sign}{100 * variation.change:.0f} %")
+        for variation in analytic.variations
+        for value, sign in ((variation.multiplier_below, "-"), (variation.multiplier_above, "+"))
+        if math.isfinite(value)
+    ]
+    return MultipliersMinimised(largest(analytic.gait.floquet_multipliers), *min(options, default=(NAN, "")))
+
+
+def chaos_amplifies(e: Evidence) -> ChaosAmplifies:
+    analytic = e.results.analytic
+    steps, matrix = len(analytic.walk.heel_strike_time), analytic.monodromy_matrix
+    sizes = [float(np.linalg.norm(np.linalg.matrix_power(matrix, n), 2)) for n in range(1, max(steps, 1) + 1)]
+    return ChaosAmplifies(largest(analytic.gait.floquet_multipliers), max(sizes), sizes[-1], len(sizes))

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
+from stages.biped.walk import Walk
 from stages.comparison.claims.measured import Measured
 from stages.comparison.claims.paper import BLOCK_SETS, RAMP_M
 from stages.comparison.claims.verdict import (
@@ -18,6 +21,7 @@ from stages.comparison.claims.verdict import (
     percent,
     yes_or_no,
 )
+from stages.comparison.evidence import NAN, Evidence, largest
 from stages.comparison.parameters import Settings
 
 RESTS_ON = ("twin.inertia", "twin.parts", "twin.tolerance", "ground.contact_stiffness", "ground.stiction_velocity")
@@ -194,3 +198,67 @@ class RampLength(Measured):
                 Cause(verdict == OPEN, "the twin walks fewer steps than there are sets"),
             ),
         )
+
+
+def contact_place(walk: Walk, leg: int, radius: float) -> np.ndarray:
+    """Place [m] down the slope of the point of a leg's foot that is nearest to the ground, (n,)."""
+    centre = walk.leg_length[:, leg] - radius
+    return np.asarray(walk.hip_position[:, 0] + centre * np.sin(walk.leg_angle[:, leg]))
+
+
+def block_reach(walk: Walk, radius: float, step: float, sets: int) -> tuple[float, float]:
+    """How far [m] standing feet come from the middles of blocks `step` [m] apart, and how far they roll on average.
+
+    The first block's middle is where the first foot stands at the start. NaN with fewer steps than there are sets.
+    """
+    places = [contact_place(walk, leg, radius) for leg in (0, 1)]
+    origin, reaches, spans = places[0][0], [], []
+    for number, (strike, leg) in enumerate(zip(walk.heel_strike_time, walk.heel_strike_leg), 1):
+        after = walk.toe_off_time[(walk.toe_off_time > strike) & (walk.toe_off_leg == leg)]
+        if number == sets or not len(after):
+            break
+        edges = np.interp([strike, after[0]], walk.time, places[int(leg)]) - origin - number * step
+        reaches.append(np.abs(edges).max())
+        spans.append(np.ptp(edges))
+    enough = len(reaches) == sets - 1
+    return (float(max(reaches)), float(np.mean(spans))) if enough else (float("nan"), float("nan"))
+
+
+def twin_settles(e: Evidence) -> TwinSettles:
+    settling, rung = e.results.twin.settling, e.results.twin_ladder.twin
+    first = float(settling.step_period[0]) if len(settling.step_period) else NAN
+    period, multiplier = settling.period_s, NAN
+    if rung is not None:
+        period, multiplier = rung.period_s, largest(rung.plane_multipliers)
+    return TwinSettles(settling.steps_to_settle, first, period, multiplier, settling.frequency_text())
+
+
+def twin_like_simple(e: Evidence) -> TwinLikeSimple:
+    ladder = e.results.twin_ladder
+    upto = next((number for number, rung in enumerate(ladder.rungs) if rung.is_twin), len(ladder.rungs) - 1)
+    names = [rung.name for rung in ladder.rungs[1 : upto + 1]]
+    details = tuple((name, period) for name, period, _ in ladder.changes() if name in names)
+    forward, up, rate = (float(value) for value in e.twin.normalised_rms[:3])
+    assumed = e.parameters.twin.inertia == "parts"
+    return TwinLikeSimple(forward, up, rate, details, ladder.simple_period_s, assumed)
+
+
+def push_converges(e: Evidence) -> PushConverges:
+    runs, rung = e.results.campaign.runs, e.results.twin_ladder.twin
+    known = rung is not None
+    return PushConverges(
+        sum(run.failed_attempts for run in runs),
+        len(runs),
+        tuple(e.results.twin_pushes.limits()),
+        largest(rung.plane_multipliers) if rung is not None and known else NAN,
+        largest(rung.side_multipliers) if rung is not None and known else NAN,
+    )
+
+
+def ramp_length(e: Evidence) -> RampLength:
+    settings = e.parameters.twin
+    step = settings.expected_step or e.results.analytic.gait.step_length_m
+    radius = e.parameters.biped.foot_radius + settings.outsole
+    reach, rolls = block_reach(e.results.twin.walk, radius, step, BLOCK_SETS)
+    needed = (BLOCK_SETS - 1) * step + settings.block_length
+    return RampLength(step, needed, reach, rolls, settings.block_length)

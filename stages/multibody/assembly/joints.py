@@ -19,8 +19,7 @@ from stages.biped.leg import Leg
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.assembly.contact import Lanes, add_ground, reactions
-from stages.multibody.assembly.hip import add_counterweight, add_hip
-from stages.multibody.assembly.leg_bodies import PlanarBody, above_spring
+from stages.multibody.assembly.leg_bodies import PlanarBody, above_spring, add_counterweight, add_hip
 from stages.multibody.assembly.quiet_exudyn import exudyn, items
 from stages.multibody.walking.scuffing import Pose
 from stages.planar.signals import GROUND_REACTION, IMU, SIGNALS

@@ -5,8 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
+from stages.biped.walk import SENSOR_SIGNALS
+from stages.comparison import studies
 from stages.comparison.claims.measured import Measured
-from stages.comparison.claims.paper import ACCELEROMETER_G, GYROSCOPE_DEG_S
+from stages.comparison.claims.paper import ACCELEROMETER_G, GYROSCOPE_DEG_S, STANDARD_GRAVITY
 from stages.comparison.claims.verdict import (
     FAILS,
     HOLDS,
@@ -14,9 +18,11 @@ from stages.comparison.claims.verdict import (
     OPEN,
     Cause,
     Judgement,
+    mm,
     percent,
     yes_or_no,
 )
+from stages.comparison.evidence import NAN, Evidence
 from stages.comparison.parameters import Settings
 
 MEASURED = "measured"
@@ -177,3 +183,116 @@ class PushSlows(Measured):
                 Cause(real and not known, "the database holds no pushes"),
             ),
         )
+
+
+@dataclass(frozen=True)
+class HipPathDrifts(Measured):
+    """Errors of the hip's path against the truth of synthetic runs: rms of where two integrations of the acceleration
+    put the last strike [m], over a way of `way` [m]; rms of a step's length by one integration of the rate and the foot
+    that rolls, relative; rms of the leg angle [rad]. NaN where there is no truth. Then the runs' step length and that
+    of twin and simple model [m], and the standard error the ingest gives a step [m]; NaN where no run has any.
+    """
+
+    ID = "hip_path_drifts"
+    UNITS = (("m", "way twice step_length said twin simple"), ("rad", "angle"))
+    METHOD = True
+    RESTS_ON = (*RUNS, "campaign.acceleration_bias_sd", "campaign.angular_rate_gain_sd", "imu.foot_radius")
+
+    origin: str
+    way: float
+    twice: float
+    once: float
+    angle: float
+    step_length: float
+    said: float
+    twin: float
+    simple: float
+
+    def judge(self, limits: Settings) -> Judgement:
+        known, seen = math.isfinite(self.twice) and math.isfinite(self.once), math.isfinite(self.step_length)
+        drifts, enough = self.twice > limits.hip_path_share * self.way, self.once <= limits.hip_path_share
+        verdict = OPEN if not known else FAILS if not drifts else HOLDS_IF if enough else HOLDS
+        errors = f"the true path of the {self.origin} runs is not known"
+        if known:
+            errors = (
+                f"against the truth of {self.origin} runs two integrations of the acceleration put the hip "
+                f"{mm(self.twice)} off after {self.way:.2f} m ({100 * self.twice / self.way:.0f} %); one of the rate "
+                f"and the foot that rolls leave {100 * self.once:.2f} % of a step's length, and "
+                f"{math.degrees(self.angle):.2f} degrees of the leg's angle"
+            )
+        lengths = (
+            f"; their steps are {mm(self.step_length)} long, each ± {mm(self.said)}, the twin's {mm(self.twin)}, the "
+            f"simple model's {mm(self.simple)}"
+            if seen
+            else ""
+        )
+        return Judgement(
+            errors + lengths,
+            verdict,
+            (
+                Cause(known and drifts, "an accelerometer's bias grows with the square of time"),
+                Cause(known and not drifts, "the accelerometers' biases are too small to matter over such a walk"),
+                Cause(
+                    known and drifts and enough,
+                    "the second integration is not needed: while a foot rolls, the leg's angle tells where the hip is",
+                ),
+                Cause(known and drifts and not enough, "nor does one integration do with these gyroscopes"),
+                Cause(not known, "only runs whose truth is known can tell how far a path drifts"),
+            ),
+            "it is the acceleration that is integrated; one integration of the rate is enough"
+            if verdict == HOLDS_IF
+            else "",
+        )
+
+
+def sensor_range(e: Evidence) -> SensorRange:
+    known = [one for one in e.results.campaign.spikes if math.isfinite(one.hip_peak)]
+    peaks = tuple(one.hip_peak / STANDARD_GRAVITY for one in known)
+    behind = [run.hip.peak_filtered for run in e.results.campaign.runs]
+    return SensorRange(
+        e.twin.peak_specific_force / STANDARD_GRAVITY,
+        e.twin.peak_foot_specific_force / STANDARD_GRAVITY,
+        math.degrees(e.twin.peak_rate),
+        e.twin.time_above_range,
+        1 / e.twin.step_frequency,
+        (min(peaks, default=NAN), max(peaks, default=NAN)),
+        (min((one.time_above_range for one in known), default=NAN),
+         max((one.time_above_range for one in known), default=NAN)),
+        float(np.median(behind)) / STANDARD_GRAVITY if behind else NAN,
+    )  # fmt: skip
+
+
+def hip_path_drifts(e: Evidence) -> HipPathDrifts:
+    legs, seen = e.ingest.leg if e.ingest is not None else None, e.measured.leg
+    lengths = (NAN,) * 4
+    if seen is not None:
+        lengths = seen.runs.step_length, seen.step_length_error, seen.twin.step_length, seen.simple.step_length
+    truth = (NAN,) * 4
+    if legs is not None:
+        truth = (float(np.mean(legs.way)), _rms(legs.twice), _rms(legs.step), _rms(legs.angle))
+    return HipPathDrifts(e.measured.origin, *truth, *lengths)
+
+
+def _rms(errors: np.ndarray) -> float:
+    known = errors[np.isfinite(errors)]
+    return float(np.sqrt(np.mean(known**2))) if len(known) else NAN
+
+
+def encloses(e: Evidence) -> MeasurementEncloses:
+    measured = e.measured
+    shares = tuple(measured.twin[name].envelope_share for name in SENSOR_SIGNALS[:3])
+    return MeasurementEncloses(measured.origin, measured.runs, shares)
+
+
+def slower(e: Evidence) -> MeasurementSlower:
+    measured = e.measured
+    interval = measured.twin_frequency
+    return MeasurementSlower(
+        measured.origin, measured.step_frequency, measured.twin_step_frequency, interval.lower, interval.upper
+    )
+
+
+def push_slows(e: Evidence) -> PushSlows:
+    frequencies = {run.report.name: run.report.step_frequency for run in e.results.imu.runs}
+    found = studies.pushes_and_frequency(e.results.campaign.runs, frequencies)
+    return PushSlows(e.measured.origin, len(frequencies), *found)

@@ -14,9 +14,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-from stages.comparison.claims.accuracy.number import Number
 from stages.comparison.claims.measured import Measured
 from stages.comparison.parameters import Parameters, Settings
+from stages.comparison.result import Number
 
 TABLE = Path(__file__).with_name("numerical_errors.json")
 #: Error given for a measured difference, as it may be larger than that.
