@@ -20,7 +20,7 @@ from stages.analytic.errors import NoGait
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.newton import by_stability
 from stages.analytic.maps.anchors import anchor
-from stages.analytic.maps.following import along_tangent, corrected
+from stages.analytic.maps.answers import along_tangent, corrected
 
 
 def spent(call: Callable[[], Any]) -> tuple[float, Any]:

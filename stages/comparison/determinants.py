@@ -2,6 +2,11 @@
 
 Everything follows from the sampled walk and its events, over its last whole steps; so the models, and whatever else
 gives a walk, are measured by one rule.
+
+What rounding in the paper's digits leaves open in each model's gait, in the design's and in the slope's.
+
+The constraint model has exact derivatives. The models of Exudyn have none; their gaits are within some percent of the
+constraint model's, so they are given its elasticities: the same share of their own numbers.
 """
 
 from __future__ import annotations

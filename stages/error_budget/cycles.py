@@ -12,7 +12,7 @@ from stages.error_budget.parameters import Parameters
 from stages.error_budget.path import LIMITS, Limits, contributions
 from stages.error_budget.split import Split
 from stages.ground.contact_law import ContactLaw
-from stages.ground.normal_force import static_penetration
+from stages.ground.friction import static_penetration
 from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
 from stages.penalty.walk import simulate

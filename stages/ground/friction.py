@@ -1,4 +1,4 @@
-"""Friction of the ground on a foot, by the chosen law: F_T = mu(v) F_N against the slip.
+"""Forces of the ground on a foot by the chosen laws: normal, and friction F_T = mu(v) F_N against the slip.
 
 Friction is regularised alike for every law: up to the stiction velocity the foot creeps, with a cubic from no friction
 at rest to the law's coefficient. So it is odd, continuous and finite at rest whatever the law.
@@ -11,6 +11,16 @@ from typing import Any
 from stages.ground.contact_law import ContactLaw
 from stages.ground.laws import PointLaw
 from stages.ground.operations import ARRAYS, Operations
+
+
+def normal_force(law: ContactLaw, penetration: Any, rate: Any, ops: Operations = ARRAYS) -> Any:
+    """Normal force [N], never negative, zero out of contact; penetration [m] positive in contact, its rate [m/s]."""
+    return law.numbers.normal.force(penetration, rate, ops)
+
+
+def static_penetration(law: ContactLaw, force: float) -> float:
+    """Penetration [m] at which the ground carries `force` [N] at rest: (F_N / k_c)^(1/e), the same for every law."""
+    return float((force / law.stiffness_si) ** (1.0 / law.contact_exponent))
 
 
 def friction_coefficient(law: ContactLaw, slip: Any, ops: Operations = ARRAYS) -> Any:

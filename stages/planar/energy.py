@@ -12,8 +12,7 @@ from stages.biped.between_steps import quadrature
 from stages.biped.design import Biped
 from stages.biped.quantity import quantity
 from stages.ground.contact_law import ContactLaw
-from stages.ground.friction import friction_coefficient
-from stages.ground.normal_force import normal_force
+from stages.ground.friction import friction_coefficient, normal_force
 from stages.ground.slope import Slope
 from stages.planar.trajectory import Trajectory, foot_kinematics
 

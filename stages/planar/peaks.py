@@ -9,7 +9,7 @@ import numpy as np
 
 from stages.biped.largest import largest
 from stages.ground.contact_law import ContactLaw
-from stages.ground.normal_force import normal_force
+from stages.ground.friction import normal_force
 from stages.planar.trajectory import Trajectory, foot_kinematics
 
 

@@ -9,7 +9,7 @@ from stages.biped.accuracy.scales import scales_of
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.ground.contact_law import ContactLaw
-from stages.ground.normal_force import static_penetration
+from stages.ground.friction import static_penetration
 from stages.ground.slope import Slope
 
 #: Coulomb's friction at the hip is proportional to the hip's rate below this rate, in the design's scales, or it

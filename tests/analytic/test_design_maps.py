@@ -19,8 +19,18 @@ from stages.analytic.gait.newton import by_stability
 from stages.analytic.gait.poincare import poincare_map
 from stages.analytic.maps import box as boxes
 from stages.analytic.maps.anchors import Anchors, anchor
-from stages.analytic.maps.answers import COLUMNS, Outcome, Task, Way, anchors_of, block, followed
-from stages.analytic.maps.following import along_tangent, corrected, in_parts
+from stages.analytic.maps.answers import (
+    COLUMNS,
+    Outcome,
+    Task,
+    Way,
+    along_tangent,
+    anchors_of,
+    block,
+    corrected,
+    followed,
+    in_parts,
+)
 from stages.analytic.parameters import Parameters, Settings
 from stages.analytic.questions import map as design_map
 from stages.biped.question import WrongOption

@@ -11,8 +11,7 @@ from stages.analytic.gait.poincare import fixed_point
 from stages.analytic.model.kinds import Rubbing, StiffRolling
 from stages.analytic.phases.section import section_state
 from stages.analytic.walk import error_estimate
-from stages.analytic.walk.carried_error import along, carried_error
-from stages.analytic.walk.error_estimate import estimate_errors, gait_error
+from stages.analytic.walk.error_estimate import along, carried_error, estimate_errors, gait_error
 from stages.analytic.walk.recording import crossing_state, record, states_at, walk_on
 from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.biped.accuracy.estimate import walk_differences

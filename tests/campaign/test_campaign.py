@@ -10,7 +10,7 @@ import pytest
 
 from pipeline.study import locate
 from stages.analytic.run import run as run_analytic
-from stages.campaign import sensor_range
+from stages.campaign import run as campaign_run
 from stages.campaign.parameters import Parameters
 from stages.campaign.result import Result
 from stages.campaign.run import Inputs, run, synthetic_run
@@ -45,7 +45,7 @@ def made(few: Parameters, inputs: Inputs) -> Result:
     """Walked in this process: others would load everything anew, which takes more than these few walks."""
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr("os.cpu_count", lambda: 1)
-        patched.setattr(sensor_range, "SHARES", (4.0, 1.0))  # spikes are looked at in `test_sensor_range.py`
+        patched.setattr(campaign_run, "SHARES", (4.0, 1.0))  # spikes are looked at in `test_sensor_range.py`
         return run(few, inputs)
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from stages.biped.gait import StanceState
-from stages.campaign.sensor_range import spike
+from stages.campaign.run import spike
 from tests.imu.made_walks import campaign_parameters
 
 #: A mid-stance that leads to steps; the numbers are no result of the study.

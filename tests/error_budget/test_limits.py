@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from stages.error_budget.convergence import ORDER, Convergence, Shares
 from stages.error_budget.effects import switched
 from stages.error_budget.split import EACH, Split, rms_of_columns
-from stages.ground.normal_force import normal_force
+from stages.ground.friction import normal_force
 
 MASS, SPEED = 0.335, 0.264  # of Table 1's leg, and of its landing foot
 

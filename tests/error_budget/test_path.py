@@ -17,8 +17,7 @@ from stages.error_budget.effects import (
 from stages.error_budget.path import Limits, contributions
 from stages.error_budget.split import EACH, POSITION, VELOCITY, Split, telescoped
 from stages.ground.contact_law import ContactLaw
-from stages.ground.friction import friction_coefficient
-from stages.ground.normal_force import static_penetration
+from stages.ground.friction import friction_coefficient, static_penetration
 
 LAW = ContactLaw(3e5, 2.2, 3e4, 1e-4, 1.1, 1.0, 0.03, 1.0)
 CURVE = np.random.default_rng(1).normal(size=(20, 4))

@@ -10,10 +10,9 @@ from scipy.integrate import solve_ivp
 
 from stages.biped.quantity import faults
 from stages.ground.contact_law import ContactLaw
-from stages.ground.friction import friction_coefficient, friction_slope
+from stages.ground.friction import friction_coefficient, friction_slope, normal_force, static_penetration
 from stages.ground.laws import FRICTIONS, NORMAL_FORCES
 from stages.ground.laws.restitution import damping_factor
-from stages.ground.normal_force import normal_force, static_penetration
 from stages.ground.operations import ARRAYS, SCALARS
 
 ADAMS = ContactLaw(

@@ -48,7 +48,7 @@ def test_the_rolling_state_rolls(biped, contact, rough):
     """No slip at the standing foot, no motion into the ground, and the force asked for."""
     import dataclasses
 
-    from stages.ground.normal_force import normal_force
+    from stages.ground.friction import normal_force
 
     leaning = dataclasses.replace(rough, stance_angle=0.13)
     state = rolling_state(biped, contact, leaning, normal_force=9.4)

@@ -13,8 +13,8 @@ from stages.penalty.model.changes import changes_of, names_of
 from stages.penalty.model.generate import KINDS, module_source
 from stages.penalty.model.walker import SIZE, build_penalty
 from stages.penalty.motion.accelerations import accelerations
+from stages.penalty.motion.engine import penalty_rates, varied_rates
 from stages.penalty.motion.feet import AWAITED, LANDED, OUT, phase_of
-from stages.penalty.motion.flow import penalty_rates, varied_rates
 from stages.penalty.motion.hip import hip_load
 from stages.penalty.response import changed
 from stages.planar.energy import damper_power, kinetic_energy, mass_moment, spring_energy

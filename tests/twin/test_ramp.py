@@ -11,7 +11,7 @@ from pipeline.parameters.loading import load
 from stages.planar.run import COMPLETED
 from stages.twin.parameters import Parameters
 from stages.twin.ramp import BlocksDoNotFit, lay_blocks
-from stages.twin.walking.ramp_watch import MISSED
+from stages.twin.walking.simulate import MISSED
 
 STEP = 0.16
 

@@ -1,4 +1,4 @@
-"""How the largest multiplier answers to each design parameter: is the design at a stability optimum?"""
+"""How a gait answers to each design parameter, and to rubber under the feet: its length and width, and its mass."""
 
 from __future__ import annotations
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from stages.analytic.compiled import compiled
-from stages.analytic.integration import rubbing, timed
+from stages.analytic.integration import rubbing
 from stages.analytic.integration.phase import CHATTER, EVENT, STEP_LIMIT, WEDGED, integrate
 from stages.analytic.model.kinds import Kind
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.succession import ends_step, first_phase, in_contact, succeed
 
-assert rubbing and timed  # what walkers do whose hip rubs or whose strike is timed is registered there
+assert rubbing  # what walkers do whose hip rubs or whose strike is timed is registered there
 
 #: A trailing foot that changes between rolling, sliding and hovering more often than this does so without end.
 MOST_PHASES = 100

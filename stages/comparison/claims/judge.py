@@ -1,4 +1,4 @@
-"""From what was measured to the claims: each sentence of the paper with its four parts."""
+"""All claims in the paper's order: what is measured for each, which apply to a biped, and their four parts."""
 
 from __future__ import annotations
 

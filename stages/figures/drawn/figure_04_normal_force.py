@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from stages.drawing import style
 from stages.ground.contact_law import ContactLaw
-from stages.ground.normal_force import normal_force
+from stages.ground.friction import normal_force
 
 if TYPE_CHECKING:
     from stages.figures.inputs import Given

@@ -14,8 +14,7 @@ import numpy as np
 
 from stages.ground.blocks import Lane
 from stages.ground.contact_law import ContactLaw
-from stages.ground.friction import friction_coefficient
-from stages.ground.normal_force import normal_force
+from stages.ground.friction import friction_coefficient, normal_force
 from stages.ground.operations import SCALARS, Operations, with_single_terms
 from stages.multibody.assembly.quiet_exudyn import CreateSymbolicUserFunction, items, symbolic
 

@@ -1,4 +1,8 @@
-"""The rigid bodies of a leg."""
+"""The rigid bodies of a leg, and what a detailed design has at the hip: spring, damper, friction, a counterweight.
+
+All of it is Exudyn's: connectors between the coordinates that are the legs' angles, and a load. What a design does
+not have is not assembled.
+"""
 
 from __future__ import annotations
 

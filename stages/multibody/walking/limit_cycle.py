@@ -6,7 +6,7 @@ import numpy as np
 
 from stages.biped.design import Biped
 from stages.ground.contact_law import ContactLaw
-from stages.ground.normal_force import static_penetration
+from stages.ground.friction import static_penetration
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings
 from stages.multibody.walking.walk import build, simulate

@@ -1,6 +1,12 @@
 """The engine of the constraint walkers, integrating penalty walkers: the same steps, error control and event location.
 
 Its functions are chosen by the type of the walker's numbers; here they learn what this room's type does.
+
+Rates of the penalty walker's state, and of the variations that are carried with it.
+
+The state is y = (q, qd) with q = (hip x, y, angle of leg 0 and 1, length of leg 0 and 1), followed by any number of
+variations dy. The rates are continuous wherever the ground begins or ceases to act, where a foot touches it or leaves
+it and at every corner of the contact laws, so variations need no jump there: their own rates jump at most.
 """
 
 from __future__ import annotations
@@ -9,17 +15,120 @@ from math import pi
 
 import numpy as np
 
-from stages.analytic.compiled import extend
+from stages.analytic.compiled import Numbers, extend
 from stages.analytic.integration import dop853_step, integrator, phase
 from stages.analytic.model import varied
 from stages.analytic.phases import flow, guards
 from stages.analytic.walk import recording
 from stages.penalty.compiled import again, compiled
+from stages.penalty.model.legs import leg_by, leg_change, leg_jacobian, leg_of
 from stages.penalty.model.varied import VariedPenalty
 from stages.penalty.model.walker import Walker
-from stages.penalty.motion.accelerations import accelerations
-from stages.penalty.motion.feet import penalty_guard
-from stages.penalty.motion.flow import penalty_rates, varied_rates
+from stages.penalty.motion.accelerations import Six, accelerations, solve
+from stages.penalty.motion.contact import Slopes, force_slopes, law_change
+from stages.penalty.motion.feet import acts_on, penalty_guard
+from stages.penalty.motion.hip import hip_change, leg_place, torque_variation
+
+Vector = np.ndarray
+
+
+@compiled
+def store(rates: Vector, y: Vector, start: int, qdd: Six) -> None:
+    """Rates of one 12-vector (q, qd) stored from `start`."""
+    for i in range(6):
+        rates[start + i] = y[start + 6 + i]
+    rates[start + 6], rates[start + 7], rates[start + 8] = qdd[0], qdd[1], qdd[2]
+    rates[start + 9], rates[start + 10], rates[start + 11] = qdd[3], qdd[4], qdd[5]
+
+
+@compiled
+def moved_leg(y: Vector, leg: int, qdd: Six, normal: float, friction: float) -> Numbers:
+    """What `leg_jacobian` and `leg_by` take of a leg at the state (12,), before its numbers."""
+    turn, slide = (qdd[2], qdd[4]) if leg == 0 else (qdd[3], qdd[5])
+    return y[2 + leg], y[4 + leg], y[8 + leg], y[10 + leg], qdd[0], qdd[1], turn, slide, normal, friction
+
+
+@compiled
+def leg_variation(
+    j: Numbers, t: Numbers, slopes: Slopes, dy: Vector, start: int, leg: int
+) -> tuple[float, float, float, float]:
+    """Change of a leg's part of Q - C qd - M qdd and of the ground's push, at unchanged qdd, for the variation stored
+    from `start`: x, y, angle, length.
+    """
+    angle, length = dy[start + 2 + leg], dy[start + 4 + leg]
+    turning, sliding = dy[start + 8 + leg], dy[start + 10 + leg]
+    depth = -dy[start + 1] - t[12] * angle - t[13] * length
+    rate = j[16] * angle + j[17] * length - dy[start + 7] - t[12] * turning - t[13] * sliding
+    slip = j[18] * angle + j[19] * length + dy[start + 6] + t[14] * turning + t[15] * sliding
+    normal = slopes[0] * depth + slopes[1] * rate
+    friction = slopes[2] * slip + slopes[3] * normal
+    return (
+        j[0] * angle + j[1] * length + j[2] * turning + j[3] * sliding + friction,
+        j[4] * angle + j[5] * length + j[6] * turning + j[7] * sliding + normal,
+        j[8] * angle + j[9] * length + j[10] * turning + j[11] * sliding + t[12] * normal + t[14] * friction,
+        j[12] * angle + j[13] * length + j[14] * turning + j[15] * sliding + t[13] * normal + t[15] * friction,
+    )
+
+
+@compiled
+def penalty_rates(phase: int, y: Vector, p: Walker, rates: Vector) -> None:
+    """Write dy/dt of state and variations into `rates`."""
+    qdd, force, factors, t, u = accelerations(phase, y, p)
+    store(rates, y, 0, qdd)
+    if y.size > 12:
+        j = leg_jacobian(*moved_leg(y, 0, qdd, force[0], force[1]), leg_of(p, 0))
+        k = leg_jacobian(*moved_leg(y, 1, qdd, force[2], force[3]), leg_of(p, 1))
+        first = force_slopes(acts_on(phase, 0), t[9], t[10], t[11], p.law)
+        second = force_slopes(acts_on(phase, 1), u[9], u[10], u[11], p.law)
+        for start in range(12, y.size, 12):
+            a = leg_variation(j, t, first, y, start, 0)
+            b = leg_variation(k, u, second, y, start, 1)
+            turned = torque_variation(y, start, p)
+            store(rates, y, start, solve(
+                factors, a[0] + b[0], a[1] + b[1], a[2] + turned, b[2] - turned, a[3], b[3], p))
+
+
+@compiled
+def leg_response(
+    c: Numbers, t: Numbers, slopes: Slopes, law: tuple[float, float]
+) -> tuple[float, float, float, float]:
+    """`leg_variation` at an unchanged state, for the change `c` of a leg's part and contact (`leg_change`) and that of
+    normal force and friction by a change of the contact law.
+    """
+    normal = slopes[0] * c[4] + slopes[1] * c[5] + law[0]
+    friction = slopes[2] * c[6] + slopes[3] * normal + law[1]
+    return (
+        c[0] + friction,
+        c[1] + normal,
+        c[2] + t[12] * normal + t[14] * friction,
+        c[3] + t[13] * normal + t[15] * friction,
+    )
+
+
+@compiled
+def varied_rates(phase: int, y: Vector, v: VariedPenalty, rates: Vector) -> None:
+    """The same for a walker whose numbers vary: what their changes add to the last variations."""
+    p, rows = v.plain, v.along.shape[0]
+    penalty_rates(phase, y, p, rates)
+    qdd, force, factors, t, u = accelerations(phase, y, p)
+    on0, on1 = acts_on(phase, 0), acts_on(phase, 1)
+    first, second = force_slopes(on0, t[9], t[10], t[11], p.law), force_slopes(on1, u[9], u[10], u[11], p.law)
+    by0 = leg_by(*moved_leg(y, 0, qdd, force[0], force[1]), leg_of(p, 0))
+    by1 = leg_by(*moved_leg(y, 1, qdd, force[2], force[3]), leg_of(p, 1))
+    for row in range(rows):
+        of_law0, of_law1 = (0.0, 0.0), (0.0, 0.0)
+        if v.of_law[row]:
+            of_law0 = law_change(on0, t[9], t[10], t[11], p.law, v.laws[row])
+            of_law1 = law_change(on1, u[9], u[10], u[11], p.law, v.laws[row])
+        a = leg_response(leg_change(by0, v.along, row, leg_place(0, p), leg_of(p, 0)), t, first, of_law0)
+        b = leg_response(leg_change(by1, v.along, row, leg_place(1, p), leg_of(p, 1)), u, second, of_law1)
+        x, upward, torque = hip_change(y, v.along, row, qdd[0], qdd[1], p)
+        change = solve(
+            factors, a[0] + b[0] + x, a[1] + b[1] + upward, a[2] + torque, b[2] - torque, a[3], b[3], p)
+        start = y.size - 12 * (rows - row) + 6
+        for i in range(6):
+            rates[start + i] += change[i]
+
 
 #: Length of a step, in the walker's scales, that need not be shorter to pass a corner of a contact law.
 CORNER = 1e-12

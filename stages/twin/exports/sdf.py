@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from xml.etree import ElementTree
 
-from stages.ground.normal_force import static_penetration
+from stages.ground.friction import static_penetration
 from stages.twin.exports.exported import Exported, Link
 from stages.twin.exports.solids import piece_place
 from stages.twin.exports.urdf import COLOURS, QUARTER

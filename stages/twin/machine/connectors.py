@@ -10,8 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 from stages.ground.contact_law import ContactLaw
-from stages.ground.friction import friction_slope
-from stages.ground.normal_force import normal_force
+from stages.ground.friction import friction_slope, normal_force
 from stages.ground.slope import Slope
 from stages.multibody.assembly.contact import SYMBOLS, add_connector, symbolic_user_function
 from stages.multibody.assembly.quiet_exudyn import items, symbolic
