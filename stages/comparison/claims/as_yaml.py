@@ -1,4 +1,7 @@
-"""claims.yaml: level, headlines (three sentences of numbers for who reads no more), claims with their parts, and the tables beside them. JSON strings are YAML strings."""
+"""claims.yaml: level, headlines (three sentences for who reads no more), claims, and the tables beside them.
+
+JSON strings are YAML strings.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How well the ingest reads the synthetic campaign, leg by leg too, whose truth is known: a test of the method, not of the model."""
+"""How well the ingest reads the synthetic campaign, leg by leg too. Its truth is known: the method is tested."""
 
 from __future__ import annotations
 
