@@ -9,19 +9,19 @@ from pipeline.errors import StudyError
 from pipeline.parameters.loading import load
 from stages.twin.machine.bill import bodies, join
 from stages.twin.machine.machine import build
-from stages.twin.machine.table_one import ROUNDING, sums
+from stages.twin.machine.table_one import sums
 from stages.twin.parameters import Parameters
 
 
 def test_bodies_have_the_masses_of_table_1(machine, parameters):
     frame, left, right, outer, outer_left, outer_right = machine.bodies
     biped = parameters.biped
-    assert frame.mass + outer.mass == pytest.approx(biped.hip_mass, abs=ROUNDING)
+    assert frame.mass + outer.mass == pytest.approx(biped.hip_mass, abs=1e-9)
     for pair in ((left, right), (outer_left, outer_right)):
         leg = join(pair)
-        assert leg.mass == pytest.approx(biped.foot_mass, abs=ROUNDING)
-        assert leg.centre == pytest.approx([0.0, biped.foot_com - biped.leg_length, 0.0], abs=ROUNDING)
-    assert machine.mass == pytest.approx(biped.total_mass, abs=2 * ROUNDING)
+        assert leg.mass == pytest.approx(biped.foot_mass, abs=1e-9)
+        assert leg.centre == pytest.approx([0.0, biped.foot_com - biped.leg_length, 0.0], abs=1e-9)
+    assert machine.mass == pytest.approx(biped.total_mass, abs=1e-9)
 
 
 def test_sums_agree_with_the_bodies(parameters):
