@@ -35,7 +35,7 @@ from stages.calibration.observation.measured_run import MeasuredRun, usable
 from stages.calibration.observation.prediction import Sampling
 from stages.calibration.observation.unknowns import SIDES
 from stages.calibration.parameters import Parameters
-from stages.calibration.reports.known_misses import judged
+from stages.calibration.reports.sensor_report import judged
 from stages.calibration.result import HALF_WIDTH, Failed, FittedRun, Result
 from stages.calibration.study.blind_fit import fitted_run
 from stages.calibration.study.drawing import drawn_design, looked_for

@@ -11,7 +11,7 @@ from pipeline.study import Study
 from stages.calibration.estimation.known import TOTAL_MASS, Known
 from stages.calibration.information.plan import first_model
 from stages.calibration.intervals.discrepancy import Discrepancy
-from stages.calibration.reports.known_misses import ALONE, judged
+from stages.calibration.reports.sensor_report import ALONE, judged
 from stages.calibration.result import Misses, Result
 from stages.calibration.study.drawing import drawn_design, looked_for
 from tests.calibration.runs import PARAMETERS

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from stages.calibration.estimation.levenberg import ENOUGH, Point, least_squares
+from stages.calibration.estimation.fit import ENOUGH, Point, least_squares
 
 
 def valley(spread):

@@ -11,11 +11,10 @@ from scipy.optimize import linprog
 
 from stages.campaign.radio import Transmitted
 from stages.imu.clock.clock import Clock, repair_clock
-from stages.imu.clock.counter import unwrap_counter
 from stages.imu.clock.envelope import least_squares_line, lower_envelope, robust_line
 from stages.imu.clock.indexed import BY_DEVICE_STAMP, IndexedRecording
 from stages.imu.clock.lateness import straighten
-from stages.imu.clock.packet_index import index_samples
+from stages.imu.clock.packet_index import index_samples, unwrap_counter
 from stages.imu.sources.columns import recording_from_columns
 from stages.imu.sources.schema import Experiment, Recording
 from tests.imu.stand_in import RADIO, ROUGH_RADIO, SETTINGS, Truth, device, make_run

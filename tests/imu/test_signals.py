@@ -17,8 +17,8 @@ from stages.imu.strikes.landings import HeelStrikes, stride_bounds
 from stages.imu.strikes.step_frequency import step_frequency
 from stages.imu.trial.ensemble import ensemble_of
 from stages.imu.trial.frames import angle_between, find_frame, gravity_on_body, mounting
-from stages.imu.trial.registration import register
 from stages.imu.trial.sensor import filter_delay, mask_clipped
+from stages.imu.trial.walking import register
 from tests.imu.stand_in import device
 
 angles = st.floats(-0.12, 0.12)

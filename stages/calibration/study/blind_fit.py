@@ -18,7 +18,7 @@ from stages.calibration.estimation.fit import RunFit, design_sizes, fit_run
 from stages.calibration.estimation.foretold import explained
 from stages.calibration.estimation.known import Known, information_of
 from stages.calibration.information.plan import SLOPE
-from stages.calibration.intervals.widening import widening
+from stages.calibration.intervals.residual_structure import widening
 from stages.calibration.observation.measured_run import MeasuredRun
 from stages.calibration.observation.unknowns import SIDES
 from stages.calibration.result import Failed, FittedRun, HeldOut, Misses, Trace

@@ -11,10 +11,54 @@ from __future__ import annotations
 
 import numpy as np
 
-from stages.imu.clock.counter import unwrap_counter
-from stages.imu.clock.indexed import FEW_FALLS, IndexedRecording, arrival_stamp
-from stages.imu.clock.without_counter import index_without_counter
+from stages.imu.clock.indexed import BY_DEVICE_STAMP, BY_ROWS, FEW_FALLS, IndexedRecording, arrival_stamp
 from stages.imu.sources.schema import Recording
+
+REORDER_WINDOW = 64  # packets; a counter that falls back further than this has restarted
+LOOK_AHEAD = 5  # packets looked at to tell a late packet from a restart
+
+
+def unwrap_counter(counter: np.ndarray, modulus: int | None) -> tuple[np.ndarray, np.ndarray]:
+    """Segment and continuous packet number of each row, rows in order of arrival.
+
+    A fall of the counter is a wrap if it goes from the end of the modulus to its start, a restart if it goes further
+    back than packets get swapped or if the next packets repeat numbers already seen, and a late packet otherwise.
+    A single number that disagrees with both neighbours is left where it is; it does not start a segment.
+    """
+    if not len(counter):
+        return counter, counter
+    starts = np.flatnonzero(np.diff(counter, prepend=counter[0] - 1))
+    packets = counter[starts]
+    segments, numbers = np.zeros_like(packets), np.zeros_like(packets)
+    segment, wraps = 0, 0
+    seen: set[int] = set()
+    newest = int(packets[0])
+    for i, raw in enumerate(packets.tolist()):
+        number = raw + wraps
+        if modulus and newest - number > modulus // 2:
+            number += modulus
+            if number - newest < REORDER_WINDOW:
+                wraps += modulus
+            else:
+                number -= modulus
+        elif modulus and number - newest > modulus // 2 and wraps:
+            number -= modulus  # late, from before the wrap
+        if number < newest and _restarted(packets[i : i + LOOK_AHEAD], raw, newest - wraps, seen, wraps):
+            segment, wraps, number = segment + 1, 0, raw
+            seen, newest = set(), raw
+        seen.add(number)
+        newest = max(newest, number)
+        segments[i], numbers[i] = segment, number
+    lengths = np.diff(np.append(starts, len(counter)))
+    return np.repeat(segments, lengths), np.repeat(numbers, lengths)
+
+
+def _restarted(upcoming: np.ndarray, raw: int, newest: int, seen: set[int], wraps: int) -> bool:
+    below = upcoming <= newest
+    if below.sum() <= len(upcoming) // 2:
+        return False
+    repeated = sum(int(number) + wraps in seen for number in upcoming)
+    return newest - raw > REORDER_WINDOW or repeated > len(upcoming) // 2
 
 
 def index_samples(recording: Recording) -> IndexedRecording:
@@ -128,3 +172,70 @@ def _lost_packets(segment: np.ndarray, packet: np.ndarray) -> int:
         present = np.unique(packet[segment == life])
         lost += int(present[-1] - present[0] + 1 - len(present))
     return lost
+
+
+BACK_S = 0.5  # a sensor's own stamp that falls by more has restarted
+
+
+def index_without_counter(recording: Recording, exact: int) -> IndexedRecording:
+    """Count sampling periods by the sensor's own stamps where there are some, else count rows in order of arrival."""
+    stored = recording.rows
+    if np.isfinite(recording.device_stamp).sum() > max(1, stored // 2):
+        return _index_by_device_stamp(recording, exact)
+    name, stamp = arrival_stamp(recording)
+    if name == "none":
+        rank = np.arange(stored)
+        return IndexedRecording(recording, np.zeros(stored, int), rank, 1, exact, 0, 0, 0, None, 0, 0, BY_ROWS)
+    known = np.isfinite(stamp)
+    recording, stamp = recording.take(known), stamp[known]
+    falls = int((np.diff(stamp) < 0).sum())
+    order = np.argsort(stamp, kind="stable") if falls > FEW_FALLS else np.arange(len(stamp))
+    segment, rank = np.zeros(len(order), dtype=np.int64), np.arange(len(order))
+    return IndexedRecording(
+        recording.take(order), segment, rank, 1, exact, 0, falls, stored - len(order), None, 0, 0, BY_ROWS
+    )
+
+
+def _index_by_device_stamp(recording: Recording, exact: int) -> IndexedRecording:
+    """Sampling periods from the sensor's own stamps, one a sample or one a packet."""
+    stored = recording.rows
+    recording = recording.take(np.isfinite(recording.device_stamp))
+    unusable = stored - recording.rows
+    name, arrived = arrival_stamp(recording)
+    if name not in ("none", "device"):
+        known = np.isfinite(arrived)
+        recording, unusable = recording.take(known), unusable + int((~known).sum())
+    stamp = recording.device_stamp
+    falls = np.diff(stamp) < 0
+    restarts = np.append(False, np.diff(stamp) < -BACK_S)
+    life = np.cumsum(restarts) if restarts.sum() <= FEW_FALLS else np.zeros(len(stamp), dtype=np.int64)
+    order = np.lexsort((stamp, life))
+    life, stamp = life[order], stamp[order]
+    fresh = np.append(True, (np.diff(stamp) > 0) | (np.diff(life) != 0))
+    batch = round(len(stamp) / max(1, int(fresh.sum())))
+    if batch < 2:
+        order, life, stamp, fresh, batch = order[fresh], life[fresh], stamp[fresh], fresh[fresh], 1
+    at = np.flatnonzero(fresh)
+    rank = np.arange(len(stamp)) - np.repeat(at, np.diff(np.append(at, len(stamp))))
+    step = np.diff(stamp[at])
+    usual = float(np.median(step)) if len(step) else 1.0
+    periods = np.append(0, np.cumsum(np.where(np.diff(life[at]) == 0, np.maximum(1, np.rint(step / usual)), 1)))
+    first = np.append(True, np.diff(life[at]) != 0)
+    periods -= periods[first][np.cumsum(first) - 1]
+    index = np.repeat(periods, np.diff(np.append(at, len(stamp)))) * batch + np.minimum(rank, batch - 1)
+    index = index.astype(np.int64)
+    new = np.append(True, (np.diff(index) != 0) | (np.diff(life) != 0))
+    return IndexedRecording(
+        recording=recording.take(order[new]),
+        segment=life[new],
+        index=index[new],
+        batch_size=batch,
+        exact_duplicates=exact,
+        key_duplicates=recording.rows - int(new.sum()),
+        out_of_order=int(falls.sum()),
+        unusable_rows=unusable,
+        lost_packets=None,
+        gaps=int(((np.diff(index[new]) > 1) & (np.diff(life[new]) == 0)).sum()),
+        resets=int(life[-1]) if len(life) else 0,
+        numbered_by=BY_DEVICE_STAMP,
+    )

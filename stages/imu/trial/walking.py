@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from stages.biped.walk import SENSOR_SIGNALS
+from stages.imu.clock.resample import resample
 from stages.imu.parameters import Reading, Settings
 from stages.imu.result import LegMotion
 from stages.imu.strikes.heel_strikes import NO_STRIKES, find_heel_strikes
@@ -26,8 +27,18 @@ from stages.imu.trial.places import (
     longest_step,
     on_grid,
 )
-from stages.imu.trial.registration import register
 from stages.imu.trial.sensor import filter_delay
+
+
+def register(time: np.ndarray, signals: np.ndarray, bounds: np.ndarray, points: int, longest_step: float) -> np.ndarray:
+    """Signals (n, k) at times (n,) cut into strides (s, 2) and stretched to `points` phases: (s, points, k).
+
+    Holes longer than `longest_step` [s] stay NaN. Each column has its own holes.
+    """
+    phase = np.linspace(0.0, 1.0, points)
+    grid = bounds[:, :1] + (bounds[:, 1:] - bounds[:, :1]) * phase
+    columns = [resample(time, signals[:, [i]], grid.ravel(), longest_step)[:, 0] for i in range(signals.shape[1])]
+    return np.stack(columns, axis=-1).reshape(len(bounds), points, signals.shape[1])
 
 
 def strikes_of(
