@@ -8,7 +8,8 @@ import numpy as np
 
 from pipeline.study import locate
 from stages.campaign.parameters import Parameters
-from stages.campaign.twin_run import TwinRun, joined, rolling_leg, stand_and_push
+from stages.campaign.standing import joined, rolling_leg, stand_and_push
+from stages.campaign.twin_run import TwinRun
 from stages.campaign.variation import draw_variation, generator
 from tests.imu.stand_in import BIPED, GRID, SLOPE, walking
 
