@@ -11,49 +11,17 @@ import importlib
 import json
 import traceback
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from stages.biped.processes import each_in_a_process
 from stages.biped.progress import Progress, ignore
-from stages.biped.quantity import quantity
 from stages.comparison.runs.measurement import MeasurementAgreement
 from stages.comparison.stride import NoEvidence
 from stages.figures.drawn import NAMES, draw, figure
 from stages.figures.inputs import Inputs
 from stages.figures.parameters import Parameters
-
-#: How the caption of a figure begins that could not be drawn.
-NOT_DRAWN = "Not drawn: "
-
-
-@dataclass(frozen=True)
-class Caption:
-    """What a figure shows."""
-
-    name: str = quantity("-", "name of the figure and of its files")
-    title: str = quantity("-", "title")
-    text: str = quantity("-", "what it shows, with the study's own numbers")
-    claims: tuple[str, ...] = quantity("-", "claims that it shows something of", default=())
-    opens: bool = quantity("-", "whether a report begins with it", default=False)
-    beside_parameters: bool = quantity("-", "whether a report shows it beside the parameters", default=False)
-    shows: tuple[str, ...] = quantity("-", "stages whose results it shows", default=())
-
-
-@dataclass(frozen=True)
-class Result:
-    """The captions in the order of a report, and the files."""
-
-    captions: tuple[Caption, ...] = quantity("-", "what the figures show")
-    synthetic: str = quantity("-", "what of the study is made up")
-    files: dict[str, bytes] = quantity("-", "figures and captions, by path in the results folder")
-
-    def summary(self) -> str:
-        """Figures counted."""
-        missing = sum(caption.text.startswith(NOT_DRAWN) for caption in self.captions)
-        return f"{len(self.captions) - missing} figures" + (f", {missing} not drawn" if missing else "")
-
+from stages.figures.result import NOT_DRAWN, Caption, Result
 
 #: Title of the report.
 TITLE = "A passive biped and its digital twin: report"

@@ -15,7 +15,8 @@ from stages.comparison.stride import NoEvidence
 from stages.figures import drawn, run
 from stages.figures.drawn import NAMES, figure
 from stages.figures.inputs import Inputs
-from stages.figures.run import Caption, as_yaml, synthetic
+from stages.figures.result import Caption
+from stages.figures.run import as_yaml, synthetic
 from tests.comparison.made_up import make_agreement
 from tests.figures.made_up_results import analytic, comparison, given, parameters, results
 from tests.figures.made_up_results import drawn as made_up_figure

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import matplotlib.pyplot as plt
@@ -22,10 +24,6 @@ from stages.twin.machine.parts import Part
 
 if TYPE_CHECKING:
     from stages.figures.inputs import Given
-import math
-from collections.abc import Iterator
-from dataclasses import dataclass
-
 
 @dataclass(frozen=True)
 class Cut:
