@@ -25,6 +25,7 @@ from stages.twin.machine.parts import Part
 if TYPE_CHECKING:
     from stages.figures.inputs import Given
 
+
 @dataclass(frozen=True)
 class Cut:
     """A rectangle of a part in the plane x = 0: lower left corner (z, y), width and height [m].
