@@ -19,8 +19,7 @@ from typing import Any
 from pipeline.execution.display import Display
 from pipeline.study import locate
 from pipeline.sweep import spec as specs
-from pipeline.sweep.progress import duration
-from pipeline.sweep.sweep import Sweep
+from pipeline.sweep.sweep import Sweep, duration
 
 SPEC = """
 stage: analytic

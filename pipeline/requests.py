@@ -57,19 +57,30 @@ def verify(study: Study, chosen: list[Decision], *, told: bool) -> None:
     import yaml
 
     from pipeline.cache import lock
-    from pipeline.execution.direct import Direct
     from pipeline.study import shown
 
     with lock.held(study.results, shown(study.results), "bipedstudy --verify", True, click.echo):
         for request, stage, decision in chosen:
-            direct = Direct(study, stage)
-            found = {"stage": stage, "artefact_key": direct.key, **request.verified(decision, direct.result)}
+            key, result = stored(study, stage)
+            found = {"stage": stage, "artefact_key": key, **request.verified(decision, result)}
             place = record_of(study, request, stage)
             regular.inside(study.results, place, shown(place))
             text = yaml.safe_dump(found, sort_keys=False)
             durable.write(place, f"{text}{_SEAL}{durable.digest(text.encode())}\n".encode())
             if told:
                 click.echo(f"{request.line(found)}; {shown(place)}")
+
+
+def stored(study: Study, stage: str) -> tuple[str, Any]:
+    """The key and the result of a stage's artefact as it lies there. Raises `StudyError` if none can be read."""
+    from pipeline.cache import artefact
+    from pipeline.stage_modules import result_class
+    from pipeline.study import shown
+
+    path = study.graph.stages[stage].artefact
+    content = regular.content(study.store.place(path), shown(study.store.place(path)))
+    about = artefact.provenance(content, path)
+    return about["key"], artefact.decode(content, result_class(study.package, stage), path)
 
 
 def record_of(study: Study, request: Request, stage: str) -> Path:

@@ -49,21 +49,21 @@ def result_class(package: str, stage: str) -> Any:
 
 def study_attributes(package: str, home: Path) -> dict[str, str]:
     """What every file of a study says of itself: the `ATTRIBUTES` of the package's module `about`, and this program."""
-    importable(package, home)
-    if importlib.util.find_spec(f"{package}.about") is None:
-        own: dict[str, str] = {}
-    else:
-        own = dict(importlib.import_module(f"{package}.about").ATTRIBUTES)
+    own = getattr(_about(package, home), "ATTRIBUTES", {})
     return {**own, "source": " ".join([DISTRIBUTION, *installed([DISTRIBUTION])])}
 
 
 def numerical_errors(package: str, home: Path, stage: str, settings: str) -> dict[str, float]:
     """What is known of the errors of a stage's numbers, by their paths in its artefact."""
+    about = _about(package, home)
+    return dict(about.numerical_errors(stage, settings)) if about and hasattr(about, "numerical_errors") else {}
+
+
+def _about(package: str, home: Path) -> ModuleType | None:
+    """What the package says of itself, if it does."""
     importable(package, home)
-    if importlib.util.find_spec(f"{package}.about") is None:
-        return {}
-    about = importlib.import_module(f"{package}.about")
-    return dict(about.numerical_errors(stage, settings)) if hasattr(about, "numerical_errors") else {}
+    full = f"{package}.about"
+    return importlib.import_module(full) if importlib.util.find_spec(full) else None
 
 
 def home_of(package: str, code_root: Path | None) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import sys
 from collections import Counter
 from pathlib import Path
@@ -17,8 +18,9 @@ from pipeline.study import Study, shown
 if TYPE_CHECKING:
     from pipeline.changes.folders import Changes
 
-#: Numbers that are printed, all are in --csv; smaller ones than this, in their units, are round-off as a rule.
-_PRINTED, _ROUND_OFF = 12, 1e-9
+_TEMPLATE = Path(__file__).with_name("page.html")
+#: Numbers that are printed (all are in --csv), and on the page; smaller ones, in their units, are round-off as a rule.
+_PRINTED, _MOST, _ROUND_OFF = 12, 300, 1e-9
 
 
 @click.command("compare", epilog=options.examples("compare"))
@@ -44,7 +46,6 @@ def command(
     found = between(study, other, tolerance)
     if page is not None:
         from pipeline.cache import durable
-        from pipeline.changes.page import html
 
         durable.write(page, html(found))
     if as_json:
@@ -60,8 +61,6 @@ def command(
 
 
 def _print(found: Changes) -> None:
-    from pipeline.changes.page import share
-
     for sentence in found.unread:
         click.echo("\n".join(layout.folded(sentence)))
     if not found.any:
@@ -92,3 +91,31 @@ def _print(found: Changes) -> None:
     if found.figures:
         options.print_table(f"Figures: {len(found.figures)} changed", ("figure", "what"),
                             [(each.name, each.what) for each in found.figures])  # fmt: skip
+
+
+def share(relative: float | None) -> str:
+    """A relative change in per cent; nothing for what is no number."""
+    if relative is None:
+        return ""
+    if abs(relative) == float("inf"):
+        return "from zero"
+    return f"{100 * relative:+.3g} %"
+
+
+def html(found: Changes) -> bytes:
+    """The page, with pictures side by side; self-contained like the report."""
+    from pipeline.report.page import template
+
+    pictures = [(each.name, each.what, _data(each.before), _data(each.after)) for each in found.figures]
+    return template(_TEMPLATE).render(
+        found=found, before=shown(found.before), after=shown(found.after), most=_MOST, share=share, short=layout.short,
+        pictures=pictures,
+    ).encode()  # fmt: skip
+
+
+def _data(path: Path) -> str:
+    """A picture as an address of data; nothing for a page's fragment or what is not there."""
+    from pipeline.cache import durable
+
+    content = durable.read(path) if path.suffix == ".png" else None
+    return "" if content is None else "data:image/png;base64," + base64.b64encode(content).decode()

@@ -1,4 +1,4 @@
-"""`bipedstudy clean`: earlier results, old machine code, and if asked for what questions and sweeps keep."""
+"""`bipedstudy clean`: earlier results (kept to undo an edit), old machine code, what questions and sweeps keep."""
 
 from __future__ import annotations
 
@@ -11,10 +11,13 @@ from pathlib import Path
 import click
 
 from pipeline import layout
-from pipeline.cache import lock, old
-from pipeline.cache.store import SWEEPS
+from pipeline.cache import lock
+from pipeline.cache.store import QUESTIONS, SWEEPS, Store
 from pipeline.commands import options
 from pipeline.study import Study, shown
+
+#: Earlier results of this size are worth a word [bytes].
+WORTH_A_WORD = 2_000_000_000
 
 
 @click.command("clean", epilog=options.examples("clean"))
@@ -34,26 +37,59 @@ def command(study: Study, dry_run: bool, journals: bool, wait: bool, as_json: bo
             locks.enter_context(lock.held(folder, shown(folder), "bipedstudy clean", wait, said))
         if not dry_run:
             study.store.sweep()
-        kept = old.journals(study.store) if journals else ()
-        found = [(folder, what, old.size(folder)) for folder, what in (*_old(study), *kept)]
+        kept = kept_by_questions(study.store) if journals else ()
+        found = [(folder, what, size_of(folder)) for folder, what in (*_old(study), *kept)]
         for folder, what, size in found:
             if not dry_run and folder.is_dir():
                 shutil.rmtree(folder, ignore_errors=True)
             elif not dry_run:
                 folder.unlink(missing_ok=True)
             if not as_json:
-                click.echo(layout.beside(f"{old.told(size):>9}  ", f"{what}: {shown(folder)}"))
+                click.echo(layout.beside(f"{told(size):>9}  ", f"{what}: {shown(folder)}"))
     if as_json:
         options.print_json({"removed": not dry_run, "folders": [
             {"folder": shown(folder), "what": what, "bytes": size} for folder, what, size in found]})  # fmt: skip
         return
-    total = old.told(sum(size for _, _, size in found))
+    total = told(sum(size for _, _, size in found))
     click.echo(f"{total:>9}  in {len(found)} places {'would be removed' if dry_run else 'removed'}")
 
 
 def _old(study: Study) -> Iterator[tuple[Path, str]]:
     """Every folder that can go, and what it is."""
-    yield from old.entries(study.store)
+    yield from earlier(study.store)
     folders = {folder for module in study.offered("compiled") for folder in module.CODE.old(1)}
     beside = (study.code_root / study.package).rglob("__pycache__/numba-*")  # where 0.1.0 kept it
     yield from ((folder, "machine code of earlier sources") for folder in sorted({*folders, *beside}))
+
+
+def earlier(store: Store) -> list[tuple[Path, str]]:
+    """Folder of each stored result that is not the current one of its stage, and what to call it."""
+    current = store.last_keys()
+    found = []
+    for folder in sorted(store.folder.iterdir()) if store.folder.is_dir() else ():
+        if folder.name not in current and (folder / "manifest.json").exists() and not folder.is_symlink():
+            entry = store.entry(folder.name)
+            found.append((folder, f"an earlier result of {entry.stage}" if entry else "a damaged result"))
+    return found
+
+
+def kept_by_questions(store: Store) -> list[tuple[Path, str]]:
+    """Every file in which questions and sweeps keep what they computed, and what to call it; no link is followed."""
+    places = (
+        (store.folder / QUESTIONS, "what a question keeps"),
+        (store.folder.parent / SWEEPS / ".cache", "what sweeps keep"),
+    )
+    return [(path, what) for folder, what in places
+            if not any(each.is_symlink() for each in (folder, folder.parent)) and folder.is_dir()
+            for path in sorted(folder.glob("*.jsonl")) if not path.is_symlink() and path.is_file()]  # fmt: skip
+
+
+def size_of(place: Path) -> int:
+    """Bytes of a file, or of all files in a folder; links are not followed."""
+    paths = place.rglob("*") if place.is_dir() else (place,)
+    return sum(path.lstat().st_size for path in paths if not path.is_dir())
+
+
+def told(number: int) -> str:
+    """A size in words: 0.4 MB, 2.1 GB."""
+    return f"{number / 1e9:.1f} GB" if number >= 1e9 else f"{number / 1e6:.1f} MB"

@@ -1,15 +1,38 @@
-"""`bipedstudy doctor`: whether this machine can run the study."""
+"""`bipedstudy doctor`: what a machine must have for the study to run, looked at one by one."""
 
 from __future__ import annotations
 
 import dataclasses
+import importlib
+import os
+import platform
+import shutil
 import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
 
 import click
 
 from pipeline import layout
+from pipeline.cache import processor
 from pipeline.commands import options
-from pipeline.study import Study
+from pipeline.home import home
+from pipeline.study import Study, shown
+
+GOOD, WARNING, BAD = "good", "warning", "bad"
+_LEAST_FREE_MB, _WISHED_FREE_MB = 100, 1000
+_SHOWN_DIFFERENCES = 5
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing looked at: good, a warning (it runs, but see the text), or bad (it cannot run)."""
+
+    what: str
+    state: str
+    text: str
 
 
 @click.command("doctor", epilog=options.examples("doctor"))
@@ -20,13 +43,114 @@ def command(study: Study, as_json: bool) -> None:
 
     Ends with 1 if something is bad; a warning is no failure.
     """
-    from pipeline import doctor
-
-    findings = list(doctor.examine(study))
+    findings = list(examine(study))
     if as_json:
         options.print_json([dataclasses.asdict(finding) for finding in findings])
     else:
         for finding in findings:
             click.echo(layout.beside(f"{finding.state:<8} {finding.what:<17} ", finding.text))
-    if any(finding.state == doctor.BAD for finding in findings):
+    if any(finding.state == BAD for finding in findings):
         sys.exit(1)
+
+
+def examine(study: Study) -> Iterator[Finding]:
+    """Look at everything, in the order in which trouble is most likely."""
+    yield wheels()
+    yield exudyn()
+    yield versions(home() / "requirements/study.txt")
+    if not study.borrowed:
+        yield writable("results folder", study.results)
+    yield writable("temporary folder", Path(tempfile.gettempdir()))
+    yield from compiled(study)
+    yield free_space(Path.cwd() if study.borrowed else study.results)
+    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    yield Finding("cores", GOOD, f"{count}")
+    yield Finding("processor", GOOD, processor.words())
+
+
+def wheels() -> Finding:
+    """Whether compiled packages exist for this machine."""
+    from pipeline.wheels import missing as lacking
+
+    missing = lacking()
+    return Finding("machine", BAD if missing else GOOD, missing or f"{platform.system()} on {platform.machine()}")
+
+
+def exudyn() -> Finding:
+    """Whether Exudyn's compiled library loads; it needs libGL and libX11 of the system."""
+    from importlib import metadata
+
+    try:
+        module = importlib.import_module("exudyn")
+        version = metadata.version("exudyn")
+        module.SystemContainer()
+    except Exception as error:
+        hint = "; on Debian: apt-get install libgl1 libx11-6" if "lib" in str(error) else ""
+        return Finding("exudyn", BAD, f"does not load: {error}{hint}")
+    return Finding("exudyn", GOOD, f"{version}, its library loads")
+
+
+def versions(lock: Path) -> Finding:
+    """Installed packages against the lock file."""
+    from importlib import metadata
+
+    python = f"Python {sys.version_info.major}.{sys.version_info.minor}"
+    if not lock.is_file():
+        return Finding("versions", WARNING, f"{python}; there is no lock at {lock} to compare with")
+    missing, other = [], []
+    for name, version in _pinned(lock.read_text(encoding="utf-8")):
+        try:
+            installed = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            missing.append(name)
+            continue
+        if installed != version:
+            other.append(f"{name} {installed} instead of {version}")
+    if missing:
+        return Finding("versions", BAD, f"{python}; not installed: {', '.join(missing)}; make install")
+    if other:
+        more = f" and {len(other) - _SHOWN_DIFFERENCES} more" if len(other) > _SHOWN_DIFFERENCES else ""
+        return Finding("versions", WARNING, f"{python}; {', '.join(other[:_SHOWN_DIFFERENCES])}{more}")
+    return Finding("versions", GOOD, f"{python}; all as in {lock.name}")
+
+
+def _pinned(text: str) -> Iterator[tuple[str, str]]:
+    """Name and version of each package that the lock wants on this machine."""
+    from packaging.requirements import Requirement  # comes with matplotlib
+
+    for line in text.splitlines():
+        if line[:1].isalnum():
+            wanted = Requirement(line.rstrip("\\ "))
+            if wanted.marker is None or wanted.marker.evaluate():
+                yield wanted.name, str(wanted.specifier).removeprefix("==")
+
+
+def writable(what: str, folder: Path) -> Finding:
+    """Whether a file can be made in the folder, or, where it is not there yet, in what is above it."""
+    there = next(path for path in (folder, *folder.parents) if path.exists())
+    try:
+        with tempfile.TemporaryFile(dir=there):
+            return Finding(what, GOOD, f"{shown(folder)} can be written")
+    except OSError as error:
+        return Finding(what, BAD, f"{shown(folder)} cannot be written: {error.strerror}")
+
+
+def compiled(study: Study) -> Iterator[Finding]:
+    """Whether the machine code of stages that compile (those with a module `compiled`) is on disk already."""
+    for module in study.offered("compiled"):
+        code, stage = module.CODE, module.__name__.split(".")[1]
+        if code.refusal:
+            text = f"none: {code.refusal}, so every process compiles stage {stage} anew; NUMBA_CACHE_DIR names another"
+            yield Finding("compile cache", WARNING, text)
+        elif code.is_cold():
+            yield Finding("compile cache", WARNING, f"cold: the first use of stage {stage} compiles it")
+        else:
+            yield Finding("compile cache", GOOD, f"warm: stage {stage} in {code.folder}")
+
+
+def free_space(folder: Path) -> Finding:
+    """Free disk space where the results go."""
+    there = next(path for path in (folder, *folder.parents) if path.exists())
+    free = shutil.disk_usage(there).free // 1_000_000
+    state = BAD if free < _LEAST_FREE_MB else WARNING if free < _WISHED_FREE_MB else GOOD
+    return Finding("free disk", state, f"{free} MB")

@@ -12,8 +12,9 @@ from typing import Any
 
 import click
 
-from pipeline.cache import lock, old
+from pipeline.cache import lock
 from pipeline.cache.fingerprint import compact
+from pipeline.commands import clean
 from pipeline.commands.options import print_json
 from pipeline.commands.status import print_survey
 from pipeline.errors import StageFailed, StudyError
@@ -116,10 +117,10 @@ def _rank(plain: Mapping[str, Mapping[str, Any]]) -> int:
 
 
 def _say_if_large(study: Study, shows: display.Display) -> None:
-    size = sum(old.size(folder) for folder, _ in old.entries(study.store))
-    if size > old.WORTH_A_WORD:
+    size = sum(clean.size_of(folder) for folder, _ in clean.earlier(study.store))
+    if size > clean.WORTH_A_WORD:
         place = shown(study.store.folder)
-        shows.note(f"earlier results take {old.told(size)} in {place}; bipedstudy clean removes them")
+        shows.note(f"earlier results take {clean.told(size)} in {place}; bipedstudy clean removes them")
 
 
 def _plain(outcome: Outcome) -> dict[str, object]:

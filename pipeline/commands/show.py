@@ -13,7 +13,7 @@ import click
 from pipeline import completion, layout, requests
 from pipeline.cache import regular
 from pipeline.commands import options
-from pipeline.errors import StudyError, nearest
+from pipeline.errors import ArtefactError, StudyError, nearest
 from pipeline.report import standing
 from pipeline.stage_modules import numerical_errors, result_class
 from pipeline.study import Study, shown
@@ -39,11 +39,10 @@ def command(study: Study, artefact: str, where: str | None, as_json: bool, as_cs
     """
     options.one_form(json=as_json, csv=as_csv)
     from pipeline.cache import artefact as artefacts
-    from pipeline.cache import links
 
     path = _path(study, artefact)
     content = regular.content(path, shown(path))
-    links.check(content, shown(path))
+    _check_links(content, shown(path))
     about = artefacts.provenance(content, shown(path))
     standing.say(study, *(name for name, stage in study.graph.stages.items()
                           if path.resolve() == study.store.place(stage.artefact).resolve()))  # fmt: skip
@@ -72,6 +71,27 @@ def command(study: Study, artefact: str, where: str | None, as_json: bool, as_cs
         click.echo(_line(field))
     for title, columns, rows in _tables(study, content, about.get("stage", ""), shown(path)):
         options.print_table(title, columns, rows)
+
+
+def _check_links(content: bytes, name: str) -> None:
+    """Raises `ArtefactError` if a group or dataset in an artefact's bytes is reached by more than one plain link.
+
+    A file of strangers can hold links, to itself in a circle or to other files, which ours never do.
+    """
+    import h5py
+
+    try:
+        with h5py.File(io.BytesIO(content), "r") as file:
+            links: list[tuple[str, Any]] = []
+            file.visititems_links(lambda path, link: links.append((path, link)))
+            for path, link in links:
+                if not isinstance(link, h5py.HardLink):
+                    raise ArtefactError(f"{name}: {path} is a link to another place; artefacts have none")
+            items = {h5py.h5o.get_info(file[path].id).addr for path, _ in links} | {h5py.h5o.get_info(file.id).addr}
+    except (OSError, RuntimeError, KeyError, ValueError):
+        return  # whoever reads it says what is wrong
+    if len(items) != len(links) + 1:
+        raise ArtefactError(f"{name}: its groups lie in each other; those of artefacts do not")
 
 
 def _with_errors(study: Study, fields: list[Field], about: Mapping[str, str]) -> list[Field]:

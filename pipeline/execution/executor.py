@@ -6,6 +6,8 @@ Whatever ends the run, the results computed before stay valid: files change only
 
 from __future__ import annotations
 
+import contextlib
+import json
 import queue
 import shutil
 import time
@@ -14,11 +16,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.cache import fingerprint
+from pipeline.cache import durable, fingerprint, regular
 from pipeline.cache.store import Entry, Out
 from pipeline.errors import ANSWER, FAILED, StageFailed
 from pipeline.execution.display import Display
-from pipeline.execution.log import Log
 from pipeline.execution.planning import Assessment, Planner, State
 from pipeline.study import Study, shown
 
@@ -277,3 +278,26 @@ class _Run:
 
     def _above(self, name: str) -> list[Entry]:
         return [self.entries[above] for above in self.study.graph.upstream(name)]
+
+
+class Log:
+    """The side log, lines of JSON: when each stage ran and how long it took. Artefacts carry no times, so that their
+    bytes repeat. A log that cannot be written never stops a run.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def add(self, **what: Any) -> None:
+        """Append one line with the time."""
+        line = json.dumps({"time": time.strftime("%Y-%m-%dT%H:%M:%S%z"), **what})
+        with contextlib.suppress(OSError), durable.opened_at_end(self.path) as file:
+            file.write(line.encode() + b"\n")
+
+    def keep(self, source: Path, target: Path) -> bool:
+        """Copy a worker's own log to where the user finds it. Whether that worked."""
+        try:
+            durable.write(target, regular.blocks(source))
+        except OSError:
+            return False
+        return True

@@ -15,22 +15,27 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import h5py
+import numpy as np
+
 from pipeline.cache import artefact, durable, regular
 from pipeline.cache.closure import Closure
 from pipeline.cache.distributions import versions
+from pipeline.cache.hdf5 import dimensions
+from pipeline.cache.hdf5.tables import describe
 from pipeline.cache.store import QUESTIONS
 from pipeline.errors import Declined, StageFailed, Stopped, StudyError
 from pipeline.execution.job import Function, Job, engine_code
 from pipeline.parameters import loading
-from pipeline.parameters.rewriting import rewritten
-from pipeline.questions.block_table import BlockTable
+from pipeline.parameters.overrides import rewritten
 from pipeline.stage_modules import result_class
 from pipeline.study import Study, shown
 from pipeline.sweep import pool
-from pipeline.sweep.chunks import Chunks
-from pipeline.sweep.journal import Journal
-from pipeline.sweep.row import COMPUTED, NO_ANSWER, Row
+from pipeline.sweep.journal import COMPUTED, NO_ANSWER, Journal, Row
+from pipeline.sweep.pool import Chunks
 
+#: Rows of a table that are compressed together.
+_CHUNK = 8192
 #: A terminal has a bar after so long at the latest; elsewhere there is a line this often.
 _BAR_AFTER_S, _LINE_EVERY_S = 1.0, 10.0
 
@@ -242,3 +247,44 @@ def answered(row: Row) -> Row:
         raise Declined(row.reason)
     how = f"a process of this question failed: {row.reason}"
     raise StageFailed(f"{how}; what is done is kept: asked again, it goes on from there")
+
+
+class BlockTable:
+    """A table in HDF5 that is filled block by block, so that it may be larger than memory.
+
+    A column for each declared one (name, unit, description, words), `size` rows. A column with words holds their
+    places among the words, and HDF5 knows the words. The same blocks give the same rows in any order.
+    """
+
+    def __init__(self, path: Path, columns: Sequence[Any], size: int, about: Mapping[str, str]) -> None:
+        self._file = h5py.File(path, "w", libver=("v110", "v110"), track_order=True)
+        self._file.attrs["format"] = artefact.FORMAT
+        self._table = self._file.create_group("table", track_order=True)
+        for name, text in about.items():
+            self._table.attrs[name] = text
+        storage = {"chunks": (min(_CHUNK, size),), "compression": "gzip", "shuffle": True}
+        row = dimensions.rows(self._table, "row", size, **storage)
+        for column in columns:
+            words = {word: place for place, word in enumerate(column.words)}
+            stored = self._table.create_dataset(
+                column.name, size, h5py.enum_dtype(words, np.int8) if words else np.dtype(float), track_times=False,
+                **storage)  # fmt: skip
+            describe(stored, {"unit": column.unit, "description": column.description})
+            if words:  # as the CF conventions have it
+                stored.attrs["flag_values"] = np.array([*words.values()], dtype=np.int8)
+                stored.attrs["flag_meanings"] = " ".join(word.replace(" ", "_") for word in words)
+            stored.dims[0].attach_scale(row)
+
+    def write(self, first: int, values: Mapping[str, np.ndarray]) -> None:
+        """Values of columns, in the rows from `first` on."""
+        for name, part in values.items():
+            column = self._table[name]
+            column[first : first + len(part)] = np.asarray(part).astype(column.dtype)
+
+    def read(self, name: str, every: int = 1) -> np.ndarray:
+        """A column, or each so manyth row of it."""
+        return np.asarray(self._table[name][::every])
+
+    def close(self) -> None:
+        """Write what is left, and close the file."""
+        self._file.close()

@@ -25,7 +25,6 @@ from pipeline.errors import ANSWER, StudyError, is_answer
 from pipeline.parameters import yaml_text
 from pipeline.parameters.value import Refused, allowed, checked, declared
 from pipeline.parameters.yaml_text import Node
-from pipeline.questions.described import Described
 from pipeline.stage_modules import importable, stage_module
 from pipeline.study import Study, shown
 from pipeline.sweep import cluster_options
@@ -126,6 +125,27 @@ def _options(question: Question) -> Iterator[Callable[[Command], Command]]:
     if question.leaves:
         yield click.option("--into", metavar="DIR", type=_PATH,
                            help=f"Leave {question.leaves} in the new folder DIR.")  # fmt: skip
+
+
+class Described(dict[str, Any]):
+    """The plain content of a YAML file whose outermost lines are `key: value`."""
+
+    def __init__(self, node: Node, where: str) -> None:
+        super().__init__(node.plain())
+        self._node, self._where = node, where
+
+    def place(self, *keys: Any) -> str:
+        """Where the entry under these keys, one inside the other, stands: file, line and key, for messages.
+
+        The line is that of the innermost one that is there.
+        """
+        node = self._node
+        for key in keys:
+            inside = node.value
+            if (isinstance(inside, dict) and key in inside) or (isinstance(inside, list) and key in range(len(inside))):
+                node = inside[key]
+        named = ".".join(str(key) for key in keys)
+        return f"{self._where}:{node.line}" + (f": {named}" if named else "")
 
 
 class _Option:

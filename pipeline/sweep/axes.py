@@ -1,14 +1,50 @@
-"""One varied parameter of a sweep: from a share between 0 and 1 to a value."""
+"""One varied parameter of a sweep: from a share between 0 and 1 to a value; and how a sweep declares what it reads.
+
+Fields have unit, bound and choices, as stages declare parameters.
+"""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from statistics import NormalDist
-from typing import Any
+from typing import Any, NamedTuple
 
-from pipeline.parameters.declaration import Between, Broken, entry
+
+class Between(NamedTuple):
+    """Limits of a number, both allowed."""
+
+    least: float = -math.inf
+    most: float = math.inf
+
+    def holds(self, value: float) -> bool:
+        """Whether `value` is finite and keeps to the limits."""
+        return math.isfinite(value) and self.least <= value <= self.most
+
+    def __str__(self) -> str:
+        limits = ((">=", self.least), ("<=", self.most))
+        return " and ".join(f"{sign} {limit:g}" for sign, limit in limits if math.isfinite(limit)) or "any number"
+
+
+class Broken(NamedTuple):
+    """A rule between several values that does not hold: the key to blame, and what is allowed."""
+
+    key: str
+    allowed: str
+
+
+_ANY = Between()
+
+
+def entry(
+    description: str, *, unit: str = "1", bound: Between | str = _ANY, choices: tuple[str, ...] = (),
+    default: Any = dataclasses.MISSING,
+) -> Any:  # fmt: skip
+    """A field of a dataclass that is read from a file. `bound` limits a number, or says in words what is allowed."""
+    metadata = {"unit": unit, "description": description, "bound": bound, "choices": choices}
+    return dataclasses.field(metadata=metadata, default=default)
 
 
 @dataclass(frozen=True)

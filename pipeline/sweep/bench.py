@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from pipeline.errors import StageFailed
 from pipeline.execution.job import Job, Task
 from pipeline.execution.process import Message, Worker
-from pipeline.sweep.row import COMPUTED, CRASH, ERROR, NO_ANSWER, TIME_LIMIT, Row
+from pipeline.sweep.journal import COMPUTED, CRASH, ERROR, NO_ANSWER, TIME_LIMIT, Row
 
 _MOST_DEATHS = 2  # at the same point
 _MOST_FALSE_STARTS = 5

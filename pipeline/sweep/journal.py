@@ -1,4 +1,4 @@
-"""Rows that were computed before, by the key of their point: one file of sealed lines that only grows.
+"""What came of points: a row of each, and those computed before by the key of their point, a file that only grows.
 
 A line is written when its point is done, so a sweep that is killed loses what was on its way and nothing else. A line
 that was torn or edited fails its seal and counts as never written.
@@ -9,14 +9,33 @@ from __future__ import annotations
 import json
 import os
 import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
 from pipeline.cache import durable
-from pipeline.sweep.row import Row
 
 _SYNC_EVERY_S = 2.0
 _SEAL = 16
+COMPUTED = "computed"
+NO_ANSWER = "no answer"  # the stage's own reasoned refusal
+NOT_ALLOWED = "not allowed"  # the values break a rule between parameters
+TIME_LIMIT = "time limit"
+CRASH = "crash"
+ERROR = "error"
+KEPT = (COMPUTED, NO_ANSWER)  # what follows from the point alone; the rest may be the machine's fault
+
+
+@dataclass(frozen=True)
+class Row:
+    """Outcome of a point, the reason where there is no result, values by column, and the seconds it took."""
+
+    outcome: str
+    reason: str = ""
+    values: Mapping[str, Any] = field(default_factory=dict)
+    seconds: float = 0.0
 
 
 class Journal:

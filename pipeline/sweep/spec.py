@@ -1,4 +1,7 @@
-"""The file a sweep is described in: stage, varied parameters, points, outputs, and how long a point may take."""
+"""The file a sweep is described in: stage, varied parameters, points, outputs, and how long a point may take.
+
+The same spec gives the same points.
+"""
 
 from __future__ import annotations
 
@@ -9,15 +12,18 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import StudyError, nearest
 from pipeline.parameters import yaml_text
-from pipeline.parameters.declaration import Between, entry
 from pipeline.parameters.value import Refused, allowed, checked, declared, shown
 from pipeline.study import shown as shown_path
-from pipeline.sweep.axes import Axis, Choice, Normal, Range
+from pipeline.sweep.axes import Axis, Between, Choice, Normal, Range, entry
 
+if TYPE_CHECKING:
+    import numpy as np
+
+Point = dict[str, Any]
 _MOST_POINTS = 10_000_000
 _DRAWN = ("count", "seed", "vary")
 #: Kinds of sweeps, and the keys that make their points.
@@ -117,3 +123,45 @@ def read(path: Path) -> Spec:
     if problems:
         raise StudyError(problems)
     return spec
+
+
+class Points:
+    """All points, each made when it is asked for, so that a million of them need little memory."""
+
+    def __init__(self, spec: Spec) -> None:
+        self._spec = spec
+        self._shares = _shares(spec)
+        self._grids = {name: axis.values() for name, axis in spec.axes.items()} if spec.kind == "grid" else {}
+
+    def __len__(self) -> int:
+        return self._spec.size
+
+    def __getitem__(self, index: int) -> Point:
+        """The point of this number. Raises IndexError beyond the last."""
+        spec = self._spec
+        if not 0 <= index < len(self):
+            raise IndexError(index)
+        if spec.kind == "list":
+            return dict(spec.points[index])
+        if self._shares is not None:
+            return {name: axis.at(float(share)) for (name, axis), share in zip(spec.axes.items(), self._shares[index])}
+        point: Point = {}
+        for name, values in reversed(self._grids.items()):  # the last parameter changes fastest
+            index, place = divmod(index, len(values))
+            point[name] = values[place]
+        return {name: point[name] for name in spec.axes}
+
+
+def _shares(spec: Spec) -> np.ndarray | None:
+    """Shares between 0 and 1 of each drawn point, shape (count, parameters); None where points are not drawn."""
+    if spec.kind not in ("latin_hypercube", "monte_carlo"):
+        return None
+    import numpy as np
+
+    random = np.random.default_rng(spec.seed)
+    if spec.kind == "monte_carlo":
+        return random.random((spec.size, len(spec.axes)))
+    from scipy.stats import qmc
+
+    drawn: np.ndarray = qmc.LatinHypercube(d=len(spec.axes), seed=random).random(spec.size)
+    return drawn

@@ -22,12 +22,9 @@ from pipeline.execution.job import Job, Task, task_of
 from pipeline.study import Study, shown
 from pipeline.sweep import pool, table
 from pipeline.sweep.chain import Chain
-from pipeline.sweep.chunks import Chunks
-from pipeline.sweep.journal import Journal
-from pipeline.sweep.points import Points
-from pipeline.sweep.progress import Meter
-from pipeline.sweep.row import COMPUTED, KEPT, NOT_ALLOWED, Row
-from pipeline.sweep.spec import Spec
+from pipeline.sweep.journal import COMPUTED, KEPT, NOT_ALLOWED, Journal, Row
+from pipeline.sweep.pool import Chunks
+from pipeline.sweep.spec import Points, Spec
 
 
 @dataclass(frozen=True)
@@ -146,3 +143,33 @@ class Sweep:
                         fixed[path] = durable.read(self.study.store.place(path)) or b""
                         contents[path] = made.content
         return self.chain.job(fixed, contents)
+
+
+class Meter:
+    """Counts the points of this run, not those found in the journal, and tells a display."""
+
+    def __init__(self, total: int, display: Display) -> None:
+        self.total, self.done, self.failed, self._display = total, 0, 0, display
+        self._began = time.monotonic()
+
+    def one_more(self, failed: bool) -> None:
+        """A point is done."""
+        self.done += 1
+        self.failed += failed
+        self._display.points(self.done, self.total, self.sentence())
+
+    def sentence(self) -> str:
+        """`120 of 2000 points, 3 without result, 18.3 points/s, 1 min 43 s left`."""
+        spent = time.monotonic() - self._began
+        rate = self.done / spent if spent > 0 else 0.0
+        left = duration((self.total - self.done) / rate) if rate else "unknown time"
+        return f"{self.done} of {self.total} points, {self.failed} without result, {rate:.3g} points/s, {left} left"
+
+
+def duration(seconds: float) -> str:
+    """A time as people say it: `43 s`, `1 min 43 s`, `3 h 10 min`, `2 d 5 h`."""
+    whole = int(seconds + 0.5)
+    for large, small, size, part in (("d", "h", 86400, 3600), ("h", "min", 3600, 60), ("min", "s", 60, 1)):
+        if whole >= size:
+            return f"{whole // size} {large} {whole % size // part} {small}"
+    return f"{whole} s"

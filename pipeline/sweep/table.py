@@ -19,7 +19,7 @@ from pipeline.cache.hdf5.tables import describe
 from pipeline.execution.columns import about
 from pipeline.stage_modules import result_class, study_attributes
 from pipeline.sweep.chain import Chain
-from pipeline.sweep.row import Row
+from pipeline.sweep.journal import Row
 
 _STORAGE = {"compression": "gzip", "shuffle": True}
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pipeline.parameters import yaml_text
-from pipeline.questions.described import Described
+from pipeline.questions.command import Described
 from stages.analytic.gait.design_point import DesignPoint
 from stages.biped.design import Biped
 from stages.biped.question import WrongOption

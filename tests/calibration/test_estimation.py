@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pipeline.parameters import yaml_text
-from pipeline.questions.described import Described
+from pipeline.questions.command import Described
 from stages.biped.question import WrongOption
 from stages.calibration.blind.draw import draw
 from stages.calibration.blind.score import scored, summary

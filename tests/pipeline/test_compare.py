@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from pipeline.changes import numbers
-from pipeline.changes.page import share
+from pipeline.changes.command import share
 
 
 @pytest.fixture

@@ -9,7 +9,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from pipeline import doctor, graph
+from pipeline import graph
+from pipeline.commands import doctor
 from tests import warm
 
 

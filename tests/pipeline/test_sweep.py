@@ -20,10 +20,9 @@ from pipeline.sweep import pool
 from pipeline.sweep import spec as specs
 from pipeline.sweep.axes import Normal, Range
 from pipeline.sweep.bench import Bench
-from pipeline.sweep.points import Points
-from pipeline.sweep.progress import Meter, duration
-from pipeline.sweep.row import Row
-from pipeline.sweep.sweep import Sweep
+from pipeline.sweep.journal import Row
+from pipeline.sweep.spec import Points
+from pipeline.sweep.sweep import Meter, Sweep, duration
 from tests.pipeline.processes import workers
 
 GRID = """

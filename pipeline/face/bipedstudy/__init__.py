@@ -28,7 +28,7 @@ _HERE = Path(__file__).resolve().parent
 _HOME = _HERE.parents[2] if _HERE.parent.name == "face" else _HERE.parent
 _OWN = ("pipeline", "stages")
 _PLACES = {
-    "array": "named", "arrays": "named", "dataset": "named", "Array": "named", "plot": "plotting",
+    "array": "named", "arrays": "named", "dataset": "named", "Array": "named", "plot": "named",
     "gait": "walking", "walk": "walking", "load": "results", "parameters": "results", "stages": "results",
     "StudyError": "results",
 }  # fmt: skip

@@ -1,14 +1,17 @@
-"""Arrays of a result with their names, units and dimensions; a view for xarray where that is installed."""
+"""Arrays of a result with their names, units and dimensions; a figure of them, a view for xarray where there is one."""
 
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pipeline.cache.hdf5.dimensions import names
 from pipeline.errors import StudyError, nearest
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclasses.dataclass(frozen=True)
@@ -81,3 +84,32 @@ def dataset(result: Any) -> Any:
     }  # fmt: skip
     made = xarray.Dataset(variables)
     return made.set_coords("time") if "time" in made else made
+
+
+def plot(walk: Any, *names: str) -> Figure:
+    """A figure in the study's look, a panel for each signal of a walk by its field's name; axes carry symbol and unit.
+
+        >>> import bipedstudy as bs
+        >>> len(bs.plot(bs.walk(steps=1), "hip_position", "leg_angle").axes)
+        2
+
+    Raises `StudyError` for a name that the walk does not have.
+    """
+    import matplotlib.pyplot as plt
+
+    from stages.drawing import style
+
+    shown = [array(walk, name) for name in names or ("hip_position", "leg_angle")]
+    with style.drawing():
+        figure, axes = plt.subplots(
+            len(shown), 1, sharex=True, squeeze=False, figsize=(style.TWO_COLUMNS, 1.0 + 1.4 * len(shown))
+        )
+        for panel, item in zip(axes[:, 0], shown):
+            columns = item.values.reshape(len(item.values), -1)
+            for number, colour in zip(range(columns.shape[1]), (style.ANALYTIC, style.MULTIBODY, *style.SEQUENCE)):
+                panel.plot(walk.time, columns[:, number], color=colour, label=f"column {number}")
+            panel.set_ylabel(f"{item.name.replace('_', ' ')} [{item.unit}]")
+            if columns.shape[1] > 1:
+                panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        axes[-1, 0].set_xlabel("time [s]")
+    return figure
