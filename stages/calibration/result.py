@@ -74,8 +74,8 @@ class HeldOut:
     noise_rate: float = quantity("rad/s", "noise of the rate")
     own: np.ndarray = quantity("deg", "the run's ramp, shape (1,)")
     unknowns: np.ndarray = quantity("SI", "start, times and sensors' errors, shape (k,)", dimensions=("unknown",))
-    hip: Trace = quantity("-", "hip sensor, foretold; no samples where it falls")
-    foot: Trace = quantity("-", "foot sensor, foretold; no samples where it falls")
+    hip: Trace = quantity("-", "hip sensor, foretold; as fitted where it falls")
+    foot: Trace = quantity("-", "foot sensor, foretold; as fitted where it falls")
     strikes: np.ndarray = quantity("s", "measured heel strikes since the first one used, shape (s,)")
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import math
+import re
 from types import SimpleNamespace
 
 import matplotlib.pyplot as plt
@@ -89,6 +91,15 @@ def test_without_a_fit_there_is_the_reason_and_no_picture():
     for name in ("calibration_fit", "calibration_held_out", "calibrated_robot"):
         with pytest.raises(NoEvidence, match=r"^no run .*; run 01: it fell$"):
             made_up_figure(name, calibration=SimpleNamespace(**nothing), calibrated_twin=SimpleNamespace(**empty))
+
+
+def test_a_run_that_cannot_be_foretold_is_shown_as_it_is_fitted():
+    usual = given("calibration_held_out").calibration
+    falls = dataclasses.replace(usual.held_out[0], name="run 03", foretold_force=math.nan)
+    for runs, words in (((falls,), "run 03, with outsole, was not fitted: .* fitted to all of it, .* off by 0.020 m"),
+                        ((falls, *usual.held_out), "run 02, with outsole, was not fitted: .* those of its first")):
+        shown = SimpleNamespace(**vars(usual) | {"held_out": runs})
+        assert re.match(words, text("calibration_held_out", calibration=shown))
 
 
 @pytest.mark.parametrize("unforeseen", [False, True])

@@ -61,10 +61,8 @@ def information(equations: Equations, known: Sequence[Known], model: Model) -> n
     return np.asarray(eliminated(equations, len(model.shared))[0] + information_of(known, model.shared))
 
 
-def trace(run: MeasuredRun, equations: Equations | None, model: Model, side: str) -> Trace:
-    """What a sensor showed and what the fit says it should have; no samples where there is none."""
-    if equations is None:
-        return Trace(np.zeros(0), *(np.zeros((0, 3)) for _ in range(3)))
+def trace(run: MeasuredRun, equations: Equations, model: Model, side: str) -> Trace:
+    """What a sensor showed and what the fit says it should have."""
     residual = equations.residuals[side] * np.asarray(model.noise)
     return Trace(getattr(run.sampling, side), run.samples[side], equations.predicted.samples[side], residual)
 
@@ -82,7 +80,7 @@ def held_out(
         tell = explained(robot, one.run, model, begun)
     except StepFailed as reason:
         return Failed(one.run.name, one.kind, str(reason))
-    hip, foot = (trace(one.run, tell.ahead, model, side) for side in SIDES)
+    hip, foot = (trace(one.run, tell.ahead or tell.own.equations, model, side) for side in SIDES)
     return HeldOut(one.run.name, one.kind, begun, tell.sigmas, *tell.fit, *tell.foretold, model.noise[0],
                    model.noise[2], tell.own.own, tell.own.unknowns, hip, foot, one.run.strikes)
 
