@@ -19,8 +19,8 @@ import numpy as np
 from pipeline.commands.claims import markdown_table
 from pipeline.parameters.loading import load
 from stages.twin.exports import mjcf
-from stages.twin.exports.beginning import exported as begun
 from stages.twin.exports.exported import Exported
+from stages.twin.exports.exported import exported as begun
 from stages.twin.exports.formats import FORMATS
 from stages.twin.machine.contact import COUNT, feet_places
 from stages.twin.parameters import Parameters

@@ -38,8 +38,7 @@ from stages.calibration.parameters import Parameters
 from stages.calibration.reports.sensor_report import judged
 from stages.calibration.result import HALF_WIDTH, Failed, FittedRun, Result
 from stages.calibration.study.blind_fit import fitted_run
-from stages.calibration.study.drawing import drawn_design, looked_for
-from stages.calibration.study.recorded import Recorded, first_steps
+from stages.calibration.study.drawing import Recorded, drawn_design, first_steps, looked_for
 from stages.campaign.virtual_sensor import low_pass
 from stages.imu.trial.places import FORWARD, LATERAL, UP
 from stages.imu.trial.sensor import filter_delay

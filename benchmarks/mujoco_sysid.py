@@ -26,7 +26,7 @@ from mujoco import rollout, sysid
 
 from pipeline.study import Study
 from stages.twin.exports import mjcf
-from stages.twin.exports.beginning import exported
+from stages.twin.exports.exported import exported
 
 ROOT = Path(__file__).resolve().parent.parent
 GROUND = mjcf.Ground(time_constant=0.004, step=5e-4)

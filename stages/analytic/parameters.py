@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.accuracy.asked import Accuracy, accuracy
-from stages.biped.accuracy.level import Level
-from stages.biped.accuracy.tolerances import ConstraintTolerance
+from stages.biped.accuracy.tolerances import ConstraintTolerance, Level
 from stages.biped.design import Biped
 from stages.biped.outsole.rubber import Rubber
 from stages.biped.quantity import Bound, Broken, half_widths, parameter

@@ -31,8 +31,7 @@ from stages.calibration.observation.unknowns import SIDES
 from stages.calibration.result import HeldOut
 from stages.calibration.result import Result as Calibration
 from stages.calibration.study.blind_fit import as_fit
-from stages.calibration.study.drawing import LAB, WITH_OUTSOLE, WITHOUT, drawn_design, looked_for
-from stages.calibration.study.recorded import Recorded, recorded
+from stages.calibration.study.drawing import LAB, WITH_OUTSOLE, WITHOUT, Recorded, drawn_design, looked_for, recorded
 from stages.campaign.result import Result as Campaign
 from stages.twin.machine.machine import build
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from stages.biped.accuracy.level import Level
+from stages.biped.accuracy.scales import Following, followed, quickness, size
+from stages.biped.accuracy.tolerances import Level
 from stages.biped.design import Biped
-from stages.biped.following import Following, followed, quickness, size
 from stages.biped.quantity import Bound, parameter
 from stages.calibration.observation.beliefs import Beliefs
 from stages.campaign.parameters import Fitted, SensorSettings

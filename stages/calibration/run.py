@@ -25,8 +25,16 @@ from stages.calibration.information.words import described
 from stages.calibration.parameters import Parameters
 from stages.calibration.result import Failed, FittedRun, HeldOut, Result, Told
 from stages.calibration.study.blind_fit import fitted_run, held_out, misses_of, side_by_side
-from stages.calibration.study.drawing import LAB, WITH_OUTSOLE, WITHOUT, drawn_design, looked_for, table_value
-from stages.calibration.study.recorded import Recorded, recorded
+from stages.calibration.study.drawing import (
+    LAB,
+    WITH_OUTSOLE,
+    WITHOUT,
+    Recorded,
+    drawn_design,
+    looked_for,
+    recorded,
+    table_value,
+)
 from stages.campaign.result import Result as Campaign
 from stages.campaign.result import RunTruth
 

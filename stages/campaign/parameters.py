@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stages.biped.accuracy.level import Level
+from stages.biped.accuracy.scales import GRAVITY, Following, followed, outsole, quickness, size
+from stages.biped.accuracy.tolerances import Level
 from stages.biped.design import Biped
-from stages.biped.following import GRAVITY, Following, followed, outsole, quickness, size
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope

@@ -9,7 +9,7 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from stages.biped.following import quickness
+from stages.biped.accuracy.scales import quickness
 from stages.comparison.agreement import ModelAgreement, TwinAgreement, compare_models, compare_twin
 from stages.comparison.inputs import Inputs
 from stages.comparison.parameters import Parameters

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
-from stages.biped.accuracy.level import LEVELS
+from stages.biped.accuracy.tolerances import LEVELS
 from stages.tradeoff.accuracy.choice import LEVEL_ERRORS
 
 Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]

@@ -7,9 +7,8 @@ import numpy as np
 from stages.error_budget.convergence import Convergence
 from stages.error_budget.effects import CONTACT
 from stages.error_budget.errors import NotWalked
-from stages.error_budget.hip import ConstraintWalk, constraint_gait, penalty_hip
 from stages.error_budget.parameters import Parameters
-from stages.error_budget.path import LIMITS, Limits, contributions
+from stages.error_budget.path import LIMITS, ConstraintWalk, Limits, constraint_gait, contributions, penalty_hip
 from stages.error_budget.split import Split
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import static_penetration

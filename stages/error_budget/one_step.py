@@ -8,9 +8,8 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.engines.walks import Machine
 from stages.error_budget.convergence import Convergence
 from stages.error_budget.errors import NotWalked
-from stages.error_budget.hip import ConstraintWalk, constraint_gait, penalty_hip
 from stages.error_budget.parameters import Parameters
-from stages.error_budget.path import Limits, contributions
+from stages.error_budget.path import ConstraintWalk, Limits, constraint_gait, contributions, penalty_hip
 from stages.error_budget.split import Split
 from stages.ground.contact_law import ContactLaw
 from stages.penalty.settings import Settings

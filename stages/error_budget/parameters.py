@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stages.biped.accuracy.level import Level
-from stages.biped.accuracy.tolerances import ConstraintTolerance, PenaltyTolerance, checked
+from stages.biped.accuracy.tolerances import ConstraintTolerance, Level, PenaltyTolerance, checked
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw

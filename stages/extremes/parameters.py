@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from stages.analytic.parameters import Settings as AnalyticSettings
-from stages.biped.accuracy.level import Level
+from stages.biped.accuracy.tolerances import Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, faults, parameter
 from stages.ground.contact_law import ContactLaw

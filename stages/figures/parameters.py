@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stages.biped.accuracy.level import Level
+from stages.biped.accuracy.tolerances import Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
 from stages.comparison.limits import Limits

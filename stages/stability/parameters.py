@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.analytic.parameters import Settings as AnalyticSettings
-from stages.biped.accuracy.level import Level
+from stages.biped.accuracy.tolerances import Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.friction_coefficients import Friction

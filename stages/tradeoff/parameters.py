@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.analytic.parameters import Settings as ConstraintSettings
-from stages.biped.accuracy.level import Level
+from stages.biped.accuracy.tolerances import Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
 from stages.ground.contact_law import ContactLaw

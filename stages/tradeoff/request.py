@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from stages.biped.accuracy.asked import CUSTOM
-from stages.biped.accuracy.level import LEVELS
+from stages.biped.accuracy.tolerances import LEVELS
 from stages.tradeoff.accuracy import choice
 from stages.tradeoff.accuracy.choice import FILES, KEYS, TABLE, Choice
 

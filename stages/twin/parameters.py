@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from stages.biped.accuracy.asked import Accuracy, accuracy
-from stages.biped.accuracy.level import Level
-from stages.biped.accuracy.tolerances import scaled
+from stages.biped.accuracy.tolerances import Level, scaled
 from stages.biped.design import Biped
 from stages.biped.outsole.rubber import Rubber
 from stages.biped.quantity import Bound, Broken, parameter

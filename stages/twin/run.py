@@ -23,11 +23,10 @@ from stages.twin.ramp import lay_blocks
 from stages.twin.result import EnergyBalance, PartRow, Result, Signals, SumRow
 from stages.twin.walking.energy import energy_balance
 from stages.twin.walking.events import find_events
-from stages.twin.walking.record import Record
+from stages.twin.walking.record import Record, snapshots
 from stages.twin.walking.settling import settling
 from stages.twin.walking.signals import sample
 from stages.twin.walking.simulate import rolling_start, simulate_twin
-from stages.twin.walking.snapshots import snapshots
 
 #: Poses kept for the figure: this many, evenly over the last two strides.
 POSES = 13

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.analytic.parameters import Settings as AnalyticSettings
-from stages.biped.accuracy.level import Level
+from stages.biped.accuracy.scales import Following, followed, outsole
+from stages.biped.accuracy.tolerances import Level
 from stages.biped.design import Biped
-from stages.biped.following import Following, followed, outsole
 from stages.biped.quantity import Bound, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction

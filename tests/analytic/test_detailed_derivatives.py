@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stages.analytic.derivatives.dimensions import left_by_dimensions
 from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.derivatives.multipliers import multiplier_derivatives
-from stages.analytic.derivatives.numbers import sensitive_names
+from stages.analytic.derivatives.numbers import left_by_dimensions, sensitive_names
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import step_length
 from stages.analytic.gait.poincare import fixed_point

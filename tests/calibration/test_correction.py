@@ -12,7 +12,7 @@ from stages.calibration.estimation.foretold import explained, rms_of
 from stages.calibration.estimation.known import information_of
 from stages.calibration.observation.prediction import predict
 from stages.calibration.observation.unknowns import SIDES
-from stages.calibration.study.recorded import first_steps
+from stages.calibration.study.drawing import first_steps
 from tests.calibration import runs
 from tests.calibration.runs import fitted
 

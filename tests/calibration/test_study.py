@@ -8,8 +8,7 @@ import pytest
 from stages.calibration.blind.draw import model_of
 from stages.calibration.estimation.equations import run_equations
 from stages.calibration.intervals.residual_structure import widening
-from stages.calibration.study.drawing import drawn_design, looked_for, table_value
-from stages.calibration.study.recorded import first_steps
+from stages.calibration.study.drawing import drawn_design, first_steps, looked_for, table_value
 from tests.calibration.runs import DESIGN, PARAMETERS, drawn
 
 

@@ -11,7 +11,7 @@ import pytest
 from pipeline.commands.claims import Claim as Shown
 from pipeline.commands.claims import as_text
 from pipeline.study import Study
-from stages.biped.accuracy.level import LEVELS, Level
+from stages.biped.accuracy.tolerances import LEVELS, Level
 from stages.comparison.claims import numerical_error
 from stages.comparison.claims.judge import judged
 from stages.comparison.claims.paper import SAYS

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from stages.biped.accuracy.level import LEVELS
+from stages.biped.accuracy.tolerances import LEVELS
 from stages.comparison.tables import ERRORS, prices
 
 

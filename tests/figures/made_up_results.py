@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from stages.analytic.explored import Basin, RecordedFamily, Turn
-from stages.biped.accuracy.level import Level
+from stages.biped.accuracy.tolerances import Level
 from stages.calibrated_twin.result import Check, Number, Pair, Robot
 from stages.calibration.result import FittedRun, HeldOut, Trace
 from stages.comparison.hip_motion import HipDifference

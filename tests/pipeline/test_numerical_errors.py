@@ -16,7 +16,7 @@ from pipeline.cache.hdf5.differences import differences
 from pipeline.parameters import loading
 from pipeline.study import Study
 from stages import about
-from stages.biped.accuracy.level import LEVELS
+from stages.biped.accuracy.tolerances import LEVELS
 from stages.comparison.claims.numerical_error import measured_errors
 
 ROOT = Path(__file__).resolve().parents[2]

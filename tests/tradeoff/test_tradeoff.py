@@ -11,7 +11,7 @@ import pytest
 from pipeline.study import Study
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
-from stages.biped.accuracy.level import LEVELS
+from stages.biped.accuracy.tolerances import LEVELS
 from stages.biped.design import BeyondModel
 from stages.tradeoff import penalty_ways, twin_ways
 from stages.tradeoff.plan import Plan, constraint_plans, plans, projected_plan

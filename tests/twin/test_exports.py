@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from stages.twin.exports import gltf, mjcf, sdf, urdf
-from stages.twin.exports.beginning import exported as begun
 from stages.twin.exports.exported import NAMES
+from stages.twin.exports.exported import exported as begun
 from stages.twin.exports.formats import FORMATS
 from stages.twin.exports.gltf import Motion
 from stages.twin.exports.seen import shown_parts

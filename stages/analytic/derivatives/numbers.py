@@ -16,6 +16,7 @@ import numpy as np
 
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector, Walker
+from stages.biped.accuracy.scales import powers
 from stages.biped.design import Biped
 from stages.ground.slope import Slope
 
@@ -117,3 +118,14 @@ def _moved(biped: Biped, field: dataclasses.Field[Any]) -> tuple[str, ...]:
     if getattr(biped, f"other_{field.name}", 0.0) is None:
         return symbol, f"{symbol}_2"
     return (symbol,)
+
+
+def left_by_dimensions(elasticities: Vector, units: Sequence[str], unit: str) -> Vector:
+    """What the elasticities (n,) of a measure in `unit` leave of the rules of mass, length and time, (3,): no more than
+    errors.
+
+    `units` (n,) are those of the parameters, which must be all that have a unit. Raises KeyError for another unit.
+    """
+    of_each = np.array([powers(each) for each in units], dtype=float).reshape(-1, 3)
+    left: Vector = of_each.T @ np.asarray(elasticities) - np.array(powers(unit), dtype=float)
+    return left

@@ -84,7 +84,7 @@ def what_is_left(gait: VariedGait) -> float:
     """The most that any measure's elasticities leave of the rules that dimensions set."""
     import numpy as np
 
-    from stages.analytic.derivatives.dimensions import left_by_dimensions
+    from stages.analytic.derivatives.numbers import left_by_dimensions
 
     shares = np.where(gait.changes.values == 0, 0.0, 1.0)
     return max(

@@ -2,7 +2,8 @@
 
 Two robots are similar if one's lengths, times and masses are those of the other times three numbers. Measured in their
 own scales they have the same numbers, so tolerances, windows, rates and steps that are told in these mean the same for
-every size of robot and for every gravity.
+every size of robot and for every gravity. Settings that are null follow the robot: what was chosen for Table 1's, in each
+one's own time and size; rates go with its quickness, forces felt go with gravity.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import dataclasses
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from stages.biped.design import Biped
 
@@ -66,3 +67,35 @@ SI = Scales(1.0, 1.0, 1.0)
 def scales_of(biped: Biped, gravity: float) -> Scales:
     """Of a design under gravity [m/s^2]: whole mass, first leg's length, pendulum time sqrt(leg length / gravity)."""
     return Scales(biped.total_mass, biped.leg_length, math.sqrt(biped.leg_length / gravity))
+
+
+#: Type of a number that may be null in its file and is one wherever it is used.
+if TYPE_CHECKING:
+    Following: TypeAlias = float
+else:
+    Following = float | None
+#: Leg length [m] and a leg's mass [kg] of Table 1, and the gravity [m/s^2] under which settings were chosen for it.
+LEG_LENGTH, FOOT_MASS, GRAVITY = 0.333, 0.335, 9.81
+#: Pendulum time [s] of Table 1's.
+TIME = math.sqrt(LEG_LENGTH / GRAVITY)
+
+
+def quickness(biped: Biped, gravity: float) -> float:
+    """How many times as quick as Table 1's a pendulum as long as a robot's leg is; one for Table 1's own."""
+    return TIME / scales_of(biped, gravity).time
+
+
+def size(biped: Biped) -> float:
+    """How many times as long as Table 1's a robot's leg is; one for Table 1's own."""
+    return biped.leg_length / LEG_LENGTH
+
+
+def outsole(biped: Biped) -> float:
+    """Thickness [m] of an outsole where none is given: 2 mm of Table 1's leg, and no larger a share of its mass."""
+    return 2e-3 * min(size(biped), biped.foot_mass / FOOT_MASS)
+
+
+def followed(section: S, **values: float) -> S:
+    """Parameters of a file with these values in place of nulls."""
+    given: dict[str, object] = {key: value for key, value in values.items() if getattr(section, key) is None}
+    return dataclasses.replace(section, **given)  # type: ignore[type-var]

@@ -1,4 +1,4 @@
-"""Tolerances of the planar models, by which stages that compare these models integrate as well, unless told otherwise.
+"""The level of the study, and tolerances of the planar models, by which stages that compare these models integrate as well, unless told otherwise.
 
 What is compared is known no better than what it is compared with. So a stage's own key is `null`, and its parameters
 say in a property what then holds: an edit, an accuracy asked for or another level reaches all that stand beside it.
@@ -10,6 +10,18 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.quantity import Bound, parameter
+
+DRAFT, PAPER, REFERENCE = LEVELS = ("draft", "paper", "reference")
+
+
+@dataclass(frozen=True)
+class Level:
+    """The level of the study, the least accurate first: every artefact says at which it was made."""
+
+    FILE: ClassVar[str] = "accuracy"
+
+    level: str = parameter("-", "accuracy of the whole study", choices=LEVELS, default=PAPER)
+
 
 #: Finest tolerance of the constraint model that is allowed.
 FINEST = 1e-14

@@ -18,7 +18,7 @@ from stages.analytic.derivatives.numbers import changes_of
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
-from stages.biped.following import quickness
+from stages.biped.accuracy.scales import quickness
 from stages.calibration.estimation.equations import Equations, Model, run_equations
 from stages.calibration.estimation.first_guess import first_guess
 from stages.calibration.estimation.known import Known, information_of

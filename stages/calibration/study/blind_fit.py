@@ -22,7 +22,7 @@ from stages.calibration.intervals.residual_structure import widening
 from stages.calibration.observation.measured_run import MeasuredRun
 from stages.calibration.observation.unknowns import SIDES
 from stages.calibration.result import Failed, FittedRun, HeldOut, Misses, Trace
-from stages.calibration.study.recorded import Recorded
+from stages.calibration.study.drawing import Recorded
 
 
 def fitted_run(design: DesignPoint, one: Recorded, model: Model) -> FittedRun | Failed:

@@ -1,15 +1,25 @@
-"""The robot as drawn, from which the study's blind fit begins: what a lab knows before it measures."""
+"""What the study's blind fit begins with, and what a lab has: the robot as drawn, and the recordings."""
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
 
 from stages.analytic.gait.design_point import DesignPoint
+from stages.biped.accuracy.scales import followed
 from stages.biped.design import Biped
-from stages.biped.following import followed
 from stages.calibration.estimation.each_run import guess
+from stages.calibration.estimation.equations import Model
+from stages.calibration.estimation.first_guess import guessed_mid_stance
+from stages.calibration.estimation.known import TOTAL_MASS, Known
 from stages.calibration.information.plan import EACH_RUNS, SLOPE, free_names
+from stages.calibration.observation.measured_run import MeasuredRun
 from stages.calibration.parameters import Parameters
+from stages.calibration.recordings.from_ingest import FEWEST_STRIKES, run_of
+from stages.imu.run import trials
+from stages.imu.sources.source_sqlite import SqliteSource
 from stages.twin.machine.machine import Build, build
 from stages.twin.machine.projection import project
 
@@ -49,3 +59,40 @@ def table_value(design: Biped, name: str) -> float:
         return design.hip_mass + design.leg(0).frame_mass + design.leg(1).frame_mass
     key = name.partition(".")[2]
     return 0.5 * (float(getattr(design.leg(0), key)) + float(getattr(design.leg(1), key)))
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A run, of what `kind` of robot, with what is known of the robot beside it."""
+
+    kind: str
+    run: MeasuredRun
+    known: tuple[Known, ...]
+
+
+def recorded(
+    source: Path, kind: str, design: DesignPoint, model: Model, parameters: Parameters, weighed: Mapping[str, float]
+) -> Iterator[Recorded]:
+    """Runs of a database that can be used, one at a time, each cut to the steps that are fitted.
+
+    `weighed` [kg] by the runs' names; for other runs the settings say it. Raises SourceRefused.
+    """
+    settings = parameters.settings
+    mid_stance_of = guessed_mid_stance(design, model.layout)
+    with SqliteSource(source) as opened:
+        for trial in trials(opened.runs(), parameters.ingest.read):
+            run = run_of(trial, mid_stance_of, settings, parameters.ingest.read.limits.lever_arm)
+            if isinstance(run, str):
+                continue
+            mass = weighed.get(run.name, settings.weighed_mass)
+            sd = settings.weighed_sd
+            known = () if mass is None else (Known(TOTAL_MASS, mass, sd * mass, "weighed"),)
+            yield Recorded(kind, first_steps(run, settings.fitted_steps), known)
+
+
+def first_steps(run: MeasuredRun, steps: int) -> MeasuredRun:
+    """The run up to the heel strike that ends so many steps, or to its last one."""
+    steps = max(steps, FEWEST_STRIKES - 1)
+    if steps >= len(run.strikes) - 1:
+        return run
+    return dataclasses.replace(run.upto(float(run.strikes[steps])), strikes=run.strikes[: steps + 1])

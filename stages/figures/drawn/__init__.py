@@ -15,7 +15,7 @@ from pkgutil import iter_modules
 from types import ModuleType, SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-from stages.biped.accuracy.level import PAPER
+from stages.biped.accuracy.tolerances import PAPER
 from stages.drawing import style
 
 if TYPE_CHECKING:

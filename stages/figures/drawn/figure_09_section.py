@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 
+from stages.biped.accuracy.scales import size
 from stages.biped.design import require_plain
-from stages.biped.following import size
 from stages.drawing import style
 from stages.figures.robot import view
 from stages.figures.robot.bodies import COLOURS, TINTS, of_twin, tinted

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stages.biped.following import size
+from stages.biped.accuracy.scales import size
 from stages.drawing import style
 from stages.figures.robot import view
 from stages.figures.robot.bodies import COLOURS, SMALL, of_twin

@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from stages.biped.following import size
+from stages.biped.accuracy.scales import size
 from stages.drawing import style
 from stages.figures.robot import view
 from stages.figures.robot.bodies import SMALL, of_twin

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stages.biped.following import size
+from stages.biped.accuracy.scales import size
 from stages.biped.walk import Walk
 from stages.drawing import style
 

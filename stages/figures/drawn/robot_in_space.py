@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stages.biped.accuracy.scales import size
 from stages.biped.design import Biped
-from stages.biped.following import size
 from stages.biped.walk import Walk
 from stages.comparison.stride import there
 from stages.figures.drawn.gait_animation import ANGLE, FORCE, POSITION, frames

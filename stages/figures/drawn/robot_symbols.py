@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 
-from stages.biped.following import size as size_of
+from stages.biped.accuracy.scales import size as size_of
 from stages.drawing import style
 from stages.figures.mechanism import FAINT, DrawnLeg, Page, formula, listed, spiral, svg_for_both
 

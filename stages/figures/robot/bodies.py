@@ -8,8 +8,8 @@ from functools import cache
 
 import numpy as np
 
+from stages.biped.accuracy.scales import size
 from stages.biped.design import Biped
-from stages.biped.following import size
 from stages.drawing import style
 from stages.twin.exports.seen import shown_parts
 from stages.twin.exports.solids import Surface, piece_place, surface

@@ -17,7 +17,7 @@ from stages.imu.reports.sensor_report import SensorReport
 from stages.imu.result import LegMotion
 from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.strikes.landings import HeelStrikes, stride_bounds
-from stages.imu.strikes.step_frequency import StepFrequency, step_frequency
+from stages.imu.strikes.step_times import StepFrequency, step_frequency
 from stages.imu.trial.own_clocks import brought_together, have_own_clocks
 from stages.imu.trial.places import PLACES, BodySensor, foot_lag, lever_arm, overlap_of
 from stages.imu.trial.sensor_on_body import place_of, read_sensor

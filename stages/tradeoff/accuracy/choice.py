@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from stages.biped.accuracy.asked import errors_asked
-from stages.biped.accuracy.level import LEVELS, REFERENCE
+from stages.biped.accuracy.tolerances import LEVELS, REFERENCE
 
 TABLE = Path(__file__).with_name("table.json")
 LEVEL_ERRORS = Path(__file__).with_name("levels.json")

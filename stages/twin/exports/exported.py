@@ -1,5 +1,7 @@
 """The twin as other programs take it: links, joints, feet, sensors, blocks, start, and where the ground is level.
 
+It starts on the constraint model's gait, on blocks laid for its steps.
+
 All frames of links stand at the middle of the hip axis while the machine stands straight: x forward, y up, z along the
 hip axis. So the joints' values are the coordinates of `stages.twin.machine.tree`, in any format.
 """
@@ -11,16 +13,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.analytic.gait.gait_search import describe, find_gait
+from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
+from stages.twin.exports.blocks import laid
+from stages.twin.exports.seen import shown_parts
 from stages.twin.exports.solids import BLOCK_HEIGHT
 from stages.twin.machine.bill import Body, join
 from stages.twin.machine.contact import HINGE, PITCH, ROLL, SLIDE, YAW, X, Y, Z
-from stages.twin.machine.machine import LEGS, Machine
+from stages.twin.machine.machine import LEGS, Machine, build
 from stages.twin.machine.parts import FRAMES, Part
-from stages.twin.parameters import Settings
+from stages.twin.parameters import Parameters, Settings
 from stages.twin.ramp import Ramp
-from stages.twin.walking.simulate import Start
+from stages.twin.walking.simulate import Start, rolling_start
 
 #: Programs want a body that moves to have mass and moments: at least this share of the machine's, and of its mass at a
 #: leg's length; no moment below the last, which MuJoCo takes for none [kg m^2]; none above the sum of the others.
@@ -167,3 +173,19 @@ class Exported:
         q, v = self.start.position, self.start.velocity
         joints = [joint for link in self.links for joint in link.joints]
         return [(joint, float(q[joint.row]) + 0.0, float(v[joint.row]) + 0.0) for joint in joints]
+
+
+#: Of the gait; its step from mid-stance on is all that is taken.
+TOLERANCE = 1e-9
+SAMPLES_A_SECOND = 1000.0
+
+
+def exported(parameters: Parameters) -> Exported:
+    """The twin of these parameters as it starts in its stage. Raises NoGait, BlocksDoNotFit."""
+    biped, slope, settings = parameters.biped, parameters.slope, parameters.settings
+    walker, point = find_gait(biped, slope, TOLERANCE, None)
+    walk, upright = walk_from_mid_stance(walker, point.z, 1, TOLERANCE, SAMPLES_A_SECOND)
+    machine = build(biped, settings)
+    start = rolling_start(machine, parameters.contact, upright, walk.standing_force)
+    ramp = laid(settings, describe(walker, point).step_length_m)
+    return Exported(machine, settings, slope, parameters.contact, start, ramp, shown_parts(settings, biped))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from stages.biped.accuracy.scales import size
 from stages.biped.design import Biped
-from stages.biped.following import size
 from stages.twin.machine.parts import FEET, FRAMES, Part
 from stages.twin.parameters import Settings
 

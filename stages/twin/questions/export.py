@@ -35,7 +35,7 @@ class Options:
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Write the file. Raises NoGait, BlocksDoNotFit."""
     from stages.twin.exports import gltf
-    from stages.twin.exports.beginning import exported
+    from stages.twin.exports.exported import exported
     from stages.twin.exports.formats import FORMATS as WRITERS
 
     chosen = WRITERS[options.format]
