@@ -8,7 +8,8 @@ from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
-from stages.planar.section import LimitCycle, NoLimitCycle, SectionStep, section_numbers
+from stages.planar.cycle import LimitCycle
+from stages.planar.section import NoLimitCycle, SectionStep, section_numbers
 from stages.planar.state import PlanarState
 
 SETTLING_STEPS = 8

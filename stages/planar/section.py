@@ -15,7 +15,6 @@ from scipy.optimize import brentq
 
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.design import Biped
-from stages.biped.quantity import quantity
 from stages.ground.slope import Slope
 from stages.planar.run import Run
 from stages.planar.state import PlanarState
@@ -98,24 +97,3 @@ def mid_stance_after(run: Run) -> SectionStep:
         pairs = ("leg_angle", "leg_rate", "leg_length", "leg_length_rate", "in_play")
         state = dataclasses.replace(state, **{name: getattr(state, name)[::-1] for name in pairs})
     return SectionStep(section_numbers(state), state, moment, length, run.solver_steps)
-
-
-@dataclass(frozen=True)
-class LimitCycle:
-    """A gait at mid-stance; rows and columns are the numbers of `section_numbers`.
-
-    Where the legs differ, derivative and multipliers are those of two steps, period and length the means of both.
-    """
-
-    section_state: np.ndarray = quantity(
-        "m, rad, m/s, rad/s", "hip y, swing angle, both lengths, then the rates, (10,)", dimensions=("coordinate",)
-    )
-    period_s: float = quantity("s", "duration of one step", symbol="T")
-    step_length_m: float = quantity("m", "advance of the hip in one step", symbol="s")
-    monodromy_matrix: np.ndarray = quantity("-", "derivative of the step map in those units, shape (10, 10)")
-    floquet_multipliers: np.ndarray = quantity(
-        "1", "eigenvalues, largest first, real and imaginary part, (10, 2)", dimensions=("multiplier", "part")
-    )
-    residual: float = quantity("1", "how far the fixed point moves in one step, in the scales of the section")
-    solver_steps: int = quantity("1", "solver steps of one step")
-    steps_walked: int = quantity("1", "steps walked to find the gait and its derivative")

@@ -19,11 +19,12 @@ from stages.multibody.walking.walk import build, simulate
 from stages.penalty.settings import Settings as CompiledSettings
 from stages.penalty.step_map import PenaltyStepper
 from stages.penalty.walk import simulate as compiled_walk
+from stages.planar.cycle import LimitCycle
 from stages.planar.events import find_events
 from stages.planar.limit_cycle import gait_near
 from stages.planar.peaks import peaks
 from stages.planar.run import Run
-from stages.planar.section import LimitCycle, mid_stance_after, section_scales, section_state
+from stages.planar.section import mid_stance_after, section_scales, section_state
 from stages.planar.signals import GROUND_REACTION
 from stages.planar.state import PlanarState, rolling_state
 from stages.tradeoff.way import Walked, Way, WayFailed, grid

@@ -20,7 +20,8 @@ from stages.biped.progress import Progress, ignore
 from stages.multibody.parameters import Settings as PlanarSettings
 from stages.multibody.result import Result as Multibody
 from stages.multibody.walking.walk import simulate
-from stages.planar.section import UNITS, LimitCycle, NoLimitCycle, section_scales, section_state
+from stages.planar.cycle import LimitCycle
+from stages.planar.section import UNITS, NoLimitCycle, section_scales, section_state
 from stages.planar.state import PlanarState
 from stages.twin.machine.machine import FRAME_BODY, Machine, build
 from stages.twin.machine.projection import project

@@ -1,5 +1,6 @@
-"""The level of the study, and tolerances of the planar models, by which stages that compare these models integrate as well, unless told otherwise.
+"""The level of the study, and tolerances of the planar models.
 
+By these stages that compare the models integrate as well, unless told otherwise.
 What is compared is known no better than what it is compared with. So a stage's own key is `null`, and its parameters
 say in a property what then holds: an edit, an accuracy asked for or another level reaches all that stand beside it.
 """

@@ -17,11 +17,12 @@ from stages.multibody.parameters import Settings
 from stages.multibody.result import Cycle
 from stages.multibody.walking.limit_cycle import SectionWalker
 from stages.multibody.walking.walk import build, simulate
+from stages.planar.cycle import LimitCycle
 from stages.planar.events import find_events
 from stages.planar.limit_cycle import fixed_point, gait_near
 from stages.planar.peaks import peaks
 from stages.planar.run import Run
-from stages.planar.section import LimitCycle, NoLimitCycle, mid_stance_after, section_state
+from stages.planar.section import NoLimitCycle, mid_stance_after, section_state
 from stages.planar.signals import GROUND_REACTION
 from stages.planar.state import PlanarState
 

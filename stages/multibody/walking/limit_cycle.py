@@ -10,8 +10,9 @@ from stages.ground.friction import static_penetration
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings
 from stages.multibody.walking.walk import build, simulate
+from stages.planar.cycle import LimitCycle
 from stages.planar.limit_cycle import by_differences, gait_near
-from stages.planar.section import LimitCycle, SectionStep, mid_stance_after, section_scales, section_state
+from stages.planar.section import SectionStep, mid_stance_after, section_scales, section_state
 from stages.planar.state import PlanarState
 
 DIFFERENCE = 1e-4
