@@ -27,8 +27,7 @@ from benchmarks.marked import put
 from pipeline.study import Study
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
-from stages.calibration.blind.draw import draw, model_of
-from stages.calibration.blind.score import Scored, as_plain, from_plain, score, summary
+from stages.calibration.blind.score import Scored, as_plain, draw, from_plain, model_of, score, summary
 from stages.calibration.estimation import equations
 from stages.calibration.estimation.campaign import alone, fit_campaign, side_by_side
 from stages.calibration.observation.prediction import Predicted, Sampling, predict

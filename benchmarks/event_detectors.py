@@ -24,7 +24,7 @@ import numpy as np
 
 from stages.imu.sources.source_csv import CsvSource
 from stages.imu.strikes.heel_strikes import filled
-from stages.imu.strikes.landings import INNER
+from stages.imu.strikes.step_times import INNER
 from stages.imu.trial.places import FORWARD, LATERAL, UP, BodySensor, common_grid, on_grid
 from stages.imu.trial.sensor_on_body import read_sensor
 from stages.imu.trial.walking import strikes_of

@@ -40,7 +40,7 @@ from stages.calibration.estimation.known import TOTAL_MASS, Known
 from stages.calibration.information.plan import first_model
 from stages.calibration.intervals.discrepancy import Discrepancy
 from stages.calibration.intervals.residual_structure import structure
-from stages.calibration.intervals.sandwich import noise_covariance, sandwich_covariance
+from benchmarks.sandwich import noise_covariance, sandwich_covariance
 from stages.calibration.parameters import Parameters as CalibrationParameters
 from stages.calibration.recordings.from_ingest import run_of
 from stages.calibration.result import HALF_WIDTH

@@ -15,8 +15,8 @@ import bipedstudy as bs
 from stages.drawing import style
 from stages.figures.robot import view
 from stages.figures.robot.bodies import by_group
-from stages.twin.exports.blocks import laid
 from stages.twin.exports.seen import shown_parts
+from stages.twin.ramp import laid
 
 TARGET = Path(__file__).with_name("walk.gif")
 FRAMES, MILLISECONDS, INCHES, DPI = 24, 40, (6.4, 3.3), 100

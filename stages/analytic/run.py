@@ -20,20 +20,57 @@ from stages.analytic.gait.gait_report import GaitReport, report_gait
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import FixedPoint, fixed_point
 from stages.analytic.gait.sensitivity import Neighbours, outsole_effect, vary_design
+from stages.analytic.integration.integrator import STAGES, take_step
+from stages.analytic.model.kinds import Rigid
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.parameters import Parameters, Settings
-from stages.analytic.result import Elasticities, NumericalError, Result, Uncertainty
+from stages.analytic.phases.flow import DOUBLE_STANCE, contact_directions, flow
+from stages.analytic.phases.succession import in_contact
+from stages.analytic.phases.transitions import foot_clearance
+from stages.analytic.result import Elasticities, NumericalError, Result, Uncertainty, WithoutImpact
 from stages.analytic.walk.error_estimate import estimate_errors, not_given
-from stages.analytic.walk.recording import constraint_drift
+from stages.analytic.walk.recording import Segment, constraint_drift, is_last
 from stages.analytic.walk.sampling import walk_from_mid_stance
-from stages.analytic.walk.without_impact import without_impact
 from stages.biped.accuracy.asked import CUSTOM
 from stages.biped.accuracy.estimate import to_accuracy, walk_differences
 from stages.biped.accuracy.tolerances import FINEST
 from stages.biped.gait import StanceState
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import Walk
+
+STEPS = 100
+
+
+def without_impact(walker: Walker, segments: list[Segment]) -> WithoutImpact:
+    """From the segments of a gait's steps, heel strike to heel strike: the last landing foot before and after."""
+    single, begun = segments[-1], max((n + 1 for n, one in enumerate(segments[:-1]) if is_last(one)), default=0)
+    p = walker.on(single.stance_leg).p
+    duration = sum(segment.duration for segment in segments[begun:] if in_contact(segment.phase))
+    if isinstance(p, Rigid) or not duration > 0.0:
+        return WithoutImpact(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    state, new, stages = single.end.copy(), np.empty(walker.size), np.empty((STAGES, walker.size))
+
+    def landing_foot(y: np.ndarray) -> tuple[float, float, float]:
+        clearance, rate, _ = foot_clearance(y, p, y, 4)
+        return float(np.dot(contact_directions(y, p)[1], y[4:8])), -float(rate), -float(clearance)
+
+    slip, descent, _ = landing_foot(state)
+    for _ in range(STEPS):  # far below a hundredth of the legs' own period: exact to round-off without error control
+        flow(DOUBLE_STANCE, state, p, stages[0])
+        take_step(DOUBLE_STANCE, state, duration / STEPS, p, stages, new)
+        state, new = new, state
+    slip_then, descent_then, depth = landing_foot(state)
+    speed = walker.length / walker.time
+    return WithoutImpact(
+        duration=duration * walker.time,
+        slip_at_landing=slip * speed,
+        descent_at_landing=descent * speed,
+        slip_at_end=slip_then * speed,
+        descent_at_end=descent_then * speed,
+        depth_at_end=depth * walker.length,
+    )
+
 
 #: An error estimate is taken that many times: it is right to a part of itself, see `walk.error_estimate.OFF`.
 MARGIN = 1.5

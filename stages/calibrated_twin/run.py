@@ -21,10 +21,9 @@ from stages.calibrated_twin.parameters import Parameters
 from stages.calibrated_twin.result import CORRECTED, Check, Result
 from stages.calibrated_twin.robot import TwinRobot
 from stages.calibrated_twin.told import Fitted, design_of, pairs_of, robot_of
-from stages.calibration.estimation.correction import Corrected, corrected
 from stages.calibration.estimation.equations import Model, run_equations
 from stages.calibration.estimation.fit import fit_near
-from stages.calibration.estimation.foretold import rms_of
+from stages.calibration.estimation.foretold import Corrected, corrected, rms_of
 from stages.calibration.information.plan import FINE, SLOPE, first_model
 from stages.calibration.intervals.discrepancy import Discrepancy
 from stages.calibration.observation.unknowns import SIDES

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
@@ -15,7 +17,6 @@ from stages.biped.gait import StanceState
 from stages.biped.processes import each_in_a_process
 from stages.biped.progress import Progress, ignore
 from stages.biped.sampling_times import refined_times
-from stages.campaign.database import database_bytes
 from stages.campaign.parameters import Parameters
 from stages.campaign.radio import Transmitted, transmit
 from stages.campaign.result import BARE, Result, RunTruth, SensorTruth, SetSpike
@@ -31,6 +32,7 @@ from stages.campaign.virtual_sensor import (
     read,
 )
 from stages.ground.hardening import family_member
+from stages.imu.sources.database import DatabaseWriter, Row
 from stages.imu.sources.schema import Device, Experiment
 from stages.imu.trial.sensor import filter_delay
 from stages.planar.signals import IMU
@@ -40,6 +42,34 @@ from stages.twin.result import Result as Twin
 from stages.twin.walking.events import find_events
 from stages.twin.walking.signals import sample
 from stages.twin.walking.simulate import rolling_start, simulate_twin
+
+
+def database_bytes(devices: Sequence[Device], runs: Iterable[tuple[Experiment, Sequence[Transmitted]]]) -> bytes:
+    """The content of the database file: same rows, same bytes (for one version of SQLite).
+
+    `runs` gives each experiment with what its devices sent, in the order of `devices`.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "measurements.sqlite"
+        with DatabaseWriter(path) as writer:
+            identities = [writer.device(device) for device in devices]
+            for experiment, sent in runs:
+                writer.experiment(experiment, _interleaved(identities, sent))
+        return path.read_bytes()
+
+
+def _interleaved(identities: Sequence[int], sent: Sequence[Transmitted]) -> list[Row]:
+    """Rows of all devices as they reach the server: by server stamp, within a device in order."""
+    arrived: list[tuple[float, Row]] = []
+    for identity, of_device in zip(identities, sent, strict=True):
+        for i in range(len(of_device.packet)):
+            stamps = (of_device.device_stamp[i], of_device.phone_stamp[i], of_device.server_stamp[i])
+            counts = (*of_device.acceleration[i].tolist(), *of_device.angular_rate[i].tolist())
+            values = (int(of_device.packet[i]), int(of_device.position[i]), *map(float, stamps), *counts)
+            arrived.append((stamps[-1], (identity, values)))
+    arrived.sort(key=lambda row: row[0])  # stable: keeps the order of a device
+    return [row for _, row in arrived]
+
 
 #: Members of the contact set's family towards the rigid limit, the softest first; share 1 is the set itself.
 SHARES = (4.0, 2.0, 1.0, 0.5)

@@ -11,10 +11,9 @@ from stages.biped.design import require_alike, require_own_strikes
 from stages.biped.progress import Progress, ignore
 from stages.engines.result import EngineAgreement, drawn
 from stages.engines.walks import between_cycles, over_a_walk
-from stages.error_budget.cycles import cycle_budget
+from stages.error_budget.cycles import OneStep, cycle_budget, step_budget
 from stages.error_budget.effects import CONTACT, switched
 from stages.error_budget.errors import NotWalked
-from stages.error_budget.one_step import OneStep, step_budget
 from stages.error_budget.parameters import Parameters
 from stages.error_budget.path import LIMITS
 from stages.error_budget.result import COMPLETED, CycleBudget, Result, StepBudget

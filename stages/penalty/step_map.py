@@ -11,8 +11,7 @@ from stages.biped.accuracy.scales import scales_of
 from stages.biped.design import Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.penalty.model.varied import VariedPenalty
-from stages.penalty.model.walker import ANGLE, SIZE, UNITS, X
+from stages.penalty.model.walker import ANGLE, SIZE, UNITS, VariedPenalty, X
 from stages.penalty.settings import Settings
 from stages.penalty.walk import Ongoing, begin, numbers_of
 from stages.planar.run import COMPLETED

@@ -15,8 +15,19 @@ from stages.biped.design import Biped
 from stages.biped.kinematics import Coordinate, Motion, constant, shifted, swing_point_motion
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.penalty.model.varied import VariedPenalty
-from stages.penalty.model.walker import ANGLE, LENGTH, RATES, SIZE, UNITS, Walker, X, Y, build_penalty, natural_lengths
+from stages.penalty.model.walker import (
+    ANGLE,
+    LENGTH,
+    RATES,
+    SIZE,
+    UNITS,
+    VariedPenalty,
+    Walker,
+    X,
+    Y,
+    build_penalty,
+    natural_lengths,
+)
 from stages.penalty.motion import feet
 from stages.penalty.motion.engine import integrate, readings, states_at
 from stages.penalty.settings import Settings

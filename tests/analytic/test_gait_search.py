@@ -9,8 +9,7 @@ from benchmarks.missed_gaits import drawn
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import report_gait
-from stages.analytic.gait.gait_search import by_stability, describe, find_gait, find_gaits, gaits_kept
-from stages.analytic.gait.neighbours import from_neighbours
+from stages.analytic.gait.gait_search import by_stability, describe, find_gait, find_gaits, from_neighbours, gaits_kept
 from stages.analytic.gait.poincare import FixedPoint, poincare_map
 from stages.analytic.model.kinds import RubbingRigid, TimedRigid
 from stages.ground.slope import Slope

@@ -5,10 +5,10 @@ import pytest
 
 from stages.analytic.phases.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE
 from stages.analytic.phases.section import section_state
+from stages.analytic.run import without_impact
 from stages.analytic.walk.recording import record, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
 from stages.analytic.walk.validity import assess, friction_used
-from stages.analytic.walk.without_impact import without_impact
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from pipeline.study import Study
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.biped.design import Biped
-from stages.calibration.blind.draw import draw, model_of
+from stages.calibration.blind.score import draw, model_of
 from stages.calibration.observation.prediction import Sampling
 from stages.calibration.observation.unknowns import layout_of, mid_stance
 

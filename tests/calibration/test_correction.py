@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from stages.calibration.estimation import fit as fitting
-from stages.calibration.estimation.correction import corrected
 from stages.calibration.estimation.fit import fit_near, fit_run, least_squares
-from stages.calibration.estimation.foretold import explained, rms_of
+from stages.calibration.estimation.foretold import corrected, explained, rms_of
 from stages.calibration.estimation.known import information_of
 from stages.calibration.observation.prediction import predict
 from stages.calibration.observation.unknowns import SIDES

@@ -8,8 +8,7 @@ import pytest
 from pipeline.parameters import yaml_text
 from pipeline.questions.command import Described
 from stages.biped.question import WrongOption
-from stages.calibration.blind.draw import draw
-from stages.calibration.blind.score import scored, summary
+from stages.calibration.blind.score import draw, scored, summary
 from stages.calibration.estimation.asked import asked_of
 from stages.calibration.estimation.campaign import fit_campaign
 from stages.calibration.estimation.each_run import as_plain, from_plain

@@ -13,8 +13,7 @@ from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.calibration.information.plan import first_model
 from stages.calibration.result import HALF_WIDTH, Misses, Result
 from stages.calibration.study.drawing import drawn_design, looked_for
-from stages.campaign.database import database_bytes
-from stages.campaign.run import MOUNTING, device, synthetic_run
+from stages.campaign.run import MOUNTING, database_bytes, device, synthetic_run
 from stages.campaign.twin_run import first_state
 from tests import commands
 

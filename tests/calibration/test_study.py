@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.calibration.blind.draw import model_of
+from stages.calibration.blind.score import model_of
 from stages.calibration.estimation.equations import run_equations
 from stages.calibration.intervals.residual_structure import widening
 from stages.calibration.study.drawing import drawn_design, first_steps, looked_for, table_value

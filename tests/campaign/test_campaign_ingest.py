@@ -13,10 +13,9 @@ import pytest
 from pipeline.study import locate
 from stages.analytic.run import run as run_analytic
 from stages.biped.processes import each_in_a_process
-from stages.campaign.database import database_bytes
 from stages.campaign.parameters import Parameters
 from stages.campaign.result import Result as Campaign
-from stages.campaign.run import MOUNTING, SYNTHETIC, device, sensed_run
+from stages.campaign.run import MOUNTING, SYNTHETIC, database_bytes, device, sensed_run
 from stages.campaign.twin_run import TwinRun, first_state, walk_twin
 from stages.comparison.runs.ingest_score import IngestScore, score_ingest
 from stages.imu.run import Inputs

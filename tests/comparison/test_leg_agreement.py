@@ -10,7 +10,7 @@ import pytest
 
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.comparison.runs.leg_agreement import compare_leg, of_walk
-from stages.imu.strikes.landings import INNER, OUTER
+from stages.imu.strikes.step_times import INNER, OUTER
 from tests.comparison.made_up import make_walk
 
 POINTS, SKIPPED = 101, 0

@@ -9,9 +9,9 @@ import pytest
 
 from pipeline.cache import artefact
 from stages.drawing import style
+from stages.error_budget.cycles import OneStep
 from stages.error_budget.effects import CONTACT, EFFECTS, INTEGRATION_CONSTRAINT, INTEGRATION_PENALTY, SLIP
 from stages.error_budget.errors import NotWalked
-from stages.error_budget.one_step import OneStep
 from stages.error_budget.result import Result
 from stages.error_budget.run import run
 from stages.error_budget.split import EACH, POSITION

@@ -14,11 +14,10 @@ from pipeline.parameters.loading import load
 from stages.drawing import style
 from stages.figures.drawn import figure_09_section
 from stages.figures.robot import bodies, view
-from stages.twin.exports.blocks import laid
 from stages.twin.exports.solids import box, ring
 from stages.twin.machine.parts import Part
 from stages.twin.parameters import Parameters
-from stages.twin.ramp import BlocksDoNotFit
+from stages.twin.ramp import BlocksDoNotFit, laid
 from tests.comparison.made_up import make_walk
 
 NATURAL, RADIUS = 0.333, 0.083

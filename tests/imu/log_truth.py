@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stages.imu.strikes.landings import HeelStrikes
-from stages.imu.strikes.step_times import step_frequency
+from stages.imu.strikes.step_times import HeelStrikes, step_frequency
 from stages.imu.trial.frames import angle_between
 from stages.imu.trial.places import FORWARD, LATERAL, UP
 from stages.imu.trial.sensor import filter_delay

@@ -16,7 +16,7 @@ from stages.campaign.twin_run import TwinRun
 from stages.campaign.variation import generator
 from stages.campaign.virtual_sensor import SensorMotion, draw_errors, low_pass, read
 from stages.imu.sources.schema import Device, Experiment, Recording
-from stages.imu.strikes.landings import OUTER
+from stages.imu.strikes.step_times import OUTER
 
 #: Spreads of a sensor that grow with its errors.
 ERRORS = (

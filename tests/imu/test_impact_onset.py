@@ -8,8 +8,7 @@ from scipy.signal import butter, sosfilt
 
 from stages.imu.judgement.evidence import spacing_of
 from stages.imu.strikes.impact_onset import STRIKE, Samples, at_onsets, lift_after, responses
-from stages.imu.strikes.landings import HeelStrikes
-from stages.imu.strikes.step_times import step_frequency, step_times
+from stages.imu.strikes.step_times import HeelStrikes, step_frequency, step_times
 from tests.imu.stand_in import DRAWING
 
 FINE = 1e-5

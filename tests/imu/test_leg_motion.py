@@ -7,8 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.imu.strikes.landings import HeelStrikes
-from stages.imu.strikes.step_times import UNKNOWN
+from stages.imu.strikes.step_times import UNKNOWN, HeelStrikes
 from stages.imu.trial.leg_motion import hip_at, leg_angle, leg_motion, stance_angle
 from stages.imu.trial.trial import Trial, read_trial
 from tests.imu.made_logs import Log, made_log, with_errors

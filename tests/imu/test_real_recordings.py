@@ -14,7 +14,7 @@ from stages.imu.judgement.verdict import REFUSED
 from stages.imu.reports.sensor_report import SensorReport
 from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.sources.source_csv import CsvSource
-from stages.imu.strikes.landings import INNER
+from stages.imu.strikes.step_times import INNER
 from stages.imu.trial.places import BodySensor
 from stages.imu.trial.sensor_on_body import read_sensor
 from stages.imu.trial.trial import read_trial

@@ -13,8 +13,7 @@ from stages.imu.clock.resample import resample
 from stages.imu.judgement.evidence import gain_of, lever_of
 from stages.imu.sources.units import implied_acceleration_unit, implied_angular_rate_unit
 from stages.imu.strikes.heel_strikes import NO_STRIKES
-from stages.imu.strikes.landings import HeelStrikes, stride_bounds
-from stages.imu.strikes.step_times import step_frequency
+from stages.imu.strikes.step_times import HeelStrikes, step_frequency, stride_bounds
 from stages.imu.trial.ensemble import ensemble_of
 from stages.imu.trial.frames import angle_between, find_frame, gravity_on_body, mounting
 from stages.imu.trial.sensor import filter_delay, mask_clipped

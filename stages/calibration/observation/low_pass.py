@@ -18,7 +18,7 @@ import numpy as np
 
 from stages.analytic.model.walker import Vector
 from stages.calibration.compiled import compiled
-from stages.calibration.motion.panels import NODES, TO_POWERS
+from stages.calibration.motion.stretches import NODES, TO_POWERS
 
 
 @compiled

@@ -16,8 +16,7 @@ from stages.campaign.result import RunTruth, SensorTruth
 from stages.comparison.tables import Table
 from stages.imu.result import Result as Ingested
 from stages.imu.result import Run, SensorSignals
-from stages.imu.strikes.landings import HeelStrikes
-from stages.imu.strikes.step_times import step_frequency
+from stages.imu.strikes.step_times import HeelStrikes, step_frequency
 from stages.imu.trial.frames import angle_between
 
 #: For Table 1's robot; others have their own time.

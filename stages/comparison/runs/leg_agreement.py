@@ -12,8 +12,8 @@ from stages.biped.walk import Walk
 from stages.comparison.stride import NoEvidence, stride_bounds
 from stages.imu.result import Result as Ingested
 from stages.imu.result import Run
-from stages.imu.strikes.landings import INNER, OUTER, HeelStrikes
-from stages.imu.strikes.landings import stride_bounds as bounds_of_strikes
+from stages.imu.strikes.step_times import INNER, OUTER, HeelStrikes
+from stages.imu.strikes.step_times import stride_bounds as bounds_of_strikes
 
 RATE = "hip_lateral_rate"
 

@@ -13,8 +13,8 @@ from stages.biped.accuracy.scales import size
 from stages.drawing import style
 from stages.figures.robot import view
 from stages.figures.robot.bodies import COLOURS, SMALL, of_twin
-from stages.twin.exports.blocks import laid
 from stages.twin.exports.seen import what_is_drawn
+from stages.twin.ramp import laid
 
 if TYPE_CHECKING:
     from stages.figures.inputs import Given

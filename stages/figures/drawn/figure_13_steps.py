@@ -13,7 +13,7 @@ from stages.biped.walk import Walk
 from stages.drawing import style
 from stages.figures.robot import view
 from stages.figures.robot.bodies import SMALL, of_twin
-from stages.twin.exports.blocks import laid
+from stages.twin.ramp import laid
 
 if TYPE_CHECKING:
     from stages.figures.inputs import Given

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from stages.imu.strikes.heel_strikes import filled
-from stages.imu.strikes.landings import INNER, HeelStrikes
+from stages.imu.strikes.step_times import INNER, HeelStrikes
 
 #: For Table 1's robot; others have their own time.
 LOW_PASS_HZ = 12.0  # both sides of the lever arm's equation: a derivative of the rate is noise above

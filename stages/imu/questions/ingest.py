@@ -40,7 +40,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Read every run of the source and report on it. Raises WrongOption, also for what the ingest refuses."""
     if options.propose is not None:
         return proposed(options, asking)
-    from stages.imu.reports.picture import picture
+    from stages.imu.reports.export import picture
     from stages.imu.reports.run_report import origin_of, tables
     from stages.imu.run import trials
     from stages.imu.sources.database import DatabaseWriter

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 from scipy.signal import find_peaks
 
-from stages.imu.strikes.landings import INNER, OUTER, HeelStrikes
+from stages.imu.strikes.step_times import INNER, OUTER, HeelStrikes
 
 PULSE_S = 0.015  # about the length of the pulse a heel strike leaves behind the sensor's low pass
 WINDOW_S = (-0.05, 0.07)  # around a strike, for the template

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.imu.strikes.landings import INNER, OUTER, HeelStrikes
+from stages.imu.strikes.step_times import INNER, OUTER, HeelStrikes
 
 WINDOW_S = (-0.04, 0.04)  # around a strike
 ONSETS_S = np.arange(-0.02, 0.0121, 0.0005)

@@ -20,8 +20,7 @@ from stages.imu.parameters import Drawing
 from stages.imu.reports.run_report import StepTimes
 from stages.imu.result import LegMotion
 from stages.imu.strikes.heel_strikes import filled
-from stages.imu.strikes.landings import INNER, OUTER, HeelStrikes
-from stages.imu.strikes.step_times import UNKNOWN
+from stages.imu.strikes.step_times import INNER, OUTER, UNKNOWN, HeelStrikes
 
 PATH_POINTS = 51
 #: For Table 1's robot; others have their own time.

@@ -4,25 +4,147 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.signal import fftconvolve
 
+from stages.imu.clock.resample import resample
 from stages.imu.errors import printable
+from stages.imu.judgement.evidence import (
+    agreement_of,
+    gravity_of,
+    lever_of,
+    skewness,
+    spacing_of,
+    symmetry_of,
+)
 from stages.imu.judgement.of_run import verdict_on
 from stages.imu.judgement.verdict import Refusal, Verdict
-from stages.imu.parameters import Reading
+from stages.imu.parameters import Reading, Settings
 from stages.imu.reports.run_report import Evidence, RunReport
 from stages.imu.reports.sensor_report import SensorReport
 from stages.imu.result import LegMotion
 from stages.imu.sources.schema import Experiment, Recording
-from stages.imu.strikes.landings import HeelStrikes, stride_bounds
-from stages.imu.strikes.step_times import StepFrequency, step_frequency
-from stages.imu.trial.own_clocks import brought_together, have_own_clocks
-from stages.imu.trial.places import PLACES, BodySensor, foot_lag, lever_arm, overlap_of
+from stages.imu.strikes.heel_strikes import filled
+from stages.imu.strikes.step_times import HeelStrikes, StepFrequency, step_frequency, stride_bounds
+from stages.imu.trial.places import (
+    LATERAL,
+    PLACES,
+    BodySensor,
+    angle_on,
+    common_grid,
+    foot_lag,
+    lever_arm,
+    longest_step,
+    on_grid,
+    overlap_of,
+)
 from stages.imu.trial.sensor_on_body import place_of, read_sensor
-from stages.imu.trial.trial_evidence import evidence_of
 from stages.imu.trial.walking import leg_of, registered, strikes_of
+
+REACH = 0.4  # of the shortest step, around the common lag, in which each half's own is looked for
+
+
+def have_own_clocks(sensors: Mapping[str, BodySensor]) -> bool:
+    """Whether there are two sensors and each is dated by its own clock."""
+    return len(sensors) == 2 and all(sensor.trace.clock.stamp == "device" for sensor in sensors.values())
+
+
+def brought_together(sensors: Mapping[str, BodySensor], settings: Settings) -> dict[str, BodySensor]:
+    """The sensors with the foot's times on the hip's clock."""
+    hip, foot = sensors["hip"], sensors["foot"]
+    dt = 1 / settings.grid_rate_hz
+    (start, a), (begin, b) = (_rate(sensor, dt, settings) for sensor in (hip, foot))
+    if min(len(a), len(b)) < 3 * settings.grid_rate_hz:
+        return dict(sensors)
+    product = fftconvolve(a, b[::-1])  # at i: rows of a and b that are i - len(b) + 1 apart
+    apart = int(np.argmax(product)) - len(b) + 1
+    time = foot.time - (begin - start - apart * dt)
+    reach = round(REACH / settings.fastest_step_hz / dt)
+    half = [_lag(a, b, apart, rows, dt, reach) for rows in _halves(a, b, apart)]
+    if len(half) == 2:
+        (early, first), (late, second) = half
+        growth = (second - first) / ((late - early) * dt)
+        if abs(growth) < settings.rate_tolerance:
+            middle = start + 0.5 * (early + late) * dt
+            time = time - growth * (time - middle)
+    return {"hip": hip, "foot": dataclasses.replace(foot, time=time)}
+
+
+def _rate(sensor: BodySensor, dt: float, settings: Settings) -> tuple[float, np.ndarray]:
+    """First time and lateral rate (n,) of a sensor on an even grid of its own, holes drawn over."""
+    grid = np.arange(sensor.time[0], sensor.time[-1], dt)
+    seen = resample(sensor.time, sensor.rate[:, [LATERAL]], grid, longest_step(sensor, settings))[:, 0]
+    return float(sensor.time[0]), filled(seen)
+
+
+def _halves(a: np.ndarray, b: np.ndarray, apart: int) -> list[np.ndarray]:
+    """Rows of the first half and of the second of what both cover and in which something moves."""
+    rows = np.arange(max(0, apart), min(len(a), len(b) + apart))
+    moving = rows[np.abs(a[rows]) > 0.1 * np.abs(a[rows]).max()] if len(rows) else rows
+    if len(moving) < 10:
+        return []
+    middle = (moving[0] + moving[-1]) // 2
+    return [np.arange(moving[0], middle), np.arange(middle, moving[-1])]
+
+
+def _lag(a: np.ndarray, b: np.ndarray, apart: int, rows: np.ndarray, dt: float, reach: int) -> tuple[float, float]:
+    """Middle of the rows of a, and how much later b shows them than `apart` says [s], refined by a parabola."""
+    rows = rows[(rows - apart - reach >= 0) & (rows - apart + reach < len(b))]
+    if not len(rows):
+        return 0.0, 0.0
+    error = np.array([np.mean((a[rows] - b[rows - apart + shift]) ** 2) for shift in range(-reach, reach + 1)])
+    best = int(np.clip(np.argmin(error), 1, len(error) - 2))
+    left, middle, right = error[best - 1 : best + 2]
+    curvature = left - 2 * middle + right
+    return float(rows.mean()), float(best - reach + (0.5 * (left - right) / curvature if curvature > 0 else 0.0)) * dt
+
+
+def evidence_of(
+    sensors: dict[str, BodySensor],
+    strikes: HeelStrikes,
+    bounds: np.ndarray,
+    experiment: Experiment,
+    settings: Settings,
+    quick: float,
+) -> Evidence:
+    """What the run's signals say about themselves; the robot is so `quick` as Table 1's."""
+    agreement, ratio, direction, scale, gain, of_hip, of_foot = (math.nan,) * 7
+    grid = common_grid(sensors, settings) if sensors else np.empty(0)
+    seen = {place: on_grid(sensor, grid, settings) for place, sensor in sensors.items()}
+    if len(sensors) == 2:
+        agreement, ratio = agreement_of(*(seen[place][:, 3 + LATERAL] for place in PLACES))
+        direction, scale, gain, of_hip, of_foot = lever_of(
+            grid, seen["hip"], seen["foot"], strikes, settings.grid_rate_hz, quick)
+    symmetry, gravity = {}, {}
+    for place, sensor in sensors.items():
+        if not len(bounds) or not len(grid):
+            continue
+        angle = angle_on(grid, place, seen, sensor, settings)
+        symmetry[place] = symmetry_of(np.interp(strikes.time, grid, angle), strikes)
+        size, downhill = gravity_of(grid, seen[place][:, :3], angle, (bounds[0, 0], bounds[-1, 1]))
+        gravity[place] = size / settings.gravity, math.degrees(downhill) - (experiment.slope_deg or 0.0)
+    first = next((place for place in PLACES if place in sensors), "")
+    spacing, alternating = spacing_of(strikes)
+    return Evidence(
+        agreement=agreement,
+        rate_ratio=ratio,
+        lever_direction_deg=direction,
+        forward_gain=gain,
+        rate_scale=scale,
+        third_moment=skewness(sensors[first].rate[~sensors[first].trace.rest, LATERAL]) if first else math.nan,
+        hip_turning=of_hip,
+        foot_turning=of_foot,
+        strike_symmetry_deg=symmetry.get(first, math.nan),
+        hip_gravity=gravity.get("hip", (math.nan, math.nan))[0],
+        foot_gravity=gravity.get("foot", (math.nan, math.nan))[0],
+        hip_gravity_deg=gravity.get("hip", (math.nan, math.nan))[1],
+        foot_gravity_deg=gravity.get("foot", (math.nan, math.nan))[1],
+        spacing=spacing,
+        alternating=alternating,
+    )
 
 
 @dataclass(frozen=True)

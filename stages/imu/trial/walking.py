@@ -12,8 +12,7 @@ from stages.imu.parameters import Reading, Settings
 from stages.imu.result import LegMotion
 from stages.imu.strikes.heel_strikes import NO_STRIKES, find_heel_strikes
 from stages.imu.strikes.impact_onset import Samples, at_onsets, lift_after
-from stages.imu.strikes.landings import OUTER, HeelStrikes
-from stages.imu.strikes.step_times import step_times
+from stages.imu.strikes.step_times import OUTER, HeelStrikes, step_times
 from stages.imu.trial.leg_motion import leg_motion, nothing
 from stages.imu.trial.places import (
     FORWARD,

@@ -19,8 +19,7 @@ from stages.biped.accuracy.scales import Scales, scales_of
 from stages.biped.design import DETAILS, Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.penalty.model.varied import VariedPenalty
-from stages.penalty.model.walker import LENGTH, RATES, SIZE, Walker, build_penalty, natural_lengths
+from stages.penalty.model.walker import LENGTH, RATES, SIZE, VariedPenalty, Walker, build_penalty, natural_lengths
 from stages.penalty.motion.contact import STEP
 
 

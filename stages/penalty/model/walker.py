@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from stages.biped.accuracy.scales import SI, Scales
 from stages.biped.design import Biped
 from stages.ground.contact_law import ContactLaw
@@ -126,3 +128,17 @@ def leg_numbers(biped: Biped, index: int, gravity: tuple[Any, Any]) -> LegNumber
 def natural_lengths(p: Walker) -> tuple[float, float]:
     """Natural lengths of both legs [m]."""
     return (p.L_nat, p.L_nat) if isinstance(p, Penalty) else (p.first.L_nat, p.other.L_nat)
+
+
+class VariedPenalty(NamedTuple):
+    """`plain` walker; `along` (n, numbers of `plain` before the law), their changes for the last n variations.
+
+    `laws` (n, numbers of the law): these numbers, with their changes as imaginary parts (`contact.STEP`); `of_law` (n,)
+    whether they change at all. `delays` (columns,): by how much every variation delays the events so far.
+    """
+
+    plain: Walker
+    along: np.ndarray
+    laws: np.ndarray
+    of_law: np.ndarray
+    delays: np.ndarray

@@ -22,8 +22,7 @@ from stages.analytic.phases import flow, guards
 from stages.analytic.walk import recording
 from stages.penalty.compiled import again, compiled
 from stages.penalty.model.legs import leg_by, leg_change, leg_jacobian, leg_of
-from stages.penalty.model.varied import VariedPenalty
-from stages.penalty.model.walker import Walker
+from stages.penalty.model.walker import VariedPenalty, Walker
 from stages.penalty.motion.accelerations import Six, accelerations, solve
 from stages.penalty.motion.contact import Slopes, force_slopes, law_change
 from stages.penalty.motion.feet import acts_on, penalty_guard

@@ -17,7 +17,6 @@ from stages.analytic.gait.gait_search import describe, find_gait
 from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.twin.exports.blocks import laid
 from stages.twin.exports.seen import shown_parts
 from stages.twin.exports.solids import BLOCK_HEIGHT
 from stages.twin.machine.bill import Body, join
@@ -25,7 +24,7 @@ from stages.twin.machine.contact import HINGE, PITCH, ROLL, SLIDE, YAW, X, Y, Z
 from stages.twin.machine.machine import LEGS, Machine, build
 from stages.twin.machine.parts import FRAMES, Part
 from stages.twin.parameters import Parameters, Settings
-from stages.twin.ramp import Ramp
+from stages.twin.ramp import Ramp, laid
 from stages.twin.walking.simulate import Start, rolling_start
 
 #: Programs want a body that moves to have mass and moments: at least this share of the machine's, and of its mass at a
