@@ -26,6 +26,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a fit's matrices are small
 import numpy as np
 
 from benchmarks.marked import put
+from benchmarks.sandwich import noise_covariance, sandwich_covariance
 from pipeline.study import Study
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
@@ -40,7 +41,6 @@ from stages.calibration.estimation.known import TOTAL_MASS, Known
 from stages.calibration.information.plan import first_model
 from stages.calibration.intervals.discrepancy import Discrepancy
 from stages.calibration.intervals.residual_structure import structure
-from benchmarks.sandwich import noise_covariance, sandwich_covariance
 from stages.calibration.parameters import Parameters as CalibrationParameters
 from stages.calibration.recordings.from_ingest import run_of
 from stages.calibration.result import HALF_WIDTH

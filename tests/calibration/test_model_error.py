@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.special import ndtr
 
+from benchmarks.sandwich import noise_covariance, sandwich_covariance
 from stages.calibration.estimation.equations import run_equations
 from stages.calibration.information.plan import plan_of, planned_equations
 from stages.calibration.intervals.discrepancy import Discrepancy
 from stages.calibration.intervals.residual_structure import PARTS, step_parts, structure, told_structure, whiteness
-from benchmarks.sandwich import noise_covariance, sandwich_covariance
 from stages.calibration.observation.measured_run import MeasuredRun, usable
 from stages.calibration.observation.prediction import Sampling
 from stages.calibration.observation.unknowns import SIDES
