@@ -37,13 +37,18 @@ def test_symmetric_start_stays_in_the_plane(three_steps):
 
 
 def test_mirrored_start_gives_mirrored_motion(machine, settings, walk_from):
-    """To round-off, of which the two heel strikes make 2e-11: left and right are summed in another order."""
+    """To round-off until it decides on the length of a step, as left and right are summed in another order; from there
+    on within the solver's tolerance."""
     push = {"yaw": 0.02, "yaw_rate": 0.1, "roll_rate": 0.05, "sideways": 0.01}
     record = walk_from(machine, settings, 2, **push)
     mirror = walk_from(machine, settings, 2, **{name: -value for name, value in push.items()})
     assert record.completed and abs(record.position[:, Z]).max() > 1e-3
     time = np.linspace(0.0, min(record.time[-1], mirror.time[-1]), 300)
-    assert abs(record.at(time)[0] - (mirror.at(time)[0] * MIRRORED)[:, SWAPPED]).max() < 1e-10
+    apart = abs(record.at(time)[0] - (mirror.at(time)[0] * MIRRORED)[:, SWAPPED]).max(axis=1)
+    both = min(len(record.time), len(mirror.time))
+    alike = int(np.argmax(np.append(abs(record.time[:both] - mirror.time[:both]) > 1e-9, True)))
+    assert alike > 100 and apart[time < record.time[alike - 1]].max() < 1e-10
+    assert apart.max() < settings.tolerance
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
