@@ -99,7 +99,7 @@ for y, p in ((y, {NUMBERS[0]}), (numpy.concatenate([y, 0 * y]), {NUMBERS[1]})):
 
 @pytest.mark.parametrize(("called", "own"), [
     (BEGINS, ("phases.succession.rolling_phase", "derivatives.walking.plain_exchanged")),
-    pytest.param(STRIKES, ("phases.transitions.rolling_reset", "derivatives.impacts.rolling_varied_reset"),
+    pytest.param(STRIKES, ("phases.transitions.rolling_reset", "derivatives.walking.rolling_varied_reset"),
                  marks=pytest.mark.slow)])  # fmt: skip
 def test_compiler_follows_the_kind(called, own, tmp_path):
     """Of a rolling walker nothing of Coulomb's is compiled.
