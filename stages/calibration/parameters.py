@@ -92,7 +92,8 @@ class Parameters:
         object.__setattr__(self, "settings", followed(
             self.settings, settling_s=0.05 * slow, before_strike_s=period, after_strike_s=0.03 * slow,
             foot_lag_sd_s=0.2 * period, mid_stance_sd_s=0.06 * slow, start_length_sd=1e-3 * long,
-            start_length_rate_sd=0.02 * long / slow, begun_s=0.15 * slow))  # fmt: skip
+            start_length_rate_sd=0.02 * long / slow, begun_s=0.15 * slow,
+            outsole=self.cover.of(self.biped)))  # fmt: skip
 
     @property
     def beliefs(self) -> Beliefs:

@@ -7,7 +7,7 @@ own, whatever a study walks with, and each once more with others, which tells it
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -116,18 +116,22 @@ def between_cycles(what: str, machine: Machine, state: PlanarState, numbers: np.
     derivative = stepper.derivative(near.numbers)
     ours = corrected(stepper, near, derivative)
     looser = corrected(PenaltyStepper(*parts, Settings(LOOSER * COMPILED)), ours, derivative)
-    other, other_looser = (
-        corrected(SectionWalker(*parts, machine.exudyn_settings(tolerance), 1e-4), ours, derivative)
-        for tolerance in (machine.tolerance, LOOSER * machine.tolerance)
-    )
-    true, exudyn = lengths_of(ours, ours), lengths_of(other, ours)
-    errors = lengths_of(looser, ours) - true, lengths_of(other_looser, ours) - exudyn
-    own = max(np.abs(error).max() for error in errors)
-    distance = float(np.abs(exudyn - true).max())
-    found = Distance(what, "completed", distance, float(own), max(NOISE * machine.biped.leg_length, float(TIMES * own)))
-    if found.fine or machine.tolerance < EXUDYN:
-        return found
-    return between_cycles(what, replace(machine, tolerance=machine.tolerance / LOOSER), state, numbers)
+    true = lengths_of(ours, ours)
+    own = np.abs(lengths_of(looser, ours) - true).max()
+
+    def exudyn(tolerance: float) -> np.ndarray:
+        settings = machine.exudyn_settings(tolerance)
+        return lengths_of(corrected(SectionWalker(*parts, settings, 1e-4), ours, derivative), ours)
+
+    tolerance, before = machine.tolerance, exudyn(LOOSER * machine.tolerance)
+    while True:
+        other = exudyn(tolerance)
+        error = float(max(own, np.abs(before - other).max()))
+        found = Distance(what, "completed", float(np.abs(other - true).max()), error,
+                         max(NOISE * machine.biped.leg_length, TIMES * error))  # fmt: skip
+        if found.fine or tolerance < EXUDYN:
+            return found
+        tolerance, before = tolerance / LOOSER, other
 
 
 def corrected(walker: PenaltyStepper | SectionWalker, near: FixedPoint, derivative: np.ndarray) -> FixedPoint:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stages.analytic.gait.design_point import DesignPoint
-from stages.biped.accuracy.scales import followed
 from stages.biped.design import Biped
 from stages.calibration.estimation.each_run import guess
 from stages.calibration.estimation.equations import Model
@@ -37,8 +36,7 @@ def drawn_design(parameters: Parameters, kind: str = "") -> DesignPoint:
     """
     biped = parameters.biped
     if not biped.detailed:
-        caliper = followed(parameters.settings, outsole=parameters.cover.of(biped)).outsole
-        rubber = caliper if kind == WITH_OUTSOLE else 0.0
+        rubber = parameters.settings.outsole if kind == WITH_OUTSOLE else 0.0
         whole = project(build(biped, parameters.twin, Build(outsole=rubber)))
         first, other = (dataclasses.asdict(whole.leg(leg)) for leg in (0, 1))
         alike = {name: 0.5 * (first[name] + other[name]) for name in first}
