@@ -92,7 +92,10 @@ def test_energy_goes_where_the_hip_takes_it(scissors, assembly):
 @pytest.mark.parametrize(("friction", "samples", "shares"), [
     pytest.param(0.03, 61, (0.3, 0.03), marks=pytest.mark.slow), (0.12, 41, (0.6, 0.1))])
 def test_standing_legs_slip_and_stick_as_in_the_constraint_model(contact, friction, samples, shares):
-    """Point feet on level ground, a counterweight, friction at the hip. With harder ground the two come together."""
+    """Point feet on level ground, a counterweight, friction at the hip. With harder ground the two come together.
+
+    What the hip creeps while it should be at rest is left.
+    """
     design, level = dataclasses.replace(ROBOT, hip_friction=friction), Slope(0.0, 9.81)
     times = 0.005 * np.arange(samples)
     found = driven_stance(DesignPoint(design, level), STANCE[:4], 0.005, np.zeros(samples)).states
@@ -105,10 +108,12 @@ def test_standing_legs_slip_and_stick_as_in_the_constraint_model(contact, fricti
         start = rolling_state(design, ground, state, 9.81 * design.weighed_mass)
         run = simulate(design, level, ground, start, Settings.of_one_step(1e-6, 1e-3), duration=times[-1])
         place = run.trajectory.at(times)[0]
-        apart.append(np.abs(place[:, 2:4] * [-1.0, 1.0] - found[:, :2]).max())
-    assert apart[1] < 0.25 * apart[0] and apart[1] < 3e-4
+        apart.append(np.abs(place[:, 2:4] * [-1.0, 1.0] - found[:, :2]).max(axis=0))
+    creep = hip_creep(design, level)
+    crept = creep * 0.005 * at_rest.sum()
+    assert np.all(apart[1] < 1.1 * shares[1] / shares[0] * apart[0] + crept) and apart[1].max() < 3e-4
     rates = run.trajectory.at(times[at_rest])[1]
-    assert np.abs(rates[:, 2] - rates[:, 3]).max() < hip_creep(design, level)
+    assert np.abs(rates[:, 2] - rates[:, 3]).max() < creep
 
 
 def test_nothing_is_assembled_for_what_is_not_there(biped, slope, contact, settings):

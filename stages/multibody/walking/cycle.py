@@ -32,9 +32,11 @@ LAST_STEPS = 4
 SETTLED_WITHIN = 0.01
 #: One whose last periods differ by less than this, in pendulum times, ends near it.
 NEARLY_SETTLED = 2.7e-3
-#: Derivatives, and the way to the fixed point, need no finer tolerance of the solver than this; with these differences,
-#: in the section's scales, multipliers are then within 0.001.
-COARSE, DIFFERENCE = 1e-7, 5e-4
+#: Derivatives, and the way to the fixed point, need no finer tolerance of the solver than this.
+COARSE = 1e-7
+#: Forward and central differences, in the section's scales. Multipliers are then within .003 and .0003: smaller ones
+#: leave more of the steps' noise, larger ones more of the map's bend, which central ones feel only in second order.
+FORWARD, CENTRAL = 5e-4, 2e-3
 
 
 @dataclass(frozen=True)
@@ -50,9 +52,9 @@ class Model:
         """The same at another tolerance of the solver."""
         return dataclasses.replace(self, settings=dataclasses.replace(self.settings, tolerance=tolerance))
 
-    def walker(self, state: PlanarState) -> SectionWalker:
+    def walker(self, state: PlanarState, difference: float = CENTRAL) -> SectionWalker:
         """The step map on the section, around a mid-stance."""
-        return SectionWalker(self.biped, self.slope, self.contact, state, self.settings, DIFFERENCE)
+        return SectionWalker(self.biped, self.slope, self.contact, state, self.settings, difference)
 
 
 def solve(
@@ -82,7 +84,7 @@ def search(model: Model, state: PlanarState, walked: Run | None = None) -> Limit
     coarse, central = model.at(COARSE), model.settings.tolerance <= COARSE
     if not central and walked is not None and walked.completed and model.biped.alike:
         state = mid_stance_after(walked).state
-    return gait_near(coarse.walker(state), state, central=central)
+    return gait_near(coarse.walker(state, CENTRAL if central else FORWARD), state, central=central)
 
 
 def solved_cycle(model: Model, state: PlanarState, found: LimitCycle, walk: Walk) -> Cycle:
