@@ -57,5 +57,5 @@ def differences(one, other, scale, where=""):
             assert left.shape == right.shape and (np.isfinite(left) == np.isfinite(right)).all(), name
             known = np.isfinite(left)
             size = np.abs(left[known]).max(initial=0.0)
-            found[name] = float(np.abs(left - right)[known].max(initial=0.0) / (size or 1.0))
+            found[name] = float(np.abs(left[known] - right[known]).max(initial=0.0) / (size or 1.0))
     return found

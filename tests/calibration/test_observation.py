@@ -68,6 +68,8 @@ COUNT = len(NAMES) + 25
 TOGETHER = 4
 SIGNS = np.random.default_rng(1).choice([-1.0, 1.0], COUNT)
 ROBOTS = ("alike", "unlike")
+#: Tolerance of what is differenced, over the smaller step.
+NOISE = 1e-11 / 1e-6
 
 
 def worst_of(derived, columns, signs):
@@ -102,8 +104,7 @@ def worst_of(derived, columns, signs):
 def test_derivatives_are_those_of_extrapolated_differences(first, derived):
     columns = slice(first, first + TOGETHER)
     median, largest = worst_of(derived, columns, SIGNS[columns])
-    assert median < 1e-7
-    assert largest < 2e-5
+    assert median < 0.02 * NOISE and largest < 5.0 * NOISE
 
 
 @pytest.mark.slow
@@ -111,8 +112,7 @@ def test_derivatives_are_those_of_extrapolated_differences(first, derived):
 @pytest.mark.parametrize("derived", ROBOTS, indirect=True)
 def test_each_derivative_is_that_of_extrapolated_differences(number, derived):
     median, largest = worst_of(derived, [number], 1.0)
-    assert median < 1e-7
-    assert largest < 2e-5
+    assert median < 0.02 * NOISE and largest < 5.0 * NOISE
 
 
 def test_a_foot_sensor_is_told_of_from_the_hip_or_from_the_foots_mass():
