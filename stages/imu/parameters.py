@@ -77,6 +77,10 @@ class Limits:
         "1", "smallest squared correlation without a remark", bound=Bound(above=0, below=1)
     )
     rate_tolerance_of_places: float = parameter("1", "largest relative difference of their sizes", bound=POSITIVE)
+    rate_gain_tolerance: float = parameter(
+        "1", "largest relative departure of a gyroscope from how gravity turns without a remark", bound=POSITIVE)
+    leg_length_tolerance: float = parameter(
+        "1", "largest relative departure of the standing leg from the drawing without a remark", bound=POSITIVE)
     rate_scale_tolerance: float = parameter("1", "largest relative error of a gyroscope that is used", bound=POSITIVE)
     smallest_overlap: float = parameter(
         "1", "smallest share of the longer recording that both sensors cover", bound=Bound(minimum=0, maximum=1)
@@ -119,7 +123,12 @@ class Drawing:
     leg_length_error: float = parameter("1", "standard error of the leg's length, relative", bound=NOT_NEGATIVE)
     rolling_error: float = parameter("1", "what a step departs from rolling on a rigid leg, relative, standard "
                                      "deviation", bound=NOT_NEGATIVE)  # fmt: skip
-    rate_gain_error: float = parameter("1", "standard error of a gyroscope's gain, relative", bound=NOT_NEGATIVE)
+    gain_error: float = parameter(
+        "1", "standard error of an accelerometer's gain, which a gyroscope's is told by, relative", bound=NOT_NEGATIVE)
+    swept_error: float = parameter("1", "standard error of what gravity's turning at one sensor tells of gain and "
+                                   "length, from soft legs, relative", bound=NOT_NEGATIVE)  # fmt: skip
+    sag: Following = parameter("m", "how much shorter a leg is while it stands; null: by the weight on its spring",
+                               bound=NOT_NEGATIVE)  # fmt: skip
     onset_error_s: float = parameter("s", "standard error of when a leg's impacts begin, the same for all of a run",
                                      bound=NOT_NEGATIVE)  # fmt: skip
     strike_scatter_s: float = parameter("s", "standard deviation of single strikes about that", bound=NOT_NEGATIVE)
@@ -177,5 +186,7 @@ class Parameters:
         settings = followed(self.settings, gravity=gravity, rest_rate_deg_s=3.0 * quick,
                             rest_acceleration=0.3 * (gravity / GRAVITY), grid_rate_hz=200.0 * quick,
                             slowest_step_hz=0.8 * quick, fastest_step_hz=4.0 * quick)  # fmt: skip
-        drawing = followed(self.drawing, leg_length=biped.leg_length + rubber, foot_radius=biped.foot_radius + rubber)
+        weight = 0.0 if biped.legs == "rigid" else (biped.total_mass - biped.foot_mass) * gravity  # on a leg that stands
+        drawing = followed(self.drawing, leg_length=biped.leg_length + rubber, foot_radius=biped.foot_radius + rubber,
+                           sag=weight / biped.stiffness)
         return Reading(settings, followed(self.limits, lever_arm=biped.leg_length - biped.foot_com), drawing, quick)

@@ -25,6 +25,8 @@ class LegMotion:
         "m", "travel of the hip in between: the other leg's step, shape (k,)", dimensions=("step",)
     )
     step_length_error: np.ndarray = quantity("m", "standard error of each, shape (k,)", dimensions=("step",))
+    step_length_drawing_error: np.ndarray = quantity(
+        "m", "part of that error that the drawing's leg length leaves, shape (k,)", dimensions=("step",))
     hip_path: np.ndarray = quantity(
         "m", "hip along and above the slope over each of these steps, shape (k, p, 2)",
         dimensions=("step", "phase", "direction")

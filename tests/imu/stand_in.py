@@ -37,7 +37,7 @@ LIMITS = STUDY.limits
 SETTINGS = Settings(None, 9.81, 0.0, 0.5, 3.0, 0.3, 200.0, 1.5, 3, 6, 101, 0.8, 4.0, 0.05, 0.005, 0.3)
 
 #: The stand-in has no outsole.
-DRAWING = dataclasses.replace(STUDY.drawing, leg_length=BIPED.leg_length, foot_radius=BIPED.foot_radius)
+DRAWING = dataclasses.replace(STUDY.drawing, leg_length=BIPED.leg_length, foot_radius=BIPED.foot_radius, sag=0.0)
 PARAMETERS = Reading(SETTINGS, LIMITS, DRAWING)
 
 

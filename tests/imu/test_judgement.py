@@ -101,7 +101,7 @@ def test_what_is_wrong_is_refused_or_named(family: wrong_logs.Family, number: in
         (wrong_logs.foot_clock_5_s_off, "of their time"),
         (wrong_logs.foot_clock_60_s_off, "share only 0% of their time"),
         (wrong_logs.foot_of_another_run, "logs of different runs"),
-        (wrong_logs.gyroscope_range_halved, "both gyroscopes seem to read"),
+        (wrong_logs.gyroscope_range_halved, "times what gravity turns by"),
         (wrong_logs.foot_gyroscope_range_halved, "look at gyroscope_range_deg_s"),
         (wrong_logs.sensors_swapped, "hip and foot are swapped"),
     ],

@@ -55,25 +55,25 @@ def gain_of(first: np.ndarray, second: np.ndarray) -> float:
 def lever_of(
     time: np.ndarray, hip: np.ndarray, foot: np.ndarray, strikes: HeelStrikes, rate_hz: float,
     quick: float = 1.0,
-) -> tuple[float, float, float, float, float]:
-    """Direction of the lever arm from the leg's line [deg], scale of the rates (1), forward gain of the foot over the
-    hip (1), and agreement of the forward part with how the hip's own rate changes, and with how the foot's does.
+) -> tuple[float, float, float, float]:
+    """Direction of the lever arm from the leg's line [deg], forward gain of the foot over the hip (1), and agreement of
+    the forward part with how the hip's own rate changes, and with how the foot's does.
 
     hip, foot: signals (n, 6) on a grid. The robot is so `quick` as Table 1's.
 
     With forward as the real and up as the imaginary axis f_foot - f_hip = z (omega' + i omega^2) + constant, where
-    z = d exp(i beta) and beta is the direction; fitted apart, |z| of omega' over |z| of omega^2 is the scale. What both
-    places accelerate with drops out, so the agreement is near 1 for any robot; -1 for a gyroscope that was turned.
+    z = d exp(i beta) and beta is the direction. What both places accelerate with drops out, so the agreement is near 1
+    for any robot; -1 for a gyroscope that was turned.
     """
     if len(time) < FEWEST_POINTS:
-        return NAN, NAN, NAN, NAN, NAN
+        return NAN, NAN, NAN, NAN
     hole = ~(np.isfinite(hip).all(axis=1) & np.isfinite(foot).all(axis=1))
     reach = max(1, round(HOLE_S / quick * rate_hz))
     known = np.convolve(hole, np.ones(2 * reach + 1), "same") == 0
     for strike in strikes.time:
         known &= (time < strike + AROUND_STRIKE_S[0] / quick) | (time > strike + AROUND_STRIKE_S[1] / quick)
     if known.sum() < FEWEST_POINTS:
-        return NAN, NAN, NAN, NAN, NAN
+        return NAN, NAN, NAN, NAN
     sections = butter(2, min(LOW_PASS_HZ * quick, 0.4 * rate_hz), fs=rate_hz, output="sos")
 
     def smooth(one: np.ndarray) -> np.ndarray:
@@ -83,12 +83,10 @@ def lever_of(
     turning, square = smooth(np.gradient(rate, time)), smooth(rate**2)
     forward, up = smooth(filled(foot[:, 0] - hip[:, 0])), smooth(filled(foot[:, 1] - hip[:, 1]))
     whole = np.linalg.lstsq(np.column_stack((turning + 1j * square, one)), forward + 1j * up, rcond=None)[0]
-    parts = np.linalg.lstsq(np.column_stack((turning, 1j * square, one)), forward + 1j * up, rcond=None)[0]
-    scale = abs(parts[0]) / abs(parts[1]) if abs(parts[1]) > 0 else NAN
     of_hip, across = smooth(filled(hip[:, 0])), np.linalg.qr(np.column_stack((turning, one)))[0]
     left = [force - across @ (across.T @ force) for force in (of_hip, of_hip + forward)]
     own = [agreement_of(smooth(np.gradient(filled(each[:, 5]), time)), forward)[0] for each in (hip, foot)]
-    return math.degrees(math.atan2(whole[0].imag, whole[0].real)), float(scale), gain_of(*left), own[0], own[1]
+    return math.degrees(math.atan2(whole[0].imag, whole[0].real)), gain_of(*left), own[0], own[1]
 
 
 def skewness(rate: np.ndarray) -> float:

@@ -16,6 +16,7 @@ from stages.imu.judgement.verdict import (
     LEGS,
     LEVER,
     RATE,
+    STEP_LENGTH,
     STRIKES,
     Finding,
     Refusal,
@@ -150,10 +151,6 @@ def _on_two_places(
         yield _remark(
             f"the foot turns {evidence.rate_ratio:.2f} times as fast as the hip", f"hip {RATE}", f"foot {RATE}"
         )
-    if abs(math.log(max(evidence.rate_scale, 1e-9))) > math.log1p(limits.rate_scale_tolerance):
-        yield _refuse(
-            f"both gyroscopes seem to read {evidence.rate_scale:.2f} times the true rate: look at their range and unit"
-        )
     if abs(lever_arm / limits.lever_arm - 1) > limits.lever_arm_tolerance:
         yield _remark(
             f"by the signals the sensors are {lever_arm:.3f} m apart, by the drawing {limits.lever_arm:.3f} m",
@@ -212,6 +209,24 @@ def _on_each_place(
             yield _refuse(
                 f"the {place}'s gyroscope turns against gravity: columns exchanged or signs turned in gyroscope or "
                 "accelerometer"
+            )
+        gain, arm = getattr(evidence, f"{place}_gain"), getattr(evidence, f"{place}_arm")
+        if abs(math.log(gain)) > math.log1p(limits.rate_scale_tolerance):
+            yield _refuse(
+                f"the {place}'s gyroscope reads {gain:.2f} times what gravity turns by while the leg stands: look at "
+                "its range and unit"
+            )
+        elif abs(gain - 1) > limits.rate_gain_tolerance:
+            yield _remark(
+                f"the {place}'s gyroscope reads {gain:.2f} times what gravity turns by while the leg stands: its gain, "
+                "or the accelerometer's forward",
+                f"{place} {RATE}",
+            )
+        if abs(arm - 1) > limits.leg_length_tolerance:
+            yield _remark(
+                f"by the {place}'s signals the leg that stands is {arm:.2f} times as long as by the drawing: look at "
+                "leg_length",
+                LEVER, STEP_LENGTH,
             )
         at_rest = static_reading(trace) * trace.scale.acceleration / settings.gravity
         walking, off = getattr(evidence, f"{place}_gravity"), getattr(evidence, f"{place}_gravity_deg")

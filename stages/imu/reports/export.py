@@ -51,10 +51,10 @@ def exported(trials: Iterable[Trial]) -> dict[str, bytes]:
              for phase, place in zip(np.linspace(0, 1, len(path)), path)),
         ),
         "steps.csv": table(
-            ("run", "start [s]", "end [s]", "length [m]", "standard error [m]"),
+            ("run", "start [s]", "end [s]", "length [m]", "standard error [m]", "of the drawing [m]"),
             ((trial.experiment.name, *row) for trial in used
              for row in zip(trial.leg.stance_start, trial.leg.stance_end, trial.leg.step_length,
-                            trial.leg.step_length_error)),
+                            trial.leg.step_length_error, trial.leg.step_length_drawing_error)),
         ),
         "leg.csv": table(
             ("run", "time [s]", "angle [rad]", "standard error [rad]"),

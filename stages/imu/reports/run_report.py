@@ -21,7 +21,10 @@ class Evidence:
     rate_ratio: float = quantity("1", "foot's over hip's lateral rate")
     lever_direction_deg: float = quantity("deg", "direction of the lever arm from the leg's line, in the frames found")
     forward_gain: float = quantity("1", "foot's over hip's forward gain, the nearest to 1 that the signals allow")
-    rate_scale: float = quantity("1", "scale of the gyroscopes: tangential over centripetal lever arm")
+    hip_gain: float = quantity("1", "hip's gyroscope over how gravity turns while the leg stands")
+    foot_gain: float = quantity("1", "foot's gyroscope over how gravity turns while the leg stands")
+    hip_arm: float = quantity("1", "hip sensor's height above the sole, as it is accelerated, over the drawing's")
+    foot_arm: float = quantity("1", "foot sensor's height above the sole, as it is accelerated, over the drawing's")
     third_moment: float = quantity("1", "skewness of the lateral rate, the hip's if there is one; positive in a swing")
     hip_turning: float = quantity("1", "signed R2 of forward force between the places and how the hip's rate changes")
     foot_turning: float = quantity("1", "signed R2 of forward force between the places and how the foot's rate changes")
@@ -75,6 +78,7 @@ class RunReport:
     step_frequency_error: float = quantity("Hz", "standard error of the step frequency")
     step_length: float = quantity("m", "mean travel of the hip over the inner leg's stances; NaN without any")
     step_length_error: float = quantity("m", "standard error of one step's length")
+    step_length_drawing_error: float = quantity("m", "part of that error that the drawing's leg length leaves")
     times: StepTimes = quantity("-", "step, stance and swing of both legs")
     evidence: Evidence = quantity("-", "numbers by which the run was judged")
     verdict: str = quantity("-", "accepted, accepted with remarks, or refused")
@@ -148,13 +152,14 @@ def _sensors(reports: list[SensorReport]) -> Table:
 
 def _legs(runs: list[RunReport]) -> Table:
     columns = (
-        *("run", "step mm", "+-", "inner step s", "outer step s", "+-", "double stance ms", "+-"),
+        *("run", "step mm", "+-", "of the drawing", "inner step s", "outer step s", "+-", "double stance ms", "+-"),
         *("inner stance s", "inner swing s", "+-", "outer stance s", "outer swing s", "+-", "asymmetry %", "+-"),
     )
     rows: list[tuple[str, ...]] = []
     for r in runs:
         t = r.times
-        cells = [*_said(r.step_length, r.step_length_error, 1e3, 1), _number(t.inner_step, 1, 4)]
+        cells = [*_said(r.step_length, r.step_length_error, 1e3, 1), _number(r.step_length_drawing_error, 1e3, 1)]
+        cells += [_number(t.inner_step, 1, 4)]
         cells += [*_said(t.outer_step, t.step_error, 1, 4), *_said(t.double_stance, t.double_stance_error, 1e3, 1)]
         cells += [_number(t.inner_stance, 1, 4), *_said(t.inner_swing, t.inner_error, 1, 4)]
         cells += [_number(t.outer_stance, 1, 4), *_said(t.outer_swing, t.outer_error, 1, 4)]

@@ -34,6 +34,15 @@ def stride_bounds(strikes: HeelStrikes, skipped: int = 0) -> np.ndarray:
     return np.asarray(bounds[np.abs(length / np.median(length) - 1) < 0.5])
 
 
+def stances_of(strikes: HeelStrikes) -> tuple[np.ndarray, np.ndarray]:
+    """Landings of the inner leg and the outer leg's that follow, each (k,) [s], none with a strike missing inside."""
+    pairs = (strikes.leg[:-1] == INNER) & (strikes.leg[1:] == OUTER) if len(strikes.time) > 1 else np.zeros(0, bool)
+    start, end = strikes.time[:-1][pairs], strikes.time[1:][pairs]
+    usual = np.median(end - start) if len(start) else 0.0
+    whole = np.abs(end - start - usual) <= 0.5 * usual
+    return start[whole], end[whole]
+
+
 NAN = float("nan")
 
 

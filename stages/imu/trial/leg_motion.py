@@ -16,11 +16,12 @@ import math
 import numpy as np
 
 from stages.biped.between_steps import running_integral
+from stages.imu.judgement.rolling_stance import Confirmed
 from stages.imu.parameters import Drawing
 from stages.imu.reports.run_report import StepTimes
 from stages.imu.result import LegMotion
 from stages.imu.strikes.heel_strikes import filled
-from stages.imu.strikes.step_times import INNER, OUTER, UNKNOWN, HeelStrikes
+from stages.imu.strikes.step_times import UNKNOWN, HeelStrikes, stances_of
 
 PATH_POINTS = 51
 #: For Table 1's robot; others have their own time.
@@ -69,7 +70,7 @@ def leg_motion(
     angle: np.ndarray,
     rest_angle: float,
     bias_error: float,
-    sensors: int,
+    confirmed: Confirmed,
     strikes: HeelStrikes,
     times: StepTimes,
     drawing: Drawing,
@@ -77,34 +78,32 @@ def leg_motion(
 ) -> LegMotion:
     """The motion of the leg from its angle (m,) on an even grid (m,) [s].
 
-    The angle's error is that of the stand, of the gyroscopes' gain on what was turned since (shared by `sensors` of
-    them), and of the bias, `bias_error` [rad/s], on the time since the grid began. A step's is that of the gain, of the
-    leg's length, of when each leg's impacts begin and of both landings' own times, and what rolling on a compliant leg
-    departs from a rigid one. The robot is so `quick` as Table 1's.
+    The angle's error is that of the stand, of the gyroscopes' gain on what was turned since, and of the bias,
+    `bias_error` [rad/s], on the time since the grid began. A step's is that of the gain, of the leg's length, of when
+    each leg's impacts begin and of both landings' own times, and what rolling on a compliant leg departs from a rigid
+    one. The robot is so `quick` as Table 1's.
     """
-    gain = drawing.rate_gain_error / math.sqrt(max(sensors, 1))
+    gain = confirmed.gain_error
     since = time - time[0] if len(time) else time
     stand = math.radians(drawing.stand_error_deg)
     error = np.sqrt(stand**2 + (gain * (angle - rest_angle)) ** 2 + (bias_error * since) ** 2)
-    pairs = (strikes.leg[:-1] == INNER) & (strikes.leg[1:] == OUTER) if len(strikes.time) > 1 else np.zeros(0, bool)
-    start, end = strikes.time[:-1][pairs], strikes.time[1:][pairs]
+    start, end = stances_of(strikes)
     inside = (start >= time[0]) & (end <= time[-1]) if len(time) else np.zeros(len(start), dtype=bool)
-    usual = np.median(end - start) if len(start) else 0.0
-    inside &= np.abs(end - start - usual) <= 0.5 * usual
     start, end = start[inside], end[inside]
     swept = [stance_angle(quick * time, angle, quick * one, quick * other) for one, other in zip(start, end)]
     path = hip_at(np.array(swept).reshape(-1, PATH_POINTS), drawing)
     length = path[:, -1, 0] - path[:, 0, 0]
-    share = math.sqrt(gain**2 + drawing.leg_length_error**2 + drawing.rolling_error**2)
+    share = math.sqrt(gain**2 + confirmed.length_error**2 + drawing.rolling_error**2)
     apart = (end - start) / (PATH_POINTS - 1)
     ends = (path[:, [1, -1], 0] - path[:, [0, -2], 0]) / apart[:, None]  # speeds at both landings
     late = math.hypot(drawing.onset_error_s, drawing.strike_scatter_s)
     said = np.sqrt((share * length) ** 2 + late**2 * (ends**2).sum(axis=1))
     path[:, :, 0] -= path[:, :1, 0]
-    return LegMotion(time, angle, error, start, end, length, said, path, times)
+    drawn = confirmed.length_error * length
+    return LegMotion(time, angle, error, start, end, length, said, drawn, path, times)
 
 
 def nothing() -> LegMotion:
     """A leg of which nothing is known."""
     none = np.empty(0)
-    return LegMotion(none, none, none, none, none, none, none, np.empty((0, PATH_POINTS, 2)), UNKNOWN)
+    return LegMotion(none, none, none, none, none, none, none, none, np.empty((0, PATH_POINTS, 2)), UNKNOWN)

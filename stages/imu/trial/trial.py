@@ -21,6 +21,7 @@ from stages.imu.judgement.evidence import (
     symmetry_of,
 )
 from stages.imu.judgement.of_run import verdict_on
+from stages.imu.judgement.rolling_stance import confirmed, swept
 from stages.imu.judgement.verdict import Refusal, Verdict
 from stages.imu.parameters import Reading, Settings
 from stages.imu.reports.run_report import Evidence, RunReport
@@ -28,8 +29,9 @@ from stages.imu.reports.sensor_report import SensorReport
 from stages.imu.result import LegMotion
 from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.strikes.heel_strikes import filled
-from stages.imu.strikes.step_times import HeelStrikes, StepFrequency, step_frequency, stride_bounds
+from stages.imu.strikes.step_times import HeelStrikes, StepFrequency, stances_of, step_frequency, stride_bounds
 from stages.imu.trial.places import (
+    FORWARD,
     LATERAL,
     PLACES,
     BodySensor,
@@ -107,22 +109,28 @@ def evidence_of(
     strikes: HeelStrikes,
     bounds: np.ndarray,
     experiment: Experiment,
-    settings: Settings,
-    quick: float,
+    parameters: Reading,
 ) -> Evidence:
-    """What the run's signals say about themselves; the robot is so `quick` as Table 1's."""
-    agreement, ratio, direction, scale, gain, of_hip, of_foot = (math.nan,) * 7
+    """What the run's signals say about themselves, by all strikes and the strides between these bounds."""
+    settings, drawing, quick = parameters.settings, parameters.drawing, parameters.quick
+    agreement, ratio, direction, gain, of_hip, of_foot = (math.nan,) * 6
     grid = common_grid(sensors, settings) if sensors else np.empty(0)
     seen = {place: on_grid(sensor, grid, settings) for place, sensor in sensors.items()}
     if len(sensors) == 2:
         agreement, ratio = agreement_of(*(seen[place][:, 3 + LATERAL] for place in PLACES))
-        direction, scale, gain, of_hip, of_foot = lever_of(
+        direction, gain, of_hip, of_foot = lever_of(
             grid, seen["hip"], seen["foot"], strikes, settings.grid_rate_hz, quick)
     symmetry, gravity = {}, {}
+    rolling = dict.fromkeys(PLACES, (math.nan, math.nan))
+    slope, stances = math.radians(experiment.slope_deg or 0.0), stances_of(strikes)
     for place, sensor in sensors.items():
         if not len(bounds) or not len(grid):
             continue
         angle = angle_on(grid, place, seen, sensor, settings)
+        arm = drawing.leg_length - (parameters.limits.lever_arm if place == "foot" else drawing.sag)
+        found = swept(grid, seen[place][:, FORWARD], seen[place][:, 3 + LATERAL], angle, stances, slope,
+                      settings.gravity, arm, drawing.foot_radius, quick)  # fmt: skip
+        rolling[place] = found[0], found[1] / arm
         symmetry[place] = symmetry_of(np.interp(strikes.time, grid, angle), strikes)
         size, downhill = gravity_of(grid, seen[place][:, :3], angle, (bounds[0, 0], bounds[-1, 1]))
         gravity[place] = size / settings.gravity, math.degrees(downhill) - (experiment.slope_deg or 0.0)
@@ -133,7 +141,10 @@ def evidence_of(
         rate_ratio=ratio,
         lever_direction_deg=direction,
         forward_gain=gain,
-        rate_scale=scale,
+        hip_gain=rolling["hip"][0],
+        foot_gain=rolling["foot"][0],
+        hip_arm=rolling["hip"][1],
+        foot_arm=rolling["foot"][1],
         third_moment=skewness(sensors[first].rate[~sensors[first].trace.rest, LATERAL]) if first else math.nan,
         hip_turning=of_hip,
         foot_turning=of_foot,
@@ -191,6 +202,8 @@ class Trial:
             step_frequency_error=self.frequency.standard_error,
             step_length=float(self.leg.step_length.mean()) if len(self.leg.step_length) else math.nan,
             step_length_error=float(self.leg.step_length_error.mean()) if len(self.leg.step_length) else math.nan,
+            step_length_drawing_error=(
+                float(self.leg.step_length_drawing_error.mean()) if len(self.leg.step_length) else math.nan),
             times=self.leg.times,
             evidence=self.evidence,
             verdict=self.verdict.outcome,
@@ -234,7 +247,7 @@ def read_trial(
     strikes, corner = strikes_of(sensors, settings, parameters.quick)
     used = HeelStrikes(strikes.time[settings.skipped_steps :], strikes.leg[settings.skipped_steps :])
     bounds, frequency = stride_bounds(used), step_frequency(used)
-    evidence = evidence_of(sensors, strikes, bounds, experiment, settings, parameters.quick)
+    evidence = evidence_of(sensors, strikes, bounds, experiment, parameters)
     judged = {place: (sensor.trace, sensor.frame) for place, sensor in sensors.items()}
     return Trial(
         experiment=experiment,
@@ -247,7 +260,7 @@ def read_trial(
         frequency=frequency,
         bounds=bounds,
         strides=registered(sensors, bounds, settings),
-        leg=leg_of(sensors, used, corner, parameters),
+        leg=leg_of(sensors, used, corner, confirmed(evidence, parameters), parameters),
         evidence=evidence,
         verdict=verdict_on(
             experiment, judged, left_out, overlap, lever, at_edge, len(strikes.time), frequency.value, evidence,

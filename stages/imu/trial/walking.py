@@ -8,6 +8,7 @@ import numpy as np
 
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.imu.clock.resample import resample
+from stages.imu.judgement.rolling_stance import Confirmed
 from stages.imu.parameters import Reading, Settings
 from stages.imu.result import LegMotion
 from stages.imu.strikes.heel_strikes import NO_STRIKES, find_heel_strikes
@@ -69,7 +70,7 @@ def samples_of(sensor: BodySensor, axes: list[int], quick: float) -> Samples:
 
 
 def leg_of(
-    sensors: dict[str, BodySensor], strikes: HeelStrikes, corner_hz: float, parameters: Reading
+    sensors: dict[str, BodySensor], strikes: HeelStrikes, corner_hz: float, confirmed: Confirmed, parameters: Reading
 ) -> LegMotion:
     """The leg's motion from the rates of all sensors, where several see it from their mean; toe-off from the foot's."""
     settings, quick = parameters.settings, parameters.quick
@@ -89,7 +90,7 @@ def leg_of(
         np.mean(angles, axis=0),
         math.radians(settings.rest_leg_angle_deg),
         math.sqrt(sum(error**2 for error in errors)) / len(errors),
-        len(sensors),
+        confirmed,
         strikes,
         step_times(strikes, lift, parameters.drawing),
         parameters.drawing,

@@ -1,0 +1,99 @@
+"""What a leg that stands tells of its gyroscope and its own length: gravity turns by its angle, its foot rolls.
+
+With theta = -phi, a sensor of which A is the height above the sole of a leg that stands and rolls feels, forward,
+
+    f = -g sin(theta + slope) + (A + r (cos theta - 1)) theta''
+
+A gyroscope that reads gamma times the true rate gives gamma theta. How far gravity turns tells gamma, how the force
+follows the rate's change tells A. A bias of the accelerometer and the stand's error are one more number, an angle.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from stages.imu.parameters import Reading
+from stages.imu.reports.run_report import Evidence
+from stages.imu.strikes.heel_strikes import filled
+
+#: For Table 1's robot; others have their own time.
+LOW_PASS_HZ = 30.0  # of both sides: above a derivative of the rate is noise
+AFTER_LANDING_S, BEFORE_LANDING_S = 0.06, 0.04  # impacts shake the sensor
+HOLE_S = 0.02  # and a hole is drawn over
+FEWEST_POINTS = 50
+ROUNDS = 6  # of Gauss and Newton: from 1 to 2 in five
+SURE = 0.02  # largest standard error, from the scatter, of a gain that is told
+
+
+def swept(
+    time: np.ndarray, forward: np.ndarray, rate: np.ndarray, angle: np.ndarray, stances: tuple[np.ndarray, np.ndarray],
+    slope: float, gravity: float, arm: float, radius: float, quick: float = 1.0,
+) -> tuple[float, float]:
+    """What the lateral gyroscope reads over the true rate (1), and the sensor's height above the sole [m].
+
+    time (n,) [s], even; forward (n,) [m/s^2] and rate (n,) [rad/s] on body axes, NaN in holes; angle (n,) [rad] from
+    that rate; stances: landings of this leg and the other leg's that follow, each (k,) [s]; slope [rad], arm [m] and
+    radius [m] as they should be. The robot is so `quick` as Table 1's. NaN for what the stances do not tell.
+    """
+    unknown = math.nan, math.nan
+    standing = np.zeros(len(time), dtype=bool)
+    for start, end in zip(*stances):
+        standing |= (time > start + AFTER_LANDING_S / quick) & (time < end - BEFORE_LANDING_S / quick)
+    if standing.sum() < FEWEST_POINTS:
+        return unknown
+    grid_hz = (len(time) - 1) / float(time[-1] - time[0])
+    hole = ~(np.isfinite(forward) & np.isfinite(rate))
+    standing &= np.convolve(hole, np.ones(2 * max(1, round(HOLE_S / quick * grid_hz)) + 1), "same") == 0
+    if standing.sum() < FEWEST_POINTS:
+        return unknown
+    low_pass = butter(2, min(LOW_PASS_HZ * quick, 0.4 * grid_hz), fs=grid_hz, output="sos")
+    both = filled(forward), -np.gradient(filled(rate), time)
+    force, turning = (sosfiltfilt(low_pass, one)[standing] for one in both)
+    theta, share = -angle[standing], np.array([1.0, 0.0, arm])
+    for _ in range(ROUNDS):  # on 1 / gamma, the angle, and A / gamma
+        turned = share[0] * theta
+        down = -gravity * np.cos(turned + slope + share[1])
+        columns = np.column_stack((down * theta, down, turning))
+        rolls = share[2] + radius * share[0] * (np.cos(turned) - 1)
+        left = force + gravity * np.sin(turned + slope + share[1]) - rolls * turning
+        step, _, rank, _ = np.linalg.lstsq(columns, left, rcond=None)
+        share = share + step
+        if rank < 3 or not 0.1 < share[0] < 10:
+            return unknown
+    # Both sides are smoothed: so many points of the grid are one.
+    scatter = float(left @ left) / len(left) * max(1.0, grid_hz / (2 * LOW_PASS_HZ * quick))
+    error = math.sqrt(scatter * np.linalg.inv(columns.T @ columns)[0, 0]) / share[0]
+    return (float(1 / share[0]), float(share[2] / share[0])) if error < SURE else unknown
+
+
+@dataclass(frozen=True)
+class Confirmed:
+    """Standard errors (1) of the gyroscopes' gain and of the leg's length, both taken as they are declared."""
+
+    gain_error: float
+    length_error: float
+
+
+def confirmed(evidence: Evidence, parameters: Reading) -> Confirmed:
+    """How far what is declared of gain and length is confirmed by what was found, with a standard error of its own.
+
+    What was found within an error or so of what is declared confirms it, to that error; further off, the square of the
+    distance is that of what is declared wrong and of the error together. Two gyroscopes that differ are half as far off
+    in the mean, whichever is right. A gain that nothing tells is any that the verdict lets through. A drawing that
+    nothing tells is as good as it says; so is one that is confirmed.
+    """
+    drawing, ratio = parameters.drawing, evidence.rate_ratio
+    told = [gain for gain in (evidence.hip_gain, evidence.foot_gain) if not math.isnan(gain)]
+    if len(told) == 1 and not math.isnan(ratio):  # the other's follows
+        told.append(told[0] * (ratio if told[0] == evidence.hip_gain else 1 / ratio))
+    error = math.hypot(drawing.swept_error, drawing.gain_error)
+    sure = error / math.sqrt(max(1, len(told)))
+    off = (np.mean(told) - 1) ** 2 - sure**2 if told else parameters.limits.rate_scale_tolerance**2 / 3
+    apart = 0.0 if math.isnan(ratio) else 0.5 * (ratio - 1)
+    arm = next((one for one in (evidence.hip_arm, evidence.foot_arm) if not math.isnan(one)), 1.0)
+    length = (arm - 1) ** 2 - error**2
+    return Confirmed(math.sqrt(max(sure**2, off, apart**2)), math.sqrt(max(drawing.leg_length_error**2, length)))
