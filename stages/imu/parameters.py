@@ -186,7 +186,7 @@ class Parameters:
         settings = followed(self.settings, gravity=gravity, rest_rate_deg_s=3.0 * quick,
                             rest_acceleration=0.3 * (gravity / GRAVITY), grid_rate_hz=200.0 * quick,
                             slowest_step_hz=0.8 * quick, fastest_step_hz=4.0 * quick)  # fmt: skip
-        weight = 0.0 if biped.legs == "rigid" else (biped.total_mass - biped.foot_mass) * gravity  # on a leg that stands
+        weight = 0.0 if biped.legs == "rigid" else (biped.total_mass - biped.foot_mass) * gravity
         drawing = followed(self.drawing, leg_length=biped.leg_length + rubber, foot_radius=biped.foot_radius + rubber,
                            sag=weight / biped.stiffness)
         return Reading(settings, followed(self.limits, lever_arm=biped.leg_length - biped.foot_com), drawing, quick)

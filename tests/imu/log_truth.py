@@ -61,9 +61,9 @@ def wrong_quantities(log: Log, trial: Trial) -> dict[str, float]:
     wrong |= _wrong_strikes(log, trial, late)
     if late:
         lengths = trial.leg.step_length
-        said = {"step length": 3 * float(np.mean(trial.leg.step_length_error) / lengths.mean()) if len(lengths) else 0.0}
+        share = float(np.mean(trial.leg.step_length_error) / lengths.mean()) if len(lengths) else 0.0
         for what, off in leg_errors(log, trial, late["hip" if "hip" in late else "foot"]).items():
-            if off > max(limit[what], said.get(what, 0.0)):  # a length whose error covers it is not wrong
+            if off > max(limit[what], 3 * share * (what == "step length")):  # what its error covers is not wrong
                 wrong[what] = off
     skipped = 3
     true_frequency = step_frequency(HeelStrikes(log.strike_time[skipped:], log.strike_leg[skipped:])).value
