@@ -98,7 +98,7 @@ def command(stage: str, question: Question) -> click.Command:
             elif figure is not None:
                 answer.draw(lambda drawn: drawn.savefig(figure, dpi=150))
                 click.echo(f"drawn: {shown(figure)}", err=True)
-            if folder is not None:
+            if folder is not None and (answer.files or answer.parameters):
                 asking.leave(answer, folder)
         if answer.remark:
             click.echo(answer.remark, err=True)

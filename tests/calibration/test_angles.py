@@ -179,3 +179,19 @@ def test_steps_of_one_leg_are_refused():
     inner = list(range(1, 80, 2))
     with pytest.raises(NotIdentified, match="leg 1 never stands"):
         calibrated(BIPED, LEVEL, about(AUTHORS + f"held_out: {inner}"), RECORDED)
+
+
+@needs_real
+@pytest.mark.slow
+@pytest.mark.parametrize(("old", "new", "words"), [
+    ("", "", ""),
+    ("0.0182, unit", "-0.0182, unit", "torque_constant comes out with the other sign"),
+    ("  leg_inertia: {value: 2.6054e-3, unit: kg m^2}\n  other_leg_inertia: {value: 2.91883e-3, unit: kg m^2}",
+     "  leg_inertia: {value: 2.91883e-3, unit: kg m^2}\n  other_leg_inertia: {value: 2.6054e-3, unit: kg m^2}",
+     "hip_zero comes out"),
+])
+def test_what_a_real_robot_contradicts_is_said(old, new, words):
+    found = calibrated(BIPED, LEVEL, about(AUTHORS.replace(old, new)), RECORDED)
+    assert found.refuted is bool(words)
+    assert any(words in remark for remark in found.remarks)
+    assert len(found.remarks) == 3 or found.refuted

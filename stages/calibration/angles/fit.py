@@ -14,8 +14,9 @@ import numpy as np
 from stages.analytic.model.walker import Vector
 from stages.calibration.angles.recording import DrivenStep
 from stages.calibration.angles.robot import Robot, show
+from stages.calibration.errors import NotIdentified
 from stages.calibration.estimation.campaign import covariance_of
-from stages.calibration.estimation.known import Known
+from stages.calibration.estimation.known import Known, information_of
 
 #: Iterations, the share of the cost at which it rests, and samples that a first guess of a start is drawn through.
 MOST, RESTS, GUESS = 60, 1e-7, 40
@@ -25,15 +26,16 @@ LONGEST, AT_REST = 3.0, 0.1
 
 @dataclass(frozen=True)
 class AngleFit:
-    """The robot and its `names` (m,) that were looked for; `information` (m, m) on them, known values included, for
-    angles to `noise` [rad]; `pulls` (steps, m): each step's own pull on them; starts by step; residuals [rad] by step
-    (n, 2): stance angle, angle between the legs; and whether it came to rest.
+    """The robot and its `names` (m,) that were looked for; `information` (m, m) on them for angles to `noise` [rad],
+    what is `known` (m, m) included; `pulls` (steps, m): each step's own pull on them; starts by step; residuals [rad]
+    by step (n, 2): stance angle, angle between the legs; and whether it came to rest.
     """
 
     robot: Robot
     names: tuple[str, ...]
     noise: float
     information: np.ndarray
+    known: np.ndarray
     pulls: np.ndarray
     starts: dict[int, Vector]
     residuals: dict[int, np.ndarray]
@@ -47,8 +49,14 @@ class AngleFit:
         inverse = covariance_of(self.information, sizes)
         told = np.isfinite(np.diag(inverse))
         part = np.where(np.outer(told, told), inverse, 0.0)
-        found = part @ (self.pulls.T @ self.pulls) @ part * len(self.pulls) / max(1, len(self.pulls) - len(self.names))
+        spread = self.pulls.T @ self.pulls * len(self.pulls) / max(1, len(self.pulls) - len(self.names))
+        found = part @ (spread + self.known) @ part
         return np.asarray(np.where(np.outer(told, told), found, np.where(np.eye(len(told)) > 0, inverse, 0.0)))
+
+    @property
+    def size(self) -> float:
+        """Root mean square residual in noises."""
+        return float(np.sqrt(np.mean(np.concatenate(list(self.residuals.values())) ** 2))) / self.noise
 
     def rms(self) -> tuple[float, float]:
         """Root mean square residual of the angle between the legs and of the stance angle [rad]."""
@@ -74,6 +82,7 @@ def fit_robot(
 
     `sizes`: usual changes; `low`: least values; `noise` [rad] weighs the angles against the known values.
     Where it does not come to rest it begins `again` so often, with fresh starts: a step's own can be lost for good.
+    Raises NotIdentified where the robot's angles do not stay finite from the first guess on.
     """
     size = np.array([sizes[name] for name in names])
     least = np.array([low.get(name, -np.inf) for name in names])
@@ -81,6 +90,9 @@ def fit_robot(
     own = {step.number: (starts or {}).get(step.number, guess(step)) for step in steps}
     damping, iterations, converged = 1e-3, 0, False
     at = _equations(robot.with_values(dict(zip(names, x, strict=True))), steps, own, names, known, noise)
+    if not np.isfinite(at.cost):
+        raise NotIdentified("the robot as drawn does not follow these angles through one step: check the columns' units "
+                            "and signs, and the design's values")
     while iterations < MOST:
         iterations += 1
         free = ~((x <= least) & (at.right <= 0.0))
@@ -107,7 +119,7 @@ def fit_robot(
     final = robot.with_values(dict(zip(names, x, strict=True)))
     if not converged and again:
         return fit_robot(final, steps, names, sizes, low, known, noise, None, again - 1)
-    return AngleFit(final, names, noise, at.matrix, at.pulls, own, at.residuals, converged, iterations)
+    return AngleFit(final, names, noise, at.matrix, information_of(known, names), at.pulls, own, at.residuals, converged, iterations)
 
 
 @dataclass(frozen=True)

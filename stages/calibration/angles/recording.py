@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -29,13 +30,24 @@ COLUMNS = {
 }
 
 
+#: Samples that a step needs.
+FEWEST = 9
+#: What nine of ten samples of an angle stay below while a robot walks [rad].
+LARGEST = {"stance": math.pi / 2, "between": math.pi}
+#: A sample is an outlier so many robust standard deviations away from what its neighbours on both sides say, of which
+#: the farthest are so many samples away. Curves are bent here and there ten times as much as usual.
+OUTLYING, REACH = 15.0, 3
+#: Standard deviations of Gaussian noise in its median absolute deviation.
+SIGMAS = 1.4826
+
+
 @dataclass(frozen=True)
 class DrivenStep:
     """One single stance. Samples `interval` [s] apart, (n,) each, those that ring from an impact left out.
 
     `stance` and `between` [rad]: angle of the standing leg, hip ahead positive, and that angle plus the swing leg's,
     foot ahead positive. `signal` is what the motor's torque on `between` is a multiple of. `leg` stands, 0 or 1; signs
-    turn with it, so `turn` is 1 or -1 for what keeps its sign in the recording.
+    turn with it, so `turn` is 1 or -1 for what keeps its sign in the recording. `outliers` were bridged.
     """
 
     number: int
@@ -44,6 +56,7 @@ class DrivenStep:
     stance: Vector
     between: Vector
     signal: Vector
+    outliers: int = 0
 
     @property
     def turn(self) -> float:
@@ -75,15 +88,44 @@ def read_steps(
     steps = []
     for number, (first, last) in enumerate(pairwise(edges)):
         rows = slice(first + left_out, last - left_out)
-        if last - first - 2 * left_out < 8:
+        if last - first - 2 * left_out < FEWEST:
             continue
         leg = 0 if stands[first] else 1
         turn = 1.0 if leg == 0 else -1.0
-        steps.append(DrivenStep(number, leg, interval, -table["stance"][rows], -turn * table["between"][rows],
-                                -turn * table["signal"][rows]))
+        (stance, first_odd), (between, odd) = (bridged(table[what][rows]) for what in ("stance", "between"))
+        steps.append(DrivenStep(number, leg, interval, -stance, -turn * between, -turn * table["signal"][rows],
+                                first_odd + odd))
     if not steps:
         raise WrongOption(f"{path}: no step is longer than the {2 * left_out} samples that are left out")
     return tuple(steps)
+
+
+def bridged(values: Vector) -> tuple[Vector, int]:
+    """Samples (n,) of one step with outliers replaced by what their neighbours say, and how many there were.
+
+    Each is compared with the median of what pairs of neighbours say (Hampel's identifier on what is left of a curve);
+    of those that are close together the farthest off goes first.
+    """
+    rows, odd, found = np.arange(len(values)), np.zeros(len(values), dtype=bool), values
+    while True:
+        off = np.where(odd, 0.0, np.abs(found - _by_neighbours(found)))
+        worst = np.lib.stride_tricks.sliding_window_view(np.pad(off, REACH), 2 * REACH + 1).max(axis=1)
+        more = (off > OUTLYING * SIGMAS * np.median(off)) & (off == worst)
+        if not more.any() or 2 * (odd | more).sum() > len(values):
+            return found, int(odd.sum())
+        odd |= more
+        found = np.interp(rows, rows[~odd], values[~odd])
+        found[odd] = _by_neighbours(found)[odd]
+
+
+def _by_neighbours(values: Vector) -> Vector:
+    """The median of the middles of pairs of neighbours (n,); near an end, of lines through two on its inner side."""
+    n, said = len(values), np.full((3 * REACH, len(values)), np.nan)
+    for k in range(1, REACH + 1):
+        said[k - 1, k : n - k] = 0.5 * (values[: n - 2 * k] + values[2 * k :])
+        said[REACH + k - 1, :REACH] = 2 * values[k : REACH + k] - values[2 * k : REACH + 2 * k]
+        said[2 * REACH + k - 1, n - REACH :] = 2 * values[n - REACH - k : n - k] - values[n - REACH - 2 * k : n - 2 * k]
+    return np.asarray(np.nanmedian(said, axis=0))
 
 
 def _table(path: Path, columns: Mapping[str, str]) -> dict[str, Vector]:
@@ -109,4 +151,8 @@ def _table(path: Path, columns: Mapping[str, str]) -> dict[str, Vector]:
     table = {what: np.array(values) for what, values in found.items()}
     if not all(np.isfinite(values).all() for values in table.values()) or len(table["time"]) < 8:
         raise WrongOption(f"{path}: needs at least 8 rows of finite numbers")
+    for what, largest in LARGEST.items():
+        if (usual := float(np.quantile(np.abs(table[what]), 0.9))) > largest:
+            raise WrongOption(f"{path}: column {columns[what]} reaches {usual:.3g}: angles are in rad, and this one stays "
+                              f"below {largest:.3g} rad in a walk; it looks like degrees, so multiply it by pi / 180")
     return table

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -14,7 +15,7 @@ from stages.biped.quantity import faults
 from stages.biped.question import WrongOption
 from stages.calibration.angles.motion_capture import MARKERS
 from stages.calibration.angles.recording import COLUMNS, DrivenStep
-from stages.calibration.angles.robot import OF_ROBOT, Robot
+from stages.calibration.angles.robot import OF_ROBOT, ZEROS, Robot
 from stages.calibration.errors import NotIdentified
 from stages.calibration.estimation.asked import known_value, number
 from stages.calibration.estimation.known import Known
@@ -29,6 +30,8 @@ USUAL = ("biped.hip_mass", "biped.hip_gravity_mass", "biped.foot_com", "biped.ot
 #: Changes that are neither large nor small where a value is zero.
 SIZES = {"N m": 3e-3, "s": 3e-3, "rad": 1e-2, "kg": 0.1, "m": 1e-2, "kg m^2": 1e-4, "N m s/rad": 1e-3, "deg": 0.3,
          "N m/rad": 1e-2}
+#: A zero that is farther off [rad] is remarked; of one that the file gives this is three standard errors.
+FARTHEST_ZERO = math.radians(2.0)
 #: Numbers that cannot be negative.
 NOT_NEGATIVE = ("torque_lag",)
 
@@ -101,6 +104,8 @@ def setup_of(about: Mapping[str, Any] | None, biped: Biped, slope: Slope) -> Ang
     known = tuple(
         known_value(_full(name, robot, place, name, "known"), entry, robot.unit, partial(place, "known", name))
         for name, entry in (about.get("known") or {}).items())
+    known += tuple(Known(name, numbers[name], FARTHEST_ZERO / 3.0) for name in about.get("robot") or {}
+                   if name in ZEROS and name not in {one.name for one in known})  # fmt: skip
     recording = about.get("recording") or {}
     for key in recording:
         if key not in RECORDING:

@@ -12,6 +12,7 @@ import numpy as np
 
 from stages.biped.design import Biped
 from stages.biped.question import Answer
+from stages.calibration.angles.contradictions import contradictions, refuted
 from stages.calibration.angles.fit import AngleFit, fit_robot
 from stages.calibration.angles.prediction import HeldOut, correlation_length, held_out
 from stages.calibration.angles.recording import DrivenStep, read_steps
@@ -20,16 +21,19 @@ from stages.calibration.information.words import listed, short
 from stages.calibration.result import HALF_WIDTH
 from stages.ground.slope import Slope
 
-#: Weight of angles against known values; parts of a step residuals are told by.
+#: What angles are taken to be right to at first [rad]; parts of a step residuals are told by.
 NOISE, PARTS = 4e-3, 5
 #: A number is not told if its standard deviation is more of these changes than this.
 TOLD = 10.0
+#: More outliers than this share are remarked.
+FEW = 1e-3
 VISCOUS, COULOMB = "biped.hip_damping", "biped.hip_friction"
 
 
 @dataclass(frozen=True)
 class Calibrated:
-    """What came out: fit, held-out errors of the robot as drawn and as fitted, and what the residuals say."""
+    """What came out: fit, held-out errors of the robot as drawn and as fitted, and what the residuals say; whether the
+    robot is `refuted`, as the recording contradicts what came with it or the fit is not at rest."""
 
     setup: AngleSetup
     fit: AngleFit
@@ -37,6 +41,7 @@ class Calibrated:
     found: HeldOut
     sd: dict[str, float]
     remarks: list[str]
+    refuted: bool
 
 
 def calibrated(biped: Biped, slope: Slope, about: Mapping[str, Any] | None, source: Path) -> Calibrated:
@@ -44,7 +49,9 @@ def calibrated(biped: Biped, slope: Slope, about: Mapping[str, Any] | None, sour
     setup = setup_of(about, biped, slope)
     fitted, out = setup.split(read_steps(source, setup.columns, setup.left_out, setup.markers))
     sizes, low = setup.sizes(), setup.low()
-    fit = fit_robot(setup.robot, fitted, setup.free, sizes, low, setup.known, NOISE)
+    first = fit_robot(setup.robot, fitted, setup.free, sizes, low, setup.known, NOISE)
+    worth = NOISE * math.sqrt(max(1.0, correlation_length(first.residuals))) * first.size
+    fit = fit_robot(first.robot, fitted, setup.free, sizes, low, setup.known, worth, first.starts)
     judged = out or fitted
     drawn, found = (held_out(robot, judged, setup.begun) for robot in (setup.robot, fit.robot))
     size = np.array([sizes[name] for name in setup.free])
@@ -52,13 +59,19 @@ def calibrated(biped: Biped, slope: Slope, about: Mapping[str, Any] | None, sour
     sd = dict(zip(setup.free, spread.tolist(), strict=True))
     remarks = [] if out else ["no step was held out: errors are those of the fitted steps"]
     if not fit.converged:
-        remarks.append(f"the fit did not come to rest in {fit.iterations} iterations")
+        remarks.append(f"the fit did not come to rest in {fit.iterations} iterations: there are no intervals")
+    odd, count = (sum(each) for each in zip(*((one.outliers, 2 * len(one.stance)) for one in fitted + out), strict=True))
+    if odd > FEW * count:
+        remarks.append(f"{odd} of {count} angles ({100 * odd / count:.1f} %) are outliers among their neighbours, and were "
+                       "bridged: look after the encoders")
+    against = contradictions(setup, fit, sd, fitted)
+    remarks += [one.words for one in against]
     unclear = [short(name) for name in setup.free if not sd[name] < TOLD * sizes[name]]
     if unclear:
         remarks.append(f"not told by these steps: {listed(unclear)}; give known values for some of them")
     remarks += _friction(setup, fit, fitted, sizes, low)
     remarks += _structure(found)
-    return Calibrated(setup, fit, drawn, found, sd, remarks)
+    return Calibrated(setup, fit, drawn, found, sd, remarks, refuted(against) or not fit.converged)
 
 
 def _friction(
@@ -69,7 +82,7 @@ def _friction(
     said = []
     for name in at_bound:
         free = {other: least for other, least in low.items() if other != name}
-        without = fit_robot(fit.robot, steps, setup.free, sizes, free, setup.known, NOISE, fit.starts)
+        without = fit_robot(fit.robot, steps, setup.free, sizes, free, setup.known, fit.noise, fit.starts)
         sentence = (f"{short(name)} is at its bound {low[name]:g} {fit.robot.unit(name)}; without the bound it would "
                     f"be {without.robot.value(name):.2g}")
         if name == VISCOUS:
@@ -107,7 +120,7 @@ def answered(result: Calibrated) -> Answer:
     """The answer to `calibrate`."""
     fit, setup = result.fit, result.setup
     rows = []
-    for name in setup.free:
+    for name in setup.free if fit.converged else ():
         half = HALF_WIDTH * result.sd[name]
         value = fit.robot.value(name)
         rows.append([short(name), f"{setup.robot.value(name):.5g}", f"{value:.5g}",
@@ -123,13 +136,13 @@ def answered(result: Calibrated) -> Answer:
         lines=[f"{len(fit.starts)} steps fitted: rms {1e3 * between:.2f} mrad between the legs, {1e3 * stance:.2f} "
                "mrad of the stance leg", *result.remarks],
         tables=[
-            ("The robot, 95 % intervals", ["number", "drawn", "found", "interval", "unit"], rows),
+            *([("The robot, 95 % intervals", ["number", "drawn", "found", "interval", "unit"], rows)] if rows else []),
             (f"Errors on {tell.steps} steps that were not fitted, mrad",
              ["", "drawn, hip", "drawn, stance", "found, hip", "found, stance"], errors),
         ],
         plain={
             "numbers": {name: {"drawn": setup.robot.value(name), "found": fit.robot.value(name),
-                               "sd": result.sd[name] if math.isfinite(result.sd[name]) else None,
+                               "sd": result.sd[name] if math.isfinite(result.sd[name]) and fit.converged else None,
                                "unit": fit.robot.unit(name)} for name in setup.free},
             "fixed": {name: value for name, value in fit.robot.numbers.items() if name not in setup.free},
             "fitted_steps": sorted(fit.starts), "held_out_steps": tell.steps, "begun_s": tell.begun,
@@ -139,9 +152,11 @@ def answered(result: Calibrated) -> Answer:
                              "drawn_fit": {"hip": result.drawn.fit[0], "stance": result.drawn.fit[1]}},
             "remarks": result.remarks, "converged": fit.converged,
         },
-        parameters={**{f"biped.{key}": value for key, value in setup.given.items()},
-                    **{name: fit.robot.value(name) for name in setup.free if name.startswith("biped.")}},
+        parameters={} if result.refuted else {
+            **{f"biped.{key}": value for key, value in setup.given.items()},
+            **{name: fit.robot.value(name) for name in setup.free if name.startswith("biped.")}},
         draw=lambda save: _draw(result, save),
+        no=result.refuted,
     )  # fmt: skip
 
 

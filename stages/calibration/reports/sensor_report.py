@@ -198,7 +198,7 @@ def _answer(
     (sigmas, wider), values, sd = widened, told.values, told.sd
     units = [unit_of(name) for name in fit.names]
     lines = [f"{len(fit.runs)} runs fitted, residuals {sigmas:.2f} times the sensors' noise"
-             + ("" if fit.converged else f"; not at rest: {fit.why}")]
+             + ("" if fit.converged else f"; not at rest, so there are no intervals: {fit.why}")]
     lines += [f"left out: {name}: {why}" for name, why in fit.left_out.items()] + list(refused)
     blind = np.flatnonzero(np.isinf(sd))
     if len(blind):
@@ -223,7 +223,7 @@ def _answer(
                      f"start and sensors fitted{fell}" if known else "no run held out could be walked")
     scales = scales_of(design, fit.names)
     rows: list[list[Any]] = []
-    for row, name in enumerate(fit.names):
+    for row, name in enumerate(fit.names if fit.converged else ()):
         half = HALF_WIDTH * sd[row]
         rows.append([short(name), f"{design.value(name):.6g}", f"{values[row]:.6g}",
                      f"+- {half:.2g}" if math.isfinite(half) else "not seen",
@@ -235,11 +235,12 @@ def _answer(
                      f"{fit.own[:, place].std():.2g} {design.unit(name)} apart")
     return Answer(
         lines=lines,
-        tables=[("The robot, 95 % intervals", ["parameter", "drawn", "found", "interval", "change", "unit"], rows),
-                *_tables(held, out, model)],
+        tables=[*([("The robot, 95 % intervals", ["parameter", "drawn", "found", "interval", "change", "unit"], rows)]
+                  if rows else []), *_tables(held, out, model)],
         plain={
             "parameters": {name: {"drawn": design.value(name), "found": float(values[row]),
-                                  "sd": float(sd[row]) if math.isfinite(sd[row]) else None, "unit": units[row]}
+                                  "sd": float(sd[row]) if math.isfinite(sd[row]) and fit.converged else None,
+                                  "unit": units[row]}
                            for row, name in enumerate(fit.names)},
             "runs": [run.name for run in fit.runs], "left_out": fit.left_out, "refused": list(refused),
             "model_error": told.words, "model_error_runs": told.other_runs,
@@ -248,7 +249,8 @@ def _answer(
             "held_out": {run.name: _plain(one) for run, one in zip(out, held, strict=True)},
         },
         draw=lambda save: _draw(fit, model, save),
-        parameters=left,
+        parameters=left if fit.converged else {},
+        no=not fit.converged,
     )  # fmt: skip
 
 
