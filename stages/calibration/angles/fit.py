@@ -91,8 +91,8 @@ def fit_robot(
     damping, iterations, converged = 1e-3, 0, False
     at = _equations(robot.with_values(dict(zip(names, x, strict=True))), steps, own, names, known, noise)
     if not np.isfinite(at.cost):
-        raise NotIdentified("the robot as drawn does not follow these angles through one step: check the columns' units "
-                            "and signs, and the design's values")
+        raise NotIdentified("the robot as drawn does not follow these angles through one step: check the columns' "
+                            "units and signs, and the design's values")
     while iterations < MOST:
         iterations += 1
         free = ~((x <= least) & (at.right <= 0.0))
@@ -119,7 +119,8 @@ def fit_robot(
     final = robot.with_values(dict(zip(names, x, strict=True)))
     if not converged and again:
         return fit_robot(final, steps, names, sizes, low, known, noise, None, again - 1)
-    return AngleFit(final, names, noise, at.matrix, information_of(known, names), at.pulls, own, at.residuals, converged, iterations)
+    return AngleFit(final, names, noise, at.matrix, information_of(known, names), at.pulls, own, at.residuals,
+                    converged, iterations)
 
 
 @dataclass(frozen=True)

@@ -60,10 +60,10 @@ def calibrated(biped: Biped, slope: Slope, about: Mapping[str, Any] | None, sour
     remarks = [] if out else ["no step was held out: errors are those of the fitted steps"]
     if not fit.converged:
         remarks.append(f"the fit did not come to rest in {fit.iterations} iterations: there are no intervals")
-    odd, count = (sum(each) for each in zip(*((one.outliers, 2 * len(one.stance)) for one in fitted + out), strict=True))
+    odd, count = sum(one.outliers for one in fitted + out), sum(2 * len(one.stance) for one in fitted + out)
     if odd > FEW * count:
-        remarks.append(f"{odd} of {count} angles ({100 * odd / count:.1f} %) are outliers among their neighbours, and were "
-                       "bridged: look after the encoders")
+        remarks.append(f"{odd} of {count} angles ({100 * odd / count:.1f} %) are outliers among their neighbours, and "
+                       "were bridged: look after the encoders")
     against = contradictions(setup, fit, sd, fitted)
     remarks += [one.words for one in against]
     unclear = [short(name) for name in setup.free if not sd[name] < TOLD * sizes[name]]
