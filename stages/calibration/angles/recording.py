@@ -154,5 +154,6 @@ def _table(path: Path, columns: Mapping[str, str]) -> dict[str, Vector]:
     for what, largest in LARGEST.items():
         if (usual := float(np.quantile(np.abs(table[what]), 0.9))) > largest:
             raise WrongOption(f"{path}: column {columns[what]} reaches {usual:.3g}: angles are in rad, and this one "
-                              f"stays below {largest:.3g} rad in a walk; it looks like degrees, so multiply it by pi / 180")
+                              f"stays below {largest:.3g} rad in a walk; it looks like degrees, so multiply it by "
+                              "pi / 180")
     return table
