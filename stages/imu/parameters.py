@@ -51,9 +51,9 @@ class Settings:
     loss_tolerance: float = parameter("1", "largest share of lost packets", bound=Bound(minimum=0, maximum=1))
 
     @property
-    def turning_hz(self) -> float:
-        """Frequency [Hz] below which gravity is most of what turns in a walking sensor."""
-        return 0.5 * self.fastest_step_hz
+    def slowest_stride_hz(self) -> float:
+        """Lowest frequency looked for at which a leg swings to and fro [Hz]."""
+        return 0.5 * self.slowest_step_hz
 
 
 @dataclass(frozen=True)

@@ -93,7 +93,7 @@ def test_a_wrong_unit_of_angular_rate_is_refused() -> None:
             file["device"] = file["device"] | {"gyroscope_unit": unit}
         for report in reports(description).values():
             assert not report.accepted
-            assert any("gravity turns" in reason for reason in report.reasons)
+            assert any("the leg would sweep" in reason for reason in report.reasons)
 
 
 def test_packet_counters_place_the_events_where_rows_do_not() -> None:

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from stages.imu.clock.resample import resample
 from stages.imu.judgement.evidence import gain_of, lever_of
-from stages.imu.sources.units import implied_acceleration_unit, implied_angular_rate_unit
+from stages.imu.sources.units import implied_acceleration_unit, implied_angular_rate_unit, swept_angle
 from stages.imu.strikes.heel_strikes import NO_STRIKES
 from stages.imu.strikes.step_times import HeelStrikes, step_frequency, stride_bounds
 from stages.imu.trial.ensemble import ensemble_of
@@ -60,11 +60,28 @@ def test_static_reading_tells_the_unit(reading: float, unit: str) -> None:
     assert implied_acceleration_unit(reading, device("hip")) == unit
 
 
-def test_turning_ratio_tells_the_unit() -> None:
-    assert implied_angular_rate_unit(1.6, "deg/s") == "deg/s"
-    assert implied_angular_rate_unit(57.0, "deg/s") == "rad/s"
-    assert implied_angular_rate_unit(0.02, "rad/s") == "deg/s"
-    assert implied_angular_rate_unit(math.nan, "rad/s") == "unclear"
+TURN = math.pi / 180
+
+
+@pytest.mark.parametrize(
+    ("swept", "declared", "unit"),
+    [(0.9, "deg/s", "deg/s"), (0.5 * TURN, "deg/s", "rad/s"), (0.5 / TURN, "rad/s", "deg/s"),
+     (0.5e3 / TURN, "rad/s", "mdps"), (0.5e3, "deg/s", "mdps"), (math.nan, "rad/s", "unclear"), (0.0, "rad/s", "unclear"),
+     (1e-4, "rad/s", "unclear"), (14.0, "deg/s", "unclear")],
+)  # fmt: skip
+def test_what_a_leg_sweeps_tells_the_unit(swept: float, declared: str, unit: str) -> None:
+    assert implied_angular_rate_unit(swept, declared) == unit
+
+
+@pytest.mark.parametrize(("step_over_leg", "step_hz"), [(0.3, 0.4), (0.5, 2.0), (1.2, 1.0), (0.5, 20.0)])
+def test_a_swing_sweeps_its_angle_whatever_the_time_it_takes(step_over_leg: float, step_hz: float) -> None:
+    """Legs swing to and fro once in two steps; the sensor has a bias, and was turned round slowly before."""
+    swept, rate_hz = 2 * math.asin(step_over_leg / 2), 50 * step_hz
+    time = np.arange(1500) / rate_hz
+    lateral = np.pi * step_hz * 0.5 * swept * np.cos(np.pi * step_hz * time) * (time > 10 / step_hz)
+    lateral += np.pi * 0.05 * step_hz * (time < 10 / step_hz) + 0.1 * step_hz
+    found = swept_angle(np.column_stack((0 * lateral, lateral, 0 * lateral)), rate_hz, 0.2 * step_hz)
+    assert found == pytest.approx(swept, rel=0.3)
 
 
 @settings(max_examples=80)

@@ -11,6 +11,7 @@ from stages.imu.judgement.sensor_evidence import (
     angular_rate_unit,
     dead_axes,
     declared_rate_unit,
+    leg_sweep,
     missing_share,
     static_reading,
 )
@@ -35,7 +36,7 @@ def refusals_of(trace: SensorTrace, frame: Frame | None, settings: Settings, lim
 def _unit_refusals(trace: SensorTrace, settings: Settings) -> Iterator[str]:
     device, dead, reading = trace.indexed.recording.device, dead_axes(trace), static_reading(trace)
     unit = implied_acceleration_unit(reading, device, settings.gravity)
-    rate_unit = angular_rate_unit(trace, settings.turning_hz)
+    rate_unit = angular_rate_unit(trace, settings.slowest_stride_hz)
     if dead:
         yield f"dead axes: {', '.join(dead)}"
     if not math.isfinite(reading):
@@ -44,7 +45,11 @@ def _unit_refusals(trace: SensorTrace, settings: Settings) -> Iterator[str]:
         says = f"it is gravity in {unit}" if unit != "none" else "it is gravity in no known unit"
         yield f"static reading {reading:.4g} is not gravity in {device.accelerometer_unit}: {says}"
     if rate_unit not in ("unclear", declared_rate_unit(device.gyroscope_unit)):
-        yield f"gravity turns with the angular rate read as {rate_unit}, not as {device.gyroscope_unit}"
+        swept = leg_sweep(trace, settings.slowest_stride_hz)
+        yield (
+            f"the leg would sweep {swept:.2g} rad a step by the angular rate in {device.gyroscope_unit}: it is in "
+            f"{rate_unit}"
+        )
 
 
 def _clock_refusals(trace: SensorTrace, settings: Settings) -> Iterator[str]:

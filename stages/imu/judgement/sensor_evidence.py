@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from stages.imu.clock.indexed import IndexedRecording
-from stages.imu.sources.units import implied_angular_rate_unit, turning_ratio
+from stages.imu.sources.units import implied_angular_rate_unit, swept_angle
 from stages.imu.trial.sensor import SensorTrace
 
 FEWEST_ROWS = 50
@@ -46,14 +46,18 @@ def static_reading(trace: SensorTrace) -> float:
     return float(np.median(size[np.isfinite(size)])) if np.isfinite(size).any() else math.nan
 
 
-def angular_rate_unit(trace: SensorTrace, below_hz: float) -> str:
-    """The unit in which the angular rate explains how gravity turns, or "unclear" where nothing turns."""
-    known = np.isfinite(trace.specific_force).all(axis=1) & np.isfinite(trace.angular_rate).all(axis=1)
+def leg_sweep(trace: SensorTrace, slowest_hz: float) -> float:
+    """The angle that the leg sweeps by the angular rate as declared [rad]; NaN where nothing can tell."""
+    known = np.isfinite(trace.angular_rate).all(axis=1)
     if known.sum() < FEWEST_ROWS or not math.isfinite(trace.rate_hz) or trace.rate_hz <= 0:
-        return "unclear"
-    rate = trace.angular_rate[known] - trace.bias()
-    ratio = turning_ratio(trace.specific_force[known], rate, trace.rate_hz, below_hz)
-    return implied_angular_rate_unit(ratio, declared_rate_unit(trace.indexed.recording.device.gyroscope_unit))
+        return math.nan
+    return swept_angle(trace.angular_rate[known], trace.rate_hz, slowest_hz)
+
+
+def angular_rate_unit(trace: SensorTrace, slowest_hz: float) -> str:
+    """The unit in which the angular rate sweeps a leg's angle, or "unclear" where it is in none."""
+    declared = declared_rate_unit(trace.indexed.recording.device.gyroscope_unit)
+    return implied_angular_rate_unit(leg_sweep(trace, slowest_hz), declared)
 
 
 def declared_rate_unit(unit: str) -> str:

@@ -47,7 +47,7 @@ class SensorReport:
     static_reading: float = quantity("1", "magnitude of the specific force at rest in the stored unit")
     static_gain: float = quantity("1", "magnitude of the specific force at rest over gravity, in the declared unit")
     acceleration_unit: str = quantity("-", "unit of acceleration the static reading implies")
-    angular_rate_unit: str = quantity("-", "unit of angular rate the turning of gravity implies")
+    angular_rate_unit: str = quantity("-", "unit of angular rate in which a leg sweeps what it sweeps in a step")
     swing_residual_deg: float = quantity("deg", "angle of the swing axis from normal to gravity")
     swing_share: float = quantity("1", "share of the angular motion about the swing axis")
     mounting_deg: float = quantity("deg", "angle of the frame found to the declared mounting")

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 ACCELERATION_UNITS = {"counts": None, "m/s^2": 1.0, "g": 9.80665, "mg": 9.80665e-3}
-ANGULAR_RATE_UNITS = {"counts": None, "rad/s": 1.0, "deg/s": np.pi / 180.0}
+ANGULAR_RATE_UNITS = {"counts": None, "rad/s": 1.0, "deg/s": np.pi / 180.0, "mdps": np.pi / 180e3}
 
 TABLES: dict[str, tuple[tuple[str, str, str], ...]] = {
     "device": (
@@ -29,7 +29,7 @@ TABLES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("accelerometer_range_g", "DOUBLE PRECISION", "full scale [g]"),
         ("gyroscope_range_deg_s", "DOUBLE PRECISION", "full scale [deg/s]"),
         ("accelerometer_unit", "TEXT", "counts, g, mg or m/s^2"),
-        ("gyroscope_unit", "TEXT", "counts, deg/s or rad/s"),
+        ("gyroscope_unit", "TEXT", "counts, deg/s, mdps (thousandths of deg/s) or rad/s"),
         ("bits", "INTEGER", "resolution of counts [bit]"),
         ("batch_size", "INTEGER", "samples in a packet"),
         ("counter_modulus", "INTEGER", "packet number after which the counter starts at 0 again"),

@@ -1,8 +1,8 @@
 """What the numbers of a sensor mean: from declared units to SI, and what the numbers themselves say about it.
 
 A sensor at rest measures gravity, whatever its axes: the magnitude tells g from m/s^2, mg and counts. A gyroscope
-has no such standard, but when a sensor turns, gravity turns the other way in its axes, du/dt = -omega x u: the
-factor between the two sides is 1 for rad/s and 0.01745 for deg/s.
+has no such standard, but a walk has: a step of length s on legs of length l sweeps them by 2 asin(s / 2 l), which
+knows no metre, no second and no gravity. The units of angular rate lie a factor of 57 and of 1000 apart.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from stages.imu.sources.schema import ACCELERATION_UNITS, ANGULAR_RATE_UNITS, De
 
 STANDARD_GRAVITY = ACCELERATION_UNITS["g"] or math.nan
 GAIN_TOLERANCE = 0.15  # a sensor whose gravity is further off is broken or its unit is another
-LEAST_MOTION = 0.05  # rad/s rms: below it noise decides, which is a gyroscope's own whatever it rides on
-TURN_UNITS = {"rad/s": 1.0, "deg/s": math.pi / 180}
+#: What a leg sweeps [rad]: the middle, by its logarithm, of steps of a quarter of the leg to one and a quarter.
+SWEPT = math.sqrt(2 * math.asin(0.25 / 2) * 2 * math.asin(1.25 / 2))
 USUAL_RANGES_G = (2.0, 4.0, 8.0, 16.0)
 
 
@@ -58,45 +58,41 @@ def implied_acceleration_unit(static_magnitude: float, device: Device, gravity: 
     for full_scale in sorted({device.accelerometer_range_g or 4.0, *USUAL_RANGES_G}):
         candidates[f"counts of {full_scale:g} g full scale"] = largest / full_scale * (gravity / STANDARD_GRAVITY)
     near = {unit: abs(static_magnitude / size - 1) for unit, size in candidates.items()}
-    declared = f"counts of {device.accelerometer_range_g or 0:g} g full scale"
+    declared = _declared_acceleration_unit(device)
     if near.get(declared, math.inf) < GAIN_TOLERANCE:
-        return declared  # of ranges as near as a gain's error the one that is said
+        return declared  # of units as near as a gain's error the one that is said
     unit = min(near, key=lambda name: near[name] if math.isfinite(near[name]) else math.inf)
     return unit if near[unit] < GAIN_TOLERANCE else "none"
 
 
 def agrees_with_gravity(implied: str, device: Device) -> bool:
     """Whether the implied unit is the declared one."""
-    if device.accelerometer_unit == "counts":
-        return implied == f"counts of {device.accelerometer_range_g or 0:g} g full scale"
-    return implied == device.accelerometer_unit
+    return implied == _declared_acceleration_unit(device)
 
 
-def turning_ratio(
-    specific_force: np.ndarray, angular_rate: np.ndarray, rate_hz: float, cut_off_hz: float
-) -> float:
-    """How fast gravity turns in the sensor's axes over how fast the angular rate says it does; NaN without motion.
+def _declared_acceleration_unit(device: Device) -> str:
+    unit = device.accelerometer_unit
+    return f"counts of {device.accelerometer_range_g or 0:g} g full scale" if unit == "counts" else unit
 
-    specific_force, angular_rate: (n, 3), evenly sampled, no NaN, bias removed. Both sides of du/dt = -omega x u pass
-    the same low pass, which leaves the equation valid and removes most of the body's own acceleration. What is left
-    of that acceleration tilts u as well, so the ratio of a walking body is 1 only in order of magnitude: between 0.5
-    and 3.7 in 13 recordings of walkers and hands.
+
+def swept_angle(angular_rate: np.ndarray, rate_hz: float, slowest_hz: float) -> float:
+    """The angle [rad] between the ends that a leg swings to, from its angular rate (n, 3) [rad/s], evenly sampled.
+
+    Of what turns faster than `slowest_hz`, so that neither a bias nor the way the sensor was carried counts: the
+    largest travel of any axis. NaN for a recording that is too short to tell.
     """
-    if len(angular_rate) < 4 * rate_hz / cut_off_hz:
+    if len(angular_rate) < rate_hz / slowest_hz:
         return math.nan
-    length = np.linalg.norm(specific_force, axis=1, keepdims=True)
-    direction = specific_force / np.where(length > 0, length, 1.0)
-    low_pass = butter(2, min(cut_off_hz, 0.4 * rate_hz), fs=rate_hz, output="sos")
-    turning = np.gradient(sosfiltfilt(low_pass, direction, axis=0), 1 / rate_hz, axis=0)
-    expected = sosfiltfilt(low_pass, -np.cross(angular_rate, direction), axis=0)
-    seen, said = (float(np.sqrt(np.mean(np.sum(side * side, axis=1)))) for side in (turning, expected))
-    if max(seen, said) < LEAST_MOTION or said == 0:
-        return math.nan
-    return seen / said
+    high_pass = butter(2, min(slowest_hz, 0.4 * rate_hz), "highpass", fs=rate_hz, output="sos")
+    turned = np.cumsum(angular_rate - np.median(angular_rate, axis=0), axis=0) / rate_hz
+    return float(np.ptp(sosfiltfilt(high_pass, turned, axis=0), axis=0).max())
 
 
-def implied_angular_rate_unit(ratio: float, declared: str) -> str:
-    """deg/s or rad/s, whichever brings the turning ratio nearest to 1 in its logarithm; "unclear" without motion."""
-    if not ratio > 0 or not math.isfinite(ratio):
+def implied_angular_rate_unit(swept: float, declared: str) -> str:
+    """The unit in which an angle, swept by a rate read as `declared`, is a leg's; "unclear" where it is in none."""
+    if not swept > 0 or not math.isfinite(swept):
         return "unclear"
-    return min(TURN_UNITS, key=lambda unit: abs(math.log(ratio * TURN_UNITS[declared] / TURN_UNITS[unit])))
+    off = {unit: abs(math.log(swept / SWEPT * size / ANGULAR_RATE_UNITS[declared]))
+           for unit, size in ANGULAR_RATE_UNITS.items() if size}  # fmt: skip
+    unit = min(off, key=lambda name: off[name])
+    return unit if off[unit] < 0.5 * math.log(180 / math.pi) else "unclear"

@@ -114,7 +114,7 @@ def report_sensor(
         static_reading=reading,
         static_gain=reading * trace.scale.acceleration / settings.gravity,
         acceleration_unit=unit,
-        angular_rate_unit=angular_rate_unit(trace, settings.turning_hz),
+        angular_rate_unit=angular_rate_unit(trace, settings.slowest_stride_hz),
         swing_residual_deg=frame.swing_residual_deg if frame else math.nan,
         swing_share=frame.swing_share if frame else math.nan,
         mounting_deg=frame.mounting_deg if frame else math.nan,
