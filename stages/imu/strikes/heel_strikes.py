@@ -22,6 +22,7 @@ REFINEMENTS = 4
 VARIANCE_FLOOR = 0.3  # of the median variance of the strikes: no point of the template decides alone
 SMOOTHED = 5  # points of the template over which that variance is averaged
 TINY = 1e-300
+ROUNDED = 1e-3  # of the grid's step
 SEARCH_STEPS = 0.3  # half width of the search around a turn, in steps
 LOBE_STEPS = 0.45  # how soon before and after a turn the leg must have moved, in steps
 FAINT = 0.6  # of a leg's median pulse: a fainter one is not the strike, which then lies in a hole
@@ -39,7 +40,7 @@ def find_heel_strikes(
     force (n, k) [m/s^2] is searched for pulses; lateral_rate (n,) [rad/s] gives the turns of the inner leg; force and
     `others` (n, j), any further signals, refine the times.
     """
-    dt = time[1] - time[0] if len(time) > 1 else 1.0
+    dt = spacing(time)
     period = step_period(lateral_rate, dt, step_band_hz)
     if not np.isfinite(period):
         return NO_STRIKES
@@ -63,6 +64,11 @@ def find_heel_strikes(
         at[mine] = refine(time, signals, expected, hidden[mine])
     order = np.argsort(at)
     return HeelStrikes(at[order], leg[order])
+
+
+def spacing(time: np.ndarray) -> float:
+    """Step of an even grid (n,) [s]; over all of it, as neighbours differ by what stamps since 1970 are rounded to."""
+    return float(time[-1] - time[0]) / (len(time) - 1) if len(time) > 1 else 1.0
 
 
 def in_hole(force: np.ndarray, rows: np.ndarray, reach: int) -> np.ndarray:
@@ -147,7 +153,8 @@ def refine(time: np.ndarray, signals: np.ndarray, at: np.ndarray, hidden: np.nda
     seen = ~hidden
     if seen.sum() < 3:
         return at
-    offset = np.arange(WINDOW_S[0], WINDOW_S[1], time[1] - time[0])
+    dt = spacing(time)
+    offset = dt * np.arange(round(WINDOW_S[0] / dt), round(WINDOW_S[1] / dt))
     around = np.moveaxis(_windows(time, signals, at[seen, None] + offset), -1, 0)
     scale = np.array([np.std(signal[np.isfinite(signal)]) if np.isfinite(signal).any() else 0.0 for signal in around])
     scaled = signals / np.where(scale > 0, scale, 1.0)
@@ -172,8 +179,15 @@ def _mean_and_variance(windows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _windows(time: np.ndarray, signals: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Signals at the wanted times, by straight lines on the grid: shape wanted.shape + (k,)."""
-    return np.stack([np.interp(wanted, time, axis, left=np.nan, right=np.nan) for axis in signals.T], axis=-1)
+    """Signals at the wanted times, by straight lines on the grid: shape wanted.shape + (k,).
+
+    What is so near to a point of the grid as stamps since 1970 are rounded is at it: else that rounding would decide
+    whether the hole beside it counts.
+    """
+    rows = (wanted - time[0]) / spacing(time)
+    at = np.rint(rows)
+    rows = np.where(np.abs(rows - at) < ROUNDED, at, rows)
+    return np.stack([np.interp(rows, np.arange(len(time)), axis, left=np.nan, right=np.nan) for axis in signals.T], -1)
 
 
 def _best_shift(

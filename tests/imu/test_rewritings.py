@@ -1,0 +1,32 @@
+"""One log written down in many ways gives one verdict and the same curves, within rounding of what is written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from stages.imu.trial.trial import Trial, read_trial
+from tests.imu.made_logs import Log, made_log
+from tests.imu.made_walks import campaign_parameters, stand_in_walks
+from tests.imu.rewritings import REWRITINGS, differs, rewritten
+from tests.imu.stand_in import PARAMETERS
+
+
+@pytest.fixture(scope="module")
+def log() -> Log:
+    parameters = campaign_parameters()
+    return made_log(0, stand_in_walks(1, parameters)[0], parameters)
+
+
+@pytest.fixture(scope="module")
+def as_made(log: Log) -> Trial:
+    return read_trial(log.experiment, log.recordings, PARAMETERS)
+
+
+@pytest.mark.parametrize("name", [one for one in REWRITINGS if "apart" not in one])
+def test_nothing_depends_on_how_a_log_is_written_down(name: str, log: Log, as_made: Trial, tmp_path: Path) -> None:
+    """Stamps since 1970 are rounded to 2.4e-7 s, in which a strike's force changes by some 1e-4 of its size."""
+    trial = rewritten(log, REWRITINGS[name], tmp_path, PARAMETERS)
+    assert trial.verdict.findings == as_made.verdict.findings == ()
+    assert max(differs(as_made, trial).values()) < 3e-4
