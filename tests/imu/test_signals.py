@@ -66,8 +66,8 @@ TURN = math.pi / 180
 @pytest.mark.parametrize(
     ("swept", "declared", "unit"),
     [(0.9, "deg/s", "deg/s"), (0.5 * TURN, "deg/s", "rad/s"), (0.5 / TURN, "rad/s", "deg/s"),
-     (0.5e3 / TURN, "rad/s", "mdps"), (0.5e3, "deg/s", "mdps"), (math.nan, "rad/s", "unclear"), (0.0, "rad/s", "unclear"),
-     (1e-4, "rad/s", "unclear"), (14.0, "deg/s", "unclear")],
+     (0.5e3 / TURN, "rad/s", "mdps"), (0.5e3, "deg/s", "mdps"), (math.nan, "rad/s", "unclear"),
+     (0.0, "rad/s", "unclear"), (1e-4, "rad/s", "unclear"), (14.0, "deg/s", "unclear")],
 )  # fmt: skip
 def test_what_a_leg_sweeps_tells_the_unit(swept: float, declared: str, unit: str) -> None:
     assert implied_angular_rate_unit(swept, declared) == unit
