@@ -14,6 +14,7 @@ from stages.imu.reports.run_report import RunReport
 from stages.imu.result import Result
 from stages.imu.sources.source_sqlite import SqliteSource
 from stages.imu.trial.trial import read_trial
+from stages.imu.trial.two_clocks import whole_lag
 from tests.imu.damage import edited
 from tests.imu.stand_in import PARAMETERS, make_database, make_run, result_of
 
@@ -83,3 +84,30 @@ def test_registered_foot_and_hip_turn_as_one() -> None:
     rates = result.ensemble.mean[:, [hip, foot]]
     assert np.nanmax(np.abs(rates[:, 0] - rates[:, 1])) < 0.15 * np.nanmax(np.abs(rates))
     assert np.sqrt(np.nanmean((rates[:, 0] - rates[:, 1]) ** 2)) < 0.1
+
+
+def walk(steps: int, rest: float) -> np.ndarray:
+    """A rate at 200 Hz: rest, steps of 0.5 s that are all alike, rest."""
+    time = np.arange(steps * 100) / 200
+    moving = np.sin(2 * np.pi * time) + 0.4 * np.sin(4 * np.pi * time)
+    return np.concatenate((np.zeros(round(200 * rest)), moving, np.zeros(round(200 * rest))))
+
+
+@pytest.mark.parametrize(
+    ("hip", "foot", "rows", "ambiguous"),
+    [
+        (slice(None), slice(None), 0, False),
+        (slice(300, None), slice(None), -300, False),
+        (slice(None), slice(150, 2000), 150, False),
+        (slice(350, 1700), slice(None), -350, False),
+        (slice(600, 2000), slice(900, 1900), 300, True),
+    ],
+    ids=["both", "hip later", "foot shorter", "hip shorter", "no rest in either"],
+)
+def test_the_whole_record_tells_the_lag(hip: slice, foot: slice, rows: int, ambiguous: bool) -> None:
+    """What both saw of the stand tells one stride from the next; where neither did, it is said."""
+    whole, rng = walk(24, 2.0), np.random.default_rng(1)
+    a, b = (part + 0.02 * rng.normal(size=len(part)) for part in (whole[hip], whole[foot]))
+    found, more = whole_lag(a, b, 1 / 200, (0.8, 4.0))
+    assert (found - rows) % 200 in (0, 1, 199) if ambiguous else abs(found - rows) <= 1
+    assert abs(more) % 200 in (0, 1, 199) and (more != 0) == ambiguous

@@ -36,6 +36,7 @@ def verdict_on(
     overlap: float,
     lever_arm: float,
     lag_at_edge: bool,
+    other_lag: float,
     strikes: int,
     frequency: float,
     evidence: Evidence,
@@ -50,7 +51,7 @@ def verdict_on(
     found = [
         *_on_what_is_there(experiment, sensors, left_out),
         *_on_clocks(sensors),
-        *_on_two_places(overlap, own_clocks, lever_arm, lag_at_edge, evidence, limits),
+        *_on_two_places(overlap, own_clocks, lever_arm, lag_at_edge, other_lag, evidence, limits),
         *_on_the_walk(strikes, frequency, evidence, settings, limits),
         *_on_each_place(sensors, evidence, settings, limits),
     ]
@@ -109,12 +110,18 @@ def _on_clocks(sensors: Mapping[str, tuple[SensorTrace, Frame]]) -> Iterator[Fin
 
 
 def _on_two_places(
-    overlap: float, own_clocks: bool, lever_arm: float, lag_at_edge: bool, evidence: Evidence, limits: Limits
+    overlap: float, own_clocks: bool, lever_arm: float, lag_at_edge: bool, other_lag: float, evidence: Evidence,
+    limits: Limits,
 ) -> Iterator[Finding]:
     if own_clocks:
         yield _remark(
             "hip and foot are dated by clocks of their own: they were brought together by their motion alone",
             LAG, CLOCK,
+        )  # fmt: skip
+    if not math.isnan(other_lag):
+        yield _remark(
+            f"moved by {other_lag:+.2f} s the foot would turn with the hip as well as where it was put: record the "
+            "still stand and the push with both sensors", LAG, LEVER,
         )  # fmt: skip
     if overlap < limits.smallest_overlap:
         yield _refuse(

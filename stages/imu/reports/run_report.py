@@ -69,8 +69,9 @@ class RunReport:
     name: str = quantity("-", "experiment")
     origin: str = quantity("-", "measured or synthetic")
     slope_deg: float = quantity("deg", "inclination as read off")
-    overlap: float = quantity("1", "share of the longer recording that hip and foot both cover; NaN where unknown")
+    overlap: float = quantity("1", "share of the longer motion that hip and foot both cover; NaN where unknown")
     foot_lag: float = quantity("s", "lag of the foot's stamps, taken out; NaN without both sensors")
+    foot_lag_error: float = quantity("s", "standard error of that lag where the leg moves; NaN where it was not found")
     lever_arm: float = quantity("m", "distance of the sensors along the leg, from their signals")
     heel_strikes: int = quantity("1", "heel strikes found")
     strides: int = quantity("1", "strides after the transient")
@@ -177,13 +178,13 @@ def _said(value: float, error: float, scale: float, digits: int) -> tuple[str, s
 
 def _runs(runs: list[RunReport]) -> Table:
     columns = (
-        *("run", "overlap", "foot lag ms", "lever arm m", "heel strikes", "strides"),
+        *("run", "overlap", "foot lag ms", "+-", "lever arm m", "heel strikes", "strides"),
         *("step frequency Hz", "standard error Hz", "R2 of places", "verdict"),
     )
     rows: list[tuple[str, ...]] = [
         (
             *(r.name, "can't be observed" if math.isnan(r.overlap) else f"{r.overlap:.3f}"),
-            *(f"{r.foot_lag * 1e3:.2f}", f"{r.lever_arm:.3f}", str(r.heel_strikes), str(r.strides)),
+            *_said(r.foot_lag, r.foot_lag_error, 1e3, 2), *(f"{r.lever_arm:.3f}", str(r.heel_strikes), str(r.strides)),
             *(f"{r.step_frequency:.4f}", f"{r.step_frequency_error:.4f}", f"{r.evidence.agreement:.4f}"),
             ": ".join(part for part in (r.verdict, r.reason or "; ".join(r.remarks)) if part),
         )

@@ -92,7 +92,7 @@ def implied_angular_rate_unit(swept: float, declared: str) -> str:
     """The unit in which an angle, swept by a rate read as `declared`, is a leg's; "unclear" where it is in none."""
     if not swept > 0 or not math.isfinite(swept):
         return "unclear"
-    off = {unit: abs(math.log(swept / SWEPT * size / ANGULAR_RATE_UNITS[declared]))
-           for unit, size in ANGULAR_RATE_UNITS.items() if size}  # fmt: skip
+    sizes = {unit: size for unit, size in ANGULAR_RATE_UNITS.items() if size}
+    off = {unit: abs(math.log(swept / SWEPT * size / sizes[declared])) for unit, size in sizes.items()}
     unit = min(off, key=lambda name: off[name])
     return unit if off[unit] < 0.5 * math.log(180 / math.pi) else "unclear"

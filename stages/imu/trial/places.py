@@ -9,14 +9,13 @@ import numpy as np
 
 from stages.imu.clock.resample import resample
 from stages.imu.parameters import Settings
-from stages.imu.strikes.heel_strikes import filled
-from stages.imu.strikes.heel_strikes import step_period as period_of
 from stages.imu.trial.frames import Frame
 from stages.imu.trial.leg_motion import leg_angle
 from stages.imu.trial.sensor import SensorTrace
 
 PLACES = ("hip", "foot")
 FORWARD, UP, LATERAL = 0, 1, 2
+MOVING = 0.1  # of the largest rate
 
 
 @dataclass(frozen=True)
@@ -49,38 +48,15 @@ def common_grid(sensors: dict[str, BodySensor], settings: Settings) -> np.ndarra
     return np.asarray(first + np.arange(count) / settings.grid_rate_hz)
 
 
-def overlap_of(first: np.ndarray, second: np.ndarray) -> float:
-    """Share of the longer recording that both cover."""
-    both = min(first[-1], second[-1]) - max(first[0], second[0])
-    return float(max(0.0, both) / max(np.ptp(first), np.ptp(second), 1e-9))
-
-
-def foot_lag(sensors: dict[str, BodySensor], settings: Settings) -> tuple[float, bool]:
-    """How much later the foot's rate shows what the hip's shows [s], and whether that is more than was searched.
-
-    Both ride on one leg and turn as one. Stamps first: only lags within half a step are tried. Least difference of the
-    two, one of which may be turned round, refined by a parabola where it lies between lags that were tried; at an end
-    of the search it is left there.
-    """
-    grid = common_grid(sensors, settings)
-    if len(grid) < 3 * settings.grid_rate_hz:
-        return 0.0, False
-    hip, foot = (filled(on_grid(sensors[place], grid, settings)[:, 3 + LATERAL]) for place in PLACES)
-    dt = 1 / settings.grid_rate_hz
-    period = period_of(hip, dt, (settings.slowest_step_hz, settings.fastest_step_hz))
-    if not math.isfinite(period):
-        return 0.0, False
-    reach = max(2, int(0.5 * period / dt))
-    lags = np.arange(-reach, reach + 1)
-    inner = slice(reach, len(grid) - reach)
-    moved = [np.roll(foot, -lag)[inner] for lag in lags]
-    error = np.array([min(np.mean((hip[inner] - one) ** 2), np.mean((hip[inner] + one) ** 2)) for one in moved])
-    best = int(np.argmin(error))
-    if not 0 < best < len(lags) - 1:
-        return float(lags[best] * dt), True
-    left, middle, right = error[best - 1 : best + 2]
-    curvature = left - 2 * middle + right
-    return float((lags[best] + (0.5 * (left - right) / curvature if curvature > 0 else 0.0)) * dt), False
+def overlap_of(first: BodySensor, second: BodySensor) -> float:
+    """Share of the longer motion that both cover, from where each begins to turn to where it ends."""
+    spans = []
+    for sensor in (first, second):
+        size = np.abs(np.nan_to_num(sensor.rate[:, LATERAL]))
+        moving = sensor.time[size > MOVING * size.max()]
+        spans.append((moving[0], moving[-1]) if len(moving) else (sensor.time[0], sensor.time[-1]))
+    (a, b), (c, d) = spans
+    return float(max(0.0, min(b, d) - max(a, c)) / max(b - a, d - c, 1e-9))
 
 
 def lever_arm(sensors: dict[str, BodySensor], settings: Settings) -> float:

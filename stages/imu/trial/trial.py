@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import fftconvolve
 
-from stages.imu.clock.resample import resample
 from stages.imu.errors import printable
 from stages.imu.judgement.evidence import (
     agreement_of,
@@ -23,12 +19,11 @@ from stages.imu.judgement.evidence import (
 from stages.imu.judgement.of_run import verdict_on
 from stages.imu.judgement.rolling_stance import confirmed, swept
 from stages.imu.judgement.verdict import Refusal, Verdict
-from stages.imu.parameters import Reading, Settings
+from stages.imu.parameters import Reading
 from stages.imu.reports.run_report import Evidence, RunReport
 from stages.imu.reports.sensor_report import SensorReport
 from stages.imu.result import LegMotion
 from stages.imu.sources.schema import Experiment, Recording
-from stages.imu.strikes.heel_strikes import filled
 from stages.imu.strikes.step_times import HeelStrikes, StepFrequency, stances_of, step_frequency, stride_bounds
 from stages.imu.trial.places import (
     FORWARD,
@@ -37,71 +32,13 @@ from stages.imu.trial.places import (
     BodySensor,
     angle_on,
     common_grid,
-    foot_lag,
     lever_arm,
-    longest_step,
     on_grid,
     overlap_of,
 )
 from stages.imu.trial.sensor_on_body import place_of, read_sensor
+from stages.imu.trial.two_clocks import brought_together
 from stages.imu.trial.walking import leg_of, registered, strikes_of
-
-REACH = 0.4  # of the shortest step, around the common lag, in which each half's own is looked for
-
-
-def have_own_clocks(sensors: Mapping[str, BodySensor]) -> bool:
-    """Whether there are two sensors and each is dated by its own clock."""
-    return len(sensors) == 2 and all(sensor.trace.clock.stamp == "device" for sensor in sensors.values())
-
-
-def brought_together(sensors: Mapping[str, BodySensor], settings: Settings) -> dict[str, BodySensor]:
-    """The sensors with the foot's times on the hip's clock."""
-    hip, foot = sensors["hip"], sensors["foot"]
-    dt = 1 / settings.grid_rate_hz
-    (start, a), (begin, b) = (_rate(sensor, dt, settings) for sensor in (hip, foot))
-    if min(len(a), len(b)) < 3 * settings.grid_rate_hz:
-        return dict(sensors)
-    product = fftconvolve(a, b[::-1])  # at i: rows of a and b that are i - len(b) + 1 apart
-    apart = int(np.argmax(product)) - len(b) + 1
-    time = foot.time - (begin - start - apart * dt)
-    reach = round(REACH / settings.fastest_step_hz / dt)
-    half = [_lag(a, b, apart, rows, dt, reach) for rows in _halves(a, b, apart)]
-    if len(half) == 2:
-        (early, first), (late, second) = half
-        growth = (second - first) / ((late - early) * dt)
-        if abs(growth) < settings.rate_tolerance:
-            middle = start + 0.5 * (early + late) * dt
-            time = time - growth * (time - middle)
-    return {"hip": hip, "foot": dataclasses.replace(foot, time=time)}
-
-
-def _rate(sensor: BodySensor, dt: float, settings: Settings) -> tuple[float, np.ndarray]:
-    """First time and lateral rate (n,) of a sensor on an even grid of its own, holes drawn over."""
-    grid = np.arange(sensor.time[0], sensor.time[-1], dt)
-    seen = resample(sensor.time, sensor.rate[:, [LATERAL]], grid, longest_step(sensor, settings))[:, 0]
-    return float(sensor.time[0]), filled(seen)
-
-
-def _halves(a: np.ndarray, b: np.ndarray, apart: int) -> list[np.ndarray]:
-    """Rows of the first half and of the second of what both cover and in which something moves."""
-    rows = np.arange(max(0, apart), min(len(a), len(b) + apart))
-    moving = rows[np.abs(a[rows]) > 0.1 * np.abs(a[rows]).max()] if len(rows) else rows
-    if len(moving) < 10:
-        return []
-    middle = (moving[0] + moving[-1]) // 2
-    return [np.arange(moving[0], middle), np.arange(middle, moving[-1])]
-
-
-def _lag(a: np.ndarray, b: np.ndarray, apart: int, rows: np.ndarray, dt: float, reach: int) -> tuple[float, float]:
-    """Middle of the rows of a, and how much later b shows them than `apart` says [s], refined by a parabola."""
-    rows = rows[(rows - apart - reach >= 0) & (rows - apart + reach < len(b))]
-    if not len(rows):
-        return 0.0, 0.0
-    error = np.array([np.mean((a[rows] - b[rows - apart + shift]) ** 2) for shift in range(-reach, reach + 1)])
-    best = int(np.clip(np.argmin(error), 1, len(error) - 2))
-    left, middle, right = error[best - 1 : best + 2]
-    curvature = left - 2 * middle + right
-    return float(rows.mean()), float(best - reach + (0.5 * (left - right) / curvature if curvature > 0 else 0.0)) * dt
 
 
 def evidence_of(
@@ -162,7 +99,7 @@ def evidence_of(
 class Trial:
     """One run, ready to be compared.
 
-    `foot_lag` is what the foot's stamps were late against the hip's [s], found by cross-correlation and taken out;
+    `foot_lag` is what the foot's stamps were late against the hip's [s], taken out (`two_clocks.py`);
     `lever_arm` the distance of the foot sensor below the hip sensor the signals imply [m]; NaN without both sensors.
     `strides` (s, p, 6) are the registered signals in the order of `SENSOR_SIGNALS`.
     """
@@ -171,6 +108,7 @@ class Trial:
     sensors: dict[str, BodySensor]
     reports: tuple[SensorReport, ...]
     foot_lag: float
+    foot_lag_error: float
     lever_arm: float
     overlap: float
     strikes: HeelStrikes
@@ -195,6 +133,7 @@ class Trial:
             slope_deg=math.nan if slope is None else slope,
             overlap=self.overlap,
             foot_lag=self.foot_lag,
+            foot_lag_error=self.foot_lag_error,
             lever_arm=self.lever_arm,
             heel_strikes=len(self.strikes.time),
             strides=len(self.strides),
@@ -235,14 +174,12 @@ def read_trial(
             left_out.append(Refusal(any(one.meaning for one in refusals), why))
         else:
             sensors[place] = sensor
-    lag, at_edge, lever, overlap = math.nan, False, math.nan, math.nan
-    if have_own_clocks(sensors):
-        sensors = brought_together(sensors, settings)
+    lever, overlap = math.nan, math.nan
+    together = brought_together(sensors, settings, limits)
+    sensors = together.sensors
     if len(sensors) == 2:
-        lag, at_edge = foot_lag(sensors, settings)
-        sensors["foot"] = dataclasses.replace(sensors["foot"], time=sensors["foot"].time - lag)
         if all(sensor.trace.clock.stamp != "none" for sensor in sensors.values()):
-            overlap = overlap_of(sensors["hip"].time, sensors["foot"].time)
+            overlap = overlap_of(sensors["hip"], sensors["foot"])
         lever = lever_arm(sensors, settings)
     strikes, corner = strikes_of(sensors, settings, parameters.quick)
     used = HeelStrikes(strikes.time[settings.skipped_steps :], strikes.leg[settings.skipped_steps :])
@@ -253,7 +190,8 @@ def read_trial(
         experiment=experiment,
         sensors=sensors,
         reports=tuple(reports),
-        foot_lag=lag,
+        foot_lag=together.lag,
+        foot_lag_error=together.lag_error,
         lever_arm=lever,
         overlap=overlap,
         strikes=strikes,
@@ -263,7 +201,7 @@ def read_trial(
         leg=leg_of(sensors, used, corner, confirmed(evidence, parameters), parameters),
         evidence=evidence,
         verdict=verdict_on(
-            experiment, judged, left_out, overlap, lever, at_edge, len(strikes.time), frequency.value, evidence,
-            settings, limits,
+            experiment, judged, left_out, overlap, lever, together.at_edge, together.other_lag, len(strikes.time),
+            frequency.value, evidence, settings, limits,
         ),
     )  # fmt: skip

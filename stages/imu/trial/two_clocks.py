@@ -1,0 +1,205 @@
+"""Two sensors on one clock: by their stamps, and where those do not tell, by their motion alone.
+
+Hip and foot ride on one leg and turn as one. Stamps come first: the foot's lag is looked for within half a step of
+them. Where the two then do not turn as one, or each is dated by its own clock, all of both recordings is laid over each
+other: the stand, the push and the transient after it are there once, where the walk repeats itself.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import fftconvolve
+from scipy.special import fdtri
+
+from stages.imu.clock.resample import resample
+from stages.imu.judgement.evidence import agreement_of
+from stages.imu.parameters import Limits, Settings
+from stages.imu.strikes.heel_strikes import filled, step_period
+from stages.imu.trial.places import LATERAL, MOVING, PLACES, BodySensor, common_grid, longest_step, on_grid
+
+REACH = 0.4  # of the shortest step, around the common lag, in which each half's own is looked for
+COVERED = 0.5  # of one sensor's motion: less of it, laid over the other's, is no ground to bring them together
+ROUND_OFF = 1e-12  # of the rates' squares
+AS_GOOD = 0.99  # level of the test whether another lag leaves more than noise does
+
+
+@dataclass(frozen=True)
+class Together:
+    """The sensors with the foot's times on the hip's clock.
+
+    `lag` is what was taken off the foot's stamps [s], for clocks of their own what was left of it at last, with its
+    standard error where the leg moves; `at_edge` whether more than half a step would be needed; `other_lag` by how
+    much later [s] the foot would fit as well, NaN where nowhere.
+    """
+
+    sensors: dict[str, BodySensor]
+    lag: float = math.nan
+    lag_error: float = math.nan
+    at_edge: bool = False
+    other_lag: float = math.nan
+
+
+def have_own_clocks(sensors: Mapping[str, BodySensor]) -> bool:
+    """Whether there are two sensors and each is dated by its own clock."""
+    return len(sensors) == 2 and all(sensor.trace.clock.stamp == "device" for sensor in sensors.values())
+
+
+def brought_together(sensors: dict[str, BodySensor], settings: Settings, limits: Limits) -> Together:
+    """The sensors on one clock; as they are where one is alone."""
+    if len(sensors) < 2:
+        return Together(sensors)
+    if have_own_clocks(sensors):
+        apart, other = _whole(sensors, settings)
+        return dataclasses.replace(_by_stamps(_evenly(_later(sensors, -apart), settings), settings), other_lag=other)
+    near = _by_stamps(sensors, settings)
+    if _alike(near.sensors, settings) >= limits.usual_agreement:
+        return near
+    apart, other = _whole(sensors, settings)
+    far = _by_stamps(_later(sensors, -apart), settings)
+    if not _alike(far.sensors, settings) >= limits.usual_agreement:
+        return near
+    return dataclasses.replace(far, lag=apart + far.lag, other_lag=other)
+
+
+def _later(sensors: Mapping[str, BodySensor], by: float | np.ndarray) -> dict[str, BodySensor]:
+    foot = sensors["foot"]
+    return {"hip": sensors["hip"], "foot": dataclasses.replace(foot, time=foot.time + by)}
+
+
+def _alike(sensors: dict[str, BodySensor], settings: Settings) -> float:
+    """Signed squared correlation of their lateral rates; NaN where they share too little."""
+    grid = common_grid(sensors, settings)
+    return agreement_of(*(on_grid(sensors[place], grid, settings)[:, 3 + LATERAL] for place in PLACES))[0]
+
+
+def _by_stamps(sensors: dict[str, BodySensor], settings: Settings) -> Together:
+    """The foot's lag within half a step, taken off, and once more from there: then no row of the grid is preferred."""
+    first = _nearer(sensors, settings)
+    if first.at_edge:
+        return first
+    second = _nearer(first.sensors, settings)
+    return dataclasses.replace(second, lag=first.lag + second.lag)
+
+
+def _nearer(sensors: dict[str, BodySensor], settings: Settings) -> Together:
+    """The foot's lag within half a step, taken off.
+
+    Least difference of the two rates, one of which may be turned round, refined by a parabola where it lies between
+    lags that were tried; at an end of the search it is left there. Its error is that of least squares, with what is
+    left of a step as one piece of evidence.
+    """
+    grid = common_grid(sensors, settings)
+    if len(grid) < 3 * settings.grid_rate_hz:
+        return Together(sensors, 0.0)
+    hip, foot = (filled(on_grid(sensors[place], grid, settings)[:, 3 + LATERAL]) for place in PLACES)
+    dt = 1 / settings.grid_rate_hz
+    period = step_period(hip, dt, (settings.slowest_step_hz, settings.fastest_step_hz))
+    if not math.isfinite(period):
+        return Together(sensors, 0.0)
+    reach = max(2, int(0.5 * period / dt))
+    lags = np.arange(-reach, reach + 1)
+    inner = slice(reach, len(grid) - reach)
+    moved = [np.roll(foot, -lag)[inner] for lag in lags]
+    error = np.array([min(np.mean((hip[inner] - one) ** 2), np.mean((hip[inner] + one) ** 2)) for one in moved])
+    best = int(np.argmin(error))
+    if not 0 < best < len(lags) - 1:
+        lag = float(lags[best] * dt)
+        return Together(_later(sensors, -lag), lag, at_edge=True)
+    left, middle, right = error[best - 1 : best + 2]
+    curvature = left - 2 * middle + right
+    lag = float((lags[best] + (0.5 * (left - right) / curvature if curvature > 0 else 0.0)) * dt)
+    changing = np.gradient(moved[best], dt)
+    starts = np.arange(0, len(changing), max(1, round(period / dt)))
+    off, power = moved[best] - hip[inner], float(changing @ changing)
+    of_steps = np.add.reduceat((off - changing * float(off @ changing) / power) * changing, starts)
+    spread = math.sqrt(float(of_steps @ of_steps)) / power
+    return Together(_later(sensors, -lag), lag, spread)
+
+
+def _whole(sensors: Mapping[str, BodySensor], settings: Settings) -> tuple[float, float]:
+    """How much later the foot's stamps are by the whole of both recordings [s], and `Together.other_lag`."""
+    dt = 1 / settings.grid_rate_hz
+    (start, hip), (begin, foot) = (_rate(sensors[place], dt, settings) for place in PLACES)
+    rows, more = whole_lag(hip, foot, dt, (settings.slowest_step_hz, settings.fastest_step_hz))
+    return begin - start - rows * dt, more * dt if more else math.nan
+
+
+def whole_lag(hip: np.ndarray, foot: np.ndarray, dt: float, step_band_hz: tuple[float, float]) -> tuple[int, int]:
+    """Rows by which the foot's rate (m,) must be moved to lie on the hip's (n,), by the whole of both, and by how many
+    more it would lie there as well; 0 for none.
+
+    Least difference of the two over their size where they cover each other, of all lags at which that is most of the
+    motion of one. Another, half a step away or more, is as good where it leaves no more than chance may leave in so
+    many steps (F test).
+    """
+    shift = np.arange(len(hip) + len(foot) - 1) - (len(foot) - 1)  # row k of the hip beside row k - shift of the foot
+    first, last = np.maximum(0, shift), np.minimum(len(hip), len(foot) + shift)
+    of_hip, of_foot = _power(hip, first, last), _power(foot, first - shift, last - shift)
+    period = step_period(hip, dt, step_band_hz)
+    if not (of_hip.max() > 0 and of_foot.max() > 0 and math.isfinite(period)):
+        return 0, 0
+    covered = np.maximum(of_hip / of_hip.max(), of_foot / of_foot.max()) >= COVERED
+    product = fftconvolve(hip, foot[::-1])
+    left = np.where(covered, 1 - 2 * product / np.maximum(of_hip + of_foot, 1e-300), np.inf)
+    best = int(np.argmin(left))
+    other = int(np.argmin(np.where(np.abs(shift - shift[best]) > 0.5 * period / dt, left, np.inf)))
+    steps = max(1.0, np.count_nonzero(np.abs(hip) > MOVING * np.abs(hip).max()) * dt / period)
+    as_good = left[other] <= fdtri(steps, steps, AS_GOOD) * max(left[best], ROUND_OFF)
+    return int(shift[best]), int(shift[other] - shift[best]) if as_good else 0
+
+
+def _power(signal: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """Sum of squares of the rows from `first` to before `last`."""
+    total = np.append(0.0, np.cumsum(signal**2))
+    return np.asarray(total[last] - total[first])
+
+
+def _evenly(sensors: dict[str, BodySensor], settings: Settings) -> dict[str, BodySensor]:
+    """The foot's clock stretched so that both halves of the walk show one lag."""
+    dt = 1 / settings.grid_rate_hz
+    (start, a), (begin, b) = (_rate(sensors[place], dt, settings) for place in PLACES)
+    apart = round((begin - start) / dt)
+    reach = round(REACH / settings.fastest_step_hz / dt)
+    half = [_lag(a, b, apart, rows, dt, reach) for rows in _halves(a, b, apart)]
+    if len(half) < 2:
+        return sensors
+    (early, first), (late, second) = half
+    growth = (second - first) / ((late - early) * dt)
+    if not abs(growth) < settings.rate_tolerance:
+        return sensors
+    foot, middle = sensors["foot"], start + 0.5 * (early + late) * dt
+    return _later(sensors, -growth * (foot.time - middle))
+
+
+def _rate(sensor: BodySensor, dt: float, settings: Settings) -> tuple[float, np.ndarray]:
+    """First time and lateral rate (n,) of a sensor on an even grid of its own, holes drawn over."""
+    grid = np.arange(sensor.time[0], sensor.time[-1], dt)
+    seen = resample(sensor.time, sensor.rate[:, [LATERAL]], grid, longest_step(sensor, settings))[:, 0]
+    return float(sensor.time[0]), filled(seen)
+
+
+def _halves(a: np.ndarray, b: np.ndarray, apart: int) -> list[np.ndarray]:
+    """Rows of the first half and of the second of what both cover and in which something moves."""
+    rows = np.arange(max(0, apart), min(len(a), len(b) + apart))
+    moving = rows[np.abs(a[rows]) > MOVING * np.abs(a[rows]).max()] if len(rows) else rows
+    if len(moving) < 10:
+        return []
+    middle = (moving[0] + moving[-1]) // 2
+    return [np.arange(moving[0], middle), np.arange(middle, moving[-1])]
+
+
+def _lag(a: np.ndarray, b: np.ndarray, apart: int, rows: np.ndarray, dt: float, reach: int) -> tuple[float, float]:
+    """Middle of the rows of a, and how much later b shows them than `apart` says [s], refined by a parabola."""
+    rows = rows[(rows - apart - reach >= 0) & (rows - apart + reach < len(b))]
+    if not len(rows):
+        return 0.0, 0.0
+    error = np.array([np.mean((a[rows] - b[rows - apart + shift]) ** 2) for shift in range(-reach, reach + 1)])
+    best = int(np.clip(np.argmin(error), 1, len(error) - 2))
+    left, middle, right = error[best - 1 : best + 2]
+    curvature = left - 2 * middle + right
+    return float(rows.mean()), float(best - reach + (0.5 * (left - right) / curvature if curvature > 0 else 0.0)) * dt
