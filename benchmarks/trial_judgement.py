@@ -103,7 +103,7 @@ def main() -> None:
     chosen = parser.parse_args()
     parameters, walks = campaign(chosen.seed, chosen.runs, chosen.walks)
     imu = locate(start=ROOT).parameters(("imu",))["imu"].read
-    families = [good, *wrong_logs.WRONG, *wrong_logs.LATER, *wrong_logs.CLOCKS, *wrong_logs.LAST]
+    families = [good, *wrong_logs.WRONG, *wrong_logs.LATER, *wrong_logs.CLOCKS, *wrong_logs.LAST, *wrong_logs.SILENT]
     families = [one for one in families if not chosen.family or one.__name__ in chosen.family]
     sizes = " | ".join(f"errors x {times:g}" for times in chosen.times)
     print(f"| family | {sizes} | wrong and accepted | unsaid |\n" + "|---" * (len(chosen.times) + 3) + "|")

@@ -102,6 +102,10 @@ class Limits:
     gravity_tolerance: float = parameter("1", "largest relative departure of the specific force's mean from gravity",
                                          bound=POSITIVE)  # fmt: skip
     gravity_direction_deg: float = parameter("deg", "largest angle of that mean from gravity", bound=POSITIVE)
+    turned_deg: float = parameter("deg", "largest turn within a walk of the swing axis on a sensor, and of gravity "
+                                  "beside its rate, without a remark", bound=POSITIVE)  # fmt: skip
+    hidden_strikes: float = parameter("1", "largest share of heel strikes in holes without a remark",
+                                      bound=Bound(minimum=0, maximum=1))  # fmt: skip
     spacing: float = parameter("1", "largest departure of a step from the median, relative", bound=POSITIVE)
     clipped_share: float = parameter("1", "largest share of samples at full scale", bound=Bound(minimum=0, maximum=1))
     unusable_share: float = parameter("1", "largest share of rows without number or stamp",

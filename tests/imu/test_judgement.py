@@ -15,7 +15,7 @@ from stages.imu.judgement.verdict import ACCEPTED, REFUSED, WITH_REMARKS
 from stages.imu.trial.trial import Trial, read_trial
 from tests.imu import wrong_logs
 from tests.imu.log_truth import wrong_quantities
-from tests.imu.made_logs import Log, made_log, replaced, with_errors
+from tests.imu.made_logs import Log, TracedRecording, made_log, replaced, with_errors
 from tests.imu.made_walks import campaign_parameters, stand_in_walks
 from tests.imu.stand_in import PARAMETERS
 
@@ -67,12 +67,13 @@ def test_a_good_log_is_accepted_without_a_word(
     assert wrong_quantities(log, trial) == {}, "and rightly so"
 
 
-FAMILIES = (*wrong_logs.WRONG, *wrong_logs.LATER, *wrong_logs.CLOCKS)
+FAMILIES = (*wrong_logs.WRONG, *wrong_logs.LATER, *wrong_logs.CLOCKS, *wrong_logs.SILENT)
 #: Like another one of them, but for one sensor instead of both, by more or less, or together with another.
 LIKE_ANOTHER = (
     wrong_logs.forward_turned_at_one, wrong_logs.acceleration_turned_at_one, wrong_logs.foot_clock_1_s_off,
     wrong_logs.nothing_declared_and_gyroscope_columns_exchanged, wrong_logs.set_back, wrong_logs.set_twice,
     wrong_logs.no_counter_but_device_stamps, wrong_logs.foot_of_another_run_and_device_stamps_only,
+    *wrong_logs.SILENT,
 )  # fmt: skip
 
 
@@ -119,6 +120,12 @@ def test_a_refusal_says_where_to_look(family: wrong_logs.Family, words: str, jud
         (wrong_logs.no_stamps, "has no stamps", {"clock", "step frequency"}),
         (wrong_logs.accelerometer_range_narrow, "its full scale is there", {"foot force"}),
         (wrong_logs.put_on, "was set by", {"clock"}),
+        (wrong_logs.slope_in_radians, "seems to be in radians", {"hip frame", "foot frame"}),
+        (wrong_logs.smoothed_at_5_hz, "noise of the foot at rest ends", {"hip force", "foot force", "step length"}),
+        (wrong_logs.averaged_over_3_rows, "noise of the hip at rest ends", {"hip force", "foot force", "step length"}),
+        (wrong_logs.set_an_hour_on, "was set by +3600", {"clock"}),
+        (wrong_logs.gyroscopes_30_ms_late, "ms after the accelerometers", {"foot rate", "leg angle"}),
+        (wrong_logs.knocked, "turned on its leg", {"leg angle"}),
         (wrong_logs.device_stamps_only, "is dated by its own clock", {"clock", "step frequency"}),
     ],
     ids=lambda one: getattr(one, "__name__", ""),
@@ -130,6 +137,19 @@ def test_a_remark_names_what_is_not_to_be_trusted(
     assert trial.verdict.outcome == WITH_REMARKS
     assert words in "; ".join(trial.verdict.sentences(refused=False))
     assert about <= set(trial.verdict.not_trusted)
+
+
+def test_strikes_in_holes_are_not_trusted(walks: list[TwinRun], parameters: Parameters) -> None:
+    """A row or two are missing at each of the later strikes."""
+
+    def lost(one: TracedRecording) -> TracedRecording:
+        kept = one.take(np.abs(one.true_time[:, None] - walks[0].heel_strike_time[4:]).min(axis=1) > 0.008)
+        assert isinstance(kept, TracedRecording)
+        return kept
+
+    trial = trial_of(made_log(0, walks[0], parameters).changed("both", lost))
+    assert "of the heel strikes lie in holes" in "; ".join(trial.verdict.sentences(refused=False))
+    assert {"heel strikes", "step frequency", "step length"} <= set(trial.verdict.not_trusted)
 
 
 def test_what_cannot_be_known_is_said(walks: list[TwinRun], parameters: Parameters) -> None:

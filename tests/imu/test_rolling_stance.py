@@ -15,7 +15,7 @@ from tests.imu.stand_in import BIPED, PARAMETERS
 SLOPE, STANCES = math.radians(2.0), (np.array([0.0, 1.0, 2.0]), np.array([0.45, 1.45, 2.45]))
 
 
-def stood(gain: float, arm: float) -> tuple[float, float]:
+def stood(gain: float, arm: float, drift: float = 0.0) -> tuple[float, ...]:
     """What is found of a foot that rolls, from its place in the plane by differences: no formula of the law's."""
     time = np.arange(-0.2, 2.8, 0.005)
     fine = np.arange(-0.2, 2.8, 0.0001)
@@ -25,14 +25,20 @@ def stood(gain: float, arm: float) -> tuple[float, float]:
     second = np.gradient(np.gradient(place, fine, axis=0), fine, axis=0)
     felt = second - 9.81 * np.array([math.sin(SLOPE), -math.cos(SLOPE)])
     forward = felt[:, 0] * np.cos(theta) - felt[:, 1] * np.sin(theta)
-    said = 0.01 - gain * np.interp(time, fine, theta)  # as after a stand that is off
+    said = 0.01 + drift * time - gain * np.interp(time, fine, theta)  # as after a stand that is off
     felt, rate = np.interp(time, fine, forward), -gain * np.interp(time, fine, np.gradient(theta, fine))
     return swept(time, felt, rate, said, STANCES, SLOPE, 9.81, 0.3, r)
 
 
 @pytest.mark.parametrize(("gain", "arm"), [(1.0, 0.3), (0.85, 0.3), (1.15, 0.27), (2.0, 0.3), (0.5, 0.1)])
 def test_a_leg_that_stands_tells_its_gyroscopes_gain_and_its_length(gain: float, arm: float) -> None:
-    assert stood(gain, arm) == pytest.approx((gain, arm), rel=5e-3)
+    found = stood(gain, arm)
+    assert found[:2] == pytest.approx((gain, arm), rel=5e-3) and found[2] < 1e-3
+
+
+def test_a_gyroscope_that_drifts_leaves_gravity() -> None:
+    """By 0.01 rad/s, over the two strides from the first stance to the last."""
+    assert stood(1.0, 0.3, 0.01)[2] == pytest.approx(0.02, rel=0.05)
 
 
 def test_a_leg_that_does_not_turn_tells_nothing() -> None:

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from stages.imu.clock.resample import resample
-from stages.imu.judgement.evidence import gain_of, lever_of
+from stages.imu.judgement.evidence import axis_turn_of, gain_of, lever_of
+from stages.imu.judgement.sensor_evidence import flat_tops, wraps
 from stages.imu.sources.units import implied_acceleration_unit, implied_angular_rate_unit, swept_angle
 from stages.imu.strikes.heel_strikes import NO_STRIKES
 from stages.imu.strikes.step_times import HeelStrikes, step_frequency, stride_bounds
@@ -182,12 +183,39 @@ def test_two_places_tell_which_way_a_gyroscope_turns_where_gravity_does_not() ->
         return lever_of(time, hip, foot, NO_STRIKES, 200.0)
 
     turned = np.array([1, 1, 1, -1, -1, -1])
-    direction, _, *turns = said(hip, foot)
+    direction, _, *turns, late = said(hip, foot)
     assert direction == pytest.approx(0.0, abs=0.02) and turns == pytest.approx([1, 1], abs=1e-3)
-    assert said(hip, foot * turned)[2:] == pytest.approx([1, -1], abs=1e-3)
-    assert said(hip * turned, foot * turned)[2:] == pytest.approx([-1, -1], abs=1e-3)
+    assert said(hip, foot * turned)[2:4] == pytest.approx([1, -1], abs=1e-3)
+    assert said(hip * turned, foot * turned)[2:4] == pytest.approx([-1, -1], abs=1e-3)
     beside = np.column_stack((np.zeros((len(time), 5)), 2.0 * np.sin(3.1 * time)))
-    assert np.abs(said(hip * [1, 1, 1, 0, 0, 0] + beside, foot * [1, 1, 1, 0, 0, 0] + beside)[2:]).max() < 0.3
+    assert np.abs(said(hip * [1, 1, 1, 0, 0, 0] + beside, foot * [1, 1, 1, 0, 0, 0] + beside)[2:4]).max() < 0.3
+    behind = [np.column_stack((one[6:, :3], one[:-6, 3:])) for one in (hip, foot)]
+    assert late == pytest.approx(0.0, abs=1e-3), "and six rows of 5 ms:"
+    assert lever_of(time[6:], *behind, NO_STRIKES, 200.0)[4] == pytest.approx(0.03, abs=1e-3)
+
+
+def test_a_sensor_that_turns_on_its_leg_moves_the_swing_axis() -> None:
+    rng = np.random.default_rng(3)
+    rate = np.column_stack((*rng.normal(scale=1e-3, size=(2, 900)), np.sin(np.arange(900) / 15)))
+    assert axis_turn_of(rate) < 0.05
+    turn = np.radians(5.0)
+    late = rate @ np.array([[1, 0, 0], [0, np.cos(turn), np.sin(turn)], [0, -np.sin(turn), np.cos(turn)]])
+    assert axis_turn_of(np.where(np.arange(900)[:, None] < 450, rate, -late)) == pytest.approx(5.0, abs=0.05)
+
+
+def test_counts_that_begin_again_leap_and_blows_do_not() -> None:
+    blow = np.exp(-0.5 * ((np.arange(400)[:, None] % 48 - 20) / [1.0, 1.5, 2.0]) ** 2) * [3.0, 2.0, 1.5] + 0.3
+    assert wraps(blow) == 0 and wraps(blow * np.cos(np.arange(400)[:, None])) == 0
+    assert wraps((blow + 2) % 4 - 2) >= 2
+    assert wraps(np.where(np.arange(400)[:, None] == 7, -3.3, blow)) == 0, "a spike is no range"
+
+
+def test_a_full_scale_that_is_half_the_declared_one_shows_in_two_samples() -> None:
+    rng = np.random.default_rng(4)
+    values = rng.normal(size=(300, 3)) * [2000, 2000, 3000]
+    values[[10, 20], 2] = 17000, 18000
+    assert flat_tops(np.clip(values, -16384, 16384), 32768) == (2, 16384.0)
+    assert flat_tops(np.clip(values, -15000, 15000), 32768)[0] == flat_tops(values, 32768)[0] == 0
 
 
 def test_a_gain_is_told_from_errors_of_either_signal() -> None:

@@ -10,6 +10,8 @@ import dataclasses
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
+from scipy.signal import butter, sosfiltfilt
 from scipy.spatial.transform import Rotation
 
 from stages.campaign.twin_run import TwinRun
@@ -497,4 +499,241 @@ CLOCKS: tuple[Family, ...] = (
     server_stamps_only,
     eight_bit_counter,
     restarted,
+)
+
+
+# What passed without a word until rules were added that are derived: not chosen on these.
+
+
+def _read_otherwise(log: Log, change: Callable[[np.ndarray], np.ndarray], *places: str) -> Log:
+    """Both readings of these places' sensors changed row by row, as numbers in the order of sampling."""
+
+    def changed(one: TracedRecording) -> TracedRecording:
+        order = np.argsort(one.true_time, kind="stable")
+        made = {}
+        for name in ("acceleration", "angular_rate"):
+            values = getattr(one, name).copy()
+            values[order] = np.rint(change(values[order]))
+            made[name] = values
+        return replaced(one, **made)
+
+    for place in places:
+        log = log.changed(place, changed)
+    return log
+
+
+def _gyroscopes_times(log: Log, factor: float, *places: str) -> Log:
+    for place in places:
+        log = log.changed(place, lambda one: replaced(one, angular_rate=np.rint(one.angular_rate * factor)))
+    return log
+
+
+def gyroscopes_5_percent_off(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _gyroscopes_times(log, 1 + 0.05 * rng.choice([-1, 1]), *PLACES)
+
+
+def gyroscopes_10_percent_off(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _gyroscopes_times(log, 1 + 0.10 * rng.choice([-1, 1]), *PLACES)
+
+
+def one_gyroscope_12_percent_off(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _gyroscopes_times(log, 1 + 0.12 * rng.choice([-1, 1]), PLACES[rng.integers(2)])
+
+
+def _low_passed(cut_off_hz: float) -> Callable[[np.ndarray], np.ndarray]:
+    sections = butter(2, cut_off_hz, fs=100.0, output="sos")
+    return lambda values: np.asarray(sosfiltfilt(sections, values, axis=0))
+
+
+def smoothed_at_5_hz(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """Both sensors' readings through a low pass in both directions."""
+    return _read_otherwise(log, _low_passed(5.0), *PLACES)
+
+
+def smoothed_at_10_hz(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _read_otherwise(log, _low_passed(10.0), *PLACES)
+
+
+def smoothed_at_20_hz(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _read_otherwise(log, _low_passed(20.0), *PLACES)
+
+
+def one_smoothed_at_10_hz(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _read_otherwise(log, _low_passed(10.0), PLACES[rng.integers(2)])
+
+
+def _resampled(rate_hz: float) -> Callable[[np.ndarray], np.ndarray]:
+    def there_and_back(values: np.ndarray) -> np.ndarray:
+        row = np.arange(len(values)) / 100.0
+        at = np.arange(0.0, row[-1] + 1 / rate_hz, 1 / rate_hz)
+        return np.column_stack([np.interp(row, at, np.interp(at, row, axis)) for axis in values.T])
+
+    return there_and_back
+
+
+def resampled_by_60_hz(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """The logger keeps 60 rows a second, and writes 100."""
+    return _read_otherwise(log, _resampled(60.0), *PLACES)
+
+
+def resampled_by_35_hz(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _read_otherwise(log, _resampled(35.0), *PLACES)
+
+
+def averaged_over_3_rows(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _read_otherwise(log, lambda values: uniform_filter1d(values, 3, axis=0), *PLACES)
+
+
+def _at_2_g(log: Log, change: Callable[[np.ndarray, float], np.ndarray], *places: str) -> Log:
+    full = 2.0 / log.parameters.sensor.accelerometer_range_g * 2 ** (log.parameters.sensor.bits - 1)
+    for place in places:
+        log = log.changed(place, lambda one: replaced(one, acceleration=change(one.acceleration, full)))
+    return log
+
+
+def accelerometers_wrap_at_2_g(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _at_2_g(log, lambda values, full: (values + full) % (2 * full) - full, *PLACES)
+
+
+def accelerometers_end_at_2_g(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _at_2_g(log, lambda values, full: np.clip(values, -full, full - 1), *PLACES)
+
+
+def packets_lost_at_strikes(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """The antenna is shaken: what was sampled 25 ms round a strike is lost, with its packet."""
+
+    def lost(one: TracedRecording) -> TracedRecording:
+        near = np.abs(one.true_time[:, None] - log.strike_time).min(axis=1) < 0.025
+        left = one.take(~np.isin(one.packet, one.packet[near]))
+        assert isinstance(left, TracedRecording)
+        return left
+
+    return log.changed("both", lost)
+
+
+def set_an_hour_on(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _set_by(log, 3600.0)
+
+
+def set_an_hour_back(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _set_by(log, -3600.0)
+
+
+def set_a_second_on(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _set_by(log, 1.0)
+
+
+def gyroscopes_follow_their_zero(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """The firmware takes a running mean of 1 s off the rates: what it thinks their zero."""
+
+    def zeroed(one: TracedRecording) -> TracedRecording:
+        order = np.argsort(one.true_time, kind="stable")
+        values = one.angular_rate.copy()
+        level, mean = 0.01, values[order[:50]].mean(axis=0)
+        for row in order:
+            mean = mean + level * (one.angular_rate[row] - mean)
+            values[row] = np.rint(one.angular_rate[row] - mean)
+        return replaced(one, angular_rate=values)
+
+    return log.changed("both", zeroed)
+
+
+def gyroscopes_quiet_below_3_deg_s(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """The firmware writes 0 for what it takes for noise."""
+    least = 3.0 / log.parameters.sensor.gyroscope_range_deg_s * 2 ** (log.parameters.sensor.bits - 1)
+    return log.changed("both", lambda one: replaced(
+        one, angular_rate=np.where(np.abs(one.angular_rate) < least, 0.0, one.angular_rate)))  # fmt: skip
+
+
+def gyroscopes_less_their_mean(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return log.changed("both", lambda one: replaced(one, angular_rate=np.rint(
+        one.angular_rate - one.angular_rate.mean(axis=0))))  # fmt: skip
+
+
+def slope_in_radians(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    other = dataclasses.replace(log.experiment, slope_deg=float(np.radians(log.experiment.slope_deg or 0.0)))
+    made = log.changed("both", lambda one: replaced(one, experiment=other))
+    return dataclasses.replace(made, experiment=other)
+
+
+def _turned(log: Log, place: str, degrees: float, rng: np.random.Generator) -> Log:
+    """A sensor turned on its leg in the middle of the walk, about any axis."""
+    axis = rng.normal(size=3)
+    turn = Rotation.from_rotvec(np.radians(degrees) * axis / np.linalg.norm(axis)).as_matrix()
+    middle = float(np.median(log.strike_time))
+
+    def moved(one: TracedRecording) -> TracedRecording:
+        late = (one.true_time > middle)[:, None]
+        return replaced(one, acceleration=np.where(late, np.rint(one.acceleration @ turn), one.acceleration),
+                        angular_rate=np.where(late, np.rint(one.angular_rate @ turn), one.angular_rate))  # fmt: skip
+
+    return log.changed(place, moved)
+
+
+def foot_sensor_turned_20_degrees(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _turned(log, "foot", 20.0, rng)
+
+
+def knocked(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return _turned(log, PLACES[rng.integers(2)], float(rng.uniform(5.0, 10.0)), rng)
+
+
+def accelerometers_four_fifths(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return log.changed("both", lambda one: replaced(one, acceleration=np.rint(0.8 * one.acceleration)))
+
+
+def one_accelerometer_four_fifths(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    return log.changed(
+        PLACES[rng.integers(2)], lambda one: replaced(one, acceleration=np.rint(0.8 * one.acceleration)))
+
+
+def gyroscopes_30_ms_late(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """The gyroscopes' columns are three rows behind the accelerometers'."""
+
+    def late(one: TracedRecording) -> TracedRecording:
+        order = np.argsort(one.true_time, kind="stable")
+        values = one.angular_rate.copy()
+        values[order[3:]] = one.angular_rate[order[:-3]]
+        return replaced(one, angular_rate=values)
+
+    return log.changed("both", late)
+
+
+def spikes(log: Log, walks: Sequence[TwinRun], rng: np.random.Generator) -> Log:
+    """Half a percent of the readings are any number of the range."""
+    largest = 2 ** (log.parameters.sensor.bits - 1)
+
+    def struck(values: np.ndarray) -> np.ndarray:
+        return np.where(rng.random(values.shape) < 0.005, rng.uniform(-largest, largest, values.shape), values)
+
+    return _read_otherwise(log, struck, *PLACES)
+
+
+SILENT: tuple[Family, ...] = (
+    gyroscopes_5_percent_off,
+    gyroscopes_10_percent_off,
+    one_gyroscope_12_percent_off,
+    smoothed_at_5_hz,
+    smoothed_at_10_hz,
+    smoothed_at_20_hz,
+    one_smoothed_at_10_hz,
+    resampled_by_60_hz,
+    resampled_by_35_hz,
+    averaged_over_3_rows,
+    accelerometers_wrap_at_2_g,
+    accelerometers_end_at_2_g,
+    packets_lost_at_strikes,
+    set_an_hour_on,
+    set_an_hour_back,
+    set_a_second_on,
+    gyroscopes_follow_their_zero,
+    gyroscopes_quiet_below_3_deg_s,
+    gyroscopes_less_their_mean,
+    slope_in_radians,
+    foot_sensor_turned_20_degrees,
+    knocked,
+    accelerometers_four_fifths,
+    one_accelerometer_four_fifths,
+    gyroscopes_30_ms_late,
+    spikes,
 )

@@ -41,7 +41,8 @@ def moments(y: np.ndarray) -> np.ndarray:
     A stall, or an upload, is one piece of evidence, not many.
     """
     between = np.diff(y)
-    usual = float(np.mean(between)) if len(between) else 0.0
+    whole = between[np.abs(between) < 0.5 * np.ptp(y)] if len(between) else between  # not the setting of a clock
+    usual = float(np.mean(whole)) if len(whole) else 0.0
     together = (between >= 0) & (between < QUEUED * usual)
     return np.flatnonzero(np.append(~together, True))
 

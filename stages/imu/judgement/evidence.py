@@ -16,11 +16,13 @@ from scipy.signal import butter, sosfiltfilt
 
 from stages.imu.strikes.heel_strikes import filled
 from stages.imu.strikes.step_times import INNER, HeelStrikes
+from stages.imu.trial.frames import swing_axis
 
 #: For Table 1's robot; others have their own time.
 LOW_PASS_HZ = 12.0  # both sides of the lever arm's equation: a derivative of the rate is noise above
 AROUND_STRIKE_S = (-0.06, 0.10)  # left out of it: impacts shake the sensors
 HOLE_S = 0.02  # and so is what lies so near to a hole
+LATE_S = 0.06  # farthest that the rates are looked for behind the forces, or before
 ALIKE = 0.25  # smallest agreement of two signals that tells by what factor they differ
 FEWEST_POINTS = 50
 NAN = float("nan")
@@ -55,9 +57,9 @@ def gain_of(first: np.ndarray, second: np.ndarray) -> float:
 def lever_of(
     time: np.ndarray, hip: np.ndarray, foot: np.ndarray, strikes: HeelStrikes, rate_hz: float,
     quick: float = 1.0,
-) -> tuple[float, float, float, float]:
-    """Direction of the lever arm from the leg's line [deg], forward gain of the foot over the hip (1), and agreement of
-    the forward part with how the hip's own rate changes, and with how the foot's does.
+) -> tuple[float, float, float, float, float]:
+    """Direction of the lever arm from the leg's line [deg], forward gain of the foot over the hip (1), agreement of the
+    forward part with how the hip's own rate changes, and with how the foot's does, and how late the rates are [s].
 
     hip, foot: signals (n, 6) on a grid. The robot is so `quick` as Table 1's.
 
@@ -66,14 +68,14 @@ def lever_of(
     for any robot; -1 for a gyroscope that was turned.
     """
     if len(time) < FEWEST_POINTS:
-        return NAN, NAN, NAN, NAN
+        return NAN, NAN, NAN, NAN, NAN
     hole = ~(np.isfinite(hip).all(axis=1) & np.isfinite(foot).all(axis=1))
     reach = max(1, round(HOLE_S / quick * rate_hz))
     known = np.convolve(hole, np.ones(2 * reach + 1), "same") == 0
     for strike in strikes.time:
         known &= (time < strike + AROUND_STRIKE_S[0] / quick) | (time > strike + AROUND_STRIKE_S[1] / quick)
     if known.sum() < FEWEST_POINTS:
-        return NAN, NAN, NAN, NAN
+        return NAN, NAN, NAN, NAN, NAN
     sections = butter(2, min(LOW_PASS_HZ * quick, 0.4 * rate_hz), fs=rate_hz, output="sos")
 
     def smooth(one: np.ndarray) -> np.ndarray:
@@ -86,7 +88,29 @@ def lever_of(
     of_hip, across = smooth(filled(hip[:, 0])), np.linalg.qr(np.column_stack((turning, one)))[0]
     left = [force - across @ (across.T @ force) for force in (of_hip, of_hip + forward)]
     own = [agreement_of(smooth(np.gradient(filled(each[:, 5]), time)), forward)[0] for each in (hip, foot)]
-    return math.degrees(math.atan2(whole[0].imag, whole[0].real)), gain_of(*left), own[0], own[1]
+    changes = np.asarray(sosfiltfilt(sections, np.gradient(rate, time)))
+    reach = round(LATE_S / quick * rate_hz)
+    alike = [agreement_of(np.roll(changes, -late)[known], forward)[0] for late in range(-reach, reach + 1)]
+    late = (float(peak_of(np.array(alike))) - reach) / rate_hz
+    return math.degrees(math.atan2(whole[0].imag, whole[0].real)), gain_of(*left), own[0], own[1], late
+
+
+def peak_of(values: np.ndarray) -> float:
+    """Where values (n,) are largest, refined by a parabola (a number of steps)."""
+    best = int(np.clip(np.argmax(values), 1, len(values) - 2))
+    left, middle, right = values[best - 1 : best + 2]
+    bend = left - 2 * middle + right
+    return best + (0.5 * (left - right) / bend if bend < 0 else 0.0)
+
+
+def axis_turn_of(rate: np.ndarray) -> float:
+    """Angle [deg] between the swing axes of the first and the second half of the rates (n, 3) of a walk."""
+    known = rate[np.isfinite(rate).all(axis=1)]
+    halves = np.array_split(known, 2)
+    if len(halves[1]) < FEWEST_POINTS:
+        return NAN
+    first, second = (swing_axis(half)[0] for half in halves)
+    return math.degrees(math.acos(min(1.0, abs(float(first @ second)))))
 
 
 def skewness(rate: np.ndarray) -> float:

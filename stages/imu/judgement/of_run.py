@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 
 from stages.imu.clock.indexed import BY_ROWS
-from stages.imu.judgement.sensor_evidence import flat_tops, static_reading
+from stages.imu.judgement.sensor_evidence import flat_tops, noise_ends, static_reading, wraps
 from stages.imu.judgement.verdict import (
     CLOCK,
     FORCE,
@@ -27,6 +27,8 @@ from stages.imu.reports.run_report import Evidence
 from stages.imu.sources.schema import Experiment
 from stages.imu.trial.frames import Frame, is_mounting_declared
 from stages.imu.trial.sensor import SensorTrace
+
+IN_RADIANS = math.radians(10.0)  # no ramp is so gentle that is not level, and none so steep is walked down
 
 
 def verdict_on(
@@ -51,7 +53,8 @@ def verdict_on(
     found = [
         *_on_what_is_there(experiment, sensors, left_out),
         *_on_clocks(sensors),
-        *_on_two_places(overlap, own_clocks, lever_arm, lag_at_edge, other_lag, evidence, limits),
+        *_on_two_places(overlap, own_clocks, lever_arm, lag_at_edge, other_lag, experiment.slope_deg or 0.0, evidence,
+                        settings, limits),
         *_on_the_walk(strikes, frequency, evidence, settings, limits),
         *_on_each_place(sensors, evidence, settings, limits),
     ]
@@ -110,8 +113,8 @@ def _on_clocks(sensors: Mapping[str, tuple[SensorTrace, Frame]]) -> Iterator[Fin
 
 
 def _on_two_places(
-    overlap: float, own_clocks: bool, lever_arm: float, lag_at_edge: bool, other_lag: float, evidence: Evidence,
-    limits: Limits,
+    overlap: float, own_clocks: bool, lever_arm: float, lag_at_edge: bool, other_lag: float, slope_deg: float,
+    evidence: Evidence, settings: Settings, limits: Limits,
 ) -> Iterator[Finding]:
     if own_clocks:
         yield _remark(
@@ -142,6 +145,13 @@ def _on_two_places(
         yield _refuse(f"hip and foot are swapped: the foot sensor would sit {-lever_arm:.2f} m above the hip sensor")
     if lag_at_edge or evidence.agreement < limits.smallest_agreement or lever_arm < 0:
         return  # the rest would speak of the same
+    if abs(evidence.rate_lag) > settings.clock_tolerance_s:
+        yield _remark(
+            f"the gyroscopes show the leg's motion {1e3 * evidence.rate_lag:+.0f} ms after the accelerometers: one of "
+            "columns that lag, a filter on the rates, or a zero that firmware follows",
+            *(f"{place} {what}" for place in ("hip", "foot") for what in (RATE, FRAME)), LEVER,
+        )  # fmt: skip
+        return
     if evidence.agreement < limits.usual_agreement:
         yield _remark(
             f"hip and foot turn less alike than on one leg (R2 {evidence.agreement:.4f}): logs of different runs, a "
@@ -165,11 +175,19 @@ def _on_two_places(
         )  # fmt: skip
     if abs(math.log(max(evidence.forward_gain, 1e-9))) > math.log1p(limits.forward_gain_tolerance):
         yield _remark(
-            f"beside the leg's turning the foot feels {evidence.forward_gain:.2f} times as much forward as the hip: an "
-            "axis of one accelerometer is wrong",
+            f"beside the leg's turning the foot feels {evidence.forward_gain:.2f} times as much forward as the hip: "
+            "one of an accelerometer's axis or gain, or a sensor that turned on its leg",
             *(f"{place} {what}" for place in ("hip", "foot") for what in (FRAME, FORCE)), LEVER,
         )  # fmt: skip
-    if abs(evidence.lever_direction_deg) > limits.lever_direction_deg:
+    degrees = math.degrees(slope_deg)
+    if 0 < slope_deg < IN_RADIANS and abs(evidence.lever_direction_deg + degrees - slope_deg) < abs(
+        evidence.lever_direction_deg
+    ):
+        yield _remark(
+            f"slope_deg of {slope_deg:.3g} seems to be in radians: {degrees:.2f} degrees are nearer to what is felt",
+            *(f"{place} {what}" for place in ("hip", "foot") for what in (FRAME, FORCE)),
+        )  # fmt: skip
+    elif abs(evidence.lever_direction_deg) > limits.lever_direction_deg:
         yield _remark(
             f"the line from hip to foot lies {evidence.lever_direction_deg:+.1f} degrees off the leg: look at "
             "slope_deg, rest_leg_angle_deg and the accelerometers' axes",
@@ -200,6 +218,12 @@ def _on_the_walk(
             f"steps are spaced unevenly (one departs by {evidence.spacing:.0%} of the median) or a leg lands twice",
             STRIKES, LEGS, FREQUENCY,
         )  # fmt: skip
+    if evidence.hidden_strikes > limits.hidden_strikes:
+        yield _remark(
+            f"{evidence.hidden_strikes:.0%} of the heel strikes lie in holes of the recording: they are placed by what "
+            "is left of them",
+            STRIKES, FREQUENCY,
+        )  # fmt: skip
     if abs(evidence.strike_symmetry_deg) > limits.strike_symmetry_deg:
         yield _remark(
             f"the leg lands unevenly about the slope's normal, by {evidence.strike_symmetry_deg:+.1f} degrees: look at "
@@ -218,15 +242,23 @@ def _on_each_place(
                 "accelerometer"
             )
         gain, arm = getattr(evidence, f"{place}_gain"), getattr(evidence, f"{place}_arm")
-        if abs(math.log(gain)) > math.log1p(limits.rate_scale_tolerance):
+        # By the other place, were both accelerometers right: the two gyroscopes are on one leg.
+        alike = evidence.hip_gain * evidence.rate_ratio if place == "foot" else evidence.foot_gain / evidence.rate_ratio
+        if abs(gain / alike - 1) > 2 * limits.rate_gain_tolerance and abs(math.log(gain)) > abs(math.log(alike)):
+            yield _remark(
+                f"while the leg stands the {place} feels forward {1 / gain:.2f} times what gravity gives that turns by "
+                "its rate, the other place what it should: an axis of its accelerometer",
+                f"{place} {FORCE}", f"{place} {FRAME}", LEVER,
+            )  # fmt: skip
+        elif abs(math.log(gain)) > math.log1p(limits.rate_scale_tolerance):
             yield _refuse(
                 f"the {place}'s gyroscope reads {gain:.2f} times what gravity turns by while the leg stands: look at "
                 "its range and unit"
             )
         elif abs(gain - 1) > limits.rate_gain_tolerance:
             yield _remark(
-                f"the {place}'s gyroscope reads {gain:.2f} times what gravity turns by while the leg stands: its gain, "
-                "or the accelerometer's forward",
+                f"the {place}'s gyroscope reads {gain:.2f} times what gravity turns by while the leg stands: one of "
+                "its gain, its range, or its accelerometer's gain forward",
                 f"{place} {RATE}",
             )
         if abs(arm - 1) > limits.leg_length_tolerance:
@@ -235,6 +267,19 @@ def _on_each_place(
                 "leg_length",
                 LEVER, STEP_LENGTH,
             )
+        turned, drifted = getattr(evidence, f"{place}_axis_deg"), getattr(evidence, f"{place}_pitch_deg")
+        if max(turned, drifted if turned == turned else 0.0) > limits.turned_deg:
+            yield _remark(
+                f"within the walk the {place}'s swing axis turned by {turned:.1f} degrees and gravity by {drifted:.1f} "
+                "beside its rate: one of a sensor that turned on its leg, or a gyroscope whose zero drifts",
+                *(f"{place} {what}" for what in (FRAME, FORCE, RATE)),
+            )  # fmt: skip
+        if noise_ends(trace):
+            yield _remark(
+                f"the noise of the {place} at rest ends below its bandwidth: one of readings that were smoothed, "
+                "averaged or resampled, or a low pass below bandwidth_hz",
+                STRIKES, FREQUENCY, f"{place} {FORCE}", f"{place} {RATE}",
+            )  # fmt: skip
         at_rest = static_reading(trace) * trace.scale.acceleration / settings.gravity
         walking, off = getattr(evidence, f"{place}_gravity"), getattr(evidence, f"{place}_gravity_deg")
         if max(abs(at_rest - 1), abs(walking - 1)) > limits.gravity_tolerance:
@@ -258,6 +303,12 @@ def _on_each_place(
             (FORCE, raw.acceleration, trace.scale.acceleration_full_scale, trace.scale.acceleration, "m/s^2"),
             (RATE, raw.angular_rate, trace.scale.angular_rate_full_scale, trace.scale.angular_rate, "rad/s"),
         ):
+            if over := wraps(values):
+                yield _remark(
+                    f"readings of the {place} leap {over} times from one end of their range to the other: counts that "
+                    "begin again beyond their full scale, as another sensor's of this range may",
+                    *(f"{each} {what}" for each in sensors), f"{place} {FRAME}",
+                )  # fmt: skip
             count, at = flat_tops(values, full)
             if count:
                 yield _remark(

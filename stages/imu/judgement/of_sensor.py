@@ -70,8 +70,8 @@ def _clock_refusals(trace: SensorTrace, settings: Settings) -> Iterator[str]:
 def _frame_refusals(frame: Frame, limits: Limits) -> Iterator[str]:
     if frame.swing_share < limits.swing_share:
         yield (
-            f"only {frame.swing_share:.0%} of the motion turns about one axis: not a walk in a plane, or gyroscope "
-            "columns of different scale"
+            f"only {frame.swing_share:.0%} of the motion turns about one axis: one of a walk that is not in a plane, "
+            "spikes, or gyroscope columns of different scale"
         )
     if abs(frame.swing_residual_deg) > limits.swing_residual_deg:
         yield (

@@ -32,17 +32,19 @@ SURE = 0.02  # largest standard error, from the scatter, of a gain that is told
 def swept(
     time: np.ndarray, forward: np.ndarray, rate: np.ndarray, angle: np.ndarray, stances: tuple[np.ndarray, np.ndarray],
     slope: float, gravity: float, arm: float, radius: float, quick: float = 1.0,
-) -> tuple[float, float]:
-    """What the lateral gyroscope reads over the true rate (1), and the sensor's height above the sole [m].
+) -> tuple[float, float, float]:
+    """What the lateral gyroscope reads over the true rate (1), the sensor's height above the sole [m], and how far the
+    angle of the rate departs from gravity's between one stance and another [rad].
 
     time (n,) [s], even; forward (n,) [m/s^2] and rate (n,) [rad/s] on body axes, NaN in holes; angle (n,) [rad] from
     that rate; stances: landings of this leg and the other leg's that follow, each (k,) [s]; slope [rad], arm [m] and
     radius [m] as they should be. The robot is so `quick` as Table 1's. NaN for what the stances do not tell.
     """
-    unknown = math.nan, math.nan
-    standing = np.zeros(len(time), dtype=bool)
-    for start, end in zip(*stances):
-        standing |= (time > start + AFTER_LANDING_S / quick) & (time < end - BEFORE_LANDING_S / quick)
+    unknown = (math.nan,) * 3
+    number = np.full(len(time), -1)
+    for place, (start, end) in enumerate(zip(*stances)):
+        number[(time > start + AFTER_LANDING_S / quick) & (time < end - BEFORE_LANDING_S / quick)] = place
+    standing = number >= 0
     if standing.sum() < FEWEST_POINTS:
         return unknown
     grid_hz = (len(time) - 1) / float(time[-1] - time[0])
@@ -67,7 +69,10 @@ def swept(
     # Both sides are smoothed: so many points of the grid are one.
     scatter = float(left @ left) / len(left) * max(1.0, grid_hz / (2 * LOW_PASS_HZ * quick))
     error = math.sqrt(scatter * np.linalg.inv(columns.T @ columns)[0, 0]) / share[0]
-    return (float(1 / share[0]), float(share[2] / share[0])) if error < SURE else unknown
+    if not error < SURE:
+        return unknown
+    off = [float(left[number[standing] == one].mean()) / gravity for one in np.unique(number[standing])]
+    return float(1 / share[0]), float(share[2] / share[0]), max(off) - min(off)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.signal import periodogram
 
 from stages.imu.clock.indexed import IndexedRecording
 from stages.imu.sources.units import implied_angular_rate_unit, swept_angle
@@ -15,6 +16,11 @@ FLAT = 5  # samples at one extreme reading
 COARSE = 0.01  # of an axis' range
 BELOW_FULL_SCALE = 0.99
 LOUD = 0.5  # of the largest reading of any axis: a quiet axis repeats its few counts
+OPPOSED = 0.45  # of the largest reading: two samples, one after the other, that both lie beyond it, on opposite sides
+TOP, BELOW = (0.7, 1.0), (0.3, 0.6)  # bands of a still stand's noise, of the sensor's bandwidth
+LOW_PASSED = 2 / 3  # of the noise of the band below is left in the top one by a second-order low pass of that bandwidth
+DOUBT = 3.0  # standard deviations of two bands' ratio
+STRIKES_SHOW = 10.0  # times the stand's noise in the top band, at least, are a walk's forces there
 AXIS_NAMES = ("ax", "ay", "az", "gx", "gy", "gz")
 
 
@@ -88,8 +94,8 @@ def quantisation_step(raw: np.ndarray) -> float:
 def flat_tops(raw: np.ndarray, full_scale: float) -> tuple[int, float]:
     """Samples at a reading (n, 3) that an axis reaches again and again but never passes, and that reading.
 
-    Such an axis is at full scale below the one that is declared. Where steps are coarse, readings repeat anyway: then,
-    and at the declared `full_scale`, (0, NaN).
+    Such an axis is at full scale below the one that is declared: two samples show it at a half or a quarter of that.
+    Where steps are coarse, readings repeat anyway: then, and at the declared `full_scale`, (0, NaN).
     """
     worst, at = 0, math.nan
     largest = float(np.abs(raw[np.isfinite(raw)]).max(initial=0.0))
@@ -99,6 +105,51 @@ def flat_tops(raw: np.ndarray, full_scale: float) -> tuple[int, float]:
             continue
         for end in (known.min(), known.max()):
             count = int((known == end).sum())
-            if count > worst and LOUD * largest < abs(end) < BELOW_FULL_SCALE * full_scale:
+            if not LOUD * largest < abs(end) < BELOW_FULL_SCALE * full_scale:
+                continue
+            halved = math.log2(full_scale / abs(end)) if math.isfinite(full_scale) else 0.5
+            if count > worst and count >= (2 if abs(halved - round(halved)) < 1e-3 else FLAT):
                 worst, at = count, float(abs(end))
-    return (worst, at) if worst >= FLAT else (0, math.nan)
+    return worst, at
+
+
+def wraps(raw: np.ndarray) -> int:
+    """Times that an axis of readings (n, 3) leaps from one end of its range to the other within a sample: counts that
+    begin again beyond full scale, once out and once back. A blow swings through what lies between. 0 for fewer."""
+    largest = float(np.abs(raw[np.isfinite(raw)]).max(initial=0.0))
+    before, after = raw[:-1], raw[1:]
+    apart = np.maximum(np.minimum(before, -after), np.minimum(-before, after))
+    count = int((apart > OPPOSED * largest).sum()) if largest > 0 else 0
+    return count if count > 1 else 0
+
+
+def noise_ends(trace: SensorTrace) -> bool:
+    """Whether the noise at rest, which is as strong at all frequencies up to the sensor's bandwidth, ends below it.
+
+    Readings that were smoothed, averaged or resampled have none above a corner; a hand's tremor adds to the lowest
+    frequencies alone. Rounding hides the noise where a count is as large. A corner so low that rounding is all that is
+    left above it leaves nothing of the heel strikes there either.
+    """
+    raw, rate = trace.indexed.recording, trace.rate_hz
+    if not (math.isfinite(rate) and trace.rest.sum() >= FEWEST_ROWS):
+        return False
+    bandwidth = min(raw.device.bandwidth_hz or 0.4 * rate, 0.45 * rate)
+    found = []  # of a kind of readings: ratio of the two bands, and how many powers each is the mean of
+    for values in (raw.acceleration, raw.angular_rate):
+        known = np.isfinite(values).all(axis=1)
+        frequency, spectrum = periodogram(values[known & trace.rest], rate, "hann", detrend="linear", axis=0)
+        scaled = frequency / bandwidth
+        bands = [spectrum[(scaled >= low) & (scaled <= high)] for low, high in (TOP, BELOW)]
+        if not bands[0].size or not bands[1].size:
+            return False
+        top, below = (float(band.mean()) for band in bands)
+        if below > quantisation_step(values) ** 2 / (3 * rate):  # twice what rounding leaves
+            found.append((top / below, *(band.size for band in bands)))
+        if values is raw.acceleration:
+            frequency, spectrum = periodogram(values[known & ~trace.rest], rate, "hann", detrend="linear", axis=0)
+            walked = spectrum[(frequency >= TOP[0] * bandwidth) & (frequency <= TOP[1] * bandwidth)]
+            if walked.size and walked.mean() < STRIKES_SHOW * top:
+                return True
+    both = [tuple(np.mean(found, axis=0) * [1, len(found), len(found)])] if found else []
+    return any(ratio < LOW_PASSED * math.exp(-DOUBT * math.sqrt(2 / most + 2 / fewer))
+               for ratio, most, fewer in (*found, *both))  # fmt: skip

@@ -10,6 +10,7 @@ import numpy as np
 from stages.imu.errors import printable
 from stages.imu.judgement.evidence import (
     agreement_of,
+    axis_turn_of,
     gravity_of,
     lever_of,
     skewness,
@@ -24,6 +25,7 @@ from stages.imu.reports.run_report import Evidence, RunReport
 from stages.imu.reports.sensor_report import SensorReport
 from stages.imu.result import LegMotion
 from stages.imu.sources.schema import Experiment, Recording
+from stages.imu.strikes.heel_strikes import PULSE_S, SHIFTS_S, in_hole
 from stages.imu.strikes.step_times import HeelStrikes, StepFrequency, stances_of, step_frequency, stride_bounds
 from stages.imu.trial.places import (
     FORWARD,
@@ -50,15 +52,15 @@ def evidence_of(
 ) -> Evidence:
     """What the run's signals say about themselves, by all strikes and the strides between these bounds."""
     settings, drawing, quick = parameters.settings, parameters.drawing, parameters.quick
-    agreement, ratio, direction, gain, of_hip, of_foot = (math.nan,) * 6
+    agreement, ratio, direction, gain, of_hip, of_foot, late = (math.nan,) * 7
     grid = common_grid(sensors, settings) if sensors else np.empty(0)
     seen = {place: on_grid(sensor, grid, settings) for place, sensor in sensors.items()}
     if len(sensors) == 2:
         agreement, ratio = agreement_of(*(seen[place][:, 3 + LATERAL] for place in PLACES))
-        direction, gain, of_hip, of_foot = lever_of(
+        direction, gain, of_hip, of_foot, late = lever_of(
             grid, seen["hip"], seen["foot"], strikes, settings.grid_rate_hz, quick)
     symmetry, gravity = {}, {}
-    rolling = dict.fromkeys(PLACES, (math.nan, math.nan))
+    rolling = dict.fromkeys(PLACES, (math.nan,) * 3)
     slope, stances = math.radians(experiment.slope_deg or 0.0), stances_of(strikes)
     for place, sensor in sensors.items():
         if not len(bounds) or not len(grid):
@@ -67,12 +69,17 @@ def evidence_of(
         arm = drawing.leg_length - (parameters.limits.lever_arm if place == "foot" else drawing.sag)
         found = swept(grid, seen[place][:, FORWARD], seen[place][:, 3 + LATERAL], angle, stances, slope,
                       settings.gravity, arm, drawing.foot_radius, quick)  # fmt: skip
-        rolling[place] = found[0], found[1] / arm
+        rolling[place] = found[0], found[1] / arm, math.degrees(found[2])
         symmetry[place] = symmetry_of(np.interp(strikes.time, grid, angle), strikes)
         size, downhill = gravity_of(grid, seen[place][:, :3], angle, (bounds[0, 0], bounds[-1, 1]))
         gravity[place] = size / settings.gravity, math.degrees(downhill) - (experiment.slope_deg or 0.0)
     first = next((place for place in PLACES if place in sensors), "")
     spacing, alternating = spacing_of(strikes)
+    axes = {place: axis_turn_of(sensor.rate[~sensor.trace.rest]) for place, sensor in sensors.items()}
+    hidden = math.nan
+    if first and len(grid) and len(strikes.time):
+        reach = max(1, round((0.75 * PULSE_S + SHIFTS_S[-1]) / quick * settings.grid_rate_hz))  # as far as one is moved
+        hidden = float(np.mean(in_hole(seen[first][:, :3], np.searchsorted(grid, strikes.time), reach)))
     return Evidence(
         agreement=agreement,
         rate_ratio=ratio,
@@ -82,6 +89,12 @@ def evidence_of(
         foot_gain=rolling["foot"][0],
         hip_arm=rolling["hip"][1],
         foot_arm=rolling["foot"][1],
+        hip_pitch_deg=rolling["hip"][2],
+        foot_pitch_deg=rolling["foot"][2],
+        hip_axis_deg=axes.get("hip", math.nan),
+        foot_axis_deg=axes.get("foot", math.nan),
+        rate_lag=late,
+        hidden_strikes=hidden,
         third_moment=skewness(sensors[first].rate[~sensors[first].trace.rest, LATERAL]) if first else math.nan,
         hip_turning=of_hip,
         foot_turning=of_foot,
