@@ -76,6 +76,9 @@ class Limits:
     usual_agreement: float = parameter(
         "1", "smallest squared correlation without a remark", bound=Bound(above=0, below=1)
     )
+    agreement_by_motion: float = parameter(
+        "1", "smallest such correlation by which motion alone brings two clocks together", bound=Bound(above=0, below=1)
+    )
     rate_tolerance_of_places: float = parameter("1", "largest relative difference of their sizes", bound=POSITIVE)
     rate_gain_tolerance: float = parameter(
         "1", "largest relative departure of a gyroscope from how gravity turns without a remark", bound=POSITIVE)

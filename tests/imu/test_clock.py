@@ -274,6 +274,14 @@ def test_a_packet_sent_again_is_no_restart() -> None:
     assert repaired(indexed).time == pytest.approx(repaired(index_samples(recording)).time)
 
 
+def test_a_dead_sensor_s_readings_after_a_restart_are_not_taken_as_sent_again() -> None:
+    """They are what was read before under the same numbers, but prove nothing: they stand under others as well."""
+    life = np.column_stack((np.arange(90) // 3, np.arange(90) % 3, np.full(90, np.nan)))
+    later = np.column_stack((np.vstack((life, life)), 0.01 * np.arange(180), np.full(180, np.nan), np.zeros((180, 6))))
+    indexed = index_samples(recording_from_columns(made(0)[0], device("hip"), later))
+    assert (indexed.resets, indexed.sent_again, indexed.recording.rows) == (1, 0, 180)
+
+
 def test_device_stamps_number_the_samples_and_phone_stamps_date_them() -> None:
     """Without a counter; the device's clock runs 1 % fast, and 5 % of the packets are lost."""
     _, truth = made(9)

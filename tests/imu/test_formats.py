@@ -12,11 +12,14 @@ import h5py
 import numpy as np
 import pytest
 import scipy.io
+import yaml
 
 from stages.imu.errors import SourceRefused
+from stages.imu.sources.proposal import proposal
 from stages.imu.sources.schema import Recording
 from stages.imu.sources.source_csv import CsvSource
 from stages.imu.sources.stamps import in_seconds, moment, moments, unit_of
+from tests.imu.rewritings import UNITS
 
 ROWS, START = 200, 1_614_852_000.25
 TIME = START + 0.01 * np.arange(ROWS)
@@ -160,6 +163,64 @@ def test_a_unit_is_told_only_where_the_rate_confirms_it() -> None:
     np.testing.assert_array_equal(in_seconds(30 * stamp, 100.0), 30 * stamp)
     pauses = np.repeat(7200.0 * np.arange(4), 100) + 0.01 * np.arange(400)
     assert unit_of(1e3 * pauses, 100.0) == "ms", "two hours between runs are not milliseconds of anything"
+
+
+@pytest.mark.parametrize(("factor", "told"), [(0.4, "s"), (2.5, "s"), (1 / 3.5, None), (3.5, None), (10.0, None)])
+def test_a_unit_is_confirmed_within_a_factor_of_three(factor: float, told: str | None) -> None:
+    """Stamps that advance ten times as fast as the nominal rate says are in no unit: they are refused later."""
+    assert unit_of(0.01 * factor * np.arange(100), 100.0) == told
+
+
+def test_a_decimal_comma_is_told_by_the_numbers(tmp_path: Path) -> None:
+    """Where the map says nothing; thousands parted by commas are no decimals, and are refused."""
+    comma = table(lambda t: f"{t:.3f}", ";").replace(".", ",")
+    same(recording(tmp_path, comma, delimiter="semicolon"))
+    with pytest.raises(SourceRefused, match="cannot be read"):
+        recording(tmp_path, comma, delimiter="semicolon", decimal="point")
+    thousands = "\n".join([";".join(NAMES), *[";".join([f"1,{i + 100}"] * 7) for i in range(50)]])
+    with pytest.raises(SourceRefused, match="cannot be read"):
+        recording(tmp_path, thousands, delimiter="semicolon")
+    exponents = "\n".join([";".join(f'"{name}"' for name in NAMES), *[
+        ";".join(f"{value:.12E}".replace(".", ",") for value in (t, *row)) for t, row in zip(TIME, VALUES)]])
+    same(recording(tmp_path, exponents, delimiter="semicolon"))
+
+
+def test_rows_of_another_longer_column_are_none_of_the_sensor_s(tmp_path: Path) -> None:
+    """But without number or stamp an empty row is the place of a sample that was lost."""
+    text = table(lambda t: f"{t:.3f}")
+    same(recording(tmp_path, text + 50 * (6 * "," + "\n")))
+    rows = text.splitlines()
+    rows[5] = 6 * ","
+    numbered = recording(tmp_path, "\n".join(rows), {name: name for name in NAMES[1:]})
+    assert numbered.rows == ROWS - 1, "csv has no empty row"
+    rows[5] = "0" + 6 * ","
+    assert recording(tmp_path, "\n".join(rows), {name: name for name in NAMES[1:]}).rows == ROWS
+
+
+@pytest.mark.parametrize("name", ["log.feather", "log.arrow", "log.xls", "log.ods"])
+def test_a_format_that_is_not_read_is_named(name: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_bytes(b"ARROW1" + bytes(200))
+    entry = {"file": name, "device": DEVICE, "columns": COLUMNS}
+    with pytest.raises(SourceRefused, match="which is not read: save it as CSV"):
+        list(CsvSource({"files": [entry]}, tmp_path).runs())
+    with pytest.raises(SourceRefused, match="which is not read: save it as CSV"):
+        proposal(tmp_path / name)
+
+
+@pytest.mark.parametrize("units", [("m/s^2", "rad/s"), ("g", "deg/s"), ("mg", "mdps")])
+def test_a_struct_of_matlab_is_proposed_and_read(units: tuple[str, str], tmp_path: Path) -> None:
+    """Its units by their size; a struct whose arrays are no three columns is passed over."""
+    force = np.column_stack((VALUES[:, 0] / 9, 1 + VALUES[:, 1] / 99, VALUES[:, 2] / 9)) * 9.80665
+    acc, gyr = (values * UNITS[unit] for values, unit in zip((force, VALUES[:, 3:]), units))
+    data = {"trial": {"hip": {"time": TIME - START, "accel": acc, "gyro": gyr}, "note": "left",
+                      "odd": {"acc_x": acc[:, 0], "gyr_x": gyr[:, 0]}}}  # fmt: skip
+    scipy.io.savemat(tmp_path / "log.mat", data)
+    said, told = proposal(tmp_path / "log.mat")
+    (run,) = yaml.safe_load(said)["runs"]
+    (file,) = run["files"]
+    assert (file["device"]["accelerometer_unit"], file["device"]["gyroscope_unit"]) == units, told
+    ((_, (found,)),) = CsvSource({"files": [file]}, tmp_path).runs()
+    np.testing.assert_allclose(found.angular_rate, gyr)
 
 
 def test_what_is_no_time_is_none() -> None:

@@ -72,9 +72,36 @@ def noraxon(t: Table) -> Files:
     return {"trial.csv": lines([",".join(names)], rows)}
 
 
+def mt_manager(t: Table) -> Files:
+    """As of 2022: ticks of 100 us, where the tracker has any."""
+    head = ["// General information: ", "//  MT Manager version: 2022.2.0 ", "//  Update Rate: 100.0 Hz",
+            "PacketCounter\tSampleTimeFine\tYear\tAcc_X\tAcc_Y\tAcc_Z\tGyr_X\tGyr_Y\tGyr_Z"]
+    return {"MT_00B42D4F.txt": lines(head, [[str(n), f"{100 * n}", "NaN", *text(a), *text(w)]
+                                            for n, _, a, w in zip(*t)], "\t")}  # fmt: skip
+
+
+def delsys(t: Table) -> Files:
+    """A column of times before each channel; muscles are read oftener, so their columns are longer."""
+    kinds = [(f"Avanti sensor 1: {kind}.{axis} 1", i) for i, (kind, axis) in
+             enumerate((kind, axis) for kind in ("ACC", "GYRO") for axis in "XYZ")]  # fmt: skip
+    head = ["Application: EMGworks", "Collection Length (seconds): 7",
+            ",".join(f'X[s],"{name}"' for name in ("Avanti sensor 1: EMG 1", *(name for name, _ in kinds)))]
+    values = np.hstack((t[2] / G, np.degrees(t[3])))
+    rows = []
+    for n in range(2 * len(t[1])):
+        known = n < len(t[1])
+        cells = [f"{0.005 * n:.4f}", "0.00001"]
+        for _, i in kinds:
+            cells += [f"{t[1][n]:.4f}", f"{values[n, i]:.6f}"] if known else ["", ""]
+        rows.append(cells)
+    return {"walk.csv": lines(head, rows)}
+
+
 EXPORTS: dict[str, Callable[[Table], Files]] = {
     "Xsens DOT": lambda t: one(dot(t)),
     "Xsens MTw": lambda t: one(xsens(t)),
+    "Xsens MTw (MT Manager)": mt_manager,
+    "Delsys": delsys,
     "Shimmer": lambda t: one(units_row(t)),
     "phyphox": phyphox,
     "Sensor Logger": sensor_logger,
@@ -93,6 +120,16 @@ def test_a_makers_export_is_named_and_read(maker: str, table: Table, log: Log, t
     told, _ = read_as_proposed(tmp_path / next(iter(files)), log, table)
     assert any(f"names as {maker}" in line for line in told), told
     assert not [line for line in told if "guess" in line], told
+
+
+@pytest.mark.parametrize("unit", [1.0, 180 / np.pi])
+def test_xsens_without_a_head_is_told_by_size(unit: float, table: Table, log: Log, tmp_path: Path) -> None:
+    """MT Manager and DOT write the same names, and units a factor of 57 apart."""
+    head = ["PacketCounter,SampleTimeFine,Acc_X,Acc_Y,Acc_Z,Gyr_X,Gyr_Y,Gyr_Z"]
+    rows = [[str(n), f"{100 * n}", *text(a), *text(unit * w)] for n, _, a, w in zip(*table)]
+    (tmp_path / "log.csv").write_text(lines(head, rows))
+    told, _ = read_as_proposed(tmp_path / "log.csv", log, table)
+    assert any(f"angular rate in {'rad' if unit == 1 else 'deg'}/s: a guess by its size" in line for line in told), told
 
 
 def test_an_hdf5_export_of_apdm(table: Table, log: Log, tmp_path: Path) -> None:

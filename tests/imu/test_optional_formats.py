@@ -50,6 +50,55 @@ def test_a_spreadsheet(stamp: str, tmp_path: Path) -> None:
     assert any("m/s^2" in line for line in told)
 
 
+def test_the_sheet_that_has_the_columns_is_read(tmp_path: Path) -> None:
+    """Not the first; of two with the same columns the one that is named."""
+    openpyxl = pytest.importorskip("openpyxl", reason=WHY)
+    path = tmp_path / "log.xlsx"
+
+    def book(**sheets: float) -> None:
+        made = openpyxl.Workbook()
+        made.active.title = "notes"
+        made.active.append(["who", "when"])
+        for name, sign in sheets.items():
+            rows = made.create_sheet(name)
+            rows.append(NAMES)
+            for t, row in zip(TIME, sign * VALUES):
+                rows.append([float(t), *map(float, row)])
+        made.save(path)
+
+    book(walk=1)
+    check(recording(path))
+    said, _ = proposal(path)
+    assert yaml.safe_load(said)["runs"][0]["files"][0]["sheet"] == "walk"
+    book(foot=-1, hip=1)
+    check(recording(path, sheet="hip"))
+    with pytest.raises(SourceRefused, match="in the sheets 'foot, hip': say which by the key sheet"):
+        recording(path)
+    with pytest.raises(SourceRefused, match="has no sheet 'knee'; it has 'notes, foot, hip'"):
+        recording(path, sheet="knee")
+
+
+@pytest.mark.parametrize("pandas_there", [True, False])
+def test_nanoseconds_in_parquet(pandas_there: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Moments finer than Python's, and times from the start, as pandas writes them."""
+    pyarrow = pytest.importorskip("pyarrow", reason=WHY)
+    parquet = pytest.importorskip("pyarrow.parquet", reason=WHY)
+    if not pandas_there:
+        monkeypatch.setitem(sys.modules, "pandas", None)
+    at = np.round(1e9 * (TIME - TIME[0])).astype("int64") + 7
+    since = at.astype("timedelta64[ns]")
+    moments = np.datetime64(int(TIME[0]), "s").astype("datetime64[ns]") + since
+    names = [f"{kind} {axis} [{unit}]" for kind, unit in (("Acc", "g"), ("Gyr", "mdps")) for axis in "XYZ"]
+    for stamp in (moments, since):
+        columns = dict(zip(["time", *names], (stamp, *VALUES.T)))
+        parquet.write_table(pyarrow.table(columns), tmp_path / "log.parquet")
+        said, told = proposal(tmp_path / "log.parquet")
+        (file,) = yaml.safe_load(said)["runs"][0]["files"]
+        assert (file["device"]["rate_hz"], file["device"]["gyroscope_unit"]) == (100, "mdps"), told
+        ((_, (found,)),) = CsvSource({"files": [file]}, tmp_path).runs()
+        np.testing.assert_allclose(found.device_stamp - found.device_stamp[0], TIME - TIME[0], atol=1e-6)
+
+
 @pytest.mark.parametrize("stamp", ["seconds", "moments"])
 def test_parquet(stamp: str, tmp_path: Path) -> None:
     pyarrow = pytest.importorskip("pyarrow", reason=WHY)

@@ -135,7 +135,21 @@ def quoted(t: Table) -> Written:
     return lines(head, [[str(n), f"{s:.2f}", *text(a), *text(w)] for n, s, a, w in zip(*t)]), None
 
 
-LAYOUTS = (x_io, xsens, dot, two_files, units_row, decimal_comma, utf_16, nanoseconds, iso, quoted)
+def mdps(t: Table) -> Written:
+    """As data logs of ST's sensors have it: kinds by their units, thousandths of both."""
+    head = ["T [ms],A_x [mg],A_y [mg],A_z [mg],GyrX(mdps),GyrY(mdps),GyrZ(mdps)"]
+    rows = [[f"{1e3 * s:.0f}", *text(a / 9.80665e-3), *text(1e3 * np.degrees(w))] for s, a, w in zip(*t[1:])]
+    return lines(head, rows), None
+
+
+def exponents(t: Table) -> Written:
+    head = ['"Time (s)";"Acc X (g)";"Acc Y (g)";"Acc Z (g)";"Gyro X (°/s)";"Gyro Y (°/s)";"Gyro Z (°/s)"']
+    rows = [[f"{value:.9E}".replace(".", ",") for value in (s, *(a / 9.80665), *np.degrees(w))] for s, a, w in
+            zip(*t[1:])]  # fmt: skip
+    return lines(head, rows, ";"), None
+
+
+LAYOUTS = (x_io, xsens, dot, two_files, units_row, decimal_comma, utf_16, nanoseconds, iso, quoted, mdps, exponents)
 
 
 @pytest.mark.parametrize("layout", LAYOUTS, ids=lambda one: one.__name__)

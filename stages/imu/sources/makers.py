@@ -9,8 +9,9 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Maker:
-    """An export: `signs` are patterns that each must match a name or the lines above; units where the file has none;
-    `columns` patterns of names by value, where they are not told by the usual words; `note` what to bear in mind."""
+    """An export: `signs` are patterns that each must match a name or a line above, `without` one that must match none;
+    units where the file has none; `columns` patterns of names by value, where they are not told by the usual words;
+    `note` what to bear in mind."""
 
     name: str
     signs: tuple[str, ...]
@@ -18,13 +19,21 @@ class Maker:
     rate: str
     columns: Mapping[str, str] = field(default_factory=dict)
     note: str = ""
+    without: str = ""
 
 
 MAKERS = (
-    Maker("Xsens DOT (Movella)", ("^SampleTimeFine$",), "m/s^2", "deg/s",
+    # Both write the same names; the one in deg/s, the other in rad/s. What is above the names tells them apart.
+    Maker("Xsens DOT (Movella)", ("^SampleTimeFine$", "^DeviceTag|^SyncStatus|^OutputRate|(Xsens|Movella) DOT"),
+          "m/s^2", "deg/s",
           {"packet": "^PacketCounter$", "device_stamp": "^SampleTimeFine$"},
           "SampleTimeFine counts us and starts anew after 2^32; FreeAcc columns have no gravity and are left out"),
-    Maker("Xsens MTw (MT Manager)", ("^PacketCounter$", "^Acc_X$"), "m/s^2", "rad/s", {"packet": "^PacketCounter$"}),
+    Maker("Xsens MTw (MT Manager)", ("^PacketCounter$", "^Acc_X$", "^// "), "m/s^2", "rad/s",
+          {"packet": "^PacketCounter$"}, "SampleTimeFine counts ticks of 100 us and is left out"),
+    Maker("Xsens MTw (MT Manager)", ("^PacketCounter$", "^Acc_X$"), "m/s^2", "rad/s", {"packet": "^PacketCounter$"},
+          without="^SampleTimeFine$|^DeviceTag"),
+    Maker("Delsys (EMGworks, Trigno Discover)", (r"^X ?\[s\]$|Time Series \(s\)$", r"\bACC"), "g", "deg/s", {},
+          "each channel has a column of times; of several sensors the first is taken"),
     Maker("Shimmer (Consensys)", (r"Accel_(LN|WR)_X",), "m/s^2", "deg/s", {},
           "of two accelerometers the low-noise one (LN) is taken; its range is 2 g"),
     Maker("phyphox", (r"^(Acceleration|Linear Acceleration|Gyroscope) x \(",), "m/s^2", "rad/s", {},
@@ -47,5 +56,9 @@ APDM = "APDM Opal"
 def maker_of(names: Sequence[str], above: str) -> Maker | None:
     """The maker whose signs are all there; the first of several."""
     lines = above.splitlines()
-    return next((one for one in MAKERS if all(any(re.search(sign, text, re.I) for text in (*names, *lines))
-                                              for sign in one.signs)), None)  # fmt: skip
+
+    def there(pattern: str) -> bool:
+        return any(re.search(pattern, text, re.I) for text in (*names, *lines))
+
+    return next((one for one in MAKERS if all(there(sign) for sign in one.signs)
+                 and not (one.without and there(one.without))), None)  # fmt: skip

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from stages.imu.errors import SourceRefused, printable
-from stages.imu.sources.files import array_file, bag
+from stages.imu.sources.files import array_file, bag, one_file
 from stages.imu.sources.makers import APDM, Maker, maker_of
 from stages.imu.sources.stamps import UNITS, moments
 from stages.imu.sources.table_head import Head, head_of
@@ -22,6 +23,8 @@ USUAL_RATES = (10.0, 5000.0)  # Hz
 GRAVITY = {"m/s^2": 9.81, "g": 1.0, "mg": 1000.0}
 STANDING = 0.4  # a moving sensor's median reading is gravity to that share
 FASTEST_RAD_S = 35.0  # 2000 deg/s: a gyroscope that reads more does not read rad/s
+FASTEST_DEG_S = 4000.0  # the widest range that is sold
+TURNS = ("deg/s", "mdps", "rad/s")
 
 _FORCE = re.compile(r"acc(?!urac)|specific.?force", re.I)
 _RATE = re.compile(r"gyr|angular.?(vel|rate)|omega|rot.*rate", re.I)
@@ -29,6 +32,8 @@ _OTHER = re.compile(r"mag|quat|euler|free|lin|user|grav|temp|roll|pitch|yaw", re
 _AXIS = re.compile(r"(?:^|[^a-z])([xyz])(?:[^a-z]|$)|(?:acc|gyro?|a|g|w)([xyz])(?:[^a-z]|$)", re.I)
 _PACKET = re.compile(r"packet|counter|sample.?(number|index|no)|frame|^seq", re.I)
 _STAMP = re.compile(r"time|stamp|epoc|elapsed|clock|date|^t$", re.I)
+_SECONDS = re.compile(r"[\[(]\s*(s|sec|ms|us|µs|ns)\s*[\])]", re.I)
+_TICKS = re.compile("SampleTimeFine", re.I)  # of a length that only its maker tells
 _ARRIVED = re.compile(r"phone|host|receiv|arriv", re.I)
 _HZ = re.compile(r"(\d+(?:\.\d+)?)\s*Hz", re.I)
 
@@ -44,6 +49,7 @@ def proposal(path: Path) -> tuple[str, list[str]]:
         f"  - experiment: {{name: {_quoted(path.stem)}, origin: measured, slope_deg: null}}  # the ramp's slope ?",
         "    files:",
     ]
+    one_file.refuse_unread(path)
     if bag.is_bag(path):
         entries, told = _of_bag(path)
     elif path.suffix.lower() in array_file.ENDINGS:
@@ -79,6 +85,7 @@ def _of_table(path: Path) -> tuple[list[str], list[str]]:
     layout += [f"{head.header_rows} rows before the names"]
     layout += ["decimal comma"] if head.decimal_comma else []
     layout += [] if head.names else ["no names: columns are called by number"]
+    layout += [f"sheet {head.sheet!r}"] if head.sheet else []
     told = [", ".join(layout)]
     if maker is not None:
         told.append(f"names as {maker.name} writes them" + (f": {maker.note}" if maker.note else ""))
@@ -97,9 +104,18 @@ def _of_table(path: Path) -> tuple[list[str], list[str]]:
         rates = _unit(other, found, "g", maker)
         told.append(rates[1])
     units = (force[0], rates[0] or "deg/s")
+    own = columns.pop("gyroscope's stamp", None)
+    names = [head.name(column) for column in columns.values()]
+    if head.names and any(list(head.names).count(name) > 1 for name in names):
+        head = replace(head, names=None, header_rows=head.header_rows + 1 + bool(head.units))
+        told.append("names stand there more than once: columns are called by number")
+    if own is not None:
+        beside, other = path, head
+        found = {"device_stamp": own, **{name: columns.pop(name) for name in ("gx", "gy", "gz")}}
     entries = _entry(path, _layout(head, 8), rate, units, _columns(head, columns))
     if beside is not None and other is not None:
-        told.append(f"the gyroscope's file beside it: {beside.name}")
+        told.append("the gyroscope has times of its own" if own is not None
+                    else f"the gyroscope's file beside it: {beside.name}")  # fmt: skip
         entries += ["        gyroscope:", f"          file: {_quoted(beside.name)}", *_layout(other, 10),
                     f"          columns: {_columns(other, found)}"]  # fmt: skip
     return entries, told
@@ -120,7 +136,7 @@ def _of_bag(path: Path) -> tuple[list[str], list[str]]:
 
 
 def _of_arrays(path: Path) -> tuple[list[str], list[str]]:
-    """Entries and lines for an HDF5 file: one a group with an accelerometer's and a gyroscope's array."""
+    """Entries and lines for an HDF5 or MATLAB file: one a group with an accelerometer's and a gyroscope's array."""
     entries, told = [], []
     groups = array_file.groups_of(path)
     for group, names in groups.items():
@@ -132,11 +148,16 @@ def _of_arrays(path: Path) -> tuple[list[str], list[str]]:
         found = {"device_stamp": f"{inside}{time}"} if time else {}
         found |= {f"{kind}{axis}": f"{inside}{name}[{i}]" for kind, name in (("a", force), ("g", rates))
                   for i, axis in enumerate("xyz", 1)}  # fmt: skip
-        stamps = array_file.read(path, [found["device_stamp"]])[found["device_stamp"]] if time else np.empty(0)
-        rate, said = _rate_of(stamps, tuple(UNITS), time or "no stamps")
+        try:
+            read = array_file.read(path, list(found.values()))
+        except SourceRefused:
+            continue  # arrays that are not three columns as long as the others
+        rate, said = _rate_of(read.get(found.get("device_stamp", ""), np.empty(0)), tuple(UNITS), time or "no stamps")
+        units, why = zip(*(_unit_by_size(np.column_stack([read[found[f"{kind}{axis}"]] for axis in "xyz"]), kind)
+                           for kind in "ag"))  # fmt: skip
         columns = ", ".join(f"{value}: {_quoted(name)}" for value, name in found.items())
-        entries += _entry(path, (), rate, ("m/s^2", "rad/s"), "{" + columns + "}")
-        told += [f"{group or 'arrays'}: {force} and {rates}, in m/s^2 and rad/s as {APDM} has them, a guess", said]
+        entries += _entry(path, (), rate, units, "{" + columns + "}")
+        told += [f"{group or 'arrays'}: {force} and {rates}, as {APDM} has them", *why, said]
     if not entries:
         raise SourceRefused(f"{printable(path.name)} has no group with an accelerometer's and a gyroscope's array")
     return entries, told
@@ -152,18 +173,34 @@ def columns_of(head: Head, alone: str = "a", maker: Maker | None = None) -> dict
         place = next((i for i, name in enumerate(head.names or ()) if re.search(pattern, name, re.I)), None)
         if place is not None:
             found[value] = place
+    times = [i for i, name in enumerate(head.names or ()) if (_STAMP.search(name) or _SECONDS.search(name))
+             and not _TICKS.search(name) and np.isfinite(_stamps(head, i)).mean() > 0.5 * _filled(head, i)]  # fmt: skip
     for column, name in enumerate(head.names or ()):
         axis = _AXIS.search(name)
         kind = "a" if _FORCE.search(name) else "g" if _RATE.search(name) else ""
-        if axis and not _OTHER.search(name):
+        kind = kind or ("a" if head.said_unit(column, tuple(GRAVITY)) else "g" if head.said_unit(column, TURNS) else "")
+        if column in times:
+            found.setdefault("phone_stamp" if _ARRIVED.search(name) else "device_stamp", column)
+        elif axis and not _OTHER.search(name):
             letter = (axis[1] or axis[2]).lower()
             named = kind or ("g" if re.match(r"[gw][xyz]", name, re.I) else alone)
             found.setdefault(f"{named}{letter}", column)
         elif _PACKET.search(name):
             found.setdefault("packet", column)
-        elif _STAMP.search(name) and np.isfinite(_stamps(head, column)).mean() > 0.5:
-            found.setdefault("phone_stamp" if _ARRIVED.search(name) else "device_stamp", column)
+    beside = {kind: found[f"{kind}x"] - 1 for kind in "ag" if found.get(f"{kind}x", 0) - 1 in times}
+    if maker is None or "device_stamp" not in maker.columns:
+        if "a" in beside and not _ARRIVED.search(head.name(beside["a"])):
+            found["device_stamp"] = beside["a"]  # of several times the one that stands with the accelerometer
+        if "a" in beside and "g" in beside and not np.array_equal(
+            _stamps(head, beside["a"]), _stamps(head, beside["g"]), equal_nan=True
+        ):
+            found["gyroscope's stamp"] = beside["g"]
     return found
+
+
+def _filled(head: Head, column: int) -> float:
+    """Share of the cells of a column that hold something."""
+    return float(np.mean([bool(cell.strip()) for cell in head.texts(column)])) if head.rows else 0.0
 
 
 def _stamps(head: Head, column: int) -> np.ndarray:
@@ -199,16 +236,22 @@ def _unit(head: Head, columns: dict[str, int], kind: str, maker: Maker | None) -
     if not mine:
         return ("m/s^2", "no accelerometer found") if kind == "a" else ("", "")
     what = "acceleration" if kind == "a" else "angular rate"
-    said = head.said_unit(mine[0], tuple(GRAVITY) if kind == "a" else ("deg/s", "rad/s"))
+    said = head.said_unit(mine[0], tuple(GRAVITY) if kind == "a" else TURNS)
     if said:
         return said, f"{what} in {said}: written in the file"
     if maker is not None:
         unit = maker.acceleration if kind == "a" else maker.rate
         return unit, f"{what} in {unit}: {maker.name} has it so"
-    size = np.linalg.norm(np.column_stack([head.values(column) for column in mine]), axis=1)
+    return _unit_by_size(np.column_stack([head.values(column) for column in mine]), kind)
+
+
+def _unit_by_size(values: np.ndarray, kind: str) -> tuple[str, str]:
+    """The same from the readings (n, k) alone."""
+    what, size = "acceleration" if kind == "a" else "angular rate", np.linalg.norm(values, axis=1)
     size = size[np.isfinite(size)]
     if kind == "g":
-        unit = "deg/s" if len(size) and size.max() > FASTEST_RAD_S else "rad/s"
+        largest = float(size.max(initial=0.0))
+        unit = "rad/s" if largest <= FASTEST_RAD_S else "deg/s" if largest <= FASTEST_DEG_S else "mdps"
         return unit, f"{what} in {unit}: a guess by its size"
     usual = float(np.median(size)) if len(size) else 0.0
     for unit, gravity in GRAVITY.items():
@@ -231,6 +274,7 @@ def _gyroscope_beside(path: Path) -> Path | None:
 def _layout(head: Head, indent: int) -> list[str]:
     lines = [f"delimiter: {head.delimiter}"] if head.delimiter else []
     lines += [f"header_rows: {head.header_rows}"]
+    lines += [f"sheet: {_quoted(head.sheet)}"] if head.sheet else []
     lines += [] if head.names else ["header: false"]
     lines += ["decimal: comma"] if head.decimal_comma else []
     return [" " * indent + line for line in lines]

@@ -8,7 +8,8 @@ A description of one experiment, as it stands in a YAML file:
         delimiter: tab                # comma, semicolon, tab, space
         header_rows: 1                # rows before the one with the column names
         header: true                  # false: there are no names, and columns are called by their number, from 1
-        decimal: point                # or comma
+        decimal: point                # or comma; told by its numbers where nothing is said
+        sheet: walk 1                 # of a book, where several have the columns
         device: {place: foot, rate_hz: 100, accelerometer_unit: m/s^2, gyroscope_unit: rad/s}
         columns: {packet: PacketCounter, ax: Acc_X, ay: Acc_Y, az: Acc_Z, gx: Gyr_X, gy: Gyr_Y, gz: Gyr_Z}
 
@@ -38,7 +39,7 @@ from stages.imu.sources.stamps import in_seconds
 DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 NEEDED = ("ax", "ay", "az", "gx", "gy", "gz")
 RUN_KEYS = {"experiment", "files"}
-TABLE_KEYS = {"file", "delimiter", "header_rows", "header", "decimal", "columns"}
+TABLE_KEYS = {"file", "delimiter", "header_rows", "header", "decimal", "sheet", "columns"}
 FILE_KEYS = TABLE_KEYS | {"device", "gyroscope"}
 ACCELERATION, ANGULAR_RATE = NEEDED[:3], NEEDED[3:]
 STAMPS = tuple(name for name in SAMPLE_VALUES if name.endswith("_stamp"))
@@ -105,7 +106,9 @@ class CsvSource:
             for column, value in enumerate(SAMPLE_VALUES):
                 if one.columns.get(value) == name:
                     table[:, column] = values
-        return table
+        # Rows of other, longer columns hold nothing of this sensor. Without stamp or number a row is a sample's place.
+        known = np.isfinite(table).any(axis=1)
+        return table if known.all() or not np.isfinite(table[:, :5]).any() else table[known]
 
 
 def beside(table: np.ndarray, other: np.ndarray, one: ColumnMap) -> np.ndarray:
@@ -172,19 +175,23 @@ def _table_map(entry: Mapping[str, Any], needed: Sequence[str], where: str) -> t
     if delimiter not in DELIMITERS:
         raise SourceRefused(f"{where}: delimiter is {printable(delimiter)}, must be one of {', '.join(DELIMITERS)}")
     header_rows, header, decimal = (entry.get(*pair) for pair in (("header_rows", 0), ("header", True),
-                                                                  ("decimal", "point")))  # fmt: skip
+                                                                  ("decimal", None)))  # fmt: skip
     if not isinstance(header_rows, int) or not 0 <= header_rows <= 1000:
         raise SourceRefused(f"{where}: header_rows is {printable(header_rows)}, must be a whole number from 0 to 1000")
     if not isinstance(header, bool):
         raise SourceRefused(f"{where}: header is {printable(header)}, must be true or false")
-    if decimal not in ("point", "comma") or decimal == delimiter:
+    if decimal not in (None, "point", "comma") or decimal == delimiter:
         raise SourceRefused(f"{where}: decimal is {printable(decimal)}, must be point, or comma with another delimiter")
     columns = {str(key): str(name) for key, name in _mapping(entry.get("columns", {}), f"{where}, columns").items()}
     _only(columns, set(SAMPLE_VALUES), f"{where}, columns")
     missing = [value for value in needed if value not in columns]
     if missing:
         raise SourceRefused(f"{where}: columns lack {', '.join(missing)}")
-    return entry["file"], Layout(DELIMITERS[delimiter], header_rows, header, decimal == "comma"), columns
+    sheet = entry.get("sheet", "")
+    if not isinstance(sheet, str):
+        raise SourceRefused(f"{where}: sheet is {printable(sheet)}, must be the name of a sheet of the book")
+    comma = None if decimal is None else decimal == "comma"
+    return entry["file"], Layout(DELIMITERS[delimiter], header_rows, header, comma, sheet), columns
 
 
 def _mapping(value: Any, where: str) -> Mapping[str, Any]:

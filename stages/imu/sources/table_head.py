@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from itertools import islice
 from pathlib import Path
@@ -16,13 +16,14 @@ import numpy as np
 from stages.imu.errors import SourceRefused, printable
 from stages.imu.sources.columns import number
 from stages.imu.sources.files import parquet, plain_file, spreadsheet
-from stages.imu.sources.files.text_table import encoding_of
+from stages.imu.sources.files.text_table import HEAD_ROWS, encoding_of, has_decimal_commas
 
 HEAD_LINES = 2000
 DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 _UNITS = (
-    ("mg", r"\bmg\b"), ("m/s^2", r"m\s*/\s*\(?s\s*(\^2|2|²)|m\.s-2|ms-2"), ("g", r"[\[(_ ]g[\])_]?$|^g$"),
-    ("deg/s", r"deg|dps|°|º|\bd/s"), ("rad/s", r"rad"),
+    ("mg", r"\bmg\b"), ("m/s^2", r"(?<![a-zµ])(m\s*/\s*\(?s\s*(\^2|2|²)|m\.s-2|ms-2)"), ("g", r"[\[(_ ]g[\])_]?$|^g$"),
+    ("mdps", r"mdps|mdeg|m°|millidegree"),
+    ("deg/s", r"(?<!m)(deg|dps|°|º)|\bd/s"), ("rad/s", r"(?<![mµu])rad"),
     ("ns", r"\bns\b"), ("us", r"\bus\b|µs|micro"), ("ms", r"\bms\b|milli"), ("s", r"[\[(]s(ec)?[\])]|^s$"),
 )  # fmt: skip
 
@@ -38,6 +39,7 @@ class Head:
     rows: Sequence[Sequence[str]]
     decimal_comma: bool
     before: str
+    sheet: str = ""
 
     def values(self, column: int) -> np.ndarray:
         """A column as numbers (n,); NaN for what is none."""
@@ -63,14 +65,28 @@ def head_of(path: Path) -> Head:
     """What the first rows of a table show. Raises SourceRefused where they are no table of numbers."""
     ending = path.suffix.lower()
     if ending in spreadsheet.ENDINGS:
-        cells = [[_text(cell) for cell in row] for row in islice(spreadsheet.rows_of(path), HEAD_LINES)]
-        return _head(path, "", cells, False, "")
+        return _of_book(path)
     if ending in parquet.ENDINGS:
         file = parquet.opened(path)
         batch = next(file.iter_batches(batch_size=HEAD_LINES), None)
-        columns = [] if batch is None else [[_text(cell) for cell in column.to_pylist()] for column in batch.columns]
+        columns = [] if batch is None else [_texts(column) for column in batch.columns]
         return Head("", 0, list(file.schema_arrow.names), [], list(zip(*columns)), False, "")
     return _of_text(path)
+
+
+def _of_book(path: Path) -> Head:
+    """The head of the first sheet with a table of numbers."""
+    for sheet in spreadsheet.sheets_of(path):
+        cells = [[_text(cell) for cell in row] for row in islice(spreadsheet.rows_of(path, sheet), HEAD_LINES)]
+        if any(len(row) >= 4 and _numeric(row, False) for row in cells):
+            return replace(_head(path, "", cells, False, ""), sheet=sheet)
+    raise SourceRefused(f"{printable(path.name)} has no sheet with a row of numbers among its first {HEAD_LINES} rows")
+
+
+def _texts(column: Any) -> list[str]:
+    """Cells of a parquet file's column; moments, which Python knows to a microsecond, in seconds since 1970."""
+    values = column.to_numpy(zero_copy_only=False)
+    return [_text(cell) for cell in (parquet.numbers(values) if values.dtype.kind in "mM" else values).tolist()]
 
 
 def _text(cell: Any) -> str:
@@ -93,7 +109,7 @@ def _of_text(path: Path) -> Head:
         raise SourceRefused(f"{printable(path.name)} is no table of at least four columns")
     delimiter = order[0]
     rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=DELIMITERS[delimiter])]
-    decimal = delimiter != "comma" and any(re.fullmatch(r"-?\d+,\d+", cell) for row in rows[-5:] for cell in row)
+    decimal = has_decimal_commas(rows[-HEAD_ROWS:], DELIMITERS[delimiter])
     return _head(path, delimiter, rows, decimal, "\n".join(lines))
 
 

@@ -61,7 +61,7 @@ def brought_together(sensors: dict[str, BodySensor], settings: Settings, limits:
         return near
     apart, other = _whole(sensors, settings)
     far = _by_stamps(_later(sensors, -apart), settings)
-    if not _alike(far.sensors, settings) >= limits.usual_agreement:
+    if not _alike(far.sensors, settings) >= limits.agreement_by_motion:
         return near
     return dataclasses.replace(far, lag=apart + far.lag, other_lag=other)
 

@@ -38,16 +38,16 @@ def read(path: Path, wanted: Sequence[str]) -> Mapping[str, np.ndarray]:
 
 
 def groups_of(path: Path) -> dict[str, list[str]]:
-    """Names of the arrays in each group of an HDF5 file; those of a MATLAB file stand in one. Raises SourceRefused."""
+    """Names of the arrays in each group of an HDF5 file, or struct of a MATLAB file. Raises SourceRefused."""
     plain_file.check(path)
     found: dict[str, list[str]] = {}
     try:
         with path.open("rb") as file:
             is_hdf5 = b"\x89HDF\r\n\x1a\n" in file.read(520)
         if not is_hdf5:
-            from scipy.io import whosmat
+            from scipy.io import loadmat
 
-            return {"": [name for name, _, _ in whosmat(path)]}
+            return _groups_in(loadmat(path, simplify_cells=True), "")
         import h5py
 
         def seen(name: str, item: Any) -> None:
@@ -59,6 +59,15 @@ def groups_of(path: Path) -> dict[str, list[str]]:
             opened.visititems(seen)
     except Exception as error:  # readers of a format raise whatever a broken file makes them raise
         raise SourceRefused(f"{printable(path.name)} is no MATLAB or HDF5 file that can be read") from error
+    return found
+
+
+def _groups_in(struct: Mapping[str, Any], group: str) -> dict[str, list[str]]:
+    """Names of the arrays in a struct, and in those inside of it."""
+    found = {group: [name for name, value in struct.items() if isinstance(value, np.ndarray) and value.dtype != object]}
+    for name, value in struct.items():
+        if isinstance(value, Mapping):
+            found |= _groups_in(value, f"{group}/{name}" if group else name)
     return found
 
 

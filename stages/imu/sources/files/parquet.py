@@ -36,17 +36,18 @@ def read(path: Path, wanted: Sequence[str]) -> Mapping[str, np.ndarray]:
     try:
         for batch in file.iter_batches(columns=list(wanted)):
             for one in wanted:
-                parts[one].append(_numbers(batch.column(one).to_numpy(zero_copy_only=False)))
+                parts[one].append(numbers(batch.column(one).to_numpy(zero_copy_only=False)))
     except Exception as error:  # as above
         raise SourceRefused(f"{printable(path.name)}: a column holds no numbers, or the file is broken") from error
     return {one: np.concatenate(parts[one]) if parts[one] else np.empty(0) for one in wanted}
 
 
-def _numbers(values: np.ndarray) -> np.ndarray:
-    """Numbers (n,); moments as seconds since 1970. Raises ValueError for anything else."""
-    if values.dtype.kind == "M":
+def numbers(values: np.ndarray) -> np.ndarray:
+    """Numbers (n,); moments as seconds since 1970, durations in seconds. Raises ValueError for anything else."""
+    if values.dtype.kind in "mM":
         known = ~np.isnat(values)
+        since = values[known] - np.datetime64(0, "s") if values.dtype.kind == "M" else values[known]
         seconds = np.full(len(values), np.nan)
-        seconds[known] = (values[known] - np.datetime64(0, "s")) / np.timedelta64(1, "s")
+        seconds[known] = since / np.timedelta64(1, "s")
         return seconds
     return np.asarray(values, dtype=float)

@@ -7,8 +7,9 @@ read cell by cell, and what is no number becomes NaN.
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 from typing import TextIO
@@ -21,18 +22,22 @@ from stages.imu.sources.files import plain_file
 from stages.imu.sources.stamps import moments
 
 LEAST_READ = 0.5  # of the cells that hold anything: below it the column is something else than numbers
-HEAD_BYTES = 4096
+HEAD_BYTES, HEAD_ROWS = 4096, 200
+#: A number with a decimal comma, and not perhaps one whose thousands are parted by it.
+_DECIMAL_COMMA = re.compile(r"[-+]?(0?,\d+|\d+,(?!\d{3}$)\d+)([eE][-+]?\d+)?$")
 
 
 @dataclass(frozen=True)
 class Layout:
-    """How a text table is laid out: `header_rows` stand before the one with the names; without `header` columns are
-    called by their number, from 1."""
+    """How a table is laid out: `header_rows` stand before the one with the names; without `header` columns are called
+    by their number, from 1. Where nothing is said, its numbers tell whether a text has decimal commas, and its names
+    which `sheet` of a book is meant."""
 
     delimiter: str = ","
     header_rows: int = 0
     header: bool = True
-    decimal_comma: bool = False
+    decimal_comma: bool | None = None
+    sheet: str = ""
 
 
 def encoding_of(path: Path) -> str:
@@ -74,6 +79,9 @@ def _columns(
     names = names_of(head, layout)
     first = first[layout.header_rows + layout.header :]
     places = [_place(name, names, one) for one in wanted]
+    if layout.decimal_comma is None:
+        rows = csv.reader(first[:HEAD_ROWS], delimiter=layout.delimiter)
+        layout = replace(layout, decimal_comma=has_decimal_commas(rows, layout.delimiter))
     columns = [_Column(one, place, one in stamps) for one, place in zip(wanted, places)]
     if layout.header:
         first = _without_units(first, layout, [one.place for one in columns if not one.may_be_written])
@@ -136,6 +144,11 @@ def _add_block(block: Sequence[str], layout: Layout, columns: Sequence[_Column])
     cells = [row for row in csv.reader(block, delimiter=layout.delimiter) if any(cell.strip() for cell in row)]
     for one in columns:
         one.add([row[one.place].strip() if one.place < len(row) else "" for row in cells], layout)
+
+
+def has_decimal_commas(rows: Iterable[Sequence[str]], delimiter: str) -> bool:
+    """Whether any cell of a table that is parted by another sign is a number with a decimal comma."""
+    return delimiter != "," and any(_DECIMAL_COMMA.match(cell.strip()) for row in rows for cell in row)
 
 
 def names_of(line: str, layout: Layout) -> list[str]:
