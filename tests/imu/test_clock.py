@@ -272,6 +272,9 @@ def test_a_packet_sent_again_is_no_restart() -> None:
     indexed = index_samples(twice)
     assert (indexed.resets, indexed.sent_again) == (0, 60)
     assert repaired(indexed).time == pytest.approx(repaired(index_samples(recording)).time)
+    none = np.zeros_like(twice.acceleration)
+    dead = index_samples(dataclasses.replace(twice, acceleration=none, angular_rate=none))
+    assert dead.sent_again == 0 and dead.recording.rows == twice.rows, "equal readings do not tell what came again"
 
 
 def test_a_dead_sensor_s_readings_after_a_restart_are_not_taken_as_sent_again() -> None:

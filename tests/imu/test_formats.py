@@ -158,7 +158,7 @@ def test_accelerometer_and_gyroscope_in_two_files(tmp_path: Path) -> None:
 def test_a_unit_is_told_only_where_the_rate_confirms_it() -> None:
     stamp = 0.01 * np.arange(100)
     assert [unit_of(scale * stamp, 100.0) for scale in (1, 1e3, 1e6, 1e9)] == ["s", "ms", "us", "ns"]
-    assert unit_of(30 * stamp, 100.0) is None
+    assert [unit_of(factor * stamp, 100.0) for factor in (0.4, 2.5, 4, 10, 30, 250)] == ["s", "s", *[None] * 4]
     assert unit_of(np.full(100, 5.0), 100.0) is None
     np.testing.assert_array_equal(in_seconds(30 * stamp, 100.0), 30 * stamp)
     pauses = np.repeat(7200.0 * np.arange(4), 100) + 0.01 * np.arange(400)

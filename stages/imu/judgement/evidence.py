@@ -23,6 +23,7 @@ LOW_PASS_HZ = 12.0  # both sides of the lever arm's equation: a derivative of th
 AROUND_STRIKE_S = (-0.06, 0.10)  # left out of it: impacts shake the sensors
 HOLE_S = 0.02  # and so is what lies so near to a hole
 LATE_S = 0.06  # farthest that the rates are looked for behind the forces, or before
+EXPLAINED = 0.5  # of what does not agree is left by a lag that is told
 ALIKE = 0.25  # smallest agreement of two signals that tells by what factor they differ
 FEWEST_POINTS = 50
 NAN = float("nan")
@@ -90,8 +91,8 @@ def lever_of(
     own = [agreement_of(smooth(np.gradient(filled(each[:, 5]), time)), forward)[0] for each in (hip, foot)]
     changes = np.asarray(sosfiltfilt(sections, np.gradient(rate, time)))
     reach = round(LATE_S / quick * rate_hz)
-    alike = [agreement_of(np.roll(changes, -late)[known], forward)[0] for late in range(-reach, reach + 1)]
-    late = (float(peak_of(np.array(alike))) - reach) / rate_hz
+    alike = np.array([agreement_of(np.roll(changes, -late)[known], forward)[0] for late in range(-reach, reach + 1)])
+    late = (peak_of(alike) - reach) / rate_hz if 1 - alike.max() < EXPLAINED * (1 - alike[reach]) else 0.0
     return math.degrees(math.atan2(whole[0].imag, whole[0].real)), gain_of(*left), own[0], own[1], late
 
 

@@ -29,7 +29,8 @@ class Evidence:
     foot_pitch_deg: float = quantity("deg", "spread over stances of the foot's angle by its gyroscope less gravity's")
     hip_axis_deg: float = quantity("deg", "how far the swing axis turned on the hip's sensor within the walk")
     foot_axis_deg: float = quantity("deg", "how far the swing axis turned on the foot's sensor within the walk")
-    rate_lag: float = quantity("s", "how much later the gyroscopes show the leg's motion than the accelerometers")
+    rate_lag: float = quantity("s", "how much later the gyroscopes show the motion than the accelerometers, if that "
+                               "explains how they differ; else 0")
     hidden_strikes: float = quantity("1", "share of the heel strikes that lie in a hole of the recording")
     third_moment: float = quantity("1", "skewness of the lateral rate, the hip's if there is one; positive in a swing")
     hip_turning: float = quantity("1", "signed R2 of forward force between the places and how the hip's rate changes")
