@@ -105,6 +105,17 @@ def test_resampling_never_leaves_the_range_of_its_neighbours(values: list[float]
             assert low - 1e-9 <= value <= high + 1e-9
 
 
+@pytest.mark.parametrize("rounded", [-2.4e-7, 2.4e-7])
+def test_rounding_of_stamps_decides_over_no_hole(rounded: float) -> None:
+    """Seconds since 1970 are rounded so; a grid that meets the samples on both edges of a hole still has them."""
+    time, grid = 0.01 * np.arange(50), 0.005 * np.arange(99)
+    value = np.sin(time)[:, None]
+    value[20:23] = np.nan
+    exact, moved = (resample(time, value, grid + by, 0.015)[:, 0] for by in (0.0, rounded))
+    np.testing.assert_array_equal(np.isnan(exact), np.isnan(moved))
+    np.testing.assert_allclose(moved, exact, atol=3e-7)
+
+
 def test_clipped_readings_are_masked() -> None:
     value = np.array([[0.0, 32767.0, 5.0], [1.0, 2.0, -32768.0], [3.0, 3.0, 3.0]])
     masked, count = mask_clipped(value, 32768.0)

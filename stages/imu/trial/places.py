@@ -16,6 +16,7 @@ from stages.imu.trial.sensor import SensorTrace
 PLACES = ("hip", "foot")
 FORWARD, UP, LATERAL = 0, 1, 2
 MOVING = 0.1  # of the largest rate
+ROUNDED = 1e-3  # of a step of the grid: stamps since 1970 are rounded to a tenth of it
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ def common_grid(sensors: dict[str, BodySensor], settings: Settings) -> np.ndarra
     """Even grid over the time all sensors cover."""
     first = max(sensor.time[0] for sensor in sensors.values())
     last = min(sensor.time[-1] for sensor in sensors.values())
-    count = max(0, int((last - first) * settings.grid_rate_hz) + 1)
+    count = max(0, int((last - first) * settings.grid_rate_hz + ROUNDED) + 1)
     return np.asarray(first + np.arange(count) / settings.grid_rate_hz)
 
 
