@@ -268,10 +268,12 @@ def _on_each_place(
                 LEVER, STEP_LENGTH,
             )
         turned, drifted = getattr(evidence, f"{place}_axis_deg"), getattr(evidence, f"{place}_pitch_deg")
-        if max(turned, drifted if turned == turned else 0.0) > limits.turned_deg:
+        moved = {f"its swing axis by {turned:.1f}": turned, f"gravity beside its rate by {drifted:.1f}": drifted}
+        if any(angle > limits.turned_deg for angle in moved.values()):
             yield _remark(
-                f"within the walk the {place}'s swing axis turned by {turned:.1f} degrees and gravity by {drifted:.1f} "
-                "beside its rate: one of a sensor that turned on its leg, or a gyroscope whose zero drifts",
+                f"within the walk turned on the {place}'s sensor, in degrees, "
+                f"{' and '.join(what for what, angle in moved.items() if angle > limits.turned_deg)}: one of a sensor "
+                "that turned on its leg, a gyroscope whose zero drifts, or a walk that leaves its plane",
                 *(f"{place} {what}" for what in (FRAME, FORCE, RATE)),
             )  # fmt: skip
         if noise_ends(trace):
@@ -284,14 +286,14 @@ def _on_each_place(
         walking, off = getattr(evidence, f"{place}_gravity"), getattr(evidence, f"{place}_gravity_deg")
         if max(abs(at_rest - 1), abs(walking - 1)) > limits.gravity_tolerance:
             yield _remark(
-                f"the {place} feels {at_rest:.3f} of gravity at rest and {walking:.3f} over whole strides: its gain "
-                "or a bias",
+                f"the {place} feels {at_rest:.3f} of gravity at rest and {walking:.3f} over whole strides: one "
+                "of its gain, a bias, or blows that are in holes or beyond full scale",
                 f"{place} {FORCE}",
             )
         if abs(off) > limits.gravity_direction_deg:
             yield _remark(
                 f"over whole strides the {place} feels gravity {off:+.1f} degrees from where it stood at rest: "
-                "its rate or an axis of its accelerometer is wrong",
+                "one of its rate, an axis of its accelerometer, or holes",
                 f"{place} {FORCE}", f"{place} {RATE}", f"{place} {FRAME}",
             )  # fmt: skip
         rows = max(1, len(trace.time))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.imu.clock.resample import resample
 from stages.imu.errors import printable
 from stages.imu.judgement.evidence import (
     agreement_of,
@@ -35,6 +36,7 @@ from stages.imu.trial.places import (
     angle_on,
     common_grid,
     lever_arm,
+    longest_step,
     on_grid,
     overlap_of,
 )
@@ -77,9 +79,11 @@ def evidence_of(
     spacing, alternating = spacing_of(strikes)
     axes = {place: axis_turn_of(sensor.rate[~sensor.trace.rest]) for place, sensor in sensors.items()}
     hidden = math.nan
-    if first and len(grid) and len(strikes.time):
+    if first and len(strikes.time):  # among samples that are there: one at full scale shows a strike
+        there = resample(sensors[first].time, np.zeros((len(sensors[first].time), 1)), grid,
+                         longest_step(sensors[first], settings))  # fmt: skip
         reach = max(1, round((0.75 * PULSE_S + SHIFTS_S[-1]) / quick * settings.grid_rate_hz))  # as far as one is moved
-        hidden = float(np.mean(in_hole(seen[first][:, :3], np.searchsorted(grid, strikes.time), reach)))
+        hidden = float(np.mean(in_hole(there, np.searchsorted(grid, strikes.time), reach)))
     return Evidence(
         agreement=agreement,
         rate_ratio=ratio,
