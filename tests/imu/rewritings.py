@@ -49,6 +49,7 @@ REWRITINGS: Mapping[str, Rewriting] = {
     "mg, mdps": Rewriting(units=("mg", "mdps")),
     "axes turned": Rewriting(turn=TURNS[7]),
     "axes turned otherwise": Rewriting(turn=TURNS[18], units=("g", "rad/s")),
+    "mounted 20 degrees off": Rewriting(turn=Rotation.from_rotvec([-0.2, 0.2, 0.2]).as_matrix()),
     "mirrored": Rewriting(mirrored=True),
     "columns and files in another order": Rewriting(order=(8, 3, 0, 6, 2, 5, 1, 7, 4), foot_first=True),
     "1000 s later": Rewriting(stamp=(1.0, 1000.0)),

@@ -165,6 +165,16 @@ def test_a_proposed_map_reads_the_file(
     assert trial.frequency.value == pytest.approx(1 / np.median(np.diff(log.strike_time)), rel=0.02)
 
 
+@pytest.mark.parametrize("units", [("cm/s^2", "deg/s"), ("mm/s²", "rad/s"), ("g", "mrad/s"), ("g", "rpm")])
+def test_a_unit_that_is_not_read_is_not_guessed(units: tuple[str, str], table: Table, tmp_path: Path) -> None:
+    """981 cm/s^2 would pass for 981 mg."""
+    names = [f"{kind} {axis} [{unit}]" for kind, unit in zip(("Acc", "Gyro"), units) for axis in "XYZ"]
+    rows = [[f"{s:.2f}", *text(100 * a), *text(1e3 * w)] for s, a, w in zip(*table[1:])]
+    (tmp_path / "log.csv").write_text(lines([",".join(["Time (s)", *names])], rows))
+    with pytest.raises(SourceRefused, match="is in a unit that is not read: bring it to"):
+        proposal(tmp_path / "log.csv")
+
+
 def test_what_is_no_table_is_refused(tmp_path: Path) -> None:
     for content in ("", "a letter to a friend\n" * 50, "1,2\n" * 50, "a,b,c,d,e\n" * 50):
         (tmp_path / "log.csv").write_text(content)

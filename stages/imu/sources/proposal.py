@@ -236,7 +236,11 @@ def _unit(head: Head, columns: dict[str, int], kind: str, maker: Maker | None) -
     if not mine:
         return ("m/s^2", "no accelerometer found") if kind == "a" else ("", "")
     what = "acceleration" if kind == "a" else "angular rate"
-    said = head.said_unit(mine[0], tuple(GRAVITY) if kind == "a" else TURNS)
+    known = tuple(GRAVITY) if kind == "a" else TURNS
+    if head.other_unit(mine[0]):
+        raise SourceRefused(f"the column {printable(head.name(mine[0]))} is in a unit that is not read: bring it to "
+                            f"{', '.join(known[:-1])} or {known[-1]}")  # fmt: skip
+    said = head.said_unit(mine[0], known)
     if said:
         return said, f"{what} in {said}: written in the file"
     if maker is not None:

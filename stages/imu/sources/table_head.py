@@ -26,6 +26,8 @@ _UNITS = (
     ("deg/s", r"(?<!m)(deg|dps|°|º)|\bd/s"), ("rad/s", r"(?<![mµu])rad"),
     ("ns", r"\bns\b"), ("us", r"\bus\b|µs|micro"), ("ms", r"\bms\b|milli"), ("s", r"[\[(]s(ec)?[\])]|^s$"),
 )  # fmt: skip
+#: Units that loggers write and nothing here reads.
+_OTHER_UNITS = re.compile(r"[cm]m\s*/\s*\(?s|[mµu]rad|\brpm\b|\brev|ft\s*/\s*s|\bgal\b", re.I)
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,11 @@ class Head:
     def name(self, column: int) -> str:
         """What a map calls the column."""
         return self.names[column] if self.names else str(column + 1)
+
+    def other_unit(self, column: int) -> bool:
+        """Whether the name or the row of units says a unit that is not read."""
+        said = (self.units[column] if column < len(self.units) else "", self.name(column))
+        return any(_OTHER_UNITS.search(text) for text in said)
 
     def said_unit(self, column: int, among: Sequence[str]) -> str:
         """The unit that the name or the row of units says; empty where neither does."""
