@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,7 +64,7 @@ class TwinRobot:
         for side in SIDES:
             force, rate = motion[side]
             smooth = low_pass(np.column_stack([force[:, FORWARD], force[:, UP], rate[:, LATERAL]]), self.rate_hz,
-                              like.sampling.bandwidth_hz)
+                              like.sampling.bandwidth_hz * math.exp(value["bandwidth"]))
             if taken[side][-1] > felt.walk.time[-1]:
                 raise StepFailed("the twin does not get to the run's end")
             true = np.column_stack([np.interp(taken[side], felt.walk.time, column) for column in smooth.T])

@@ -47,6 +47,10 @@ class Settings(Fitted):
         "m", "spread of the legs' lengths there about the gait's; null: 1 mm of Table 1's robot", bound=POSITIVE)
     start_length_rate_sd: Following = parameter(
         "m/s", "spread of their rates; null: 0.02 m/s of Table 1's robot", bound=POSITIVE)
+    lever_arm_sd: Following = parameter(
+        "m", "standard error of the foot sensor's place along the leg; null: 1 % of a leg", bound=POSITIVE)
+    bandwidth_sd: float = parameter(
+        "1", "standard error of a declared bandwidth of the sensors, relative", bound=POSITIVE)
     slope_reading_sd_deg: float = parameter("deg", "standard error of a ramp's inclination", bound=POSITIVE)
     tilt_sd_deg: float = parameter("deg", "standard deviation of a sensor's tilt after the ingest", bound=POSITIVE)
     held_out_runs: int = parameter("1", "next runs of each robot that it foretells", bound=Bound(minimum=0))
@@ -92,7 +96,7 @@ class Parameters:
         object.__setattr__(self, "settings", followed(
             self.settings, settling_s=0.05 * slow, before_strike_s=period, after_strike_s=0.03 * slow,
             foot_lag_sd_s=0.2 * period, mid_stance_sd_s=0.06 * slow, start_length_sd=1e-3 * long,
-            start_length_rate_sd=0.02 * long / slow, begun_s=0.15 * slow,
+            start_length_rate_sd=0.02 * long / slow, lever_arm_sd=0.01 * self.biped.leg_length, begun_s=0.15 * slow,
             outsole=self.cover.of(self.biped)))  # fmt: skip
 
     @property
@@ -110,6 +114,8 @@ class Parameters:
             mid_stance=settings.mid_stance_sd_s,
             length=settings.start_length_sd,
             length_rate=settings.start_length_rate_sd,
+            place=settings.lever_arm_sd,
+            bandwidth=settings.bandwidth_sd,
         )
 
     @property

@@ -15,7 +15,8 @@ from stages.calibration.information.words import described, is_scale_of_mass
 from tests import commands, warm
 from tests.calibration.runs import PARAMETERS, ROOT
 
-PLAN = plan_of(PARAMETERS)
+#: The foot sensor's place is known, as in the trial.
+PLAN = dataclasses.replace(plan_of(PARAMETERS), beliefs=dataclasses.replace(PARAMETERS.beliefs, place=1e-6))
 #: Shares in % that an independent trial found for the same run (hip weighed; the study's own Fisher information).
 TRIAL = {"biped.foot_mass": 0.053, "biped.leg_length": 0.041, "biped.foot_radius": 0.063, "biped.foot_com": 0.064,
          "biped.stiffness": 0.071, "biped.damping": 0.066, "ground.slope_deg": 0.057}
@@ -86,3 +87,16 @@ def test_the_command_asks_for_recordings(tmp_path):
     done = warm.run("from pipeline.cli import main; main()", "calibrate", "--results", str(tmp_path), cwd=ROOT,
                     env=environment)  # fmt: skip
     assert (done.returncode, "name the recordings" in done.stderr) == (2, True)
+
+
+def test_a_lever_arm_that_is_not_measured_leaves_the_inertia_open_and_the_length_as_it_is(planned):
+    """Where the foot sensor sits and the lower legs' inertia show nearly the same."""
+    drawn = dataclasses.replace(PLAN, beliefs=dataclasses.replace(PLAN.beliefs, place=PARAMETERS.beliefs.place))
+    known = (weighed(PLAN),)
+    measured = of(planned, known)
+    open_ = identifiability(PLAN.design, *planned_equations(drawn, PARAMETERS), known)
+    wider = dict(zip(measured.names, open_.sd / measured.sd, strict=True))
+    assert wider["biped.leg_inertia"] > 5.0
+    assert wider["biped.foot_com"] > 3.0
+    assert wider["biped.leg_length"] < 1.1
+    assert open_.partners[measured.names.index("biped.leg_inertia")].name == "foot_place"

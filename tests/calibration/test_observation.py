@@ -63,7 +63,7 @@ def derived(request):
 
 
 #: Numbers of the design, of the run's start (seven) and of its sensors.
-COUNT = len(NAMES) + 25
+COUNT = len(NAMES) + 27
 #: So many are changed together: with signs, and by as much as makes each change what is shown by as much as the others.
 TOGETHER = 4
 SIGNS = np.random.default_rng(1).choice([-1.0, 1.0], COUNT)
@@ -139,3 +139,22 @@ def test_an_impact_is_felt_as_its_impulse():
     shown = filtered([piece, after], 40.0, times).value[:, 0]
     assert np.abs(shown[times < 0.5]).max() == 0.0
     assert np.trapezoid(shown, times) == pytest.approx(0.7, rel=1e-6)
+
+
+def test_a_hip_that_rubs_is_walked_and_derived():
+    """Its friction turns with the hip within a step; the derivative by it is that of a difference, down to none."""
+    layout, unknowns, sampling = disturbed(1, 2.5)
+    name = "biped.hip_friction"
+    rubbing = DESIGN.with_value(name, 3e-3)
+    exact = predict(rubbing, (name,), unknowns, layout, sampling, 1e-10)
+    ends = [predict(rubbing.with_value(name, 3e-3 + step), (), unknowns, layout, sampling, 1e-11).samples["hip"]
+            for step in (1e-6, -1e-6)]
+    expected = (ends[0] - ends[1]) / 2e-6
+    by = exact.by_design["hip"][:, :, 0]
+    np.testing.assert_allclose(by, expected, atol=2e-4 * np.abs(expected).max())
+    none = predict(DESIGN.with_value(name, 1e-9), (name,), unknowns, layout, sampling, 1e-10)
+    little = predict(DESIGN.with_value(name, 1e-6), (), unknowns, layout, sampling, 1e-11).samples["hip"]
+    by = none.by_design["hip"][:, :, 0]
+    np.testing.assert_allclose(by, (little - none.samples["hip"]) / (1e-6 - 1e-9), atol=2e-3 * np.abs(by).max())
+    without = predict(DESIGN, (), unknowns, layout, sampling, 1e-11).samples["hip"]
+    np.testing.assert_allclose(none.samples["hip"], without, atol=1e-3)

@@ -80,7 +80,7 @@ def fit_campaign(
             del fits[number]
     chosen = sorted(fits)
     walks = sum(fit.evaluations for fit in fits.values())
-    joint = _Joint(design, [runs[number] for number in chosen], model, known)
+    joint = Joint(design, [runs[number] for number in chosen], model, known)
     return joint.fitted([fits[number] for number in chosen], left_out, walks)
 
 
@@ -106,7 +106,7 @@ def _own_fit(run: MeasuredRun, design: DesignPoint, model: Model, known: Sequenc
         return str(reason)
 
 
-class _Joint:
+class Joint:
     """All runs together."""
 
     def __init__(
@@ -118,18 +118,26 @@ class _Joint:
         self.sizes, self.low = design_sizes(design, names), lowest(design, names)
 
     def fitted(self, fits: Sequence[RunFit], left_out: dict[str, str], walks: int) -> CampaignFit:
-        """Gauss-Newton from the runs' own fits; a step that does not help is halved."""
-        d = self.d
+        """`from_point` of the design that the runs' own fits agree on, or of the first of them that walks all runs."""
         own, unknowns = np.array([fit.own for fit in fits]), np.array([fit.unknowns for fit in fits])
-        design = self._together(fits)
+        for design in (self._together(fits), *(fit.design for fit in fits)):
+            if self._at(design, own, unknowns) is not None:
+                return self.from_point(design, own, unknowns, left_out, walks)
+        raise StepFailed("their own fits have no design in common that walks; runs must be of one robot")
+
+    def from_point(
+        self, design: Vector, own: np.ndarray, unknowns: np.ndarray, left_out: dict[str, str], walks: int,
+        most: int = MOST_STEPS,
+    ) -> CampaignFit:
+        """Gauss-Newton from a design (d,), own parameters (r, o) and unknowns (r, k); a step that does not help is
+        halved. Raises StepFailed where the robot does not walk the runs there."""
+        d = self.d
         at = self._at(design, own, unknowns)
         if at is None:
-            design, at = fits[0].design, self._at(fits[0].design, own, unknowns)
-        if at is None:
-            raise StepFailed("their own fits have no design in common that walks; runs must be of one robot")
-        converged, why = False, f"{MOST_STEPS} joint steps were not enough"
+            raise StepFailed("the robot does not walk the runs")
+        converged, why = False, f"{most} joint steps were not enough"
         walks += len(self.runs)
-        for _ in range(MOST_STEPS):
+        for _ in range(most):
             matrix, right = self._reduced(at, design)
             step = _solved(matrix, right, self.sizes[:d])
             moves = [self._own_step(one, step) for one in at]

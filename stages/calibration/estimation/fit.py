@@ -127,6 +127,10 @@ QUIETER, MOST_AGAIN = 3.0, 5
 SOME = 12
 
 
+#: Friction at the hip that is none, as a share of the weight times a leg's length.
+LEAST_FRICTION = 1e-9
+
+
 @dataclass(frozen=True)
 class RunFit:
     """A run's fit: `design` (d,) values of the shared parameters, `own` (o,), `unknowns` (k,), and its equations there.
@@ -156,6 +160,8 @@ def lowest(design: DesignPoint, names: Sequence[str]) -> Vector:
     for name in names:
         bound = design.bound(name)
         least = bound.minimum if bound.minimum is not None else bound.above
+        if name == "biped.hip_friction":  # a walker without it is of another kind, which knows no derivative by it
+            least = LEAST_FRICTION * design.biped.total_mass * design.slope.gravity * design.biped.leg_length
         low.append(-np.inf if least is None else least + (1e-6 if bound.above is not None else 0.0))
     return np.array(low)
 

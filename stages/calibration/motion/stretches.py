@@ -17,14 +17,17 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, require_landing
 from stages.analytic.integration.integrator import STAGES, error_norm, step_factor, take_step
 from stages.analytic.integration.phase import CHATTER, EVENT, WEDGED, integrate, shift_to_event
+from stages.analytic.integration.rubbing import cross_turn
 from stages.analytic.integration.step import FIRST_LENGTH, MOST_PHASES
-from stages.analytic.model.kinds import Rubbing
+from stages.analytic.model.kinds import Rigid, RubbingRigid, RubbingRolling
 from stages.analytic.model.stiffness import attainable_tolerance, fastest_rate
 from stages.analytic.model.varied import varied
 from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.phases.compliant_hip import compliant_hip_phase
 from stages.analytic.phases.flow import RIGID, SINGLE_STANCE, flow
 from stages.analytic.phases.guards import guard
-from stages.analytic.phases.succession import succeed
+from stages.analytic.phases.hip_friction import hip_phase, of_hip, sign_of
+from stages.analytic.phases.succession import ends_step, succeed
 from stages.calibration.compiled import compiled
 
 #: Nodes of a panel (Gauss), length of the first panel in times of the legs' fastest motion, growth from one to the
@@ -119,7 +122,7 @@ class Stretch:
     its panels and `times` (p * NODES,) are the nodes in them, both since its start. `states` and `rates` (n, size) are
     y and dy/dt there, `states_by` and `rates_by` (n, size, c) their derivatives at fixed times. `start_by` and
     `duration_by` (c,) are those of start and duration; `end` (size,), `end_by` (size, c) the state at its event before
-    anything happens there, whose derivative moves with the event.
+    anything happens there, whose derivative moves with the event. `ends_step`: that is a heel strike.
     """
 
     phase: int
@@ -138,11 +141,7 @@ class Stretch:
     begin_by: np.ndarray
     end: Vector
     end_by: np.ndarray
-
-    @property
-    def ends_step(self) -> bool:
-        """Whether it ends with a heel strike."""
-        return self.phase <= SINGLE_STANCE
+    ends_step: bool
 
 
 def walk_stretches(
@@ -155,8 +154,8 @@ def walk_stretches(
     not tell it from the time of the strike. Columns: the entries of `upright`, then the changes of the walker's numbers
     `along` (n, fields of `walker.p`), in whose own step leg 0 stands. Raises StepFailed like `poincare_map`.
     """
-    if isinstance(walker.p, Rubbing) or walker.timed:
-        raise StepFailed("the walk of a calibration knows no Coulomb friction at the hip and no strike at a given time")
+    if walker.timed:
+        raise StepFailed("the walk of a calibration knows no strike at a given time")
     tolerance = attainable_tolerance(walker.p, tolerance)
     size = walker.size
     free = size - 1
@@ -168,7 +167,7 @@ def walk_stretches(
     stretches: list[Stretch] = []
     start, leg, phases = 0.0, first_leg, 0
     fastest = fastest_rate(walker.p)
-    phase, decided = RIGID if walker.rigid else SINGLE_STANCE, True
+    phase, decided = _first_phase(y[:size], walker.on(first_leg).p), True
     while True:
         phases += 1
         if not decided or phases > MOST_PHASES:
@@ -179,6 +178,7 @@ def walk_stretches(
             NO_NODES)
         if status != EVENT:
             require_landing(walker, event, status, phase)
+        lands = bool(ends_step(phase, event, walker.on(leg).p))
         if duration > 0.0:  # a trailing foot may leave at once
             edges = panel_edges(duration, fastest)
             times = panel_nodes(edges)
@@ -186,22 +186,34 @@ def walk_stretches(
             if not march(phase, end, p, tolerance, np.append(times, duration), states, rates):
                 raise StepFailed("no integration step is short enough")
             end[:size] = event
-            arrive(phase, end, p)
+            if not of_hip(phase, event, walker.on(leg).p):
+                arrive(phase, end, p)
+            elif sign_of(phase) != 0:  # a hip that sticks lets go without a jump of the rates
+                cross_turn(phase, end, p)
             states, rates = states[:-1], rates[:-1]
             stretches.append(Stretch(
                 phase, leg, start, duration, edges, times, states[:, :size], rates[:, :size],
                 _columns(states, size), _columns(rates, size), before, p.delays - before, y[:size].copy(),
-                _columns(y[None], size)[0], event, _columns(end[None], size)[0]))
+                _columns(y[None], size)[0], event, _columns(end[None], size)[0], lands))
         start += duration
         if start > until:
             return stretches
         y, ended = end, phase
         phase, decided = succeed(phase, y, p)
-        if ended <= SINGLE_STANCE:
+        if lands:
             leg, phases = 1 - leg, 0
             require_landing(walker, y, EVENT, ended)
             delays, p = p.delays, varied(walker.on(leg).p, rows[leg], free + len(along))
             p.delays[:] = delays
+
+
+def _first_phase(upright: Vector, p: Any) -> int:
+    """The phase of a walker (size,) in single stance."""
+    if isinstance(p, RubbingRolling):
+        return int(compliant_hip_phase(False, upright, p))
+    if isinstance(p, RubbingRigid):
+        return int(hip_phase(upright, p)[0])
+    return RIGID if isinstance(p, Rigid) else SINGLE_STANCE
 
 
 def _columns(rows: np.ndarray, size: int) -> np.ndarray:

@@ -73,7 +73,7 @@ class Sensing:
     """The two sensors of leg 0 on a walker whose numbers change by `along` (n, fields) with the last n columns.
 
     The foot sensor sits `below_hip` [m] on unloaded springs; where that is not known, `place` [m] above the foot's
-    mass centre, wherever that turns out to be.
+    mass centre, wherever that turns out to be. With the very last column it moves up by a leg length, and nothing else.
     """
 
     def __init__(
@@ -129,7 +129,9 @@ def _numbers(
         above = (own.get("l_2", own["l"]) if stance_leg == 1 else own["l"]) + place / walker.length
     else:
         above = (swing if stance_leg == 1 else stance) - below_hip / walker.length
-    return Numbers(own["r"], above, stance, swing, own["g_x"], own["g_y"])
+    moved = np.zeros(free + len(along))
+    moved[-1] = 1.0
+    return Numbers(own["r"], above + 1j * TINY * moved, stance, swing, own["g_x"], own["g_y"])
 
 
 def _four(part: np.ndarray, lengths: Numbers | None) -> list[Any]:

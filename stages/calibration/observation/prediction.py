@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -23,6 +24,8 @@ from stages.calibration.observation.unknowns import SIDES, STRETCHES, Layout, st
 AXES = ("forward", "up", "rate")
 PLACES = {"hip": (0, 1, 4), "foot": (2, 3, 4)}
 assert len(SIGNALS) == 5
+#: Step of the difference by the bandwidth, relative.
+STEP = 1e-4
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,8 @@ class Sampling:
     `late` [s] is what the samples were really taken after these times (the delay of the low pass that the ingest took
     out); `bandwidth_hz` cuts the low pass off; leg `first_leg` (0 carries the sensors) lands at the first heel strike,
     and no sample is earlier than the mid-stance after it. The foot sensor sits `below_hip` [m] on
-    unloaded springs; where that is not known, `place` [m] above the foot's mass.
+    unloaded springs; where that is not known, `place` [m] above the foot's mass. A bandwidth that is not `declared` is
+    a usual one.
     """
 
     hip: Vector
@@ -42,6 +46,7 @@ class Sampling:
     first_leg: int
     place: float = 0.0
     below_hip: float | None = None
+    declared: bool = True
 
     def upto(self, horizon: float) -> Sampling:
         """The same without samples later than `horizon` [s]."""
@@ -84,19 +89,23 @@ def predict(
     upright = unknowns[: layout.free].copy()
     upright[lengths] += walker.length * np.array(natural_lengths(walker.on(sampling.first_leg).p))[: len(lengths)]
     longer = _longer(walker, changes, sampling.first_leg)
-    stretches = walk_stretches(
-        walker, upright / scales, changes.along, last / walker.time, tolerance, sampling.first_leg)
-    sensing = Sensing(walker, changes.along, layout.free, sampling.place, sampling.below_hip)
-    by = np.concatenate([1.0 / scales, 1.0 / changes.scales])  # columns in SI units
+    along = np.vstack([changes.along, np.zeros(changes.along.shape[1])])  # no number moves with the foot sensor's place
+    stretches = walk_stretches(walker, upright / scales, along, last / walker.time, tolerance, sampling.first_leg)
+    moved = value["foot_place"]
+    sensing = Sensing(walker, along, layout.free, sampling.place + moved,
+                      None if sampling.below_hip is None else sampling.below_hip - moved)
+    by = np.concatenate([1.0 / scales, 1.0 / changes.scales, [1.0 / walker.length]])  # columns in SI units
+    bandwidth = sampling.bandwidth_hz * math.exp(value["bandwidth"])
     pieces = _pieces(stretches, sensing, by, walker.time)
     samples, by_design, by_run = {}, {}, {}
     for side in SIDES:
         channels = list(PLACES[side])
         chosen = [Piece(p.start, p.edges, p.signals[:, channels], p.start_by, p.duration_by, p.impulse[channels])
                   for p in pieces]
-        found = filtered(chosen, sampling.bandwidth_hz, taken[side])
+        found = filtered(chosen, bandwidth, taken[side])
         samples[side], by_design[side], by_run[side] = _read(
-            found, value, layout, side, np.asarray(getattr(sampling, side)))
+            found, _by_bandwidth(chosen, bandwidth, taken[side]), value, layout, side,
+            np.asarray(getattr(sampling, side)))
         by_design[side] += by_run[side][:, :, lengths] @ longer[: len(lengths)]  # longer legs are longer there too
     ends = [s for s in stretches if s.ends_step]
     strikes = np.array([s.start + s.duration for s in ends]) * walker.time + value["mid_stance"]
@@ -104,7 +113,7 @@ def predict(
     strikes_by_run = np.zeros((len(ends), len(layout.names)))
     strikes_by_run[:, : layout.free] = strikes_by[:, : layout.free]
     strikes_by_run[:, layout.place("mid_stance")] = 1.0
-    strikes_by_design = strikes_by[:, layout.free :]
+    strikes_by_design = strikes_by[:, layout.free : -1]
     strikes_by_design += strikes_by_run[:, lengths] @ longer[: len(lengths)]
     return Predicted(samples, by_design, by_run, strikes, strikes_by_design, strikes_by_run)
 
@@ -153,8 +162,17 @@ def _pieces(stretches: list[Stretch], sensing: Sensing, by: Vector, unit: float)
     return pieces
 
 
+def _by_bandwidth(pieces: list[Piece], bandwidth_hz: float, times: Vector) -> np.ndarray:
+    """Derivative (m, k) of the filtered signals by the logarithm of the bandwidth: a central difference, as exact as
+    its step squared."""
+    bare = [dataclasses.replace(one, signals=one.signals[:, :, :1].copy(), start_by=one.start_by[:0],
+                                duration_by=one.duration_by[:0], impulse=one.impulse[:, :1]) for one in pieces]
+    wide, narrow = (filtered(bare, bandwidth_hz * (1.0 + step), times).value for step in (STEP, -STEP))
+    return np.asarray((wide - narrow) / (2.0 * STEP))
+
+
 def _read(
-    found: Filtered, value: dict[str, float], layout: Layout, side: str, clock: Vector
+    found: Filtered, by_bandwidth: np.ndarray, value: dict[str, float], layout: Layout, side: str, clock: Vector
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """What a sensor with its errors makes of its signals: samples (m, 3), by the design, by the run's unknowns."""
     turn, gain, bias = _errors(value, side)
@@ -169,9 +187,11 @@ def _read(
     by_run[:, :, layout.place("mid_stance")] = -by_time
     if side == "foot":
         by_run[:, :, layout.place("foot_lag")] = by_time
+    by_run[:, :, layout.place("foot_place")] = by[:, :, -1]
+    by_run[:, :, layout.place("bandwidth")] = by_bandwidth @ through.T
     by_run[:, :, layout.place(f"{side}_clock")] = by_time * clock[:, None]
     by_run[:, :, layout.place(f"{side}_tilt")] = (found.value @ turned.T) * gain
     for axis, name in enumerate(AXES):
         by_run[:, axis, layout.place(f"{side}_{name}_gain")] = straight[:, axis]
         by_run[:, axis, layout.place(f"{side}_{name}_bias")] = 1.0
-    return samples, by[:, :, layout.free :], by_run
+    return samples, by[:, :, layout.free : -1], by_run

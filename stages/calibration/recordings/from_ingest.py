@@ -18,8 +18,8 @@ from stages.imu.trial.trial import Trial
 
 #: The walk is followed from this heel strike on: the hand has let go before the first.
 FROM = 1
-#: A sensor that does not say where its low pass cuts off is taken to have none: nothing of a walk is that fast [Hz].
-NO_LOW_PASS_HZ = 500.0
+#: Where the low pass of a sensor cuts off that does not say it, in its rates, before a fit looks for it.
+USUAL_BANDWIDTH = 0.4
 FEWEST_STRIKES = 4
 
 
@@ -53,8 +53,9 @@ def run_of(
         mask = usable(times[side], strikes - begin, first, settings.before_strike_s, settings.after_strike_s)
         samples[side], used[side] = np.nan_to_num(values), mask[:, None] & np.isfinite(values)
     bandwidth = _bandwidth(trial.sensors["hip"])
-    sampling = Sampling(times["hip"], times["foot"], filter_delay(bandwidth) if bandwidth else 0.0,
-                        bandwidth or NO_LOW_PASS_HZ, first_leg, below_hip=below_hip)
+    usual = USUAL_BANDWIDTH * trial.sensors["hip"].trace.rate_hz
+    sampling = Sampling(times["hip"], times["foot"], filter_delay(bandwidth), bandwidth or usual, first_leg,
+                        below_hip=below_hip, declared=bandwidth is not None)
     slope = trial.experiment.slope_deg
     own = {} if slope is None or math.isnan(slope) else {SLOPE: (slope, settings.slope_reading_sd_deg)}
     return MeasuredRun(name, sampling, samples, used, strikes - begin, own)

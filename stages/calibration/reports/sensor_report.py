@@ -26,6 +26,7 @@ from stages.calibration.estimation.known import TOTAL_MASS, Known
 from stages.calibration.information.identifiability import scales_of
 from stages.calibration.information.plan import SLOPE, first_model, free_names
 from stages.calibration.information.words import described, listed, short
+from stages.calibration.intervals import left_out
 from stages.calibration.intervals.discrepancy import Discrepancy
 from stages.calibration.intervals.residual_structure import told_structure, widening
 from stages.calibration.observation.measured_run import MeasuredRun
@@ -97,6 +98,10 @@ def unfit(
     return f"{source} is of a robot with another {listed(other)}" if other else ""
 
 
+#: What is known of the sensors is said to be wrong beyond so many of its standard errors.
+FAR_OFF = 3.0
+#: A bandwidth that differs by this share is another one than a data sheet's.
+OTHER_CUT = 0.15
 #: Residuals this many times the sensors' noise are the model's.
 NOISY = 1.2
 #: What a parameter folder of another robot says of the twin: the bill of parts is that of this one.
@@ -148,12 +153,14 @@ def calibrated(parameters: Parameters, asked: Asked, source: Path, asking: Askin
     sigmas, wider = widening(fit.equations)
     told = judged(fit.names, fit.design, np.sqrt(np.diag(fit.covariance)) * wider, asked.known, design,
                   float(np.mean([model.layout.pull(one) for one in fit.unknowns])), asking.result())
+    causes = left_out.causes(design, fit, model, asked.known)
+    told = dataclasses.replace(told, sd=left_out.widened(told.sd, causes))
     left = _left(fit.names, told.values, told.sd)
     if asked.design == PARTS:
         left = _as_table_1(left, design)
     elif not design.biped.frame_mass:
         left |= PLANAR
-    return _answer(design, fit, model, refused, held, out, (sigmas, wider), told, left)
+    return _answer(design, fit, model, refused, held, out, (sigmas, wider), told, causes, left)
 
 
 def _runs(
@@ -191,7 +198,8 @@ def _explained(design: DesignPoint, run: MeasuredRun, model: Model, begun: float
 
 def _answer(
     design: DesignPoint, fit: CampaignFit, model: Model, refused: Sequence[str], held: Sequence[Explained | None],
-    out: Sequence[MeasuredRun], widened: tuple[float, float], told: Judged, left: dict[str, Any],
+    out: Sequence[MeasuredRun], widened: tuple[float, float], told: Judged, causes: Sequence[left_out.Cause],
+    left: dict[str, Any],
 ) -> Answer:
     """The answer; `widened` the residuals' size in noises and the factor on intervals, `told` values with intervals,
     `left` what a folder of parameters keeps."""
@@ -209,6 +217,7 @@ def _answer(
         lines.append(f"residuals are not noise alone (size {sigmas:.2f}, and neighbours hang together): intervals are "
                      f"{wider:.1f} times as wide as noise would have them")
     lines += told_structure(fit.runs, fit.equations)
+    lines += [*_of_sensors(fit, model), *left_out.in_words(causes, design)]
     lines.append(told.words)
     if not design.biped.frame_mass:
         springs = [short(name) for name in fit.names if short(name) in OF_SPRINGS]
@@ -244,6 +253,8 @@ def _answer(
                            for row, name in enumerate(fit.names)},
             "runs": [run.name for run in fit.runs], "left_out": fit.left_out, "refused": list(refused),
             "model_error": told.words, "model_error_runs": told.other_runs,
+            "left_out_causes": {one.name: {"found": one.value, "sd": one.sd, "standard_errors": one.sigmas,
+                                           "explains": one.explains} for one in causes},
             "residuals_in_sigmas": sigmas, "intervals_widened": wider, "converged": fit.converged, "why": fit.why,
             "slopes_deg": slopes.tolist(), "walks": fit.evaluations,
             "held_out": {run.name: _plain(one) for run, one in zip(out, held, strict=True)},
@@ -252,6 +263,25 @@ def _answer(
         parameters=left if fit.converged else {},
         no=not fit.converged,
     )  # fmt: skip
+
+
+def _of_sensors(fit: CampaignFit, model: Model) -> list[str]:
+    """What the runs say of the sensors against what was told of them."""
+    said = []
+    places = [model.layout.place(name) for name in ("bandwidth", "foot_place")]
+    share, higher = fit.unknowns[:, places].mean(axis=0)
+    of_place = model.layout.believed[places[1]]
+    drawn = float(np.mean([run.sampling.bandwidth_hz for run in fit.runs]))
+    cut = f"{drawn * math.exp(share):.1f} Hz"
+    if not all(run.sampling.declared for run in fit.runs):
+        said.append(f"the sensors' bandwidth is not declared (devices.bandwidth_hz): the fit finds a second-order low "
+                    f"pass of {cut}")
+    elif abs(share) > OTHER_CUT:
+        said.append(f"bandwidth: the sensors' low pass cuts off at {cut}, where {drawn:.1f} Hz is declared")
+    if abs(higher) > FAR_OFF * of_place:
+        said.append(f"lever arm: the foot sensor sits {1e3 * higher:+.1f} mm higher on the leg than imu.lever_arm "
+                    "has it; measure it")
+    return said
 
 
 def _left(names: Sequence[str], values: np.ndarray, sd: np.ndarray) -> dict[str, Any]:

@@ -1,0 +1,207 @@
+"""What a model leaves out that would explain what a fit leaves: score tests (C. R. Rao, 1948), then likelihood ratios.
+
+A parameter that a fit holds pulls on the residuals by its score, at the estimate and without another fit. Its square
+over its information is chi-square with one degree of freedom where the parameter is what it is held at. Those that
+tell most are fitted too: what that takes off the sum of squares is chi-square in the same way (S. S. Wilks, 1938).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtri
+
+from stages.analytic.errors import StepFailed
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.model.walker import Vector
+from stages.calibration.estimation.campaign import CampaignFit, Joint, fit_campaign
+from stages.calibration.estimation.equations import Equations, Model, eliminated, run_equations
+from stages.calibration.estimation.fit import GOOD, known_equations, lowest
+from stages.calibration.estimation.known import Known
+from stages.calibration.information.words import short
+from stages.calibration.intervals.residual_structure import told_structure, widening
+from stages.calibration.observation.unknowns import SIDES
+from stages.calibration.result import HALF_WIDTH
+
+#: What is tried where a model does not have it: legs that differ, friction at the hip, frames above the springs.
+OTHER = tuple(f"biped.other_{key}" for key in (
+    "foot_radius", "foot_mass", "foot_com", "stiffness", "damping", "leg_length"))
+FRICTION, FRAME = "biped.hip_friction", "biped.frame_mass"
+#: Without these, runs find no rest at all.
+AFRESH = (FRICTION, "biped.other_foot_mass")
+#: In so many of the campaigns whose model is right a cause may be named, by all tests together (Bonferroni).
+LEVEL = 0.02
+#: At most so many are named: those whose likelihood is not less than the best one's by this factor.
+NAMED, WORSE = 3, 20.0
+#: Joint steps of a fit with one more parameter: what explains the residuals takes four to six.
+STEPS = 10
+
+
+@dataclass(frozen=True)
+class Cause:
+    """A parameter that was left out: `sigmas` of its score, or of its likelihood ratio if it is fitted too; then its
+    `value` and `sd`, the shared parameters' `shift` (d,) with it, the `drop` of the residuals' sum of squares in
+    variances, and whether it `explains` them: what is left is noise."""
+
+    name: str
+    sigmas: float
+    value: float = math.nan
+    sd: float = math.nan
+    shift: Vector = dataclasses.field(default_factory=lambda: np.zeros(0))
+    drop: float = 0.0
+    explains: bool = False
+
+
+def candidates(design: DesignPoint, model: Model) -> tuple[str, ...]:
+    """Parameters that a fit of compliant legs could have had and has not."""
+    has = {*model.shared, *model.own}
+    alike = [name for name in OTHER if name not in has and getattr(design.biped, name.partition(".")[2]) is None]
+    absent = [name for name in (FRICTION, FRAME) if name not in has and design.value(name) == 0.0]
+    return (*alike, *absent) if design.biped.legs == "compliant" else ()
+
+
+def with_all(design: DesignPoint, names: Sequence[str]) -> DesignPoint:
+    """The same robot as one that has the parameters `names`: legs that are alike, a hip with next to no friction,
+    frames without mass, which would sit half way down to the leg's."""
+    biped = design.biped
+    values = {name: design.value(name) for name in names if name in OTHER}
+    if FRAME in names:
+        values["biped.frame_com"] = 0.5 * (biped.leg_length - biped.foot_com)
+    there = design.with_values(values)
+    return there.with_value(FRICTION, float(lowest(there, [FRICTION])[0])) if FRICTION in names else there
+
+
+def scores(
+    design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[Known], names: Sequence[str]
+) -> list[Cause]:
+    """The score of each of `names` at a fit, the most telling first; `value` is by how much it would change.
+
+    Sigmas are those of the residuals that would be left with it: their size, and how far neighbours hang together.
+    """
+    d, wide = len(model.shared), dataclasses.replace(model, shared=(*model.shared, *names))
+    there = with_all(design.with_values(dict(zip(model.shared, fit.design, strict=True))), names)
+    at = [run_equations(there, own, unknowns, run, wide)
+          for own, unknowns, run in zip(fit.own, fit.unknowns, fit.runs, strict=True)]  # fmt: skip
+    matrix, right, _ = known_equations(known, there, wide.shared)
+    for one in at:
+        more, other = eliminated(one, len(wide.shared))
+        matrix, right = matrix + more, right + other
+    alike = np.eye(len(wide.shared))  # what the fit looks for moves the other leg as well
+    for place, name in enumerate(names, d):
+        if (first := name.replace("other_", "")) in model.shared:
+            alike[place, model.shared.index(first)] = 1.0
+    matrix, right = alike.T @ matrix @ alike, alike.T @ right
+    unit = 1.0 / np.sqrt(np.diag(matrix))
+    matrix, right = matrix * unit * unit[:, None], right * unit
+    found = []
+    for place, name in enumerate(names, d):
+        kept = [*range(d), place]
+        inverse = np.linalg.pinv(matrix[np.ix_(kept, kept)], rcond=1e-13, hermitian=True)
+        step = inverse @ right[kept] * unit[kept]
+        sigmas = step[-1] / (math.sqrt(inverse[-1, -1]) * unit[place])
+        moved = np.zeros(len(wide.shared))
+        moved[kept] = step
+        _, wider = widening([_with(one, alike @ moved, wide) for one in at])
+        one_sided = name in (FRICTION, FRAME) and step[-1] < 0.0
+        found.append(Cause(name, 0.0 if one_sided else abs(sigmas) / wider, float(step[-1]), shift=step[:-1]))
+    return sorted(found, key=lambda one: -one.sigmas)
+
+
+def _with(one: Equations, step: Vector, model: Model) -> Equations:
+    """A run's equations with the residuals that a step (d,) of the shared parameters would leave."""
+    d = len(step)
+    own = one.matrix[d:, d:]
+    scale = 1.0 / np.sqrt(np.diag(own))
+    back = (one.right[d:] - one.matrix[d:, :d] @ step) * scale
+    moves = np.linalg.lstsq(own * scale * scale[:, None], back, rcond=1e-14)[0] * scale
+    k, noise = len(model.layout.names), np.asarray(model.noise)
+    residuals = {}
+    for side in SIDES:
+        by_design, by_run = one.predicted.by_design[side], one.predicted.by_run[side]
+        change = by_design @ np.concatenate([step, moves[k:]]) + by_run @ moves[:k]
+        residuals[side] = one.residuals[side] - change / noise
+    return dataclasses.replace(one, residuals=residuals, chi2=sum(float(np.nansum(r**2)) for r in residuals.values()))
+
+
+def limit(count: int) -> float:
+    """Sigmas beyond which one of so many scores is no chance."""
+    return float(-ndtri(0.5 * LEVEL / count)) if count else math.inf
+
+
+def causes(design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[Known]) -> list[Cause]:
+    """What explains the residuals of a fit: the best first, at most three that they cannot part; none where they are as
+    noise would have them. Of a fit that is lost a score tells nothing: the runs are fitted anew."""
+    names = candidates(design, model)
+    if not fit.converged or fit.chi2 > GOOD * fit.count:
+        return _afresh(design, fit, model, known) if set(names) >= set(AFRESH) else []
+    try:
+        found = scores(design, fit, model, known, names)
+    except StepFailed:
+        return []
+    least = limit(len(names))
+    telling = [one for one in found if one.sigmas > least][:NAMED]
+    fitted = [_fitted(each, design, fit, model, known) for each in telling]
+    tried = [one for one in fitted if one is not None and one.sigmas > least]
+    tried.sort(key=lambda one: -one.sigmas)
+    return [one for one in tried if one.drop > tried[0].drop - 2.0 * math.log(WORSE)][:NAMED]
+
+
+def _fitted(
+    cause: Cause, design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[Known]
+) -> Cause | None:
+    """The fit with that parameter looked for too; none where there is none."""
+    there = with_all(design, [cause.name])
+    joint = Joint(there, fit.runs, dataclasses.replace(model, shared=(*model.shared, cause.name)), known)
+    start = np.append(fit.design, np.maximum(joint.low[joint.d - 1], _held(cause.name, design, fit, model)))
+    try:
+        with_it = joint.from_point(start, fit.own, fit.unknowns, {}, 0, STEPS)
+    except StepFailed:
+        return None
+    return _cause(cause.name, fit, with_it)
+
+
+def _held(name: str, design: DesignPoint, fit: CampaignFit, model: Model) -> float:
+    """What a fit holds a parameter at that it does not look for: the first leg's as found, or none."""
+    return design.with_values(dict(zip(model.shared, fit.design, strict=True))).value(name)
+
+
+def _afresh(design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[Known]) -> list[Cause]:
+    """Friction at the hip or a heavier foot, if runs that find no rest without it come to rest at noise with it."""
+    for name in AFRESH:
+        wide = dataclasses.replace(model, shared=(*model.shared, name))
+        with contextlib.suppress(StepFailed):
+            with_it = fit_campaign(with_all(design, [name]), fit.runs, wide, known)
+            if with_it.converged and with_it.chi2 < GOOD * with_it.count:
+                return [_cause(name, fit, with_it)]
+    return []
+
+
+def _cause(name: str, fit: CampaignFit, with_it: CampaignFit) -> Cause:
+    _, wider = widening(with_it.equations)
+    before, after = (sum(one.cost for one in each.equations) for each in (fit, with_it))
+    value, sd = with_it.design[-1], wider * math.sqrt(with_it.covariance[-1, -1])
+    drop = 2.0 * (before - after) / wider**2
+    return Cause(name, math.sqrt(max(drop, 0.0)), float(value), float(sd),
+                 with_it.design[:-1] - fit.design, drop, not told_structure(with_it.runs, with_it.equations))
+
+
+def widened(sd: Vector, found: Sequence[Cause]) -> Vector:
+    """Standard deviations (d,) that hold what each of the causes would change too."""
+    return np.asarray(np.max([sd, *(np.hypot(sd, one.shift) for one in found)], axis=0))
+
+
+def in_words(found: Sequence[Cause], design: DesignPoint) -> list[str]:
+    """A sentence on the causes, and how to look for the first; nothing without any."""
+    if not found:
+        return []
+    each = [f"{short(one.name)} ({one.value:.4g} +- {HALF_WIDTH * one.sd:.2g} {design.unit(one.name)} for "
+            f"{design.value(one.name):.4g}, {one.sigmas:.1f} standard errors)" for one in found]
+    what = "one of: " + "; ".join(each) + " (the runs cannot part them)" if len(each) > 1 else each[0]
+    explained = "is explained by" if found[0].explains else "is not noise, and would be less, though not noise, with"
+    return [f"what the fit leaves {explained} {what}; intervals are wider by what that would change. To look for it, "
+            f"give {short(found[0].name)} in biped.yaml"]

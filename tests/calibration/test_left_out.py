@@ -1,0 +1,113 @@
+"""What a model leaves out is named by its score, where it explains what a fit leaves, and rarely where nothing is."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from scipy.special import ndtr
+
+from stages.calibration.estimation.campaign import Joint
+from stages.calibration.estimation.known import TOTAL_MASS, Known
+from stages.calibration.information.plan import SLOPE
+from stages.calibration.intervals import left_out
+from stages.calibration.intervals.left_out import LEVEL, Cause, candidates, causes, in_words, limit, scores, widened
+from stages.calibration.observation.measured_run import MeasuredRun, usable
+from stages.calibration.observation.prediction import predict
+from stages.calibration.observation.unknowns import SIDES
+from tests.calibration.runs import BIPED, DESIGN, PARAMETERS, SETTINGS, disturbed, fitted
+
+KNOWN = (Known(TOTAL_MASS, BIPED.total_mass, 1e-3 * BIPED.total_mass),)
+RADIUS = "biped.other_foot_radius"
+
+
+def made(changes, seed=1, bandwidth=0.0):
+    """The fit of four steps of a robot that differs from the drawing, with its sensors' noise, from the truth on."""
+    _, model = fitted()
+    layout, unknowns, sampling = disturbed(seed, 4)
+    unknowns[[layout.place("bandwidth"), layout.place("foot_place")]] = bandwidth, 0.0
+    robot = DESIGN.with_values({name: DESIGN.value(name) * share for name, share in changes.items()})
+    shown, rng = predict(robot, (), unknowns, layout, sampling, 1e-8), np.random.default_rng(seed)
+    noise = np.asarray(model.noise)
+    samples = {side: one + noise * rng.normal(size=one.shape) for side, one in shown.samples.items()}
+    strikes = np.concatenate([[0.0], shown.strikes])
+    used = {side: np.repeat(usable(getattr(sampling, side), strikes, 0.0, SETTINGS.before_strike_s,
+                                   SETTINGS.after_strike_s)[:, None], 3, axis=1) for side in SIDES}  # fmt: skip
+    run = MeasuredRun("made", sampling, samples, used, strikes, {SLOPE: (2.0, 0.05)})
+    start = np.array([DESIGN.value(name) for name in model.shared])
+    fit = Joint(DESIGN, [run], model, KNOWN).from_point(start, np.array([[2.0]]), unknowns[None], {}, 0)
+    assert fit.converged
+    return model, fit
+
+
+@pytest.fixture(autouse=True)
+def few(request, monkeypatch):
+    """Two of the parameters, as each costs a fit."""
+    if "tried" not in request.node.name:
+        monkeypatch.setattr(left_out, "candidates", lambda design, model: (RADIUS, "biped.other_stiffness"))
+
+
+@pytest.fixture(scope="module")
+def unlike():
+    return made({RADIUS: 1.03})
+
+
+def test_a_foot_that_is_larger_than_the_other_is_named_with_its_radius(unlike):
+    model, fit = unlike
+    found = causes(DESIGN, fit, model, KNOWN)
+    assert found[0].name == RADIUS
+    assert found[0].explains
+    assert found[0].value == pytest.approx(1.03 * BIPED.foot_radius, abs=4 * found[0].sd)
+    (words,) = in_words(found, DESIGN)
+    assert "other_foot_radius" in words
+    sd = np.sqrt(np.diag(fit.covariance))
+    wide = widened(sd, found)
+    truth = np.array([DESIGN.value(name) for name in model.shared])
+    assert (np.abs(fit.design - truth) < 1.96 * wide).all()
+    assert (np.abs(fit.design - truth) > 1.96 * sd).any()
+
+
+def test_nothing_is_named_where_the_model_is_right():
+    model, fit = made({}, 2)
+    assert causes(DESIGN, fit, model, KNOWN) == []
+    assert in_words([], DESIGN) == []
+    assert widened(np.ones(3), []) == pytest.approx(np.ones(3))
+
+
+def test_a_score_foretells_the_fit_with_the_parameter():
+    """Its value, and what it takes off the sum of squares; without any other parameter beside it or with some."""
+    model, fit = made({"biped.other_stiffness": 1.01})
+    (score,) = scores(DESIGN, fit, model, KNOWN, ["biped.other_stiffness"])
+    both = scores(DESIGN, fit, model, KNOWN, ["biped.other_foot_mass", "biped.other_stiffness"])
+    assert next(one for one in both if one.name == score.name).sigmas == pytest.approx(score.sigmas, rel=1e-6)
+    best = causes(DESIGN, fit, model, KNOWN)[0]
+    assert best.name == score.name
+    assert best.value - fit.design[5] == pytest.approx(score.value, abs=3 * best.sd)
+    assert score.sigmas == pytest.approx(best.sigmas, rel=0.02)
+
+
+def test_all_scores_together_name_a_cause_in_so_many_of_right_campaigns():
+    for count in (1, 8, 12):
+        assert count * 2 * ndtr(-limit(count)) == pytest.approx(LEVEL)
+
+
+def test_only_what_is_not_there_is_tried():
+    _, model = fitted()
+    assert RADIUS in candidates(DESIGN, model)
+    assert "biped.hip_friction" in candidates(DESIGN, model)
+    has = dataclasses.replace(model, own=(*model.own, "biped.other_leg_length"))
+    assert "biped.other_leg_length" not in candidates(DESIGN, has)
+    assert candidates(DESIGN.with_values({"biped.hip_friction": 1e-3}), model)[-1] == "biped.frame_mass"
+
+
+def test_a_low_pass_that_is_not_the_declared_one_is_found_by_the_fit():
+    model, fit = made({}, 2, bandwidth=math.log(0.5))
+    assert causes(DESIGN, fit, model, KNOWN) == []
+    assert fit.unknowns[0, model.layout.place("bandwidth")] == pytest.approx(math.log(0.5), abs=0.02)
+
+
+def test_causes_that_cannot_be_parted_are_one_of_a_few():
+    two = [Cause(RADIUS, 5.0, 0.085, 1e-4, np.zeros(1), 25.0, True), Cause("biped.hip_friction", 4.8, 1e-3, 1e-4)]
+    (words,) = in_words(two, DESIGN)
+    assert "one of: other_foot_radius" in words and "hip_friction" in words
+    assert PARAMETERS.settings.lever_arm_sd == pytest.approx(0.01 * BIPED.leg_length)
