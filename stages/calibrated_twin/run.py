@@ -30,7 +30,16 @@ from stages.calibration.observation.unknowns import SIDES
 from stages.calibration.result import HeldOut
 from stages.calibration.result import Result as Calibration
 from stages.calibration.study.blind_fit import as_fit
-from stages.calibration.study.drawing import LAB, WITH_OUTSOLE, WITHOUT, Recorded, drawn_design, looked_for, recorded
+from stages.calibration.study.drawing import (
+    LAB,
+    WITH_OUTSOLE,
+    WITHOUT,
+    Recorded,
+    as_mounted,
+    drawn_design,
+    looked_for,
+    recorded,
+)
 from stages.campaign.result import Result as Campaign
 from stages.twin.machine.machine import build
 
@@ -53,7 +62,7 @@ class Inputs:
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
     """Correct, check, walk. Raises NoGait where the drawn design does not walk, SourceRefused."""
     inputs, reasons = at_rest(inputs)
-    work = _Work(parameters, inputs)
+    work = _Work(as_mounted(parameters), inputs)
     robots = []
     for number, kind in enumerate(dict.fromkeys(fit.kind for fit in inputs.calibration.fits)):
         progress(0.1 + 0.3 * number, f"the twin with the numbers found, {kind}")

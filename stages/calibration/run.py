@@ -30,6 +30,7 @@ from stages.calibration.study.drawing import (
     WITH_OUTSOLE,
     WITHOUT,
     Recorded,
+    as_mounted,
     drawn_design,
     looked_for,
     recorded,
@@ -52,6 +53,7 @@ class Inputs:
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
     """Say what runs can tell, fit some of them blind, and put the truth beside. Raises NoGait, SourceRefused."""
     progress(0.1, "what the sensors can tell")
+    parameters = as_mounted(parameters)
     told, not_seen = _told(parameters)
     design = drawn_design(parameters)
     model = first_model(design, looked_for(design), parameters)

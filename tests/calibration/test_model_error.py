@@ -7,10 +7,17 @@ import pytest
 from scipy.special import ndtr
 
 from benchmarks.sandwich import noise_covariance, sandwich_covariance
-from stages.calibration.estimation.equations import run_equations
+from stages.calibration.estimation.equations import Equations, run_equations
 from stages.calibration.information.plan import plan_of, planned_equations
 from stages.calibration.intervals.discrepancy import Discrepancy
-from stages.calibration.intervals.residual_structure import PARTS, step_parts, structure, told_structure, whiteness
+from stages.calibration.intervals.residual_structure import (
+    PARTS,
+    step_parts,
+    structure,
+    told_structure,
+    whiteness,
+    widening,
+)
 from stages.calibration.observation.measured_run import MeasuredRun, usable
 from stages.calibration.observation.prediction import Sampling
 from stages.calibration.observation.unknowns import SIDES
@@ -65,6 +72,41 @@ def test_noise_is_told_for_noise_and_a_lack_at_one_phase_for_what_it_is(planned)
     told = told_structure([changed], [equations_of((design, model, changed))])
     assert len(told) == 1
     assert f"part 3 of {PARTS}" in told[0]
+
+
+def test_spikes_hardly_widen_intervals(planned):
+    """A hundredth of the samples 50 sigmas off: the width is that of Huber's estimate, below 1.3 of the clean one."""
+    design, model, run = planned
+    robust = dataclasses.replace(model, robust=4.0)
+    rng = np.random.default_rng(8)
+    samples = {side: one + np.where(rng.random(one.shape) < 0.01, 50.0, 0.0) * np.asarray(model.noise)
+               for side, one in run.samples.items()}
+    clean, spoiled = (equations_of((design, robust, one)) for one in (run, dataclasses.replace(run, samples=samples)))
+    _, plain = widening([clean])
+    size, wider = widening([spoiled])
+    assert plain < 1.1
+    assert 1.0 < size < 1.15
+    assert 1.02 * plain < wider < 1.3 * plain
+    assert all(one.is_noise for one in structure(run, spoiled))
+
+
+def test_the_width_of_a_robust_fit_is_the_scatter_of_its_estimates():
+    """Of a mean of noise with spikes: what is printed of each, and how much they differ."""
+    rng, k, n = np.random.default_rng(3), 4.0, 400
+    centres, widths = [], []
+    for _ in range(300):
+        left = rng.normal(size=n) + np.where(rng.random(n) < 0.05, 30.0 * rng.choice([-1, 1], n), 0.0)
+        centre = 0.0
+        for _ in range(20):
+            weight = np.minimum(1.0, k / np.abs(left - centre))
+            centre = float((weight * left).sum() / weight.sum())
+        residuals = {side: np.full((n, 3), np.nan) for side in SIDES}
+        residuals["hip"][:, 0] = left - centre
+        chi2 = float((np.clip(left - centre, -k, k) ** 2).sum())
+        of_one = Equations(np.eye(1), np.zeros(1), 0.0, chi2, n, residuals, None, k)
+        centres.append(centre)
+        widths.append(widening([of_one])[1] / np.sqrt(weight.sum()))
+    assert np.std(centres) == pytest.approx(np.mean(widths), rel=0.15)
 
 
 def test_whiteness_is_uniform_for_noise_and_nothing_for_a_wave():

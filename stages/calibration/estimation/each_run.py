@@ -58,9 +58,14 @@ def from_plain(plain: Mapping[str, Any]) -> MeasuredRun:
 
 
 def fitted(
-    parameters: Parameters, drawn: dict[str, Any], names: list[str], known: list[list[Any]], plain: Mapping[str, Any]
+    parameters: Parameters, drawn: dict[str, Any], names: list[str], known: list[list[Any]], place: float,
+    plain: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """The fit of one run from the design `drawn` (its biped's fields), in plain values; or why there is none."""
+    """The fit of one run from the design `drawn` (its biped's fields), in plain values; or why there is none.
+
+    `place` [m] is the standard error of the foot sensor's.
+    """
+    parameters = dataclasses.replace(parameters, settings=dataclasses.replace(parameters.settings, lever_arm_sd=place))
     design = DesignPoint(Biped(**drawn), parameters.slope)
     model = first_model(design, names, parameters)
     try:

@@ -39,8 +39,9 @@ class Model:
 class Equations:
     """Gauss-Newton's matrix (n, n) and right side (n,) of a run, in SI units, beliefs about the run included.
 
-    Unknowns: `shared` of the model first, then the run's own. `cost` half the sum of squares, beliefs included;
-    `chi2` that of `count` readings alone. `residuals` by side (m, 3), in sigmas, NaN where nothing is used.
+    Unknowns: `shared` of the model first, then the run's own. `cost` of Huber's, beliefs included; `chi2` the sum of
+    squares of `count` readings, none of which counts for more than `robust` sigmas. `residuals` by side (m, 3), in
+    sigmas, NaN where nothing is used.
     """
 
     matrix: np.ndarray
@@ -50,6 +51,11 @@ class Equations:
     count: int
     residuals: dict[str, np.ndarray]
     predicted: Predicted
+    robust: float = np.inf
+
+    def pulls(self, side: str) -> np.ndarray:
+        """Residuals (m, 3) as they pull: one beyond `robust` sigmas, a spike, no more than that."""
+        return np.asarray(np.clip(self.residuals[side], -self.robust, self.robust))
 
 
 def run_equations(
@@ -81,7 +87,7 @@ def run_equations(
         beyond = size > model.robust
         cost += 0.5 * float((r[~beyond] ** 2).sum())
         cost += float((model.robust * (size[beyond] - 0.5 * model.robust)).sum()) if beyond.any() else 0.0
-        chi2 += float(r @ r)
+        chi2 += float((np.minimum(size, model.robust) ** 2).sum())
         count += r.size
     if np.isfinite(model.strike):
         strikes_by = np.concatenate(
@@ -106,7 +112,7 @@ def run_equations(
             matrix[place, place] += 1.0 / sd**2
             right[place] -= (own_values[k] - reading) / sd**2
             cost += 0.5 * ((own_values[k] - reading) / sd) ** 2
-    return Equations(matrix, right, cost, chi2, count, residuals, found)
+    return Equations(matrix, right, cost, chi2, count, residuals, found, model.robust)
 
 
 def eliminated(equations: Equations, shared: int) -> tuple[np.ndarray, Vector]:

@@ -125,7 +125,8 @@ def _with(one: Equations, step: Vector, model: Model) -> Equations:
         by_design, by_run = one.predicted.by_design[side], one.predicted.by_run[side]
         change = by_design @ np.concatenate([step, moves[k:]]) + by_run @ moves[:k]
         residuals[side] = one.residuals[side] - change / noise
-    return dataclasses.replace(one, residuals=residuals, chi2=sum(float(np.nansum(r**2)) for r in residuals.values()))
+    changed = dataclasses.replace(one, residuals=residuals)
+    return dataclasses.replace(changed, chi2=sum(float(np.nansum(changed.pulls(side) ** 2)) for side in SIDES))
 
 
 def limit(count: int) -> float:

@@ -53,7 +53,7 @@ def _structures(run: MeasuredRun, equations: Equations) -> Iterator[Structure]:
     for side in SIDES:
         part = step_parts(getattr(run.sampling, side), run.strikes)
         for column, axis in enumerate(AXES):
-            left = equations.residuals[side][:, column]
+            left = equations.pulls(side)[:, column]
             seen = np.isfinite(left) & (part >= 0)
             if seen.sum() <= 2 * max(PARTS, LAGS):
                 continue
@@ -105,15 +105,24 @@ def whiteness(left: Vector) -> float:
     return float(chdtrc(LAGS, statistic))
 
 
+#: A share of readings that no fit is below which is worth anything.
+LEAST = 0.1
 #: Traces with fewer samples tell nothing of how neighbours hang together.
 FEWEST = 10
 
 
 def widening(fits: Sequence[Equations]) -> tuple[float, float]:
     """Root mean square residual of runs in sigmas, and the factor on intervals for it and for neighbours that hang
-    together."""
+    together.
+
+    Of a fit in which spikes pull no more than at `robust` sigmas, the variance is E psi^2 / (E psi')^2 over that of
+    unit noise (P. J. Huber, Ann. Math. Stat. 35, 1964, 73), and the matrix of the fit has E psi / r of it already.
+    """
     size = sum(one.chi2 for one in fits) / sum(one.count for one in fits)
-    traces = [one.residuals[side][:, [column]] for one in fits for side in SIDES for column in range(3)]
+    every = np.abs(np.concatenate([one.residuals[side].ravel() / one.robust for one in fits for side in SIDES]))
+    beyond = np.fmax(every[np.isfinite(every)], 1.0)  # of those that pull as they are, one
+    variance = size * float((1.0 / beyond).mean()) / max(float((beyond == 1.0).mean()), LEAST) ** 2
+    traces = [one.pulls(side)[:, [column]] for one in fits for side in SIDES for column in range(3)]
     seen = [one[np.isfinite(one[:, 0])] for one in traces]
     length = correlation_length(dict(enumerate(one for one in seen if len(one) > FEWEST)))
-    return math.sqrt(size), max(1.0, math.sqrt(size * max(1.0, length)))
+    return math.sqrt(size), max(1.0, math.sqrt(variance * max(1.0, length)))

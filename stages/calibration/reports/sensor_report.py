@@ -35,7 +35,7 @@ from stages.calibration.parameters import Parameters
 from stages.calibration.recordings.from_ingest import run_of
 from stages.calibration.result import HALF_WIDTH, Result
 from stages.calibration.study.blind_fit import trace
-from stages.calibration.study.drawing import drawn_design, looked_for
+from stages.calibration.study.drawing import as_mounted, drawn_design, looked_for
 
 #: Drawings whose numbers differ by less are the same.
 SAME = 1e-6
@@ -117,6 +117,7 @@ def calibrated(parameters: Parameters, asked: Asked, source: Path, asking: Askin
     Raises WrongOption, NoGait, NotIdentified.
     """
     if asked.design == PARTS:
+        parameters = as_mounted(parameters)
         design = drawn_design(parameters)
         there: tuple[str, ...] = looked_for(design)
     else:
@@ -140,7 +141,7 @@ def calibrated(parameters: Parameters, asked: Asked, source: Path, asking: Askin
         raise NotIdentified("every run is held out: none is left to fit")
     known = [[one.name, one.value, one.sd, one.source] for one in asked.known]
     answers = dict(asking.each(each_run.fitted, [each_run.as_plain(run) for run in fitted],
-                               dataclasses.asdict(design.biped), list(names), known))
+                               dataclasses.asdict(design.biped), list(names), known, parameters.settings.lever_arm_sd))
     asking.progress(0.9, "all runs together")
     try:
         fit = fit_campaign(design, fitted, model, asked.known, lambda all_runs: (
