@@ -81,7 +81,7 @@ class Limits:
     )
     rate_tolerance_of_places: float = parameter("1", "largest relative difference of their sizes", bound=POSITIVE)
     rate_gain_tolerance: float = parameter(
-        "1", "largest relative departure of a gyroscope from how gravity turns without a remark", bound=POSITIVE)
+        "1", "largest relative departure of two gyroscopes from how gravity turns without a remark", bound=POSITIVE)
     leg_length_tolerance: float = parameter(
         "1", "largest relative departure of the standing leg from the drawing without a remark", bound=POSITIVE)
     rate_scale_tolerance: float = parameter("1", "largest relative error of a gyroscope that is used", bound=POSITIVE)

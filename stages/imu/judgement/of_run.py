@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 
 from stages.imu.clock.indexed import BY_ROWS
+from stages.imu.judgement.rolling_stance import mean_gain
 from stages.imu.judgement.sensor_evidence import flat_tops, noise_ends, static_reading, wraps
 from stages.imu.judgement.verdict import (
     CLOCK,
@@ -22,7 +23,7 @@ from stages.imu.judgement.verdict import (
     Refusal,
     Verdict,
 )
-from stages.imu.parameters import Limits, Settings
+from stages.imu.parameters import Limits, Reading, Settings
 from stages.imu.reports.run_report import Evidence
 from stages.imu.sources.schema import Experiment
 from stages.imu.trial.frames import Frame, is_mounting_declared
@@ -42,20 +43,20 @@ def verdict_on(
     strikes: int,
     frequency: float,
     evidence: Evidence,
-    settings: Settings,
-    limits: Limits,
+    parameters: Reading,
 ) -> Verdict:
     """The verdict on a run; `sensors` are those that are used, `left_out` says of each other one why it is not."""
     if not sensors:
         why = "; ".join(["no usable sensor at hip or foot", *(one.sentence for one in left_out)])
         return Verdict((_refuse(why),))
+    settings, limits = parameters.settings, parameters.limits
     own_clocks = len(sensors) == 2 and all(trace.clock.stamp == "device" for trace, _ in sensors.values())
     found = [
         *_on_what_is_there(experiment, sensors, left_out),
         *_on_clocks(sensors),
         *_on_two_places(overlap, own_clocks, lever_arm, lag_at_edge, other_lag, experiment.slope_deg or 0.0, evidence,
                         settings, limits),
-        *_on_the_walk(strikes, frequency, evidence, settings, limits),
+        *_on_the_walk(strikes, frequency, evidence, parameters),
         *_on_each_place(sensors, evidence, settings, limits),
     ]
     return Verdict(tuple(found))
@@ -196,8 +197,9 @@ def _on_two_places(
 
 
 def _on_the_walk(
-    strikes: int, frequency: float, evidence: Evidence, settings: Settings, limits: Limits
+    strikes: int, frequency: float, evidence: Evidence, parameters: Reading
 ) -> Iterator[Finding]:
+    settings, limits = parameters.settings, parameters.limits
     if strikes < settings.fewest_steps:
         yield _refuse(f"only {strikes} heel strikes")
         return
@@ -218,6 +220,22 @@ def _on_the_walk(
             f"steps are spaced unevenly (one departs by {evidence.spacing:.0%} of the median) or a leg lands twice",
             STRIKES, LEGS, FREQUENCY,
         )  # fmt: skip
+    gain, error = mean_gain(evidence, parameters.drawing)
+    # The two are alike where both accelerometers are right, as the gyroscopes are on one leg.
+    one, other = evidence.hip_gain, evidence.foot_gain / (abs(evidence.rate_ratio) or math.nan)
+    unlike = 3 * math.hypot(limits.rate_gain_tolerance, evidence.hip_gain_error, evidence.foot_gain_error)
+    read = f"the gyroscopes read {gain:.2f} times what gravity turns by while the leg stands: one of their gain, range "
+    if abs(other / one - 1) > unlike:
+        place, felt = ("hip", 1 / one) if abs(math.log(one)) > abs(math.log(other)) else ("foot", 1 / other)
+        yield _remark(
+            f"while the leg stands the {place} feels forward {felt:.2f} times what gravity gives that turns by its "
+            "rate, the other place what it should: an axis of its accelerometer",
+            f"{place} {FORCE}", f"{place} {FRAME}", LEVER,
+        )  # fmt: skip
+    elif abs(math.log(max(gain, 1e-9))) > math.log1p(limits.rate_scale_tolerance):
+        yield _refuse(read + "or unit, or the accelerometers' gain forward")
+    elif abs(gain - 1) > max(limits.rate_gain_tolerance, 3 * error):
+        yield _remark(read + "or unit, or the accelerometers' gain forward", f"hip {RATE}", f"foot {RATE}")
     if evidence.hidden_strikes > limits.hidden_strikes:
         yield _remark(
             f"{evidence.hidden_strikes:.0%} of the heel strikes lie in holes of the recording: they are placed by what "
@@ -241,26 +259,7 @@ def _on_each_place(
                 f"the {place}'s gyroscope turns against gravity: columns exchanged or signs turned in gyroscope or "
                 "accelerometer"
             )
-        gain, arm = getattr(evidence, f"{place}_gain"), getattr(evidence, f"{place}_arm")
-        # By the other place, were both accelerometers right: the two gyroscopes are on one leg.
-        alike = evidence.hip_gain * evidence.rate_ratio if place == "foot" else evidence.foot_gain / evidence.rate_ratio
-        if abs(gain / alike - 1) > 2 * limits.rate_gain_tolerance and abs(math.log(gain)) > abs(math.log(alike)):
-            yield _remark(
-                f"while the leg stands the {place} feels forward {1 / gain:.2f} times what gravity gives that turns by "
-                "its rate, the other place what it should: an axis of its accelerometer",
-                f"{place} {FORCE}", f"{place} {FRAME}", LEVER,
-            )  # fmt: skip
-        elif abs(math.log(gain)) > math.log1p(limits.rate_scale_tolerance):
-            yield _refuse(
-                f"the {place}'s gyroscope reads {gain:.2f} times what gravity turns by while the leg stands: look at "
-                "its range and unit"
-            )
-        elif abs(gain - 1) > limits.rate_gain_tolerance:
-            yield _remark(
-                f"the {place}'s gyroscope reads {gain:.2f} times what gravity turns by while the leg stands: one of "
-                "its gain, its range, or its accelerometer's gain forward",
-                f"{place} {RATE}",
-            )
+        arm = getattr(evidence, f"{place}_arm")
         if abs(arm - 1) > limits.leg_length_tolerance:
             yield _remark(
                 f"by the {place}'s signals the leg that stands is {arm:.2f} times as long as by the drawing: look at "

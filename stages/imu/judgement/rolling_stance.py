@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from stages.imu.parameters import Reading
+from stages.imu.parameters import Drawing, Reading
 from stages.imu.reports.run_report import Evidence
 from stages.imu.strikes.heel_strikes import filled
 
@@ -32,15 +32,15 @@ SURE = 0.02  # largest standard error, from the scatter, of a gain that is told
 def swept(
     time: np.ndarray, forward: np.ndarray, rate: np.ndarray, angle: np.ndarray, stances: tuple[np.ndarray, np.ndarray],
     slope: float, gravity: float, arm: float, radius: float, quick: float = 1.0,
-) -> tuple[float, float, float]:
-    """What the lateral gyroscope reads over the true rate (1), the sensor's height above the sole [m], and how far the
-    angle of the rate departs from gravity's between one stance and another [rad].
+) -> tuple[float, float, float, float]:
+    """What the lateral gyroscope reads over the true rate (1), its standard error from the scatter, the sensor's height
+    above the sole [m], and how far the rate's angle departs from gravity's between one stance and another [rad].
 
     time (n,) [s], even; forward (n,) [m/s^2] and rate (n,) [rad/s] on body axes, NaN in holes; angle (n,) [rad] from
     that rate; stances: landings of this leg and the other leg's that follow, each (k,) [s]; slope [rad], arm [m] and
     radius [m] as they should be. The robot is so `quick` as Table 1's. NaN for what the stances do not tell.
     """
-    unknown = (math.nan,) * 3
+    unknown = (math.nan,) * 4
     number = np.full(len(time), -1)
     for place, (start, end) in enumerate(zip(*stances)):
         number[(time > start + AFTER_LANDING_S / quick) & (time < end - BEFORE_LANDING_S / quick)] = place
@@ -68,11 +68,11 @@ def swept(
             return unknown
     # Both sides are smoothed: so many points of the grid are one.
     scatter = float(left @ left) / len(left) * max(1.0, grid_hz / (2 * LOW_PASS_HZ * quick))
-    error = math.sqrt(scatter * np.linalg.inv(columns.T @ columns)[0, 0]) / share[0]
+    error = math.sqrt(scatter * np.linalg.inv(columns.T @ columns)[0, 0]) / share[0]  # relative, of 1 / gamma
     if not error < SURE:
         return unknown
     off = [float(left[number[standing] == one].mean()) / gravity for one in np.unique(number[standing])]
-    return float(1 / share[0]), float(share[2] / share[0]), max(off) - min(off)
+    return float(1 / share[0]), error / share[0], float(share[2] / share[0]), max(off) - min(off)
 
 
 @dataclass(frozen=True)
@@ -83,6 +83,22 @@ class Confirmed:
     length_error: float
 
 
+def mean_gain(evidence: Evidence, drawing: Drawing) -> tuple[float, float]:
+    """What the gyroscopes read in the mean over what gravity turns by (1), and its standard error.
+
+    Each place tells it, for how fast one gyroscope turns beside the other is known; the surer weighs more.
+    """
+    ratio = evidence.rate_ratio or math.nan
+    told = []
+    for gain, error, other in ((evidence.hip_gain, evidence.hip_gain_error, ratio),
+                               (evidence.foot_gain, evidence.foot_gain_error, 1 / ratio)):  # fmt: skip
+        if not math.isnan(gain):
+            mean = gain if math.isnan(other) else 0.5 * gain * (1 + other)
+            told.append((mean, 1 / (max(error, drawing.swept_error) ** 2 + drawing.gain_error**2)))
+    weight = sum(one for _, one in told)
+    return (sum(mean * one for mean, one in told) / weight, weight**-0.5) if told else (math.nan, math.nan)
+
+
 def confirmed(evidence: Evidence, parameters: Reading) -> Confirmed:
     """How far what is declared of gain and length is confirmed by what was found, with a standard error of its own.
 
@@ -91,14 +107,15 @@ def confirmed(evidence: Evidence, parameters: Reading) -> Confirmed:
     in the mean, whichever is right. A gain that nothing tells is any that the verdict lets through. A drawing that
     nothing tells is as good as it says; so is one that is confirmed.
     """
-    drawing, ratio = parameters.drawing, evidence.rate_ratio
-    told = [gain for gain in (evidence.hip_gain, evidence.foot_gain) if not math.isnan(gain)]
-    if len(told) == 1 and not math.isnan(ratio):  # the other's follows
-        told.append(told[0] * (ratio if told[0] == evidence.hip_gain else 1 / ratio))
+    drawing = parameters.drawing
+    gain, sure = mean_gain(evidence, drawing)
+    if math.isnan(gain):
+        gain, sure = 1.0, parameters.limits.rate_scale_tolerance / math.sqrt(3)
+    apart = 0.0 if math.isnan(evidence.rate_ratio) else 0.5 * (evidence.rate_ratio - 1)
     error = math.hypot(drawing.swept_error, drawing.gain_error)
-    sure = error / math.sqrt(max(1, len(told)))
-    off = (np.mean(told) - 1) ** 2 - sure**2 if told else parameters.limits.rate_scale_tolerance**2 / 3
-    apart = 0.0 if math.isnan(ratio) else 0.5 * (ratio - 1)
     arm = next((one for one in (evidence.hip_arm, evidence.foot_arm) if not math.isnan(one)), 1.0)
     length = (arm - 1) ** 2 - error**2
-    return Confirmed(math.sqrt(max(sure**2, off, apart**2)), math.sqrt(max(drawing.leg_length_error**2, length)))
+    return Confirmed(
+        math.sqrt(max(sure**2, (gain - 1) ** 2 - sure**2, apart**2)),
+        math.sqrt(max(drawing.leg_length_error**2, length)),
+    )

@@ -23,6 +23,8 @@ class Evidence:
     forward_gain: float = quantity("1", "foot's over hip's forward gain, the nearest to 1 that the signals allow")
     hip_gain: float = quantity("1", "hip's gyroscope over how gravity turns while the leg stands")
     foot_gain: float = quantity("1", "foot's gyroscope over how gravity turns while the leg stands")
+    hip_gain_error: float = quantity("1", "its standard error from the scatter")
+    foot_gain_error: float = quantity("1", "its standard error from the scatter")
     hip_arm: float = quantity("1", "hip sensor's height above the sole, as it is accelerated, over the drawing's")
     foot_arm: float = quantity("1", "foot sensor's height above the sole, as it is accelerated, over the drawing's")
     hip_pitch_deg: float = quantity("deg", "spread over stances of the hip's angle by its gyroscope less gravity's")

@@ -62,7 +62,7 @@ def evidence_of(
         direction, gain, of_hip, of_foot, late = lever_of(
             grid, seen["hip"], seen["foot"], strikes, settings.grid_rate_hz, quick)
     symmetry, gravity = {}, {}
-    rolling = dict.fromkeys(PLACES, (math.nan,) * 3)
+    rolling = dict.fromkeys(PLACES, (math.nan,) * 4)
     slope, stances = math.radians(experiment.slope_deg or 0.0), stances_of(strikes)
     for place, sensor in sensors.items():
         if not len(bounds) or not len(grid):
@@ -71,7 +71,7 @@ def evidence_of(
         arm = drawing.leg_length - (parameters.limits.lever_arm if place == "foot" else drawing.sag)
         found = swept(grid, seen[place][:, FORWARD], seen[place][:, 3 + LATERAL], angle, stances, slope,
                       settings.gravity, arm, drawing.foot_radius, quick)  # fmt: skip
-        rolling[place] = found[0], found[1] / arm, math.degrees(found[2])
+        rolling[place] = found[0], found[1], found[2] / arm, math.degrees(found[3])
         symmetry[place] = symmetry_of(np.interp(strikes.time, grid, angle), strikes)
         size, downhill = gravity_of(grid, seen[place][:, :3], angle, (bounds[0, 0], bounds[-1, 1]))
         gravity[place] = size / settings.gravity, math.degrees(downhill) - (experiment.slope_deg or 0.0)
@@ -91,10 +91,12 @@ def evidence_of(
         forward_gain=gain,
         hip_gain=rolling["hip"][0],
         foot_gain=rolling["foot"][0],
-        hip_arm=rolling["hip"][1],
-        foot_arm=rolling["foot"][1],
-        hip_pitch_deg=rolling["hip"][2],
-        foot_pitch_deg=rolling["foot"][2],
+        hip_gain_error=rolling["hip"][1],
+        foot_gain_error=rolling["foot"][1],
+        hip_arm=rolling["hip"][2],
+        foot_arm=rolling["foot"][2],
+        hip_pitch_deg=rolling["hip"][3],
+        foot_pitch_deg=rolling["foot"][3],
         hip_axis_deg=axes.get("hip", math.nan),
         foot_axis_deg=axes.get("foot", math.nan),
         rate_lag=late,
@@ -219,6 +221,6 @@ def read_trial(
         evidence=evidence,
         verdict=verdict_on(
             experiment, judged, left_out, overlap, lever, together.at_edge, together.other_lag, len(strikes.time),
-            frequency.value, evidence, settings, limits,
+            frequency.value, evidence, parameters,
         ),
     )  # fmt: skip
