@@ -9,10 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter1d
 
 from stages.imu.reports.run_report import RunReport
 from stages.imu.result import Result
 from stages.imu.sources.source_sqlite import SqliteSource
+from stages.imu.strikes.heel_strikes import turns
 from stages.imu.trial.trial import read_trial
 from stages.imu.trial.two_clocks import whole_lag
 from tests.imu.damage import edited
@@ -111,3 +113,13 @@ def test_the_whole_record_tells_the_lag(hip: slice, foot: slice, rows: int, ambi
     found, more = whole_lag(a, b, 1 / 200, (0.8, 4.0))
     assert (found - rows) % 200 in (0, 1, 199) if ambiguous else abs(found - rows) <= 1
     assert abs(more) % 200 in (0, 1, 199) and (more != 0) == ambiguous
+
+
+@pytest.mark.parametrize("stood_s", [2.0, 60.0, 600.0])
+def test_a_leg_that_stands_for_long_lands_nowhere_meanwhile(stood_s: float) -> None:
+    """A logger that was started early holds more of the stand's noise than of the walk."""
+    rate = walk(12, stood_s)
+    rate += 0.01 * gaussian_filter1d(np.random.default_rng(2).normal(size=len(rate)), 3)
+    rows = [row for row, _ in turns(rate, 0.5, 1 / 200)]
+    assert 8 <= len(rows) <= 13
+    assert min(rows) > 200 * stood_s - 10 and max(rows) < len(rate) - 200 * stood_s + 10

@@ -26,6 +26,7 @@ ROUNDED = 1e-3  # of the grid's step
 SEARCH_STEPS = 0.3  # half width of the search around a turn, in steps
 LOBE_STEPS = 0.45  # how soon before and after a turn the leg must have moved, in steps
 FAINT = 0.6  # of a leg's median pulse: a fainter one is not the strike, which then lies in a hole
+STILL = 0.1  # of the largest peak rate: below it the leg stands, however long it does
 QUIET_RATE = 0.25  # of the typical peak rate: below it the leg does not walk
 
 
@@ -132,7 +133,7 @@ def turns(rate: np.ndarray, period: float, dt: float) -> list[tuple[int, int]]:
     peaks = np.abs(rate[find_peaks(np.abs(rate), distance=max(1, int(0.5 * period / dt)))[0]])
     if not len(peaks):
         return []
-    enough = QUIET_RATE * np.quantile(peaks, 0.75)
+    enough = QUIET_RATE * np.quantile(peaks[peaks > STILL * peaks.max()], 0.75)
     reach = max(1, int(LOBE_STEPS * period / dt))
     found = []
     for turn in np.flatnonzero(rate[1:] * rate[:-1] < 0):
