@@ -22,7 +22,6 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from matplotlib.transforms import Bbox
 from PIL import Image
 
-from stages.drawing import found_once
 from stages.drawing.drawn_numbers import as_csv
 
 #: Okabe and Ito's palette, one colour a source.
@@ -61,7 +60,7 @@ RULES: dict[Any, Any] = {
 @contextmanager
 def drawing() -> Iterator[None]:
     """Draw under the study's rules, whatever the user's own defaults are."""
-    with plt.rc_context(), found_once.while_drawing():
+    with plt.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(RULES)
         yield
@@ -87,12 +86,14 @@ def laid_out(figure: Figure, dpi: int) -> Iterator[None]:
     """
     figure.dpi = dpi
     engine = figure.get_layout_engine()
-    with found_once.while_nothing_changes(), plt.rc_context({"figure.constrained_layout.use": False}):
+    with plt.rc_context({"figure.constrained_layout.use": False}):
         if engine is not None:
             engine.execute(figure)
-            for axes in figure.get_axes():  # the solver's last digit is not the same twice
+            for part in figure.subfigs:  # the solver's last digit is not the same twice
+                part.bbox_relative.set_points(np.round(part.bbox_relative.get_points(), 9))
+            for axes in figure.get_axes():
                 place: Any = axes.get_position(original=True)
-                axes._set_position(Bbox(np.round(place.get_points(), 9)), which="original")  # type: ignore[attr-defined]
+                axes.set_position(Bbox(np.round(place.get_points(), 9)), which="original")
         figure.set_layout_engine(None)
         yield
 
@@ -136,8 +137,7 @@ def pictures(name: str, figure: Figure, dpi: int, *, pdf: bool = True, said: str
         if pdf:
             buffer = io.BytesIO()
             nameless = {"CreationDate": None, "Producer": None, "Creator": None}
-            with found_once.plain_fonts():
-                figure.savefig(buffer, format="pdf", dpi=dpi, metadata=nameless, bbox_inches=box)
+            figure.savefig(buffer, format="pdf", dpi=dpi, metadata=nameless, bbox_inches=box)
             files[f"figures/{name}.pdf"] = buffer.getvalue()
     plt.close(figure)
     return files
