@@ -29,6 +29,7 @@ from stages.imu.sources.schema import Experiment
 from stages.imu.trial.frames import Frame, is_mounting_declared
 from stages.imu.trial.sensor import SensorTrace
 
+BOTH = ("hip", "foot")
 IN_RADIANS = math.radians(10.0)  # no ramp is so gentle that is not level, and none so steep is walked down
 
 
@@ -70,6 +71,11 @@ def _remark(sentence: str, *about: str) -> Finding:
     return Finding(False, about, sentence)
 
 
+def _of(places: Iterable[str], *what: str) -> tuple[str, ...]:
+    """The names of these quantities at these places."""
+    return tuple(f"{place} {one}" for place in places for one in what)
+
+
 def _on_what_is_there(
     experiment: Experiment, sensors: Mapping[str, tuple[SensorTrace, Frame]], left_out: Iterable[Refusal]
 ) -> Iterator[Finding]:
@@ -83,8 +89,8 @@ def _on_what_is_there(
             LEGS, STRIKES, FREQUENCY, f"{place} {RATE}", f"{place} {FRAME}",
         )  # fmt: skip
     if experiment.slope_deg is None:
-        about = [f"{place} {what}" for place in sensors for what in (FRAME, FORCE)]
-        yield _remark("slope_deg is unknown and taken as 0: forces and frames are turned by as much", *about)
+        sentence = "slope_deg is unknown and taken as 0: forces and frames are turned by as much"
+        yield _remark(sentence, *_of(sensors, FRAME, FORCE))
     for place, (trace, _) in sensors.items():
         if not is_mounting_declared(trace.indexed.recording.device):
             yield _remark(
@@ -150,7 +156,7 @@ def _on_two_places(
         yield _remark(
             f"the gyroscopes show the leg's motion {1e3 * evidence.rate_lag:+.0f} ms after the accelerometers: one of "
             "columns that lag, a filter on the rates, or a zero that firmware follows",
-            *(f"{place} {what}" for place in ("hip", "foot") for what in (RATE, FRAME)), LEVER,
+            *_of(BOTH, RATE, FRAME), LEVER,
         )  # fmt: skip
         return
     if evidence.agreement < limits.usual_agreement:
@@ -158,7 +164,7 @@ def _on_two_places(
             f"hip and foot turn less alike than on one leg (R2 {evidence.agreement:.4f}): logs of different runs, a "
             "sensor that is loose or smoothed, or a clock that was set",
             LAG, LEVER, STRIKES, FREQUENCY,
-            *(f"{place} {what}" for place in ("hip", "foot") for what in (RATE, FORCE, FRAME)),
+            *_of(BOTH, RATE, FORCE, FRAME),
         )  # fmt: skip
     if abs(math.log(max(abs(evidence.rate_ratio), 1e-9))) > math.log1p(limits.rate_scale_tolerance):
         yield _refuse(
@@ -167,18 +173,18 @@ def _on_two_places(
         )
     elif abs(evidence.rate_ratio - 1) > limits.rate_tolerance_of_places:
         yield _remark(
-            f"the foot turns {evidence.rate_ratio:.2f} times as fast as the hip", f"hip {RATE}", f"foot {RATE}"
+            f"the foot turns {evidence.rate_ratio:.2f} times as fast as the hip", *_of(BOTH, RATE)
         )
     if abs(lever_arm / limits.lever_arm - 1) > limits.lever_arm_tolerance:
         yield _remark(
             f"by the signals the sensors are {lever_arm:.3f} m apart, by the drawing {limits.lever_arm:.3f} m",
-            LEVER, *(f"{place} {what}" for place in ("hip", "foot") for what in (RATE, FORCE)),
+            LEVER, *_of(BOTH, RATE, FORCE),
         )  # fmt: skip
     if abs(math.log(max(evidence.forward_gain, 1e-9))) > math.log1p(limits.forward_gain_tolerance):
         yield _remark(
             f"beside the leg's turning the foot feels {evidence.forward_gain:.2f} times as much forward as the hip: "
             "one of an accelerometer's axis or gain, or a sensor that turned on its leg",
-            *(f"{place} {what}" for place in ("hip", "foot") for what in (FRAME, FORCE)), LEVER,
+            *_of(BOTH, FRAME, FORCE), LEVER,
         )  # fmt: skip
     degrees = math.degrees(slope_deg)
     if 0 < slope_deg < IN_RADIANS and abs(evidence.lever_direction_deg + degrees - slope_deg) < abs(
@@ -186,19 +192,17 @@ def _on_two_places(
     ):
         yield _remark(
             f"slope_deg of {slope_deg:.3g} seems to be in radians: {degrees:.2f} degrees are nearer to what is felt",
-            *(f"{place} {what}" for place in ("hip", "foot") for what in (FRAME, FORCE)),
+            *_of(BOTH, FRAME, FORCE),
         )  # fmt: skip
     elif abs(evidence.lever_direction_deg) > limits.lever_direction_deg:
         yield _remark(
             f"the line from hip to foot lies {evidence.lever_direction_deg:+.1f} degrees off the leg: look at "
             "slope_deg, rest_leg_angle_deg and the accelerometers' axes",
-            *(f"{place} {what}" for place in ("hip", "foot") for what in (FRAME, FORCE)), LEVER,
+            *_of(BOTH, FRAME, FORCE), LEVER,
         )  # fmt: skip
 
 
-def _on_the_walk(
-    strikes: int, frequency: float, evidence: Evidence, parameters: Reading
-) -> Iterator[Finding]:
+def _on_the_walk(strikes: int, frequency: float, evidence: Evidence, parameters: Reading) -> Iterator[Finding]:
     settings, limits = parameters.settings, parameters.limits
     if strikes < settings.fewest_steps:
         yield _refuse(f"only {strikes} heel strikes")
@@ -224,29 +228,28 @@ def _on_the_walk(
     # The two are alike where both accelerometers are right, as the gyroscopes are on one leg.
     one, other = evidence.hip_gain, evidence.foot_gain / (abs(evidence.rate_ratio) or math.nan)
     unlike = 3 * math.hypot(limits.rate_gain_tolerance, evidence.hip_gain_error, evidence.foot_gain_error)
-    read = f"the gyroscopes read {gain:.2f} times what gravity turns by while the leg stands: one of their gain, range "
+    read = (f"the gyroscopes read {gain:.2f} times what gravity turns by while the leg stands: one of their gain, "
+            "range or unit, or the accelerometers' gain forward")  # fmt: skip
     if abs(other / one - 1) > unlike:
         place, felt = ("hip", 1 / one) if abs(math.log(one)) > abs(math.log(other)) else ("foot", 1 / other)
         yield _remark(
             f"while the leg stands the {place} feels forward {felt:.2f} times what gravity gives that turns by its "
-            "rate, the other place what it should: an axis of its accelerometer",
-            f"{place} {FORCE}", f"{place} {FRAME}", LEVER,
+            "rate, the other place what it should: an axis of its accelerometer", *_of((place,), FORCE, FRAME), LEVER,
         )  # fmt: skip
     elif abs(math.log(max(gain, 1e-9))) > math.log1p(limits.rate_scale_tolerance):
-        yield _refuse(read + "or unit, or the accelerometers' gain forward")
+        yield _refuse(read)
     elif abs(gain - 1) > max(limits.rate_gain_tolerance, 3 * error):
-        yield _remark(read + "or unit, or the accelerometers' gain forward", f"hip {RATE}", f"foot {RATE}")
+        yield _remark(read, *_of(BOTH, RATE))
     if evidence.hidden_strikes > limits.hidden_strikes:
         yield _remark(
             f"{evidence.hidden_strikes:.0%} of the heel strikes lie in holes of the recording: they are placed by what "
-            "is left of them",
-            STRIKES, FREQUENCY,
+            "is left of them", STRIKES, FREQUENCY,
         )  # fmt: skip
     if abs(evidence.strike_symmetry_deg) > limits.strike_symmetry_deg:
         yield _remark(
             f"the leg lands unevenly about the slope's normal, by {evidence.strike_symmetry_deg:+.1f} degrees: look at "
             "rest_leg_angle_deg, and whether it stood still as is said",
-            *(f"{place} {what}" for place in ("hip", "foot") for what in (FRAME, FORCE)),
+            *_of(BOTH, FRAME, FORCE),
         )  # fmt: skip
 
 
@@ -263,9 +266,8 @@ def _on_each_place(
         if abs(arm - 1) > limits.leg_length_tolerance:
             yield _remark(
                 f"by the {place}'s signals the leg that stands is {arm:.2f} times as long as by the drawing: look at "
-                "leg_length",
-                LEVER, STEP_LENGTH,
-            )
+                "leg_length", LEVER, STEP_LENGTH,
+            )  # fmt: skip
         turned, drifted = getattr(evidence, f"{place}_axis_deg"), getattr(evidence, f"{place}_pitch_deg")
         moved = {f"its swing axis by {turned:.1f}": turned, f"gravity beside its rate by {drifted:.1f}": drifted}
         if any(angle > limits.turned_deg for angle in moved.values()):
@@ -273,27 +275,25 @@ def _on_each_place(
                 f"within the walk turned on the {place}'s sensor, in degrees, "
                 f"{' and '.join(what for what, angle in moved.items() if angle > limits.turned_deg)}: one of a sensor "
                 "that turned on its leg, a gyroscope whose zero drifts, or a walk that leaves its plane",
-                *(f"{place} {what}" for what in (FRAME, FORCE, RATE)),
+                *_of((place,), FRAME, FORCE, RATE),
             )  # fmt: skip
         if noise_ends(trace):
             yield _remark(
                 f"the noise of the {place} at rest ends below its bandwidth: one of readings that were smoothed, "
                 "averaged or resampled, or a low pass below bandwidth_hz",
-                STRIKES, FREQUENCY, f"{place} {FORCE}", f"{place} {RATE}",
+                STRIKES, FREQUENCY, *_of((place,), FORCE, RATE),
             )  # fmt: skip
         at_rest = static_reading(trace) * trace.scale.acceleration / settings.gravity
         walking, off = getattr(evidence, f"{place}_gravity"), getattr(evidence, f"{place}_gravity_deg")
         if max(abs(at_rest - 1), abs(walking - 1)) > limits.gravity_tolerance:
             yield _remark(
                 f"the {place} feels {at_rest:.3f} of gravity at rest and {walking:.3f} over whole strides: one "
-                "of its gain, a bias, or blows that are in holes or beyond full scale",
-                f"{place} {FORCE}",
-            )
+                "of its gain, a bias, or blows that are in holes or beyond full scale", f"{place} {FORCE}",
+            )  # fmt: skip
         if abs(off) > limits.gravity_direction_deg:
             yield _remark(
                 f"over whole strides the {place} feels gravity {off:+.1f} degrees from where it stood at rest: "
-                "one of its rate, an axis of its accelerometer, or holes",
-                f"{place} {FORCE}", f"{place} {RATE}", f"{place} {FRAME}",
+                "one of its rate, an axis of its accelerometer, or holes", *_of((place,), FORCE, RATE, FRAME),
             )  # fmt: skip
         rows = max(1, len(trace.time))
         for what, clipped in ((FORCE, trace.clipped_acceleration), (RATE, trace.clipped_angular_rate)):
@@ -308,7 +308,7 @@ def _on_each_place(
                 yield _remark(
                     f"readings of the {place} leap {over} times from one end of their range to the other: counts that "
                     "begin again beyond their full scale, as another sensor's of this range may",
-                    *(f"{each} {what}" for each in sensors), f"{place} {FRAME}",
+                    *_of(sensors, what), f"{place} {FRAME}",
                 )  # fmt: skip
             count, at = flat_tops(values, full)
             if count:

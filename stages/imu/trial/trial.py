@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -54,64 +54,40 @@ def evidence_of(
 ) -> Evidence:
     """What the run's signals say about themselves, by all strikes and the strides between these bounds."""
     settings, drawing, quick = parameters.settings, parameters.drawing, parameters.quick
-    agreement, ratio, direction, gain, of_hip, of_foot, late = (math.nan,) * 7
+    found = dict.fromkeys((field.name for field in fields(Evidence)), math.nan)
     grid = common_grid(sensors, settings) if sensors else np.empty(0)
     seen = {place: on_grid(sensor, grid, settings) for place, sensor in sensors.items()}
     if len(sensors) == 2:
-        agreement, ratio = agreement_of(*(seen[place][:, 3 + LATERAL] for place in PLACES))
-        direction, gain, of_hip, of_foot, late = lever_of(
-            grid, seen["hip"], seen["foot"], strikes, settings.grid_rate_hz, quick)
-    symmetry, gravity = {}, {}
-    rolling = dict.fromkeys(PLACES, (math.nan,) * 4)
+        found["agreement"], found["rate_ratio"] = agreement_of(*(seen[place][:, 3 + LATERAL] for place in PLACES))
+        names = ("lever_direction_deg", "forward_gain", "hip_turning", "foot_turning", "rate_lag")
+        found |= zip(names, lever_of(grid, seen["hip"], seen["foot"], strikes, settings.grid_rate_hz, quick))
+    first = next((place for place in PLACES if place in sensors), "")
     slope, stances = math.radians(experiment.slope_deg or 0.0), stances_of(strikes)
     for place, sensor in sensors.items():
+        found[f"{place}_axis_deg"] = axis_turn_of(sensor.rate[~sensor.trace.rest])
         if not len(bounds) or not len(grid):
             continue
         angle = angle_on(grid, place, seen, sensor, settings)
         arm = drawing.leg_length - (parameters.limits.lever_arm if place == "foot" else drawing.sag)
-        found = swept(grid, seen[place][:, FORWARD], seen[place][:, 3 + LATERAL], angle, stances, slope,
-                      settings.gravity, arm, drawing.foot_radius, quick)  # fmt: skip
-        rolling[place] = found[0], found[1], found[2] / arm, math.degrees(found[3])
-        symmetry[place] = symmetry_of(np.interp(strikes.time, grid, angle), strikes)
+        gain, error, height, apart = swept(
+            grid, seen[place][:, FORWARD], seen[place][:, 3 + LATERAL], angle, stances, slope, settings.gravity, arm,
+            drawing.foot_radius, quick)  # fmt: skip
         size, downhill = gravity_of(grid, seen[place][:, :3], angle, (bounds[0, 0], bounds[-1, 1]))
-        gravity[place] = size / settings.gravity, math.degrees(downhill) - (experiment.slope_deg or 0.0)
-    first = next((place for place in PLACES if place in sensors), "")
-    spacing, alternating = spacing_of(strikes)
-    axes = {place: axis_turn_of(sensor.rate[~sensor.trace.rest]) for place, sensor in sensors.items()}
-    hidden = math.nan
-    if first and len(strikes.time):  # among samples that are there: one at full scale shows a strike
-        there = resample(sensors[first].time, np.zeros((len(sensors[first].time), 1)), grid,
-                         longest_step(sensors[first], settings))  # fmt: skip
+        own = {"gain": gain, "gain_error": error, "arm": height / arm, "pitch_deg": math.degrees(apart),
+               "gravity": size / settings.gravity, "gravity_deg": math.degrees(downhill - slope)}  # fmt: skip
+        found |= {f"{place}_{name}": value for name, value in own.items()}
+        if place == first:
+            found["strike_symmetry_deg"] = symmetry_of(np.interp(strikes.time, grid, angle), strikes)
+    found["spacing"], found["alternating"] = spacing_of(strikes)
+    if first:
+        sensor = sensors[first]
+        found["third_moment"] = skewness(sensor.rate[~sensor.trace.rest, LATERAL])
+        # Among samples that are there: one at full scale shows a strike.
+        there = resample(sensor.time, np.zeros((len(sensor.time), 1)), grid, longest_step(sensor, settings))
         reach = max(1, round((0.75 * PULSE_S + SHIFTS_S[-1]) / quick * settings.grid_rate_hz))  # as far as one is moved
-        hidden = float(np.mean(in_hole(there, np.searchsorted(grid, strikes.time), reach)))
-    return Evidence(
-        agreement=agreement,
-        rate_ratio=ratio,
-        lever_direction_deg=direction,
-        forward_gain=gain,
-        hip_gain=rolling["hip"][0],
-        foot_gain=rolling["foot"][0],
-        hip_gain_error=rolling["hip"][1],
-        foot_gain_error=rolling["foot"][1],
-        hip_arm=rolling["hip"][2],
-        foot_arm=rolling["foot"][2],
-        hip_pitch_deg=rolling["hip"][3],
-        foot_pitch_deg=rolling["foot"][3],
-        hip_axis_deg=axes.get("hip", math.nan),
-        foot_axis_deg=axes.get("foot", math.nan),
-        rate_lag=late,
-        hidden_strikes=hidden,
-        third_moment=skewness(sensors[first].rate[~sensors[first].trace.rest, LATERAL]) if first else math.nan,
-        hip_turning=of_hip,
-        foot_turning=of_foot,
-        strike_symmetry_deg=symmetry.get(first, math.nan),
-        hip_gravity=gravity.get("hip", (math.nan, math.nan))[0],
-        foot_gravity=gravity.get("foot", (math.nan, math.nan))[0],
-        hip_gravity_deg=gravity.get("hip", (math.nan, math.nan))[1],
-        foot_gravity_deg=gravity.get("foot", (math.nan, math.nan))[1],
-        spacing=spacing,
-        alternating=alternating,
-    )
+        hidden = in_hole(there, np.searchsorted(grid, strikes.time), reach)
+        found["hidden_strikes"] = float(hidden.mean()) if len(hidden) else math.nan
+    return Evidence(**found)
 
 
 @dataclass(frozen=True)
