@@ -102,20 +102,20 @@ def mean_gain(evidence: Evidence, drawing: Drawing) -> tuple[float, float]:
 def confirmed(evidence: Evidence, parameters: Reading) -> Confirmed:
     """How far what is declared of gain and length is confirmed by what was found, with a standard error of its own.
 
-    What was found within an error or so of what is declared confirms it, to that error; further off, the square of the
-    distance is that of what is declared wrong and of the error together. Two gyroscopes that differ are half as far off
-    in the mean, whichever is right. A gain that nothing tells is any that the verdict lets through. A drawing that
-    nothing tells is as good as it says; so is one that is confirmed.
+    Within two of its errors it confirms what is declared, to one; further off, the square of the distance is that of
+    what is declared wrong and of the error together. Two gyroscopes that differ are half as far off in the mean,
+    whichever is right. A gain that nothing tells is any that the verdict lets through. A drawing that nothing tells is
+    as good as it says; so is one that is confirmed.
     """
     drawing = parameters.drawing
     gain, sure = mean_gain(evidence, drawing)
     if math.isnan(gain):
         gain, sure = 1.0, parameters.limits.rate_scale_tolerance / math.sqrt(3)
-    apart = 0.0 if math.isnan(evidence.rate_ratio) else 0.5 * (evidence.rate_ratio - 1)
-    error = math.hypot(drawing.swept_error, drawing.gain_error)
+    apart = 0.0 if math.isnan(evidence.rate_ratio) else 0.5 * abs(evidence.rate_ratio - 1)
     arm = next((one for one in (evidence.hip_arm, evidence.foot_arm) if not math.isnan(one)), 1.0)
-    length = (arm - 1) ** 2 - error**2
-    return Confirmed(
-        math.sqrt(max(sure**2, (gain - 1) ** 2 - sure**2, apart**2)),
-        math.sqrt(max(drawing.leg_length_error**2, length)),
-    )
+    drawn = _beyond(arm - 1, math.hypot(drawing.swept_error, drawing.gain_error))
+    return Confirmed(max(sure, apart, _beyond(gain - 1, sure)), max(drawing.leg_length_error, drawn))
+
+
+def _beyond(departure: float, sure: float) -> float:
+    return math.sqrt(departure**2 - sure**2) if abs(departure) > 2 * sure else 0.0
