@@ -118,7 +118,7 @@ def test_origin_is_passed_on(ingested) -> None:
 def test_sensors_sit_where_they_sit(ingested) -> None:
     """The foot sensor is 0.233 m below the hip sensor."""
     result, _ = ingested
-    assert np.median([one.report.lever_arm for one in result.runs]) == pytest.approx(0.233, abs=0.01)
+    assert np.median([one.report.evidence.lever_arm for one in result.runs]) == pytest.approx(0.233, abs=0.01)
 
 
 def test_registered_strides_are_the_motion(ingested) -> None:

@@ -194,15 +194,16 @@ def test_two_places_tell_which_way_a_gyroscope_turns_where_gravity_does_not() ->
         return lever_of(time, hip, foot, NO_STRIKES, 200.0)
 
     turned = np.array([1, 1, 1, -1, -1, -1])
-    direction, _, *turns, late = said(hip, foot)
+    arm, direction, _, *turns, late = said(hip, foot)
+    assert arm == pytest.approx(0.3, rel=0.01) == -said(foot, hip)[0]
     assert direction == pytest.approx(0.0, abs=0.02) and turns == pytest.approx([1, 1], abs=1e-3)
-    assert said(hip, foot * turned)[2:4] == pytest.approx([1, -1], abs=1e-3)
-    assert said(hip * turned, foot * turned)[2:4] == pytest.approx([-1, -1], abs=1e-3)
+    assert said(hip, foot * turned)[3:5] == pytest.approx([1, -1], abs=1e-3)
+    assert said(hip * turned, foot * turned)[3:5] == pytest.approx([-1, -1], abs=1e-3)
     beside = np.column_stack((np.zeros((len(time), 5)), 2.0 * np.sin(3.1 * time)))
-    assert np.abs(said(hip * [1, 1, 1, 0, 0, 0] + beside, foot * [1, 1, 1, 0, 0, 0] + beside)[2:4]).max() < 0.3
+    assert np.abs(said(hip * [1, 1, 1, 0, 0, 0] + beside, foot * [1, 1, 1, 0, 0, 0] + beside)[3:5]).max() < 0.3
     behind = [np.column_stack((one[6:, :3], one[:-6, 3:])) for one in (hip, foot)]
     assert late == pytest.approx(0.0, abs=1e-3), "and six rows of 5 ms:"
-    assert lever_of(time[6:], *behind, NO_STRIKES, 200.0)[4] == pytest.approx(0.03, abs=1e-3)
+    assert lever_of(time[6:], *behind, NO_STRIKES, 200.0)[5] == pytest.approx(0.03, abs=1e-3)
 
 
 def test_a_sensor_that_turns_on_its_leg_moves_the_swing_axis() -> None:

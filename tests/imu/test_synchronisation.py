@@ -73,7 +73,7 @@ def test_a_lag_of_the_foot_is_found_and_taken_out(lag: float) -> None:
     ahead = found.foot.time[0] - found.hip.time[0]
     (alone,) = ingested(0.0).runs
     assert ahead == pytest.approx(alone.foot.time[0] - alone.hip.time[0], abs=2e-3)
-    assert found.report.lever_arm == pytest.approx(0.233, abs=0.01)
+    assert found.report.evidence.lever_arm == pytest.approx(0.233, abs=0.01)
 
 
 def test_registered_foot_and_hip_turn_as_one() -> None:

@@ -58,9 +58,10 @@ def gain_of(first: np.ndarray, second: np.ndarray) -> float:
 def lever_of(
     time: np.ndarray, hip: np.ndarray, foot: np.ndarray, strikes: HeelStrikes, rate_hz: float,
     quick: float = 1.0,
-) -> tuple[float, float, float, float, float]:
-    """Direction of the lever arm from the leg's line [deg], forward gain of the foot over the hip (1), agreement of the
-    forward part with how the hip's own rate changes, and with how the foot's does, and how late the rates are [s].
+) -> tuple[float, float, float, float, float, float]:
+    """Distance of the foot's sensor below the hip's [m], its direction from the leg's line [deg], forward gain of the
+    foot over the hip (1), agreement of the forward part with how the hip's own rate changes, and with how the foot's
+    does, and how late the rates are [s]. The distance is negative where the two are named the wrong way round.
 
     hip, foot: signals (n, 6) on a grid. The robot is so `quick` as Table 1's.
 
@@ -69,14 +70,14 @@ def lever_of(
     for any robot; -1 for a gyroscope that was turned.
     """
     if len(time) < FEWEST_POINTS:
-        return NAN, NAN, NAN, NAN, NAN
+        return (NAN,) * 6
     hole = ~(np.isfinite(hip).all(axis=1) & np.isfinite(foot).all(axis=1))
     reach = max(1, round(HOLE_S / quick * rate_hz))
     known = np.convolve(hole, np.ones(2 * reach + 1), "same") == 0
     for strike in strikes.time:
         known &= (time < strike + AROUND_STRIKE_S[0] / quick) | (time > strike + AROUND_STRIKE_S[1] / quick)
     if known.sum() < FEWEST_POINTS:
-        return NAN, NAN, NAN, NAN, NAN
+        return (NAN,) * 6
     sections = butter(2, min(LOW_PASS_HZ * quick, 0.4 * rate_hz), fs=rate_hz, output="sos")
 
     def smooth(one: np.ndarray) -> np.ndarray:
@@ -93,7 +94,8 @@ def lever_of(
     reach = round(LATE_S / quick * rate_hz)
     alike = np.array([agreement_of(np.roll(changes, -late)[known], forward)[0] for late in range(-reach, reach + 1)])
     late = (peak_of(alike) - reach) / rate_hz if 1 - alike.max() < EXPLAINED * (1 - alike[reach]) else 0.0
-    return math.degrees(math.atan2(whole[0].imag, whole[0].real)), gain_of(*left), own[0], own[1], late
+    direction = math.degrees(math.atan2(whole[0].imag, abs(whole[0].real)))
+    return float(whole[0].real), direction, gain_of(*left), own[0], own[1], late
 
 
 def peak_of(values: np.ndarray) -> float:

@@ -38,7 +38,6 @@ def verdict_on(
     sensors: Mapping[str, tuple[SensorTrace, Frame]],
     left_out: Iterable[Refusal],
     overlap: float,
-    lever_arm: float,
     lag_at_edge: bool,
     other_lag: float,
     strikes: int,
@@ -55,7 +54,7 @@ def verdict_on(
     found = [
         *_on_what_is_there(experiment, sensors, left_out),
         *_on_clocks(sensors),
-        *_on_two_places(overlap, own_clocks, lever_arm, lag_at_edge, other_lag, experiment.slope_deg or 0.0, evidence,
+        *_on_two_places(overlap, own_clocks, lag_at_edge, other_lag, experiment.slope_deg or 0.0, evidence,
                         settings, limits),
         *_on_the_walk(strikes, frequency, evidence, parameters),
         *_on_each_place(sensors, evidence, settings, limits),
@@ -120,7 +119,7 @@ def _on_clocks(sensors: Mapping[str, tuple[SensorTrace, Frame]]) -> Iterator[Fin
 
 
 def _on_two_places(
-    overlap: float, own_clocks: bool, lever_arm: float, lag_at_edge: bool, other_lag: float, slope_deg: float,
+    overlap: float, own_clocks: bool, lag_at_edge: bool, other_lag: float, slope_deg: float,
     evidence: Evidence, settings: Settings, limits: Limits,
 ) -> Iterator[Finding]:
     if own_clocks:
@@ -148,6 +147,7 @@ def _on_two_places(
             f"hip and foot do not turn as one (R2 {evidence.agreement:.3f} after the lag): another leg, another run, "
             "clocks further apart than half a step, or a gyroscope turned round"
         )
+    lever_arm = evidence.lever_arm
     if lever_arm < 0:
         yield _refuse(f"hip and foot are swapped: the foot sensor would sit {-lever_arm:.2f} m above the hip sensor")
     if lag_at_edge or evidence.agreement < limits.smallest_agreement or lever_arm < 0:

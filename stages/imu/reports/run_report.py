@@ -19,6 +19,7 @@ class Evidence:
 
     agreement: float = quantity("1", "squared correlation of the foot's and the hip's lateral rate, after the lag")
     rate_ratio: float = quantity("1", "foot's over hip's lateral rate")
+    lever_arm: float = quantity("m", "distance of the sensors along the leg, from their signals")
     lever_direction_deg: float = quantity("deg", "direction of the lever arm from the leg's line, in the frames found")
     forward_gain: float = quantity("1", "foot's over hip's forward gain, the nearest to 1 that the signals allow")
     hip_gain: float = quantity("1", "hip's gyroscope over how gravity turns while the leg stands")
@@ -81,7 +82,6 @@ class RunReport:
     overlap: float = quantity("1", "share of the longer motion that hip and foot both cover; NaN where unknown")
     foot_lag: float = quantity("s", "lag of the foot's stamps, taken out; NaN without both sensors")
     foot_lag_error: float = quantity("s", "standard error of that lag where the leg moves; NaN where it was not found")
-    lever_arm: float = quantity("m", "distance of the sensors along the leg, from their signals")
     heel_strikes: int = quantity("1", "heel strikes found")
     strides: int = quantity("1", "strides after the transient")
     step_frequency: float = quantity("Hz", "steps per second after the transient", symbol="f")
@@ -193,7 +193,8 @@ def _runs(runs: list[RunReport]) -> Table:
     rows: list[tuple[str, ...]] = [
         (
             *(r.name, "can't be observed" if math.isnan(r.overlap) else f"{r.overlap:.3f}"),
-            *_said(r.foot_lag, r.foot_lag_error, 1e3, 2), *(f"{r.lever_arm:.3f}", str(r.heel_strikes), str(r.strides)),
+            *_said(r.foot_lag, r.foot_lag_error, 1e3, 2), f"{r.evidence.lever_arm:.3f}",
+            *(str(r.heel_strikes), str(r.strides)),
             *(f"{r.step_frequency:.4f}", f"{r.step_frequency_error:.4f}", f"{r.evidence.agreement:.4f}"),
             ": ".join(part for part in (r.verdict, r.reason or "; ".join(r.remarks)) if part),
         )

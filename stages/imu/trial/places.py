@@ -60,26 +60,6 @@ def overlap_of(first: BodySensor, second: BodySensor) -> float:
     return float(max(0.0, min(b, d) - max(a, c)) / max(b - a, d - c, 1e-9))
 
 
-def lever_arm(sensors: dict[str, BodySensor], settings: Settings) -> float:
-    """Distance of the foot sensor below the hip sensor [m], from f_foot - f_hip = d (omega' forward + omega^2 up).
-
-    Negative where the two sensors are named the wrong way round.
-    """
-    grid = common_grid(sensors, settings)
-    if len(grid) < 10:
-        return math.nan
-    hip, foot = (on_grid(sensors[place], grid, settings) for place in PLACES)
-    rate = 0.5 * (hip[:, 3 + LATERAL] + foot[:, 3 + LATERAL])
-    expected = np.column_stack((np.gradient(rate, grid), rate**2))
-    difference = (foot - hip)[:, [FORWARD, UP]]
-    known = np.isfinite(expected).all(axis=1) & np.isfinite(difference).all(axis=1)
-    # Impacts shake the sensors: trimmed to the smoother nine tenths of the motion.
-    size = np.abs(expected[:, 0])
-    known &= size < np.nanquantile(size, 0.9) if known.any() else known
-    power = float(np.sum(expected[known] ** 2))
-    return float(np.sum(expected[known] * difference[known]) / power) if power > 0 else math.nan
-
-
 def bias_error(sensor: BodySensor) -> float:
     """Standard error of a sensor's lateral bias, from the scatter of its still stand [rad/s]; 0 without one."""
     still = sensor.rate[sensor.trace.rest, LATERAL]

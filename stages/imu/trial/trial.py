@@ -35,7 +35,6 @@ from stages.imu.trial.places import (
     BodySensor,
     angle_on,
     common_grid,
-    lever_arm,
     longest_step,
     on_grid,
     overlap_of,
@@ -59,7 +58,7 @@ def evidence_of(
     seen = {place: on_grid(sensor, grid, settings) for place, sensor in sensors.items()}
     if len(sensors) == 2:
         found["agreement"], found["rate_ratio"] = agreement_of(*(seen[place][:, 3 + LATERAL] for place in PLACES))
-        names = ("lever_direction_deg", "forward_gain", "hip_turning", "foot_turning", "rate_lag")
+        names = ("lever_arm", "lever_direction_deg", "forward_gain", "hip_turning", "foot_turning", "rate_lag")
         found |= zip(names, lever_of(grid, seen["hip"], seen["foot"], strikes, settings.grid_rate_hz, quick))
     first = next((place for place in PLACES if place in sensors), "")
     slope, stances = math.radians(experiment.slope_deg or 0.0), stances_of(strikes)
@@ -94,8 +93,8 @@ def evidence_of(
 class Trial:
     """One run, ready to be compared.
 
-    `foot_lag` is what the foot's stamps were late against the hip's [s], taken out (`two_clocks.py`);
-    `lever_arm` the distance of the foot sensor below the hip sensor the signals imply [m]; NaN without both sensors.
+    `foot_lag` is what the foot's stamps were late against the hip's [s], taken out (`two_clocks.py`),
+    NaN without both sensors.
     `strides` (s, p, 6) are the registered signals in the order of `SENSOR_SIGNALS`.
     """
 
@@ -104,7 +103,6 @@ class Trial:
     reports: tuple[SensorReport, ...]
     foot_lag: float
     foot_lag_error: float
-    lever_arm: float
     overlap: float
     strikes: HeelStrikes
     frequency: StepFrequency
@@ -129,7 +127,6 @@ class Trial:
             overlap=self.overlap,
             foot_lag=self.foot_lag,
             foot_lag_error=self.foot_lag_error,
-            lever_arm=self.lever_arm,
             heel_strikes=len(self.strikes.time),
             strides=len(self.strides),
             step_frequency=self.frequency.value,
@@ -169,13 +166,11 @@ def read_trial(
             left_out.append(Refusal(any(one.meaning for one in refusals), why))
         else:
             sensors[place] = sensor
-    lever, overlap = math.nan, math.nan
+    overlap = math.nan
     together = brought_together(sensors, settings, limits)
     sensors = together.sensors
-    if len(sensors) == 2:
-        if all(sensor.trace.clock.stamp != "none" for sensor in sensors.values()):
-            overlap = overlap_of(sensors["hip"], sensors["foot"])
-        lever = lever_arm(sensors, settings)
+    if len(sensors) == 2 and all(sensor.trace.clock.stamp != "none" for sensor in sensors.values()):
+        overlap = overlap_of(sensors["hip"], sensors["foot"])
     strikes, corner = strikes_of(sensors, settings, parameters.quick)
     used = HeelStrikes(strikes.time[settings.skipped_steps :], strikes.leg[settings.skipped_steps :])
     bounds, frequency = stride_bounds(used), step_frequency(used)
@@ -187,7 +182,6 @@ def read_trial(
         reports=tuple(reports),
         foot_lag=together.lag,
         foot_lag_error=together.lag_error,
-        lever_arm=lever,
         overlap=overlap,
         strikes=strikes,
         frequency=frequency,
@@ -196,7 +190,7 @@ def read_trial(
         leg=leg_of(sensors, used, corner, confirmed(evidence, parameters), parameters),
         evidence=evidence,
         verdict=verdict_on(
-            experiment, judged, left_out, overlap, lever, together.at_edge, together.other_lag, len(strikes.time),
+            experiment, judged, left_out, overlap, together.at_edge, together.other_lag, len(strikes.time),
             frequency.value, evidence, parameters,
         ),
     )  # fmt: skip
