@@ -7,10 +7,11 @@ import pytest
 
 from pipeline.parameters import yaml_text
 from pipeline.questions.command import Described
+from stages.analytic.errors import StepFailed
 from stages.biped.question import WrongOption
 from stages.calibration.blind.score import draw, scored, summary
 from stages.calibration.estimation.asked import asked_of
-from stages.calibration.estimation.campaign import fit_campaign
+from stages.calibration.estimation.campaign import Joint, fit_campaign
 from stages.calibration.estimation.each_run import as_plain, from_plain
 from stages.calibration.estimation.fit import fit_near, horizons
 from stages.calibration.information.plan import free_names
@@ -81,6 +82,26 @@ def test_an_odd_run_is_left_out_and_said(campaign, fit_of_two):
     assert [run.name for run in fit_of_two.runs] == [campaign.runs[0].name, campaign.runs[2].name]
     assert list(fit_of_two.left_out) == [odd.name]
     assert "times the usual residuals" in fit_of_two.left_out[odd.name]
+
+
+def test_runs_of_other_robots_are_told_apart_by_their_scatter(campaign, own_fits, monkeypatch):
+    """Where no design explains all of them: mean, and Student's interval of it by hand."""
+    drawing, model = fitted()
+
+    def no_design(*_):
+        raise StepFailed("no design in common")
+
+    monkeypatch.setattr(Joint, "fitted", no_design)
+    alike = {number: own_fits[0 if number == 1 else number] for number in own_fits}
+    found = fit_campaign(drawing, campaign.runs, model, campaign.known, lambda _: alike.items())
+    assert found.apart
+    designs = np.array([fit.design for fit in alike.values()])
+    np.testing.assert_allclose(found.design, designs.mean(axis=0))
+    half = 4.302653 * designs.std(axis=0, ddof=1) / np.sqrt(3)  # of three
+    np.testing.assert_allclose(1.959964 * np.sqrt(np.diag(found.covariance)), half, rtol=1e-5)
+    two = dict(list(alike.items())[:2])
+    with pytest.raises(StepFailed, match="in common"):
+        fit_campaign(drawing, campaign.runs[:2], model, campaign.known, lambda _: two.items())
 
 
 def test_horizons_rise_to_the_whole_run(campaign):

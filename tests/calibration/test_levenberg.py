@@ -1,8 +1,12 @@
 """Least squares rest where what is left to gain is a small part of what the residuals say that they do not know."""
 
 import numpy as np
+import pytest
 
-from stages.calibration.estimation.fit import ENOUGH, Point, least_squares
+from stages.analytic.errors import StepFailed
+from stages.calibration.estimation import fit
+from stages.calibration.estimation.fit import ENOUGH, Point, horizons, least_squares
+from tests.calibration.runs import drawn, fitted
 
 
 def valley(spread):
@@ -23,3 +27,58 @@ def test_a_fit_whose_residuals_are_larger_rests_where_as_small_a_part_is_left():
     assert coarse.converged and coarse.evaluations < exact.evaluations
     assert exact.point.cost < coarse.point.cost
     assert valley(0.01).evaluations == exact.evaluations  # no more is asked of residuals that are small
+
+
+def bowl(lowest, low):
+    """Half the squares of two residuals that hang together, with the first unknown bounded below by `low`."""
+    jacobian = np.array([[1.0, 0.5], [0.0, 1.0]])
+
+    def evaluate(x):
+        assert x[0] >= low
+        residuals = jacobian @ (lowest - x)
+        return Point(x, 0.5 * float(residuals @ residuals), jacobian.T @ jacobian, jacobian.T @ residuals, None)
+
+    return least_squares(evaluate, np.array([1.0, 1.0]), np.ones(2), np.array([low, -np.inf]), enough=1e-9)
+
+
+def test_an_unknown_at_its_bound_stays_there_and_the_others_come_to_rest():
+    ended = bowl(np.array([-2.0, 3.0]), 0.0)
+    assert ended.converged
+    assert ended.point.x == pytest.approx([0.0, 3.0 - 0.5 * 2.0 / 1.25], abs=1e-3)  # by hand, for the first at zero
+    assert bowl(np.array([2.0, 3.0]), 0.0).point.x == pytest.approx([2.0, 3.0], abs=1e-3)
+
+
+def test_no_step_is_taken_that_brings_the_residuals_up():
+    """Not by a millionth: the slack is for round-off alone."""
+    def evaluate(x):
+        return Point(x, 100.0 + 1e-4 * (x[0] != 0.0), np.eye(1), np.array([1.0]), None)
+
+    ended = least_squares(evaluate, np.zeros(1), np.ones(1), np.full(1, -np.inf), enough=1e-12)
+    assert not ended.converged
+    assert ended.point.x[0] == 0.0
+    assert "no step" in ended.why
+
+
+def test_on_the_way_the_design_is_held_by_the_first_guess_with_its_usual_change(monkeypatch):
+    """Three hundredths of each parameter for a standard deviation, thirty of an inertia."""
+    model = fitted()[1]
+    begun = []
+
+    def first_horizon(evaluate, begin, *rest):
+        begun.append((evaluate, begin))
+        raise StepFailed("seen enough")
+
+    monkeypatch.setattr(fit, "least_squares", first_horizon)
+    campaign = drawn(1054)
+    run, drawing = campaign.runs[0], campaign.design
+    with pytest.raises(StepFailed):
+        fit._fit(drawing, campaign.unknowns[0], horizons(run), run, model, ())
+    ((evaluate, begin),) = begun
+    held, free = evaluate(begin, held=True), evaluate(begin, held=False)
+    d = len(model.shared)
+    values = np.array([drawing.value(name) for name in model.shared])
+    shares = np.where([name.endswith("inertia") for name in model.shared], 0.3, 0.03)
+    np.testing.assert_allclose(np.diag(held.matrix - free.matrix)[:d], 1.0 / (shares * values) ** 2, rtol=1e-3)
+    moved = begin.copy()
+    moved[0] += shares[0] * values[0]
+    assert evaluate(moved, held=True).cost - evaluate(moved, held=False).cost == pytest.approx(0.5)

@@ -6,6 +6,7 @@ they are solved for run by run, and what is left are equations for the design al
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from functools import partial
 from itertools import repeat
 
 import numpy as np
+from scipy.special import stdtrit
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
@@ -22,9 +24,12 @@ from stages.calibration.estimation.equations import Equations, Model, eliminated
 from stages.calibration.estimation.fit import RunFit, design_sizes, fit_run, known_equations, lowest
 from stages.calibration.estimation.known import Known
 from stages.calibration.observation.measured_run import MeasuredRun
+from stages.calibration.result import HALF_WIDTH
 
 #: Joint steps, when half the sum of squares is at rest, and how often a step is halved.
 MOST_STEPS, ENOUGH, HALVINGS = 25, 1e-3, 12
+#: Of so few runs no scatter is told.
+FEW = 2
 #: A run is left out of the joint fit if its own fit leaves so many times the square residual of the usual run.
 ODD = 3.0
 
@@ -36,7 +41,8 @@ class CampaignFit:
     """The design's shared parameters (d,) with their covariance (d, d), and of each run in `runs` its own parameters
     and unknowns, with its equations there. `left_out` runs have a reason each.
 
-    `chi2` over `count` readings; `evaluations` of how many walks.
+    `chi2` over `count` readings; `evaluations` of how many walks. Of runs that are not of one robot (`apart`) it has
+    each one's own fit, their mean, and the covariance of that by their scatter.
     """
 
     names: tuple[str, ...]
@@ -53,6 +59,7 @@ class CampaignFit:
     evaluations: int
     converged: bool
     why: str
+    apart: bool = False
 
 
 def fit_campaign(
@@ -81,7 +88,16 @@ def fit_campaign(
     chosen = sorted(fits)
     walks = sum(fit.evaluations for fit in fits.values())
     joint = Joint(design, [runs[number] for number in chosen], model, known)
-    return joint.fitted([fits[number] for number in chosen], left_out, walks)
+    own = [fits[number] for number in chosen]
+    try:
+        together = joint.fitted(own, left_out, walks)
+    except StepFailed:
+        if len(own) <= FEW:
+            raise
+    else:
+        if len(own) <= FEW or together.chi2 <= ODD * usual * together.count:
+            return together
+    return joint.apart(own, left_out, walks)
 
 
 def alone(
@@ -119,11 +135,27 @@ class Joint:
 
     def fitted(self, fits: Sequence[RunFit], left_out: dict[str, str], walks: int) -> CampaignFit:
         """`from_point` of the design that the runs' own fits agree on, or of the first of them that walks all runs."""
-        own, unknowns = np.array([fit.own for fit in fits]), np.array([fit.unknowns for fit in fits])
         for design in (self._together(fits), *(fit.design for fit in fits)):
-            if self._at(design, own, unknowns) is not None:
-                return self.from_point(design, own, unknowns, left_out, walks)
+            moves = np.array([self._own_step(fit.equations, design - fit.design) for fit in fits])
+            own, unknowns = np.array([fit.own for fit in fits]), np.array([fit.unknowns for fit in fits])
+            with contextlib.suppress(StepFailed):
+                return self.from_point(
+                    design, own + moves[:, self.k :], unknowns + moves[:, : self.k], left_out, walks)
         raise StepFailed("their own fits have no design in common that walks; runs must be of one robot")
+
+    def apart(self, fits: Sequence[RunFit], left_out: dict[str, str], walks: int) -> CampaignFit:
+        """The runs' own fits, their mean, and by how much that is off for a 95 % interval of Student's."""
+        designs, count = np.array([fit.design for fit in fits]), len(fits)
+        covariance = np.cov(designs, rowvar=False).reshape(self.d, self.d) / count
+        wider = float(stdtrit(count - 1, 0.975)) / HALF_WIDTH
+        restless = [run.name for run, fit in zip(self.runs, fits, strict=True) if not fit.converged]
+        return CampaignFit(
+            names=self.model.shared, design=designs.mean(axis=0), covariance=wider**2 * covariance,
+            information=np.linalg.pinv(wider**2 * covariance, hermitian=True), runs=self.runs,
+            own=np.array([fit.own for fit in fits]), unknowns=np.array([fit.unknowns for fit in fits]),
+            equations=tuple(fit.equations for fit in fits), left_out=left_out,
+            chi2=sum(fit.equations.chi2 for fit in fits), count=sum(fit.equations.count for fit in fits),
+            evaluations=walks, converged=not restless, why=", ".join(restless), apart=True)  # fmt: skip
 
     def from_point(
         self, design: Vector, own: np.ndarray, unknowns: np.ndarray, left_out: dict[str, str], walks: int,

@@ -7,13 +7,16 @@ angles and rates, and the start whose steps last as long as those measured is fo
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import contextlib
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from stages.analytic.errors import StepFailed
+from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import poincare_map
 from stages.analytic.model.kinds import natural_lengths
 from stages.analytic.model.walker import Vector, Walker
@@ -24,6 +27,8 @@ STEPS, COARSE = 5, 1e-6
 #: Shares by which angle and rate after the first strike may be off, and how finely they are looked at, again and again
 #: about the best.
 WIDEST, POINTS, FINER, ROUNDS = 0.24, 9, 3.0, 4
+#: Where a first guess leads nowhere, one parameter is tried these times as large.
+SHARES = (0.8, 1.25)
 #: What squares of durations may be off [s^2] for no reason.
 ROUND_OFF = 1e-14
 
@@ -77,6 +82,27 @@ def first_guess(design: DesignPoint, strikes: Vector, first_leg: int, layout: La
     unknowns[: layout.free] = state
     unknowns[layout.place("mid_stance")] = begin.time * walker.time * best.slower
     return unknowns
+
+
+def other_guesses(design: DesignPoint, names: Sequence[str], strikes: Vector) -> list[DesignPoint]:
+    """Designs with one of the parameters `names` changed, by how near their gaits' steps come to those measured between
+    heel strikes (s,) [s]."""
+    measured, found = float(np.median(np.diff(strikes))), []
+    for name in (one for one in names if design.value(one) != 0.0):
+        for share in SHARES:
+            there = _scaled(design, name, share)
+            with contextlib.suppress(NoGait):
+                walker, point = find_gait(there.biped, there.slope, COARSE)
+                period = walker.time * float(np.mean([step.period for step in point.steps]))
+                found.append((abs(math.log(period / measured)), len(found), there))
+    return [there for _, _, there in sorted(found, key=lambda one: one[:2])]
+
+
+def _scaled(design: DesignPoint, name: str, share: float) -> DesignPoint:
+    """The design with a parameter of both legs so many times as large."""
+    other = name.replace("biped.", "biped.other_")
+    both = (name, other) if getattr(design.biped, other.partition(".")[2], None) is not None else (name,)
+    return design.with_values({each: share * design.value(each) for each in both})
 
 
 def _better(walker: Walker, z: Vector, durations: Vector, best: Begun, width: float) -> Begun:

@@ -20,7 +20,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
 from stages.biped.accuracy.scales import quickness
 from stages.calibration.estimation.equations import Equations, Model, run_equations
-from stages.calibration.estimation.first_guess import first_guess
+from stages.calibration.estimation.first_guess import first_guess, other_guesses
 from stages.calibration.estimation.known import Known, information_of
 from stages.calibration.observation.measured_run import MeasuredRun
 
@@ -120,6 +120,8 @@ STRIKE_SD = 0.003
 #: then horizons with samples for so long at least [s], at last from the gait's own start. Two fits that end with costs
 #: that are alike to this share are the same: what is left then is the model's error, and not the way's.
 GOOD, ATTEMPTS, LEAST, ALIKE = 4.0, (1.0, 6.0, 0.3), 0.08, 1e-3
+#: Other guesses that are followed at most.
+OTHERS = 6
 #: Where the walker falls on the way to the next horizon, the last one is fitted again and then one half way, noise so
 #: many times smaller; at most so often.
 QUIETER, MOST_AGAIN = 3.0, 5
@@ -214,8 +216,27 @@ def fit_run(
     """Fit a run from a first guess of the design, its start from its heel strikes, the rest from what is believed.
 
     `begin` (k,) is that start, where `first_guess` has told it. Where that leads nowhere it is tried again with other
-    noises and horizons on the way. Raises StepFailed where the guess does not walk through the first horizon.
+    noises and horizons on the way, and where the guess does not walk through the first horizon with one parameter
+    changed so that steps last as long as measured. Raises StepFailed where none of that does.
     """
+    try:
+        return _from_guess(design, run, model, known, begin)
+    except StepFailed as reason:
+        failure = reason
+    spent = 0
+    for there in other_guesses(design, model.shared, run.strikes)[:OTHERS]:
+        with contextlib.suppress(StepFailed):
+            fit = _from_guess(there, run, model, known, None)
+            spent += fit.evaluations
+            if fit.converged and fit.equations.chi2 < GOOD * fit.equations.count:
+                return replace(fit, evaluations=spent)
+    raise failure
+
+
+def _from_guess(
+    design: DesignPoint, run: MeasuredRun, model: Model, known: Sequence[Known], begin: Vector | None
+) -> RunFit:
+    """The best of the attempts of `fit_run` from one design."""
     found: RunFit | None = None
     quick = quickness(design.biped, design.slope.gravity)
     spent, failure = 0, StepFailed("no fit was tried")

@@ -138,6 +138,8 @@ def causes(design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[
     """What explains the residuals of a fit: the best first, at most three that they cannot part; none where they are as
     noise would have them. Of a fit that is lost a score tells nothing: the runs are fitted anew."""
     names = candidates(design, model)
+    if fit.apart or not names:
+        return []
     if not fit.converged or fit.chi2 > GOOD * fit.count:
         return _afresh(design, fit, model, known) if set(names) >= set(AFRESH) else []
     try:
@@ -192,8 +194,8 @@ def _cause(name: str, fit: CampaignFit, with_it: CampaignFit) -> Cause:
 
 
 def widened(sd: Vector, found: Sequence[Cause]) -> Vector:
-    """Standard deviations (d,) that hold what each of the causes would change too."""
-    return np.asarray(np.max([sd, *(np.hypot(sd, one.shift) for one in found)], axis=0))
+    """Standard deviations (d,) that hold what each of the causes that explain the residuals would change too."""
+    return np.asarray(np.max([sd, *(np.hypot(sd, one.shift) for one in found if one.explains)], axis=0))
 
 
 def in_words(found: Sequence[Cause], design: DesignPoint) -> list[str]:
@@ -203,6 +205,7 @@ def in_words(found: Sequence[Cause], design: DesignPoint) -> list[str]:
     each = [f"{short(one.name)} ({one.value:.4g} +- {HALF_WIDTH * one.sd:.2g} {design.unit(one.name)} for "
             f"{design.value(one.name):.4g}, {one.sigmas:.1f} standard errors)" for one in found]
     what = "one of: " + "; ".join(each) + " (the runs cannot part them)" if len(each) > 1 else each[0]
-    explained = "is explained by" if found[0].explains else "is not noise, and would be less, though not noise, with"
-    return [f"what the fit leaves {explained} {what}; intervals are wider by what that would change. To look for it, "
-            f"give {short(found[0].name)} in biped.yaml"]
+    if not any(one.explains for one in found):
+        return [f"no parameter that was tried explains what the fit leaves; nearest comes {what}"]
+    return [f"what the fit leaves is explained by {what}; intervals are wider by what that would change. To look for "
+            f"it, give {short(found[0].name)} in biped.yaml"]
