@@ -22,7 +22,7 @@ from stages.imu.parameters import Limits, Settings
 from stages.imu.strikes.heel_strikes import filled, step_period
 from stages.imu.trial.places import LATERAL, MOVING, PLACES, BodySensor, common_grid, longest_step, on_grid
 
-REACH = 0.4  # of the shortest step, around the common lag, in which each half's own is looked for
+PASSES = 3  # of least squares: from half a row of the grid to its rounding
 COVERED = 0.5  # of one sensor's motion: less of it, laid over the other's, is no ground to bring them together
 ROUND_OFF = 1e-12  # of the rates' squares
 AS_GOOD = 0.99  # level of the test whether another lag leaves more than noise does
@@ -53,17 +53,17 @@ def brought_together(sensors: dict[str, BodySensor], settings: Settings, limits:
     """The sensors on one clock; as they are where one is alone."""
     if len(sensors) < 2:
         return Together(sensors)
-    if have_own_clocks(sensors):
-        apart, other = _whole(sensors, settings)
-        return dataclasses.replace(_by_stamps(_evenly(_later(sensors, -apart), settings), settings), other_lag=other)
-    near = _by_stamps(sensors, settings)
-    if _alike(near.sensors, settings) >= limits.usual_agreement:
+    own = have_own_clocks(sensors)
+    near = Together(sensors) if own else _by_stamps(sensors, settings)
+    if not own and _alike(near.sensors, settings) >= limits.usual_agreement:
         return near
     apart, other = _whole(sensors, settings)
-    far = _by_stamps(_later(sensors, -apart), settings)
+    far = dataclasses.replace(_by_stamps(_later(sensors, -apart), settings, own), other_lag=other)
+    if own:
+        return far
     if not _alike(far.sensors, settings) >= limits.agreement_by_motion:
         return near
-    return dataclasses.replace(far, lag=apart + far.lag, other_lag=other)
+    return dataclasses.replace(far, lag=apart + far.lag)
 
 
 def _later(sensors: Mapping[str, BodySensor], by: float | np.ndarray) -> dict[str, BodySensor]:
@@ -71,54 +71,51 @@ def _later(sensors: Mapping[str, BodySensor], by: float | np.ndarray) -> dict[st
     return {"hip": sensors["hip"], "foot": dataclasses.replace(foot, time=foot.time + by)}
 
 
+def _rates(sensors: dict[str, BodySensor], settings: Settings) -> tuple[np.ndarray, ...]:
+    """Times (n,) [s] that both cover, and the lateral rates of hip and foot."""
+    grid = common_grid(sensors, settings)
+    return grid, *(on_grid(sensors[place], grid, settings)[:, 3 + LATERAL] for place in PLACES)
+
+
 def _alike(sensors: dict[str, BodySensor], settings: Settings) -> float:
     """Signed squared correlation of their lateral rates; NaN where they share too little."""
-    grid = common_grid(sensors, settings)
-    return agreement_of(*(on_grid(sensors[place], grid, settings)[:, 3 + LATERAL] for place in PLACES))[0]
+    return agreement_of(*_rates(sensors, settings)[1:])[0]
 
 
-def _by_stamps(sensors: dict[str, BodySensor], settings: Settings) -> Together:
-    """The foot's lag within half a step, taken off, and once more from there: then no row of the grid is preferred."""
-    first = _nearer(sensors, settings)
-    if first.at_edge:
-        return first
-    second = _nearer(first.sensors, settings)
-    return dataclasses.replace(second, lag=first.lag + second.lag)
+def _by_stamps(sensors: dict[str, BodySensor], settings: Settings, drifting: bool = False) -> Together:
+    """The foot's lag within half a step, taken off; of clocks that are `drifting` apart, that as well.
 
-
-def _nearer(sensors: dict[str, BodySensor], settings: Settings) -> Together:
-    """The foot's lag within half a step, taken off.
-
-    Least difference of the two rates, one of which may be turned round, refined by a parabola where it lies between
-    lags that were tried; at an end of the search it is left there. Its error is that of least squares, with what is
-    left of a step as one piece of evidence.
+    Least difference of the two rates, one of which may be turned round, to a row of the grid; where that is no end of
+    the search, by least squares from there. The error takes what is left of a step as one piece of evidence.
     """
-    grid = common_grid(sensors, settings)
-    if len(grid) < 3 * settings.grid_rate_hz:
-        return Together(sensors, 0.0)
-    hip, foot = (filled(on_grid(sensors[place], grid, settings)[:, 3 + LATERAL]) for place in PLACES)
     dt = 1 / settings.grid_rate_hz
+    hip, foot = (filled(rate) for rate in _rates(sensors, settings)[1:])
+    if len(hip) < 3 * settings.grid_rate_hz:
+        return Together(sensors, 0.0)
     period = step_period(hip, dt, (settings.slowest_step_hz, settings.fastest_step_hz))
     if not math.isfinite(period):
         return Together(sensors, 0.0)
     reach = max(2, int(0.5 * period / dt))
-    lags = np.arange(-reach, reach + 1)
-    inner = slice(reach, len(grid) - reach)
+    lags, inner = np.arange(-reach, reach + 1), slice(reach, len(hip) - reach)
     moved = [np.roll(foot, -lag)[inner] for lag in lags]
     error = np.array([min(np.mean((hip[inner] - one) ** 2), np.mean((hip[inner] + one) ** 2)) for one in moved])
     best = int(np.argmin(error))
+    lag, spread = float(lags[best] * dt), math.nan
+    sensors = _later(sensors, -lag)
     if not 0 < best < len(lags) - 1:
-        lag = float(lags[best] * dt)
-        return Together(_later(sensors, -lag), lag, at_edge=True)
-    left, middle, right = error[best - 1 : best + 2]
-    curvature = left - 2 * middle + right
-    lag = float((lags[best] + (0.5 * (left - right) / curvature if curvature > 0 else 0.0)) * dt)
-    changing = np.gradient(moved[best], dt)
-    starts = np.arange(0, len(changing), max(1, round(period / dt)))
-    off, power = moved[best] - hip[inner], float(changing @ changing)
-    of_steps = np.add.reduceat((off - changing * float(off @ changing) / power) * changing, starts)
-    spread = math.sqrt(float(of_steps @ of_steps)) / power
-    return Together(_later(sensors, -lag), lag, spread)
+        return Together(sensors, lag, at_edge=True)
+    for _ in range(PASSES):
+        time, hip, foot = (filled(one) for one in _rates(sensors, settings))
+        changing, middle = np.gradient(foot, dt), time.mean()
+        columns = np.column_stack((changing, changing * (time - middle)))[:, : 1 + drifting]
+        more = np.linalg.lstsq(columns, hip - foot, rcond=None)[0]
+        growth = more[1] if drifting and abs(more[1]) < settings.rate_tolerance else 0.0
+        sensors = _later(sensors, -more[0] - growth * (sensors["foot"].time - middle))
+        lag += float(more[0])
+        starts = np.arange(0, len(time), max(1, round(period / dt)))
+        of_steps = np.add.reduceat((hip - foot - columns @ more) * changing, starts)
+        spread = math.sqrt(float(of_steps @ of_steps)) / float(changing @ changing)
+    return Together(sensors, lag, spread)
 
 
 def _whole(sensors: Mapping[str, BodySensor], settings: Settings) -> tuple[float, float]:
@@ -159,47 +156,8 @@ def _power(signal: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarra
     return np.asarray(total[last] - total[first])
 
 
-def _evenly(sensors: dict[str, BodySensor], settings: Settings) -> dict[str, BodySensor]:
-    """The foot's clock stretched so that both halves of the walk show one lag."""
-    dt = 1 / settings.grid_rate_hz
-    (start, a), (begin, b) = (_rate(sensors[place], dt, settings) for place in PLACES)
-    apart = round((begin - start) / dt)
-    reach = round(REACH / settings.fastest_step_hz / dt)
-    half = [_lag(a, b, apart, rows, dt, reach) for rows in _halves(a, b, apart)]
-    if len(half) < 2:
-        return sensors
-    (early, first), (late, second) = half
-    growth = (second - first) / ((late - early) * dt)
-    if not abs(growth) < settings.rate_tolerance:
-        return sensors
-    foot, middle = sensors["foot"], start + 0.5 * (early + late) * dt
-    return _later(sensors, -growth * (foot.time - middle))
-
-
 def _rate(sensor: BodySensor, dt: float, settings: Settings) -> tuple[float, np.ndarray]:
     """First time and lateral rate (n,) of a sensor on an even grid of its own, holes drawn over."""
     grid = np.arange(sensor.time[0], sensor.time[-1], dt)
     seen = resample(sensor.time, sensor.rate[:, [LATERAL]], grid, longest_step(sensor, settings))[:, 0]
     return float(sensor.time[0]), filled(seen)
-
-
-def _halves(a: np.ndarray, b: np.ndarray, apart: int) -> list[np.ndarray]:
-    """Rows of the first half and of the second of what both cover and in which something moves."""
-    rows = np.arange(max(0, apart), min(len(a), len(b) + apart))
-    moving = rows[np.abs(a[rows]) > MOVING * np.abs(a[rows]).max()] if len(rows) else rows
-    if len(moving) < 10:
-        return []
-    middle = (moving[0] + moving[-1]) // 2
-    return [np.arange(moving[0], middle), np.arange(middle, moving[-1])]
-
-
-def _lag(a: np.ndarray, b: np.ndarray, apart: int, rows: np.ndarray, dt: float, reach: int) -> tuple[float, float]:
-    """Middle of the rows of a, and how much later b shows them than `apart` says [s], refined by a parabola."""
-    rows = rows[(rows - apart - reach >= 0) & (rows - apart + reach < len(b))]
-    if not len(rows):
-        return 0.0, 0.0
-    error = np.array([np.mean((a[rows] - b[rows - apart + shift]) ** 2) for shift in range(-reach, reach + 1)])
-    best = int(np.clip(np.argmin(error), 1, len(error) - 2))
-    left, middle, right = error[best - 1 : best + 2]
-    curvature = left - 2 * middle + right
-    return float(rows.mean()), float(best - reach + (0.5 * (left - right) / curvature if curvature > 0 else 0.0)) * dt
