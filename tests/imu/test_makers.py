@@ -9,8 +9,11 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+import yaml
 
 from stages.imu.sources.makers import MAKERS
+from stages.imu.sources.proposal import proposal
+from stages.imu.sources.source_csv import CsvSource
 from tests.imu.made_logs import Log
 from tests.imu.test_proposal import (
     Table,
@@ -120,6 +123,24 @@ def test_a_makers_export_is_named_and_read(maker: str, table: Table, log: Log, t
     told, _ = read_as_proposed(tmp_path / next(iter(files)), log, table)
     assert any(f"names as {maker}" in line for line in told), told
     assert not [line for line in told if "guess" in line], told
+
+
+def test_a_gyroscope_with_times_of_its_own_is_brought_to_the_accelerometer_s(table: Table, tmp_path: Path) -> None:
+    """As Trigno Discover writes channels that are read at other rates: here 4 ms later, and a ramp."""
+    names = [f"{kind} {axis}" for kind in ("ACC", "GYRO") for axis in "XYZ"]
+    units = ["G"] * 3 + ["deg/s"] * 3
+    head = ",".join(f"{name} Time Series (s),{name} ({unit})" for name, unit in zip(names, units))
+    rows = [[f"{s + late:.4f},{value:.6f}" for late, value in ((0.0, a[0] / G), (0.0, a[1] / G), (0.0, a[2] / G),
+                                                             *[(0.004, 10 * (s + 0.004))] * 3)]
+            for _, s, a, _ in zip(*table)]  # fmt: skip
+    (tmp_path / "log.csv").write_text(lines([head], rows))
+    said, told = proposal(tmp_path / "log.csv")
+    assert "the gyroscope has times of its own" in told and "acceleration in g: written in the file" in told
+    (run,) = yaml.safe_load(said)["runs"]
+    ((_, (found,)),) = CsvSource(run, tmp_path).runs()
+    known = np.isfinite(found.angular_rate[:, 0])
+    assert known.mean() > 0.9
+    np.testing.assert_allclose(found.angular_rate[known, 0], 10 * found.device_stamp[known], atol=1e-3)
 
 
 @pytest.mark.parametrize("unit", [1.0, 180 / np.pi])
