@@ -308,7 +308,7 @@ def _on_each_place(
                 yield _remark(
                     f"readings of the {place} leap {over} times from one end of their range to the other: counts that "
                     "begin again beyond their full scale, as another sensor's of this range may",
-                    *_of(sensors, what), f"{place} {FRAME}",
+                    *_of(sensors, what), f"{place} {FRAME}", STRIKES, FREQUENCY,
                 )  # fmt: skip
             count, at = flat_tops(values, full)
             if count:

@@ -5,7 +5,7 @@ With theta = -phi, a sensor of which A is the height above the sole of a leg tha
     f = -g sin(theta + slope) + (A + r (cos theta - 1)) theta''
 
 A gyroscope that reads gamma times the true rate gives gamma theta. How far gravity turns tells gamma, how the force
-follows the rate's change tells A. A bias of the accelerometer and the stand's error are one more number, an angle.
+follows the rate's change tells A. What a stance's angle is off is one more number, which a drift lets grow.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def swept(
     slope: float, gravity: float, arm: float, radius: float, quick: float = 1.0,
 ) -> tuple[float, float, float, float]:
     """What the lateral gyroscope reads over the true rate (1), its standard error from the scatter, the sensor's height
-    above the sole [m], and how far the rate's angle departs from gravity's between one stance and another [rad].
+    above the sole [m], and how far the angle of the rate departs at most from gravity's in a stance [rad].
 
     time (n,) [s], even; forward (n,) [m/s^2] and rate (n,) [rad/s] on body axes, NaN in holes; angle (n,) [rad] from
     that rate; stances: landings of this leg and the other leg's that follow, each (k,) [s]; slope [rad], arm [m] and
@@ -55,24 +55,25 @@ def swept(
     low_pass = butter(2, min(LOW_PASS_HZ * quick, 0.4 * grid_hz), fs=grid_hz, output="sos")
     both = filled(forward), -np.gradient(filled(rate), time)
     force, turning = (sosfiltfilt(low_pass, one)[standing] for one in both)
-    theta, share = -angle[standing], np.array([1.0, 0.0, arm])
-    for _ in range(ROUNDS):  # on 1 / gamma, the angle, and A / gamma
-        turned = share[0] * theta
-        down = -gravity * np.cos(turned + slope + share[1])
-        columns = np.column_stack((down * theta, down, turning))
-        rolls = share[2] + radius * share[0] * (np.cos(turned) - 1)
-        left = force + gravity * np.sin(turned + slope + share[1]) - rolls * turning
+    theta, which = -angle[standing], np.unique(number[standing], return_inverse=True)[1]
+    own = np.eye(which.max() + 1)[which]  # each stance's angle is one more number
+    share = np.array([1.0, arm, *np.zeros(own.shape[1])])
+    for _ in range(ROUNDS):  # on 1 / gamma, A / gamma, and the angles
+        turned, tilt = share[0] * theta, slope + own @ share[2:]
+        down = -gravity * np.cos(turned + tilt)
+        columns = np.column_stack((down * theta, turning, down[:, None] * own))
+        left = force + gravity * np.sin(turned + tilt)
+        left -= (share[1] + radius * share[0] * (np.cos(turned) - 1)) * turning
         step, _, rank, _ = np.linalg.lstsq(columns, left, rcond=None)
         share = share + step
-        if rank < 3 or not 0.1 < share[0] < 10:
+        if rank < len(share) or not 0.1 < share[0] < 10:
             return unknown
     # Both sides are smoothed: so many points of the grid are one.
     scatter = float(left @ left) / len(left) * max(1.0, grid_hz / (2 * LOW_PASS_HZ * quick))
     error = math.sqrt(scatter * np.linalg.inv(columns.T @ columns)[0, 0]) / share[0]  # relative, of 1 / gamma
     if not error < SURE:
         return unknown
-    off = [float(left[number[standing] == one].mean()) / gravity for one in np.unique(number[standing])]
-    return float(1 / share[0]), error / share[0], float(share[2] / share[0]), max(off) - min(off)
+    return float(1 / share[0]), error / share[0], float(share[1] / share[0]), float(np.abs(share[2:]).max())
 
 
 @dataclass(frozen=True)

@@ -28,8 +28,8 @@ class Evidence:
     foot_gain_error: float = quantity("1", "its standard error from the scatter")
     hip_arm: float = quantity("1", "hip sensor's height above the sole, as it is accelerated, over the drawing's")
     foot_arm: float = quantity("1", "foot sensor's height above the sole, as it is accelerated, over the drawing's")
-    hip_pitch_deg: float = quantity("deg", "spread over stances of the hip's angle by its gyroscope less gravity's")
-    foot_pitch_deg: float = quantity("deg", "spread over stances of the foot's angle by its gyroscope less gravity's")
+    hip_pitch_deg: float = quantity("deg", "largest departure in a stance of the hip's angle by rate from gravity's")
+    foot_pitch_deg: float = quantity("deg", "largest departure in a stance of the foot's angle by rate from gravity's")
     hip_axis_deg: float = quantity("deg", "how far the swing axis turned on the hip's sensor within the walk")
     foot_axis_deg: float = quantity("deg", "how far the swing axis turned on the foot's sensor within the walk")
     rate_lag: float = quantity("s", "how much later the gyroscopes show the motion than the accelerometers, if that "
