@@ -87,7 +87,8 @@ def first_guess(design: DesignPoint, strikes: Vector, first_leg: int, layout: La
 def other_guesses(design: DesignPoint, names: Sequence[str], strikes: Vector) -> list[DesignPoint]:
     """Designs with one of the parameters `names` changed, by how near their gaits' steps come to those measured between
     heel strikes (s,) [s]."""
-    measured, found = float(np.median(np.diff(strikes))), []
+    measured = float(np.median(np.diff(strikes)))
+    found: list[tuple[float, int, DesignPoint]] = []
     for name in (one for one in names if design.value(one) != 0.0):
         for share in SHARES:
             there = _scaled(design, name, share)
