@@ -280,8 +280,8 @@ def _of_sensors(fit: CampaignFit, model: Model) -> list[str]:
     drawn = float(np.mean([run.sampling.bandwidth_hz for run in fit.runs]))
     cut = f"{drawn * math.exp(share):.1f} Hz"
     if not all(run.sampling.declared for run in fit.runs):
-        said.append(f"the sensors' bandwidth is not declared: the fit takes a second-order low pass of {cut}, which may "
-                    "be wrong where the model is. Give it (bandwidth_hz of the devices)")
+        said.append(f"the sensors' bandwidth is not declared: the fit takes a second-order low pass of {cut}, which "
+                    "may be wrong where the model is. Give it (bandwidth_hz of the devices)")
     elif abs(share) > OTHER_CUT:
         said.append(f"bandwidth: the sensors' low pass cuts off at {cut}, where {drawn:.1f} Hz is declared")
     if abs(higher) > FAR_OFF * of_place:
