@@ -133,7 +133,7 @@ def turns(rate: np.ndarray, period: float, dt: float) -> list[tuple[int, int]]:
     peaks = np.abs(rate[find_peaks(np.abs(rate), distance=max(1, int(0.5 * period / dt)))[0]])
     if not len(peaks):
         return []
-    enough = QUIET_RATE * np.quantile(peaks[peaks > STILL * peaks.max()], 0.75)
+    enough = max(QUIET_RATE * np.quantile(peaks, 0.75), STILL * peaks.max())
     reach = max(1, int(LOBE_STEPS * period / dt))
     found = []
     for turn in np.flatnonzero(rate[1:] * rate[:-1] < 0):
