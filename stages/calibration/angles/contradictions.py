@@ -74,14 +74,10 @@ def _signs(setup: AngleSetup, fit: AngleFit, sd: dict[str, float]) -> Iterator[C
 
 
 def _turned(steps: Sequence[DrivenStep]) -> Iterator[Contradiction]:
-    """Where both feet are on level ground, legs of one length enclose twice the stance angle; and a walk goes forward.
-    """
+    """Where both feet are on level ground, legs of one length enclose twice the stance angle."""
     ends = np.array([[2.0 * one.stance[at], one.between[at]] for one in steps for at in (0, -1)])
     slope = float(ends[:, 0] @ ends[:, 1] / (ends[:, 0] @ ends[:, 0]))
     if slope < 0.0:
         yield Contradiction(f"near heel strikes the angle between the legs is {slope:+.2f} times twice the stance "
                             "angle, where with both feet on the ground it is about +1: one of the columns stance "
                             "angle, hip angle and standing pair is turned", math.inf)  # fmt: skip
-    if np.mean([one.stance[-1] > one.stance[0] for one in steps]) < 0.5:
-        yield Contradiction("the stance leg turns backward in most steps: a column's sign is turned, or the robot "
-                            "walks backward", 0.0)  # fmt: skip

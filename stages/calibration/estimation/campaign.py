@@ -136,7 +136,7 @@ class Joint:
     def fitted(self, fits: Sequence[RunFit], left_out: dict[str, str], walks: int) -> CampaignFit:
         """`from_point` of the design that the runs' own fits agree on, or of the first of them that walks all runs."""
         for design in (self._together(fits), *(fit.design for fit in fits)):
-            moves = np.array([self._own_step(fit.equations, design - fit.design) for fit in fits])
+            moves = np.array([own_step(fit.equations, design - fit.design) for fit in fits])
             own, unknowns = np.array([fit.own for fit in fits]), np.array([fit.unknowns for fit in fits])
             with contextlib.suppress(StepFailed):
                 return self.from_point(
@@ -172,7 +172,7 @@ class Joint:
         for _ in range(most):
             matrix, right = self._reduced(at, design)
             step = _solved(matrix, right, self.sizes[:d])
-            moves = [self._own_step(one, step) for one in at]
+            moves = [own_step(one, step) for one in at]
             foreseen = 0.5 * float(step @ right) + sum(0.5 * float(m @ one.right[d:]) for m, one in zip(
                 moves, at, strict=True)) + 0.5 * float(step @ sum(one.right[:d] for one in at) - step @ right)
             share, now = 1.0, self._cost(at, design)
@@ -237,12 +237,14 @@ class Joint:
             matrix, right = matrix + more, right + other
         return matrix, right
 
-    def _own_step(self, one: Equations, step: Vector) -> Vector:
-        """A run's own unknowns' step that goes with the design's."""
-        own = one.matrix[self.d :, self.d :]
-        scale = 1.0 / np.sqrt(np.diag(own))
-        right = (one.right[self.d :] - one.matrix[self.d :, : self.d] @ step) * scale
-        return np.asarray(np.linalg.lstsq(own * scale * scale[:, None], right, rcond=1e-14)[0] * scale)
+
+def own_step(one: Equations, step: Vector) -> Vector:
+    """A run's own unknowns' step that goes with the design's (d,)."""
+    d = len(step)
+    own = one.matrix[d:, d:]
+    scale = 1.0 / np.sqrt(np.diag(own))
+    right = (one.right[d:] - one.matrix[d:, :d] @ step) * scale
+    return np.asarray(np.linalg.lstsq(own * scale * scale[:, None], right, rcond=1e-14)[0] * scale)
 
 
 def _solved(matrix: np.ndarray, right: Vector, sizes: Vector) -> Vector:

@@ -98,9 +98,8 @@ def run_equations(
         matrix += rows.T @ rows
         right += rows.T @ late
         cost += 0.5 * float(late @ late)
-    believed = model.layout.believed_of(run.sampling.declared)
-    at = d + np.flatnonzero(np.isfinite(believed))
-    sure = 1.0 / believed[at - d] ** 2
+    at = d + np.flatnonzero(np.isfinite(model.layout.believed))
+    sure = 1.0 / model.layout.believed[at - d] ** 2
     off = unknowns[at - d] - model.layout.middle[at - d]
     matrix[at, at] += sure
     right[at] -= sure * off

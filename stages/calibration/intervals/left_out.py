@@ -19,7 +19,7 @@ from scipy.special import ndtri
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
-from stages.calibration.estimation.campaign import CampaignFit, Joint, fit_campaign
+from stages.calibration.estimation.campaign import CampaignFit, Joint, fit_campaign, own_step
 from stages.calibration.estimation.equations import Equations, Model, eliminated, run_equations
 from stages.calibration.estimation.fit import GOOD, known_equations, lowest
 from stages.calibration.estimation.known import Known
@@ -114,12 +114,7 @@ def scores(
 
 def _with(one: Equations, step: Vector, model: Model) -> Equations:
     """A run's equations with the residuals that a step (d,) of the shared parameters would leave."""
-    d = len(step)
-    own = one.matrix[d:, d:]
-    scale = 1.0 / np.sqrt(np.diag(own))
-    back = (one.right[d:] - one.matrix[d:, :d] @ step) * scale
-    moves = np.linalg.lstsq(own * scale * scale[:, None], back, rcond=1e-14)[0] * scale
-    k, noise = len(model.layout.names), np.asarray(model.noise)
+    moves, k, noise = own_step(one, step), len(model.layout.names), np.asarray(model.noise)
     residuals = {}
     for side in SIDES:
         by_design, by_run = one.predicted.by_design[side], one.predicted.by_run[side]
@@ -160,17 +155,12 @@ def _fitted(
     """The fit with that parameter looked for too; none where there is none."""
     there = with_all(design, [cause.name])
     joint = Joint(there, fit.runs, dataclasses.replace(model, shared=(*model.shared, cause.name)), known)
-    start = np.append(fit.design, np.maximum(joint.low[joint.d - 1], _held(cause.name, design, fit, model)))
+    held = design.with_values(dict(zip(model.shared, fit.design, strict=True))).value(cause.name)  # none, or the leg's
+    start = np.append(fit.design, max(joint.low[joint.d - 1], held))
     try:
-        with_it = joint.from_point(start, fit.own, fit.unknowns, {}, 0, STEPS)
+        return _cause(cause.name, fit, joint.from_point(start, fit.own, fit.unknowns, {}, 0, STEPS))
     except StepFailed:
         return None
-    return _cause(cause.name, fit, with_it)
-
-
-def _held(name: str, design: DesignPoint, fit: CampaignFit, model: Model) -> float:
-    """What a fit holds a parameter at that it does not look for: the first leg's as found, or none."""
-    return design.with_values(dict(zip(model.shared, fit.design, strict=True))).value(name)
 
 
 def _afresh(design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[Known]) -> list[Cause]:

@@ -12,7 +12,7 @@ class Beliefs:
     `clock` relative error of the sampling rate; `tilt` [rad] of the mounting in the plane of walking; gains relative;
     biases [m/s^2] and [rad/s]; `foot_lag` [s] what the foot's times are off against the hip's; `mid_stance` [s] the
     time from the first heel strike to mid-stance. There legs are stretched by `length` [m] and at `length_rate` [m/s]
-    otherwise than in the gait. `place` [m]: of the foot sensor along the leg; `bandwidth` relative, if declared.
+    otherwise than in the gait. `place` [m]: of the foot sensor along the leg; `bandwidth` relative.
     """
 
     clock: float

@@ -18,8 +18,6 @@ START = {3: ("start_psi", "start_theta_rate", "start_psi_rate"),
              "start_psi_rate", "start_stretch_2_rate")}
 STRETCHES = ("start_stretch_1", "start_stretch_2")
 SIDES = ("hip", "foot")
-#: Logarithm of a bandwidth that nobody declares about a usual one: a factor of two.
-UNDECLARED = 0.7
 #: Of each sensor, in this order.
 ERRORS = ("clock", "tilt", "forward_gain", "up_gain", "rate_gain", "forward_bias", "up_bias", "rate_bias")
 UNITS = {"clock": "1", "tilt": "rad", "forward_gain": "1", "up_gain": "1", "rate_gain": "1", "forward_bias": "m/s^2",
@@ -62,14 +60,6 @@ class Layout:
     def place(self, name: str) -> int:
         """Where an unknown stands. Raises ValueError."""
         return self.names.index(name)
-
-    def believed_of(self, declared: bool) -> Vector:
-        """What is believed before the fit (k,) of a run whose sensors' bandwidth is declared, or is not."""
-        if declared:
-            return self.believed
-        believed = self.believed.copy()
-        believed[self.place("bandwidth")] = UNDECLARED
-        return believed
 
     def pull(self, unknowns: Vector) -> float:
         """By how much a fit moved the sensors' clocks from what the ingest knows them to be, relative, mean of both."""
