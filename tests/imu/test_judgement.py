@@ -120,6 +120,8 @@ def test_a_refusal_says_where_to_look(family: wrong_logs.Family, words: str, jud
         (wrong_logs.no_stamps, "has no stamps", {"clock", "step frequency"}),
         (wrong_logs.accelerometer_range_narrow, "its full scale is there", {"foot force"}),
         (wrong_logs.put_on, "was set by", {"clock"}),
+        (wrong_logs.gyroscopes_10_percent_off, "times what gravity turns by", {"hip rate", "foot rate", "step length"}),
+        (wrong_logs.one_axis_twice_as_strong, "an axis of its accelerometer", {"lever arm"}),
         (wrong_logs.slope_in_radians, "seems to be in radians", {"hip frame", "foot frame"}),
         (wrong_logs.smoothed_at_5_hz, "noise of the foot at rest ends", {"hip force", "foot force", "step length"}),
         (wrong_logs.averaged_over_3_rows, "noise of the hip at rest ends", {"hip force", "foot force", "step length"}),
@@ -137,6 +139,20 @@ def test_a_remark_names_what_is_not_to_be_trusted(
     assert trial.verdict.outcome == WITH_REMARKS
     assert words in "; ".join(trial.verdict.sentences(refused=False))
     assert about <= set(trial.verdict.not_trusted)
+
+
+def test_a_robot_that_is_not_its_drawings_is_said_and_its_step_has_an_error_that_covers(
+    walks: list[TwinRun], parameters: Parameters
+) -> None:
+    """The drawing's leg is a tenth shorter, and so is every step."""
+    drawing = dataclasses.replace(PARAMETERS.drawing, leg_length=PARAMETERS.drawing.leg_length / 1.1)
+    limits = dataclasses.replace(PARAMETERS.limits, lever_arm=PARAMETERS.limits.lever_arm / 1.1)
+    log = made_log(0, walks[0], parameters)
+    trial = read_trial(log.experiment, log.recordings, dataclasses.replace(PARAMETERS, drawing=drawing, limits=limits))
+    assert "times as long as by the drawing" in "; ".join(trial.verdict.sentences(refused=False))
+    report = trial.report()
+    assert report.step_length_drawing_error / report.step_length == pytest.approx(0.1, abs=0.02)
+    assert report.step_length_error > report.step_length_drawing_error
 
 
 def test_strikes_in_holes_are_not_trusted(walks: list[TwinRun], parameters: Parameters) -> None:
