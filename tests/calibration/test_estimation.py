@@ -84,24 +84,27 @@ def test_an_odd_run_is_left_out_and_said(campaign, fit_of_two):
     assert "times the usual residuals" in fit_of_two.left_out[odd.name]
 
 
-def test_runs_of_other_robots_are_told_apart_by_their_scatter(campaign, own_fits, monkeypatch):
-    """Where no design explains all of them: mean, and Student's interval of it by hand."""
+def test_together_the_runs_begin_where_their_own_unknowns_go_along(campaign, own_fits, monkeypatch):
+    """With a design that is not their own, each run's start and sensors are those that fit it best there."""
     drawing, model = fitted()
+    begun = []
 
-    def no_design(*_):
-        raise StepFailed("no design in common")
+    def begin(self, design, own, unknowns, *_):
+        begun.append((design, own, unknowns))
+        raise StepFailed("seen enough")
 
-    monkeypatch.setattr(Joint, "fitted", no_design)
-    alike = {number: own_fits[0 if number == 1 else number] for number in own_fits}
-    found = fit_campaign(drawing, campaign.runs, model, campaign.known, lambda _: alike.items())
-    assert found.apart
-    designs = np.array([fit.design for fit in alike.values()])
-    np.testing.assert_allclose(found.design, designs.mean(axis=0))
-    half = 4.302653 * designs.std(axis=0, ddof=1) / np.sqrt(3)  # of three
-    np.testing.assert_allclose(1.959964 * np.sqrt(np.diag(found.covariance)), half, rtol=1e-5)
-    two = dict(list(alike.items())[:2])
+    monkeypatch.setattr(Joint, "from_point", begin)
+    fits = [own_fits[0], own_fits[2]]
     with pytest.raises(StepFailed, match="in common"):
-        fit_campaign(drawing, campaign.runs[:2], model, campaign.known, lambda _: two.items())
+        Joint(drawing, [campaign.runs[0], campaign.runs[2]], model, campaign.known).fitted(fits, {}, 0)
+    assert len(begun) == 3  # what they agree on, then each one's own
+    for number, fit in enumerate(fits):
+        design, own, unknowns = begun[0]
+        moved = np.concatenate([design - fit.design, unknowns[number] - fit.unknowns, own[number] - fit.own])
+        left = fit.equations.right - fit.equations.matrix @ moved
+        scale = np.sqrt(np.diag(fit.equations.matrix))
+        assert np.abs(left / scale)[len(design) :].max() < 1e-3
+        np.testing.assert_allclose(begun[1 + number][2][number], fit.unknowns, atol=1e-3)
 
 
 def test_horizons_rise_to_the_whole_run(campaign):

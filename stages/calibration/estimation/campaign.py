@@ -14,7 +14,6 @@ from functools import partial
 from itertools import repeat
 
 import numpy as np
-from scipy.special import stdtrit
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
@@ -24,12 +23,9 @@ from stages.calibration.estimation.equations import Equations, Model, eliminated
 from stages.calibration.estimation.fit import RunFit, design_sizes, fit_run, known_equations, lowest
 from stages.calibration.estimation.known import Known
 from stages.calibration.observation.measured_run import MeasuredRun
-from stages.calibration.result import HALF_WIDTH
 
 #: Joint steps, when half the sum of squares is at rest, and how often a step is halved.
 MOST_STEPS, ENOUGH, HALVINGS = 25, 1e-3, 12
-#: Of so few runs no scatter is told.
-FEW = 2
 #: A run is left out of the joint fit if its own fit leaves so many times the square residual of the usual run.
 ODD = 3.0
 
@@ -41,8 +37,7 @@ class CampaignFit:
     """The design's shared parameters (d,) with their covariance (d, d), and of each run in `runs` its own parameters
     and unknowns, with its equations there. `left_out` runs have a reason each.
 
-    `chi2` over `count` readings; `evaluations` of how many walks. Of runs that are not of one robot (`apart`) it has
-    each one's own fit, their mean, and the covariance of that by their scatter.
+    `chi2` over `count` readings; `evaluations` of how many walks.
     """
 
     names: tuple[str, ...]
@@ -59,7 +54,6 @@ class CampaignFit:
     evaluations: int
     converged: bool
     why: str
-    apart: bool = False
 
 
 def fit_campaign(
@@ -88,16 +82,7 @@ def fit_campaign(
     chosen = sorted(fits)
     walks = sum(fit.evaluations for fit in fits.values())
     joint = Joint(design, [runs[number] for number in chosen], model, known)
-    own = [fits[number] for number in chosen]
-    try:
-        together = joint.fitted(own, left_out, walks)
-    except StepFailed:
-        if len(own) <= FEW:
-            raise
-    else:
-        if len(own) <= FEW or together.chi2 <= ODD * usual * together.count:
-            return together
-    return joint.apart(own, left_out, walks)
+    return joint.fitted([fits[number] for number in chosen], left_out, walks)
 
 
 def alone(
@@ -142,20 +127,6 @@ class Joint:
                 return self.from_point(
                     design, own + moves[:, self.k :], unknowns + moves[:, : self.k], left_out, walks)
         raise StepFailed("their own fits have no design in common that walks; runs must be of one robot")
-
-    def apart(self, fits: Sequence[RunFit], left_out: dict[str, str], walks: int) -> CampaignFit:
-        """The runs' own fits, their mean, and by how much that is off for a 95 % interval of Student's."""
-        designs, count = np.array([fit.design for fit in fits]), len(fits)
-        covariance = np.cov(designs, rowvar=False).reshape(self.d, self.d) / count
-        wider = float(stdtrit(count - 1, 0.975)) / HALF_WIDTH
-        restless = [run.name for run, fit in zip(self.runs, fits, strict=True) if not fit.converged]
-        return CampaignFit(
-            names=self.model.shared, design=designs.mean(axis=0), covariance=wider**2 * covariance,
-            information=np.linalg.pinv(wider**2 * covariance, hermitian=True), runs=self.runs,
-            own=np.array([fit.own for fit in fits]), unknowns=np.array([fit.unknowns for fit in fits]),
-            equations=tuple(fit.equations for fit in fits), left_out=left_out,
-            chi2=sum(fit.equations.chi2 for fit in fits), count=sum(fit.equations.count for fit in fits),
-            evaluations=walks, converged=not restless, why=", ".join(restless), apart=True)  # fmt: skip
 
     def from_point(
         self, design: Vector, own: np.ndarray, unknowns: np.ndarray, left_out: dict[str, str], walks: int,

@@ -26,7 +26,6 @@ from stages.calibration.estimation.known import Known
 from stages.calibration.information.words import short
 from stages.calibration.intervals.residual_structure import told_structure, widening
 from stages.calibration.observation.unknowns import SIDES
-from stages.calibration.result import HALF_WIDTH
 
 #: What is tried where a model does not have it: legs that differ, friction at the hip, frames above the springs.
 OTHER = tuple(f"biped.other_{key}" for key in (
@@ -133,7 +132,7 @@ def causes(design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[
     """What explains the residuals of a fit: the best first, at most three that they cannot part; none where they are as
     noise would have them. Of a fit that is lost a score tells nothing: the runs are fitted anew."""
     names = candidates(design, model)
-    if fit.apart or not names:
+    if not names:
         return []
     if not fit.converged or fit.chi2 > GOOD * fit.count:
         return _afresh(design, fit, model, known) if set(names) >= set(AFRESH) else []
@@ -192,8 +191,8 @@ def in_words(found: Sequence[Cause], design: DesignPoint) -> list[str]:
     """A sentence on the causes, and how to look for the first; nothing without any."""
     if not found:
         return []
-    each = [f"{short(one.name)} ({one.value:.4g} +- {HALF_WIDTH * one.sd:.2g} {design.unit(one.name)} for "
-            f"{design.value(one.name):.4g}, {one.sigmas:.1f} standard errors)" for one in found]
+    each = [f"{short(one.name)} ({one.value:.4g} {design.unit(one.name)} for {design.value(one.name):.4g}, "
+            f"{one.sigmas:.1f} standard errors)" for one in found]
     what = "one of: " + "; ".join(each) + " (the runs cannot part them)" if len(each) > 1 else each[0]
     if not any(one.explains for one in found):
         return [f"no parameter that was tried explains what the fit leaves; nearest comes {what}"]

@@ -152,7 +152,6 @@ def calibrated(parameters: Parameters, asked: Asked, source: Path, asking: Askin
     found = design.with_values(dict(zip(model.shared, fit.design, strict=True)) | others)
     held = [_explained(found, run, model, parameters.settings.begun_s) for run in out]
     sigmas, wider = widening(fit.equations)
-    wider = 1.0 if fit.apart else wider  # their scatter has it
     told = judged(fit.names, fit.design, np.sqrt(np.diag(fit.covariance)) * wider, asked.known, design,
                   float(np.mean([model.layout.pull(one) for one in fit.unknowns])), asking.result())
     causes = left_out.causes(design, fit, model, asked.known)
@@ -209,10 +208,6 @@ def _answer(
     units = [unit_of(name) for name in fit.names]
     lines = [f"{len(fit.runs)} runs fitted, residuals {sigmas:.2f} times the sensors' noise"
              + ("" if fit.converged else f"; not at rest, so there are no intervals: {fit.why}")]
-    if fit.apart:
-        lines.append("these runs are not of one robot, as no design explains all of them: each is fitted alone, the "
-                     f"table has the mean of {len(fit.runs)} fits, and its intervals are by their scatter. Of a robot "
-                     "of your own fit the runs alone (fitted: [...])")
     lines += [f"left out: {name}: {why}" for name, why in fit.left_out.items()] + list(refused)
     blind = np.flatnonzero(np.isinf(sd))
     if len(blind):
