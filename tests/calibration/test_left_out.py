@@ -15,6 +15,7 @@ from stages.calibration.intervals.left_out import LEVEL, Cause, candidates, caus
 from stages.calibration.observation.measured_run import MeasuredRun, usable
 from stages.calibration.observation.prediction import predict
 from stages.calibration.observation.unknowns import SIDES
+from stages.calibration.reports import sensor_report
 from tests.calibration.runs import BIPED, DESIGN, PARAMETERS, SETTINGS, disturbed, fitted
 
 KNOWN = (Known(TOTAL_MASS, BIPED.total_mass, 1e-3 * BIPED.total_mass),)
@@ -104,6 +105,32 @@ def test_a_low_pass_that_is_not_the_declared_one_is_found_by_the_fit():
     model, fit = made({}, 2, bandwidth=math.log(0.5))
     assert causes(DESIGN, fit, model, KNOWN) == []
     assert fit.unknowns[0, model.layout.place("bandwidth")] == pytest.approx(math.log(0.5), abs=0.02)
+
+
+@pytest.mark.parametrize("converged", [True, False])
+def test_a_fit_of_sensors_that_is_not_at_rest_has_no_intervals_and_ends_with_3(unlike, converged):
+    model, fit = unlike
+    told = sensor_report.Judged(fit.design, np.sqrt(np.diag(fit.covariance)), "as it is")
+    answer = sensor_report._answer(DESIGN, dataclasses.replace(fit, converged=converged, why="lost"), model, [], [], [],
+                                   (1.0, 1.0), told, [], {"biped.leg_length": 0.3})  # fmt: skip
+    assert answer.no is not converged
+    assert bool(answer.tables) is bool(answer.parameters) is converged
+    assert all((row["sd"] is not None) is converged for row in answer.plain["parameters"].values())
+    assert ("not at rest" in answer.lines[0]) is not converged
+
+
+def test_what_the_runs_say_of_the_sensors_is_said():
+    model, fit = made({}, 2, bandwidth=math.log(0.5))
+    (words,) = sensor_report._of_sensors(fit, model)
+    assert words.startswith("bandwidth: the sensors' low pass cuts off at 20.") and "40.0 Hz is declared" in words
+    silent = dataclasses.replace(fit.runs[0], sampling=dataclasses.replace(fit.runs[0].sampling, declared=False))
+    (words,) = sensor_report._of_sensors(dataclasses.replace(fit, runs=(silent,)), model)
+    assert "bandwidth is not declared" in words
+    unknowns = np.zeros_like(fit.unknowns)
+    assert sensor_report._of_sensors(dataclasses.replace(fit, unknowns=unknowns), model) == []
+    unknowns[0, model.layout.place("foot_place")] = 0.02
+    (words,) = sensor_report._of_sensors(dataclasses.replace(fit, unknowns=unknowns), model)
+    assert "lever arm" in words and "+20.0 mm" in words
 
 
 def test_causes_that_cannot_be_parted_are_one_of_a_few():

@@ -92,6 +92,8 @@ def other_guesses(design: DesignPoint, names: Sequence[str], strikes: Vector) ->
     for name in (one for one in names if design.value(one) != 0.0):
         for share in SHARES:
             there = _scaled(design, name, share)
+            if not there.is_legal():
+                continue
             with contextlib.suppress(NoGait):
                 walker, point = find_gait(there.biped, there.slope, COARSE)
                 period = walker.time * float(np.mean([step.period for step in point.steps]))

@@ -145,6 +145,7 @@ def causes(design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[
     fitted = [_fitted(each, design, fit, model, known) for each in telling]
     tried = [one for one in fitted if one is not None and one.sigmas > least]
     tried.sort(key=lambda one: -one.sigmas)
+    tried = [one for one in tried if one.explains] or tried
     return [one for one in tried if one.drop > tried[0].drop - 2.0 * math.log(WORSE)][:NAMED]
 
 
