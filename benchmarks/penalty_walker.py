@@ -21,7 +21,6 @@ import numpy as np
 from pipeline.study import locate
 from stages.biped.gait import StanceState
 from stages.contact_study.parameters import Parameters
-from stages.engines.drawn import drawn_sets
 from stages.engines.result import Distance
 from stages.engines.walks import Machine, between_cycles, hip_distance, over_a_walk
 from stages.ground.laws import NORMAL_FORCES
@@ -37,6 +36,7 @@ from stages.penalty.walk import simulate
 from stages.planar.limit_cycle import gait_near
 from stages.planar.section import NoLimitCycle, section_numbers
 from stages.planar.state import rolling_state
+from tests.penalty.drawn import drawn_sets
 
 #: Close to the gait's mid-stance; the numbers are no result of the study.
 START, FORCE = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0), 9.4

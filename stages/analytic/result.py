@@ -125,28 +125,6 @@ class Validity:
     deepest_scuff_angle: float = quantity("rad", "stance angle at the deepest scuff")
     feet_push_only: bool = quantity("1", "whether every normal force and impulse pushes")
 
-    def broken_assumptions(self) -> list[str]:
-        """The assumptions that do not hold on this ground, in words."""
-        broken, friction = [], self.friction_there_is
-        if self.least_normal_force_stance < 0:
-            broken.append(f"the ground would pull the stance foot with {-self.least_normal_force_stance:.3g} N")
-        if self.impulse_normal_trailing < 0:
-            broken.append("the impact would need the ground to pull the trailing foot")
-        for needed, where in (
-            (self.friction_single_stance, "single stance"),
-            (self.impulse_friction_landing, "the impulse on the landing foot"),
-            (self.impulse_friction_trailing, "the impulse on the trailing foot"),
-        ):
-            if needed > friction * (1 + ROUND_OFF):
-                broken.append(f"{where} needs friction {needed:.3g}, the ground has {friction:.3g}")
-        if self.time_outside_cone > 0:
-            share = 100 * self.time_outside_cone
-            broken.append(f"in {share:.3g} % of double stance the trailing foot needs friction beyond {friction:.3g}")
-        if self.deepest_scuff > 0:
-            depth = 1e3 * self.deepest_scuff
-            broken.append(f"the swing foot passes {depth:.2g} mm below ground: it needs stepping blocks")
-        return broken
-
 
 @dataclass(frozen=True)
 class WithoutImpact:

@@ -1,11 +1,14 @@
 """The report on what a gait asks of the ground."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from stages.analytic.phases.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE
 from stages.analytic.phases.section import section_state
 from stages.analytic.run import without_impact
+from stages.analytic.walk.on_a_ramp import on_a_ramp
 from stages.analytic.walk.recording import record, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
 from stages.analytic.walk.validity import assess, friction_used
@@ -19,15 +22,14 @@ def report(table_1_gait, table_1_step):
 def test_trailing_foot_would_slip_at_heel_strike(report):
     """Trap 4: the trailing foot's impulse is mostly tangential, far outside the cone of the paper's mu = 1.1."""
     assert report.impulse_friction_trailing > 10
-    broken = report.broken_assumptions()
-    assert any("impulse on the trailing foot needs friction" in text for text in broken)
-    assert not any("landing foot needs" in text for text in broken)
+    said = on_a_ramp(report, stable=True).sentence
+    assert "the trailing foot may slip" in said and "landing foot needs" not in said
 
 
 def test_more_friction_than_any_needed_breaks_no_friction_assumption(table_1_gait, table_1_step):
     """But in the last instants before toe-off, where no friction would do."""
     plenty = assess(table_1_gait[0], table_1_step, 1e3)
-    assert not any("needs friction" in text for text in plenty.broken_assumptions() if "double stance" not in text)
+    assert "needs friction" not in on_a_ramp(dataclasses.replace(plenty, time_outside_cone=0.0), stable=True).sentence
     assert plenty.time_outside_cone < 2e-3 and plenty.impulse_outside_cone < 2e-3
 
 
@@ -44,8 +46,6 @@ def test_the_trailing_foot_leaves_the_friction_cone_in_double_stance(report, tab
     assert 0.0 < report.time_outside_cone < 1.0
     ratio = tangential[:-1] / normal[:-1]
     assert ratio[-1] > 100 * report.friction_double_stance_loaded
-    assert any("% of double stance the trailing foot needs friction beyond 1.1" in text
-               for text in report.broken_assumptions())  # fmt: skip
 
 
 def test_the_friction_of_a_loaded_foot_is_the_same_at_every_tolerance(table_1_gait):
@@ -78,7 +78,7 @@ def test_scuffing_is_reported(report):
     """The legs are equally long: the swing foot passes millimetres below ground near the upright stance leg."""
     assert 1e-3 < report.deepest_scuff < 2e-2
     assert abs(report.deepest_scuff_angle) < 0.1
-    assert any("stepping blocks" in text for text in report.broken_assumptions())
+    assert "stepping blocks" in on_a_ramp(report, stable=True).sentence
 
 
 def test_ground_only_pushes_in_the_gait_of_table_1(report):
@@ -99,7 +99,7 @@ def test_pulling_ground_is_reported(table_1_gait):
     segments = record(walker, section_state(fast, walker.p), 1, 1e-10, DOUBLE_STANCE)
     report = assess(walker, segments, 1.1)
     assert report.least_normal_force_stance < 0 and not report.feet_push_only
-    assert any("pull the stance foot" in text for text in report.broken_assumptions())
+    assert "pull the stance foot" in on_a_ramp(report, stable=True).sentence
 
 
 def test_forces_of_both_feet_carry_the_weight_on_average(table_1_gait, table_1_step):

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from stages.engines import walks
-from stages.engines.drawn import drawn_designs, drawn_sets
 from stages.engines.walks import COMPILED, EXUDYN, Machine, between_cycles, over_a_walk
 from stages.multibody.parameters import Settings as ExudynSettings
 from stages.multibody.walking.walk import simulate as exudyn_walk
@@ -17,6 +16,7 @@ from stages.penalty.walk import foot_acceleration, simulate
 from stages.planar.limit_cycle import gait_near
 from stages.planar.section import NoLimitCycle
 from stages.planar.state import rolling_state
+from tests.penalty.drawn import drawn_designs, drawn_sets
 
 LAWS = ("impact", "restitution")
 #: Seeds of the draws: of many, and of one, which Exudyn's solver walks in few steps.

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from stages.biped.accuracy.scales import SI
-from stages.engines.drawn import drawn_designs
 from stages.penalty.model import equations
 from stages.penalty.model.changes import changes_of, names_of
 from stages.penalty.model.generate import KINDS, module_source
@@ -19,6 +18,7 @@ from stages.penalty.motion.hip import hip_load
 from stages.penalty.response import changed
 from stages.planar.energy import damper_power, kinetic_energy, mass_moment, spring_energy
 from tests.analytic.differences import extrapolated
+from tests.penalty.drawn import drawn_designs
 
 #: Imaginary step in time [s], whose square is lost beside anything but zero: derivatives without truncation.
 STEP = 1e-40

@@ -10,7 +10,6 @@ from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.derivatives.multipliers import SURE
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
-from stages.engines.drawn import drawn_designs, drawn_sets
 from stages.ground.hardening import family_member
 from stages.penalty.model.changes import changes_of
 from stages.penalty.response import changed, of_multipliers, responses
@@ -20,6 +19,7 @@ from stages.planar.limit_cycle import fixed_point, gait_near
 from stages.planar.section import section_numbers
 from stages.planar.state import rolling_state
 from tests.analytic.differences import together
+from tests.penalty.drawn import drawn_designs, drawn_sets
 from tests.planar_start import SCALES
 
 DESIGN = ("biped.hip_mass", "biped.foot_mass", "biped.leg_length", "biped.foot_radius", "biped.foot_com",
