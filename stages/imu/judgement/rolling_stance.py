@@ -103,20 +103,17 @@ def mean_gain(evidence: Evidence, drawing: Drawing) -> tuple[float, float]:
 def confirmed(evidence: Evidence, parameters: Reading) -> Confirmed:
     """How far what is declared of gain and length is confirmed by what was found, with a standard error of its own.
 
-    Within two of its errors it confirms what is declared, to one; further off, the square of the distance is that of
-    what is declared wrong and of the error together. Two gyroscopes that differ are half as far off in the mean,
-    whichever is right. A gain that nothing tells is any that the verdict lets through. A drawing that nothing tells is
-    as good as it says; so is one that is confirmed.
+    A gain found within two of its errors of 1 is confirmed to one; further off, and of a length, the square of the
+    distance is that of what is declared wrong and of the error together. Two gyroscopes that differ are half as far off
+    in the mean, whichever is right. A gain that nothing tells is any that the verdict lets through. A drawing that
+    nothing tells is as good as it says.
     """
     drawing = parameters.drawing
     gain, sure = mean_gain(evidence, drawing)
     if math.isnan(gain):
         gain, sure = 1.0, parameters.limits.rate_scale_tolerance / math.sqrt(3)
+    off = math.sqrt((gain - 1) ** 2 - sure**2) if abs(gain - 1) > 2 * sure else sure
     apart = 0.0 if math.isnan(evidence.rate_ratio) else 0.5 * abs(evidence.rate_ratio - 1)
     arm = next((one for one in (evidence.hip_arm, evidence.foot_arm) if not math.isnan(one)), 1.0)
-    drawn = _beyond(arm - 1, math.hypot(drawing.swept_error, drawing.gain_error))
-    return Confirmed(max(sure, apart, _beyond(gain - 1, sure)), max(drawing.leg_length_error, drawn))
-
-
-def _beyond(departure: float, sure: float) -> float:
-    return math.sqrt(departure**2 - sure**2) if abs(departure) > 2 * sure else 0.0
+    drawn = (arm - 1) ** 2 - drawing.swept_error**2 - drawing.gain_error**2
+    return Confirmed(max(off, apart), math.sqrt(max(drawing.leg_length_error**2, drawn)))
