@@ -88,7 +88,7 @@ def test_a_fit_begun_where_none_walks_or_that_finds_no_rest_is_begun_anew(drawin
 @pytest.mark.slow
 def test_a_fit_begun_far_from_its_end_is_begun_anew(drawing, model, drawn, fit):
     lost = fit.unknowns.copy()
-    lost[model.layout.place("start_theta_rate")] *= 0.2
+    lost[model.layout.place("start_theta_rate")] *= 0.1
     assert fits_anew(drawing, model, drawn, fit, lost)
 
 

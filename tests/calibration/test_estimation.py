@@ -21,7 +21,7 @@ from tests.calibration.runs import DESIGN, SHORT, fitted
 SHORTER = dataclasses.replace(SHORT, settings=dataclasses.replace(SHORT.settings, planned_steps=4))
 
 
-@pytest.fixture(scope="module", params=[1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.fixture(scope="module", params=[1, pytest.param(3, marks=pytest.mark.slow)])
 def blind(request):
     return scored(request.param, 1, SHORTER)
 
