@@ -161,7 +161,7 @@ class Joint:
                 break
             gain = now - self._cost(tried, tried_design)
             design, own, unknowns, at = tried_design, tried_own, tried_unknowns, tried
-            if share == 1.0 and gain < ENOUGH * len(self.runs):
+            if max(gain, 0.0 if share == 1.0 else abs(foreseen)) < ENOUGH * len(self.runs):
                 converged, why = True, ""
                 break
         matrix, _ = self._reduced(at, design)

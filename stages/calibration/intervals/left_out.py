@@ -134,7 +134,7 @@ def causes(design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[
     names = candidates(design, model)
     if not names:
         return []
-    if not fit.converged or fit.chi2 > GOOD * fit.count:
+    if fit.chi2 > GOOD * fit.count:
         return _afresh(design, fit, model, known) if set(names) >= set(AFRESH) else []
     try:
         found = scores(design, fit, model, known, names)
@@ -169,8 +169,9 @@ def _afresh(design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence
         wide = dataclasses.replace(model, shared=(*model.shared, name))
         with contextlib.suppress(StepFailed):
             with_it = fit_campaign(with_all(design, [name]), fit.runs, wide, known)
-            if with_it.converged and with_it.chi2 < GOOD * with_it.count:
-                return [_cause(name, fit, with_it)]
+            found = _cause(name, fit, with_it)
+            if with_it.converged and with_it.chi2 < GOOD * with_it.count and found.sigmas > limit(len(AFRESH)):
+                return [found]
     return []
 
 
