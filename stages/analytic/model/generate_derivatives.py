@@ -34,6 +34,10 @@ from stages.analytic.compiled import Numbers, compiled
 from stages.analytic.model.kinds import Compliant, Rigid
 '''
 
+#: Numbers of which the ground, springs and dampers make forces: they give no impulse.
+OF_FORCES = (d.k, d.b, d.g_x, d.g_y)
+
+
 KINDS = ("DetailedCompliant", "DetailedLimited", "DetailedRigid", "DetailedRolling", "RubbingRigid", "RubbingRolling",
          "TimedRigid")
 DETAILED_HEADER = HEADER.replace(
