@@ -58,7 +58,8 @@ def ran(*words: str, cwd: Path | None = None) -> dict[str, object]:
     """What a command printed, and how it ended; paths and times made plain."""
     environment = dict(os.environ, COLUMNS="100", NO_COLOR="1")
     found = subprocess.run([*PROGRAM, *words], capture_output=True, text=True, env=environment, check=False, cwd=cwd)
-    both = [re.sub(r"/tmp/\S+|[0-9.]+ m?s\b", "...", text) for text in (found.stdout, found.stderr)]
+    changing = rf"{re.escape(tempfile.gettempdir())}\S+|[0-9.]+ m?s\b"
+    both = [re.sub(changing, "...", text) for text in (found.stdout, found.stderr)]
     return {"code": found.returncode, "out": both[0], "err": both[1]}
 
 

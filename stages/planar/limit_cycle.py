@@ -142,18 +142,20 @@ def fixed_point(
             began = residual
         if residual > SLOW * previous:
             slow = PATIENCE if residual > SLOW * began else slow + 1
-        if derivative is None or (slow >= PATIENCE and renewals < MOST_RENEWALS and residual > close):
+        fresh = derivative is None or (slow >= PATIENCE and renewals < MOST_RENEWALS and residual > close)
+        if derivative is None or fresh:
             derivative, renewals, slow, began = walker.derivative(numbers, after), renewals + 1, 0, residual
         previous = residual
         change, then = _taken(walker, numbers, _newton_change(derivative, moved, walker.scales))
-        leads = _size(walker, then.numbers - numbers - change)
-        if leads > AWAY * residual and residual > close and renewals < MOST_RENEWALS:
+        leads = _size(walker, then.numbers - (numbers + change))
+        if leads > AWAY * residual and residual > close and renewals < MOST_RENEWALS and not fresh:
             derivative, renewals, slow, began = walker.derivative(numbers, after), renewals + 1, 0, residual
             change, then = _taken(walker, numbers, _newton_change(derivative, moved, walker.scales))
+            leads = _size(walker, then.numbers - (numbers + change))
         scaled = change / walker.scales
         missed = then.numbers - after.numbers - derivative @ change
         numbers, after = numbers + change, then
-        if residual > close or _size(walker, after.numbers - numbers) < SLOW * least:
+        if residual > close or leads < SLOW * least:
             derivative = derivative + np.outer(missed, scaled / walker.scales) / float(scaled @ scaled)
     if least > close:
         raise NoLimitCycle(f"no fixed point within {NEWTON_STEPS} iterations, residual {residual:.1e}")

@@ -6,6 +6,7 @@ projection to first order), and what is left are equations for the robot.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -151,7 +152,8 @@ def _equations(
     """The equations for the numbers, starts eliminated."""
     m = len(names)
     matrix, right, cost = np.zeros((m, m)), np.zeros(m), 0.0
-    pulls, residuals, solved = [], {}, {}
+    pulls, residuals = [], {}
+    solved: dict[int, tuple[Vector, np.ndarray, np.ndarray]] = {}
     for step in steps:
         shown = show(robot, step, starts[step.number], names)
         n = len(shown.angles)
@@ -159,6 +161,8 @@ def _equations(
         if n < len(step.stance):
             cost += 1e6 * (len(step.stance) - n)
         residuals[step.number] = left
+        if not np.isfinite(left).all():  # the walk ran away, so the try is refused
+            return _At(math.inf, matrix, right, np.zeros((len(steps), m)), residuals, solved)
         r, jacobian = left.ravel() / noise, shown.by.reshape(2 * n, m) / noise
         q, triangle = np.linalg.qr(shown.by_start.reshape(2 * n, 4) / noise)
         solved[step.number] = q.T @ r, q.T @ jacobian, triangle

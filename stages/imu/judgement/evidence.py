@@ -14,7 +14,7 @@ import math
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from stages.imu.strikes.heel_strikes import filled
+from stages.imu.strikes.heel_strikes import filled, lowest_between
 from stages.imu.strikes.step_times import INNER, HeelStrikes
 from stages.imu.trial.frames import swing_axis
 
@@ -101,9 +101,7 @@ def lever_of(
 def peak_of(values: np.ndarray) -> float:
     """Where values (n,) are largest, refined by a parabola (a number of steps)."""
     best = int(np.clip(np.argmax(values), 1, len(values) - 2))
-    left, middle, right = values[best - 1 : best + 2]
-    bend = left - 2 * middle + right
-    return best + (0.5 * (left - right) / bend if bend < 0 else 0.0)
+    return best + lowest_between(-values, best)
 
 
 def axis_turn_of(rate: np.ndarray) -> float:

@@ -203,7 +203,11 @@ def _best_shift(
     best = int(np.argmin(cost))
     if not 0 < best < len(cost) - 1 or not np.isfinite(cost[best - 1 : best + 2]).all():
         return 0.0
+    return float(SHIFTS_S[best] + lowest_between(cost, best) * (SHIFTS_S[1] - SHIFTS_S[0]))
+
+
+def lowest_between(cost: np.ndarray, best: int) -> float:
+    """Where the parabola through a cost (n,) and its two neighbours is lowest, in steps from it; 0 for no minimum."""
     left, middle, right = cost[best - 1 : best + 2]
     curvature = left - 2 * middle + right
-    step = SHIFTS_S[1] - SHIFTS_S[0]
-    return float(SHIFTS_S[best] + (0.5 * (left - right) / curvature * step if curvature > 0 else 0.0))
+    return float(0.5 * (left - right) / curvature) if curvature > 0 else 0.0

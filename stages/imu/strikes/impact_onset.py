@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.imu.strikes.heel_strikes import lowest_between
 from stages.imu.strikes.step_times import INNER, OUTER, HeelStrikes
 
 WINDOW_S = (-0.04, 0.04)  # around a strike
@@ -111,7 +112,4 @@ def lowest(cost: np.ndarray, onsets: np.ndarray) -> float:
     best = int(np.argmin(cost))
     if not 0 < best < len(cost) - 1:
         return float("nan")
-    left, middle, right = cost[best - 1 : best + 2]
-    curvature = left - 2 * middle + right
-    step = onsets[1] - onsets[0]
-    return float(onsets[best] + (0.5 * (left - right) / curvature * step if curvature > 0 else 0.0))
+    return float(onsets[best] + lowest_between(cost, best) * (onsets[1] - onsets[0]))
