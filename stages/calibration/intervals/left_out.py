@@ -7,7 +7,6 @@ tell most are fitted too: what that takes off the sum of squares is chi-square i
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import math
 from collections.abc import Sequence
@@ -19,7 +18,7 @@ from scipy.special import ndtri
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
-from stages.calibration.estimation.campaign import CampaignFit, Joint, fit_campaign, own_step
+from stages.calibration.estimation.campaign import CampaignFit, Joint, fit_campaign, own_step, side_by_side
 from stages.calibration.estimation.equations import Equations, Model, eliminated, run_equations
 from stages.calibration.estimation.fit import GOOD, known_equations, lowest
 from stages.calibration.estimation.known import Known
@@ -31,8 +30,6 @@ from stages.calibration.observation.unknowns import SIDES
 OTHER = tuple(f"biped.other_{key}" for key in (
     "foot_radius", "foot_mass", "foot_com", "stiffness", "damping", "leg_length"))
 FRICTION, FRAME = "biped.hip_friction", "biped.frame_mass"
-#: Without these, runs find no rest at all.
-AFRESH = (FRICTION, "biped.other_foot_mass")
 #: In so many of the campaigns whose model is right a cause may be named, by all tests together (Bonferroni).
 LEVEL = 0.02
 #: At most so many are named: those whose likelihood is not less than the best one's by this factor.
@@ -130,49 +127,49 @@ def limit(count: int) -> float:
 
 def causes(design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[Known]) -> list[Cause]:
     """What explains the residuals of a fit: the best first, at most three that they cannot part; none where they are as
-    noise would have them. Of a fit that is lost a score tells nothing: the runs are fitted anew."""
+    noise would have them."""
     names = candidates(design, model)
-    if not names:
-        return []
-    if fit.chi2 > GOOD * fit.count:
-        return _afresh(design, fit, model, known) if set(names) >= set(AFRESH) else []
     try:
-        found = scores(design, fit, model, known, names)
+        found = scores(design, fit, model, known, names) if names else []
     except StepFailed:
         return []
     least = limit(len(names))
-    telling = [one for one in found if one.sigmas > least][:NAMED]
-    fitted = [_fitted(each, design, fit, model, known) for each in telling]
-    tried = [one for one in fitted if one is not None and one.sigmas > least]
+    tried = []
+    for each in [one for one in found if one.sigmas > least][:NAMED]:
+        cause = _fitted(each, design, fit, model, known)
+        if cause is not None and cause.sigmas > least:
+            tried.append(cause)
+            if cause.explains and is_lost(fit):
+                break  # it took a fit anew, and what explains all that was amiss leaves the others nothing
     tried.sort(key=lambda one: -one.sigmas)
     tried = [one for one in tried if one.explains] or tried
     return [one for one in tried if one.drop > tried[0].drop - 2.0 * math.log(WORSE)][:NAMED]
 
 
+def is_lost(fit: CampaignFit) -> bool:
+    """Whether the residuals are so large that the fit may be far from where the runs would lead it."""
+    return fit.chi2 > GOOD * fit.count
+
+
 def _fitted(
-    cause: Cause, design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[Known]
+    score: Cause, design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[Known]
 ) -> Cause | None:
-    """The fit with that parameter looked for too; none where there is none."""
-    there = with_all(design, [cause.name])
-    joint = Joint(there, fit.runs, dataclasses.replace(model, shared=(*model.shared, cause.name)), known)
-    held = design.with_values(dict(zip(model.shared, fit.design, strict=True))).value(cause.name)  # none, or the leg's
-    start = np.append(fit.design, max(joint.low[joint.d - 1], held))
+    """The fit with that parameter looked for too, from where the fit without it is; of one that is lost the score alone
+    is of use, and the runs are fitted anew. None where there is no fit."""
+    name, wide = score.name, dataclasses.replace(model, shared=(*model.shared, score.name))
+    there = with_all(design, [name])
+    low = float(lowest(there, [name])[0])
     try:
-        return _cause(cause.name, fit, joint.from_point(start, fit.own, fit.unknowns, {}, 0, STEPS))
+        if is_lost(fit):
+            there = there.with_value(name, max(low, there.value(name) + score.value))
+            with_it = fit_campaign(there, fit.runs, wide, known, lambda runs: side_by_side(there, runs, wide, known))
+        else:
+            held = design.with_values(dict(zip(model.shared, fit.design, strict=True))).value(name)  # none, or a leg's
+            with_it = Joint(there, fit.runs, wide, known).from_point(
+                np.append(fit.design, max(low, held)), fit.own, fit.unknowns, {}, 0, STEPS)
     except StepFailed:
         return None
-
-
-def _afresh(design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[Known]) -> list[Cause]:
-    """Friction at the hip or a heavier foot, if runs that find no rest without it come to rest at noise with it."""
-    for name in AFRESH:
-        wide = dataclasses.replace(model, shared=(*model.shared, name))
-        with contextlib.suppress(StepFailed):
-            with_it = fit_campaign(with_all(design, [name]), fit.runs, wide, known)
-            found = _cause(name, fit, with_it)
-            if with_it.converged and with_it.chi2 < GOOD * with_it.count and found.sigmas > limit(len(AFRESH)):
-                return [found]
-    return []
+    return _cause(name, fit, with_it)
 
 
 def _cause(name: str, fit: CampaignFit, with_it: CampaignFit) -> Cause:
