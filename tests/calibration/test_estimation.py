@@ -13,6 +13,7 @@ from stages.calibration.blind.score import draw, scored, summary
 from stages.calibration.estimation.asked import asked_of
 from stages.calibration.estimation.campaign import Joint, fit_campaign
 from stages.calibration.estimation.each_run import as_plain, from_plain
+from stages.calibration.estimation.equations import run_equations
 from stages.calibration.estimation.fit import fit_near, horizons
 from stages.calibration.information.plan import free_names
 from tests.calibration.runs import DESIGN, SHORT, fitted
@@ -105,6 +106,21 @@ def test_together_the_runs_begin_where_their_own_unknowns_go_along(campaign, own
         scale = np.sqrt(np.diag(fit.equations.matrix))
         assert np.abs(left / scale)[len(design) :].max() < 1e-3
         np.testing.assert_allclose(begun[1 + number][2][number], fit.unknowns, atol=1e-3)
+
+
+def test_a_run_that_is_not_at_rest_begins_where_its_own_fit_ended(campaign, own_fits, monkeypatch):
+    """A whole step of its own unknowns may lead farther off than it was: it is from_point's to try."""
+    drawing, model = fitted()
+    run, fit = campaign.runs[0], own_fits[0]
+    unknowns = fit.unknowns + 0.3 * model.layout.sizes
+    equations = run_equations(drawing.with_values(dict(zip(model.shared, fit.design, strict=True))), fit.own, unknowns,
+                              run, model)  # fmt: skip
+    begun = []
+    monkeypatch.setattr(Joint, "from_point", lambda self, *start: begun.append(start))
+    restless = dataclasses.replace(fit, unknowns=unknowns, equations=equations, converged=False)
+    Joint(drawing, [run], model, campaign.known).fitted([restless], {}, 0)
+    np.testing.assert_allclose(begun[0][2][0], unknowns, atol=1e-9)
+    np.testing.assert_allclose(begun[0][1][0], fit.own, atol=1e-9)
 
 
 def test_horizons_rise_to_the_whole_run(campaign):

@@ -121,7 +121,7 @@ class Joint:
     def fitted(self, fits: Sequence[RunFit], left_out: dict[str, str], walks: int) -> CampaignFit:
         """`from_point` of the design that the runs' own fits agree on, or of the first of them that walks all runs."""
         for design in (self._together(fits), *(fit.design for fit in fits)):
-            moves = np.array([own_step(fit.equations, design - fit.design) for fit in fits])
+            moves = np.array([_along(fit, design - fit.design) for fit in fits])
             own, unknowns = np.array([fit.own for fit in fits]), np.array([fit.unknowns for fit in fits])
             with contextlib.suppress(StepFailed):
                 return self.from_point(
@@ -216,6 +216,13 @@ def own_step(one: Equations, step: Vector) -> Vector:
     scale = 1.0 / np.sqrt(np.diag(own))
     right = (one.right[d:] - one.matrix[d:, :d] @ step) * scale
     return np.asarray(np.linalg.lstsq(own * scale * scale[:, None], right, rcond=1e-14)[0] * scale)
+
+
+def _along(fit: RunFit, step: Vector) -> Vector:
+    """How a run's own unknowns go with a step of the design (d,); no farther where they are not at rest yet, as their
+    whole step may lead off."""
+    whole = own_step(fit.equations, step)
+    return whole if fit.converged else whole - own_step(fit.equations, np.zeros_like(step))
 
 
 def _solved(matrix: np.ndarray, right: Vector, sizes: Vector) -> Vector:
