@@ -21,8 +21,6 @@ import numpy as np
 from pipeline.study import locate
 from stages.biped.gait import StanceState
 from stages.contact_study.parameters import Parameters
-from stages.engines.result import Distance
-from stages.engines.walks import Machine, between_cycles, hip_distance, over_a_walk
 from stages.ground.laws import NORMAL_FORCES
 from stages.multibody.parameters import Settings as ExudynSettings
 from stages.multibody.walking.limit_cycle import SectionWalker, limit_cycle
@@ -36,6 +34,8 @@ from stages.penalty.walk import simulate
 from stages.planar.limit_cycle import gait_near
 from stages.planar.section import NoLimitCycle, section_numbers
 from stages.planar.state import rolling_state
+from stages.studies.result import Distance
+from stages.studies.walks import Machine, between_cycles, hip_distance, over_a_walk
 from tests.penalty.drawn import drawn_sets
 
 #: Close to the gait's mid-stance; the numbers are no result of the study.

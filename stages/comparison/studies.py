@@ -12,8 +12,7 @@ import numpy as np
 
 from stages.campaign.result import RunTruth
 from stages.comparison.claims.verdict import Parts
-from stages.error_budget.effects import EFFECTS, UNEXPLAINED
-from stages.error_budget.split import Split
+from stages.error_budget.result import EFFECTS, UNEXPLAINED, Split
 from stages.tradeoff.result import Row, cost_at
 
 #: Words in the names of implicit ways to compute a walk.

@@ -1,34 +1,96 @@
-"""One step of the penalty model from the constraint model's mid-stance, and how far the two differ over it."""
+"""One step from the constraint model's mid-stance: of that model, of the penalty model, and how far they differ.
+
+The constraint model is walked with rolling feet and with Coulomb's transition. The second is what the penalty model
+tends to as its contact hardens: the same friction, no depth, no creep. What sets it apart from rolling feet is
+therefore what no contact parameter can remove.
+"""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
+from stages.analytic.gait.gait_search import find_gait, step_length
+from stages.analytic.model.walker import Walker
+from stages.analytic.walk.recording import Segment, crossing_state, walk_on
+from stages.analytic.walk.sampling import sample_segment, sample_walk, signal_scales
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
-from stages.biped.largest import largest_magnitudes, sampled_at
+from stages.biped.largest import SAME, largest_magnitudes, sampled_at
 from stages.biped.walk import Walk
-from stages.contact_study.constraint_models import ConstraintModel, hips
 from stages.contact_study.result import OneStep
 from stages.ground.contact_law import ContactLaw
+from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 from stages.penalty.settings import Settings
-from stages.penalty.walk import simulate
 from stages.planar.events import find_events
 from stages.planar.peaks import peaks
 from stages.planar.run import COMPLETED, Run
 from stages.planar.sampling import ground_reaction
 from stages.planar.signals import GROUND_REACTION, SIGNALS
-from stages.planar.state import rolling_state
 from stages.planar.trajectory import foot_kinematics
+from stages.studies.walks import Upright
 
 NO_HEEL_STRIKE = "no heel strike"
 STANDING, LANDING = 0, 1
+
+
+@dataclass(frozen=True)
+class ConstraintModel:
+    """A step from the common mid-stance state; period [s] and length [m] of the model's gait, and its mid-stance."""
+
+    walk: Walk
+    period: float
+    length: float
+    mid_stance: StanceState
+    walker: Walker
+    segments: list[Segment]
+
+    def hip(self, middle: float, times: np.ndarray) -> np.ndarray:
+        """The hip's x, y [m] and their rates [m/s] at times [s], (n, 4), by the phase that lasts at `middle` [s]."""
+        walker, scales = self.walker, signal_scales(self.walker)
+        phase = [one for one in self.segments if one.start * walker.time < middle][-1]
+        found = sample_segment(walker, phase, times / walker.time - phase.start)
+        return np.column_stack([scales[name] * found[name] for name in ("hip_position", "hip_velocity")])
+
+
+def constraint_model(
+    biped: Biped, slope: Slope, friction: Friction | None, start: StanceState, tolerance: float, rate: float
+) -> ConstraintModel:
+    """The model, whose trailing foot slips if there is `friction`, walked from `start` and sampled at `rate` [Hz].
+
+    Raises NoGait or StepFailed.
+    """
+    walker, point = find_gait(biped, slope, tolerance, friction)
+    segments = walk_on(walker, walker.from_stance(start), 1, tolerance)
+    return ConstraintModel(
+        sample_walk(walker, segments, rate),
+        float(point.steps[0].period * walker.time),
+        float(step_length(walker, point) * walker.length),
+        walker.stance_state(crossing_state(walker, point.z, tolerance)),
+        walker,
+        segments,
+    )
+
+
+def hips(models: Sequence[ConstraintModel], wanted: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+    """The hips of models at wanted rising times [s], and on both sides of each phase's end among them: times (m,), of
+    which two are equal there, and each model's hip (m, 4).
+    """
+    first, last = wanted[0], wanted[-1]
+    ends = np.unique([phase.start * model.walker.time for model in models for phase in model.segments])
+    ends = ends[(ends > first) & (ends < last) & (np.diff(ends, prepend=-np.inf) > SAME * (last - first))]
+    pieces = list(pairwise([first, *ends, last]))
+    times = [np.concatenate([[begin], wanted[(wanted > begin) & (wanted < end)], [end]]) for begin, end in pieces]
+    return np.concatenate(times), [
+        np.concatenate([model.hip((begin + end) / 2, each) for (begin, end), each in zip(pieces, times, strict=True)])
+        for model in models]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -48,6 +110,11 @@ class Scene:
     model: ConstraintModel | None = None
 
     @property
+    def upright(self) -> Upright:
+        """Where all runs begin."""
+        return Upright(self.biped, self.slope, self.mid_stance, self.walk.standing_force)
+
+    @property
     def heel_strike(self) -> float:
         """Time of the constraint model's heel strike [s]."""
         return float(self.walk.heel_strike_time[0])
@@ -55,7 +122,7 @@ class Scene:
     @cached_property
     def compared(self) -> tuple[np.ndarray, np.ndarray]:
         """Times [s] at which hips are compared, (m,): samples, both sides of the constraint model's events, and the
-        step's end; that model's hip there as in `HipCurve`, (m, 4)."""
+        step's end; that model's hip there, x, y [m] and their rates [m/s], (m, 4)."""
         times = np.unique(np.append(self.time, self.period))
         if self.model is not None:
             times, (hip,) = hips([self.model], times)
@@ -72,9 +139,8 @@ class Scene:
 
 def take_step(scene: Scene, law: ContactLaw, signals: Collection[str] = SIGNALS) -> Run:
     """Walk for one step period; the standing foot starts at its static penetration."""
-    start = rolling_state(scene.biped, law, scene.mid_stance, scene.walk.standing_force)
     solver = scene.solver if GROUND_REACTION in signals else dataclasses.replace(scene.solver, between=0)
-    return simulate(scene.biped, scene.slope, law, start, solver, duration=scene.period, signals=signals)
+    return scene.upright.walk(law, solver, duration=scene.period, signals=signals)
 
 
 def cost(scene: Scene, law: ContactLaw, walked: Run | None = None) -> int:
@@ -119,25 +185,22 @@ def unfinished(outcome: str, message: str, law: ContactLaw, evaluations: int) ->
     )
 
 
-@dataclass(frozen=True)
-class HipCurve:
-    """The hip (m, 4): x, y [m] and their rates [m/s], at a scene's times, and the moment of heel strike [s]."""
+class Apart(NamedTuple):
+    """A run's hip less that of a scene's constraint model at the scene's times (m, 4), x, y [m] and their rates [m/s],
+    and the moment of the run's heel strike [s]."""
 
     hip: np.ndarray
     heel_strike: float
 
-    def minus(self, scene: Scene) -> np.ndarray:
-        """Difference from the scene's constraint model, (m, 4)."""
-        return np.asarray(self.hip - scene.compared[1])
 
-
-def hip_curve(scene: Scene, run: Run) -> HipCurve | str:
-    """The hip of a run, or why there is none."""
+def apart(scene: Scene, run: Run) -> Apart | str:
+    """How far a run's hip is from the constraint model's, or why there is none to compare."""
     strikes = find_events(run.trajectory, scene.biped.foot_radii).heel_strike_time
     if not run.completed or not len(strikes):
         return NO_HEEL_STRIKE if run.completed else run.outcome
-    position, velocity = run.trajectory.at(np.minimum(scene.compared[0], run.trajectory.time[-1]))
-    return HipCurve(np.column_stack([position[:, :2], velocity[:, :2]]), float(strikes[0]))
+    times, hip = scene.compared
+    position, velocity = run.trajectory.at(np.minimum(times, run.trajectory.time[-1]))
+    return Apart(np.column_stack([position[:, :2], velocity[:, :2]]) - hip, float(strikes[0]))
 
 
 def in_impact(scene: Scene, time: np.ndarray, *heel_strikes: float) -> np.ndarray:
@@ -154,17 +217,17 @@ def sizes(time: np.ndarray, difference: np.ndarray, impact: np.ndarray) -> np.nd
 
 def measure(scene: Scene, law: ContactLaw, run: Run) -> OneStep:
     """Differences of a step from the constraint model; forces on that model's samples."""
-    curve = hip_curve(scene, run)
-    if isinstance(curve, str):
-        return unfinished(curve, run.message, law, cost(scene, law))
+    found = apart(scene, run)
+    if isinstance(found, str):
+        return unfinished(found, run.message, law, cost(scene, law))
     trajectory, radii, time = run.trajectory, scene.biped.foot_radii, scene.time
-    difference, impact = curve.minus(scene), in_impact(scene, scene.compared[0], curve.heel_strike)
+    difference, impact = found.hip, in_impact(scene, scene.compared[0], found.heel_strike)
     whole = sizes(scene.compared[0], difference, impact)
     force = ground_reaction(trajectory, time, radii) - scene.walk.ground_reaction[: len(time)]
-    force = force[~in_impact(scene, time, curve.heel_strike)]
+    force = force[~in_impact(scene, time, found.heel_strike)]
     _, _, slip = foot_kinematics(trajectory.position, trajectory.velocity, STANDING, radii[STANDING])
-    before = trajectory.time < min(curve.heel_strike, scene.heel_strike)
-    slip, span = np.abs(slip[before]), trajectory.time[before]
+    before = trajectory.time < min(found.heel_strike, scene.heel_strike)
+    span = trajectory.time[before]
     forces, depths = peaks(trajectory, law, radii, 0.0, float(trajectory.time[-1]))
     return OneStep(
         outcome=COMPLETED,
@@ -178,7 +241,7 @@ def measure(scene: Scene, law: ContactLaw, run: Run) -> OneStep:
         friction_force=float(np.sqrt(np.mean(force[:, :, 0] ** 2))),
         peak_force=float(forces[LANDING]),
         penetration=float(depths.max()),
-        creep_velocity=float(np.trapezoid(slip, span) / (span[-1] - span[0])),
-        heel_strike_lead=scene.heel_strike - curve.heel_strike,
+        creep_velocity=float(np.trapezoid(np.abs(slip[before]), span) / (span[-1] - span[0])),
+        heel_strike_lead=scene.heel_strike - found.heel_strike,
         evaluations=cost(scene, law),
     )

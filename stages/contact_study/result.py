@@ -1,17 +1,17 @@
-"""What the contact study hands on."""
+"""What the contact study hands on: steps against the constraint model, distances from the rigid limit, friction."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from stages.biped.quantity import quantity
-from stages.contact_study import friction_result
-from stages.contact_study.friction_result import FrictionVariation
-from stages.contact_study.limit_result import COMPLETED, Candidates, RigidLimit, limit_table, search_table, shown
-from stages.engines.result import EngineAgreement
 from stages.ground.contact_law import ContactLaw
+from stages.studies.result import COMPLETED, EngineAgreement, Table, shown
 
 #: Keys of the contact set that the study varies, in the paper's order (figures 5 and 6).
 VARIED = (
@@ -22,6 +22,143 @@ VARIED = (
     "stiction_velocity",
     "friction_velocity",
 )
+#: Keys that the search varies together.
+SEARCHED = ("contact_stiffness", "contact_damping", "damping_depth", "stiction_velocity")
+#: Parts of a difference from the rigid limit, see `stages.contact_study.rigid_limit`.
+PARTS = ("creep", "impact", "rest")
+#: Outcome of a set that takes more solver steps than a choice may take.
+TOO_DEAR = "too dear"
+#: Sets of the search that a table shows.
+BEST = 12
+LAWS = ("k_c N/mm^e", "c_max N s/m", "d m", "v_s m/s")
+#: What a table shows of a step.
+SEEN = ("hip_position", "hip_velocity", "normal_force", "penetration", "evaluations", "outcome")
+
+
+@dataclass(frozen=True)
+class Distance:
+    """How far a contact set is from the rigid limit: the constraint model with Coulomb's transition.
+
+    Differences are penalty model minus limit, over one step from the common mid-stance state and between solved cycles.
+    `*_parts` split them into `PARTS`, each measured by itself; a score adds the sizes of the parts, each in its limit,
+    and is infinite where a part is not known. NaN where a step or a cycle is not known.
+    """
+
+    law: ContactLaw = quantity("-", "the contact law")
+    outcome: str = quantity("-", "completed, too dear, or why the step ended early")
+    evaluations: int = quantity("1", "evaluations of the rates over one step at cost_tolerance: the cost")
+    hip_position: np.ndarray = quantity("m", "largest hip position difference in x and y, with the step's end, (2,)")
+    hip_velocity: np.ndarray = quantity("m/s", "largest hip velocity difference outside the impact, shape (2,)")
+    end_position: np.ndarray = quantity("m", "hip position difference, with its sign, at the step's end, shape (2,)")
+    position_parts: np.ndarray = quantity("m", "largest hip position difference of each part, in x or y, shape (3,)")
+    velocity_parts: np.ndarray = quantity("m/s", "largest hip velocity difference of each part, shape (3,)")
+    step_score: float = quantity("1", "distance over one step")
+    cycle_outcome: str = quantity("-", "completed, not sought, or why no cycle was found")
+    period: float = quantity("s", "difference of the cycles' step periods, with its sign", symbol="T")
+    step_length: float = quantity("m", "difference of the cycles' step lengths, with its sign", symbol="s")
+    period_parts: np.ndarray = quantity("s", "that of the periods in parts, shape (3,)")
+    length_parts: np.ndarray = quantity("m", "that of the lengths in parts, shape (3,)")
+    cycle_score: float = quantity("1", "distance between cycles")
+
+    @property
+    def score(self) -> float:
+        """Distance over one step and between cycles."""
+        return self.step_score + self.cycle_score
+
+
+@dataclass(frozen=True)
+class HardLimit:
+    """What no contact parameter removes: the constraint model with Coulomb's transition minus that of rolling feet."""
+
+    hip_position: np.ndarray = quantity("m", "largest hip position difference in x and y, with the step's end, (2,)")
+    hip_velocity: np.ndarray = quantity("m/s", "largest hip velocity difference outside the impact, shape (2,)")
+    end_position: np.ndarray = quantity("m", "hip position difference, with its sign, at the step's end, shape (2,)")
+    period: float = quantity("s", "difference of the gaits' step periods, with its sign", symbol="T")
+    step_length: float = quantity("m", "difference of the gaits' step lengths, with its sign", symbol="s")
+    limit_period: float = quantity("s", "step period with Coulomb's transition")
+    limit_step_length: float = quantity("m", "step length with Coulomb's transition")
+
+
+@dataclass(frozen=True)
+class RigidLimit:
+    """Distances of contact sets from the rigid limit, and of the limit from rolling feet."""
+
+    hard: HardLimit = quantity("-", "the limit itself against rolling feet")
+    default: Distance = quantity("-", "the starting set")
+    chosen: Distance = quantity("-", "the set that the criterion chooses")
+    ground: Distance = quantity("-", "the set of ground.yaml, which the other stages use")
+    most_evaluations: float = quantity("1", "evaluations that a chosen set may take over one step")
+    finalists: tuple[Distance, ...] = quantity("-", "the sets of the search compared between cycles, best first")
+    family_share: np.ndarray = quantity("1", "what is left of impact and creep of the chosen set, shape (f,)")
+    family: tuple[Distance, ...] = quantity("-", "the chosen set's family at these shares, towards the limit")
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """The contact sets that the search tried, one a row, over one step from the rigid limit; NaN as in `Distance`."""
+
+    contact_stiffness: np.ndarray = quantity("N/mm^e", "stiffness of the normal force, shape (c,)", symbol="k_c")
+    contact_damping: np.ndarray = quantity("N s/m", "largest contact damping, shape (c,)", symbol="c_max")
+    damping_depth: np.ndarray = quantity("m", "penetration at which the damping is complete, shape (c,)", symbol="d")
+    stiction_velocity: np.ndarray = quantity("m/s", "slip speed of greatest friction, shape (c,)", symbol="v_s")
+    outcome: tuple[str, ...] = quantity("-", "completed, too dear, or why the step ended early")
+    hip_position: np.ndarray = quantity("m", "largest hip position difference in x and y, shape (c, 2)")
+    hip_velocity: np.ndarray = quantity("m/s", "largest hip velocity difference in x and y, shape (c, 2)")
+    position_parts: np.ndarray = quantity("m", "largest hip position difference of each part, shape (c, 3)")
+    velocity_parts: np.ndarray = quantity("m/s", "largest hip velocity difference of each part, shape (c, 3)")
+    evaluations: np.ndarray = quantity("1", "evaluations of the rates over one step at cost_tolerance, shape (c,)")
+    score: np.ndarray = quantity("1", "distance over one step; infinite if it is not known, shape (c,)")
+
+
+@dataclass(frozen=True)
+class FrictionVariation:
+    """The gait, a fixed point, with one transition velocity changed; NaN where none is found."""
+
+    name: str = quantity("-", "parameter changed")
+    factor: float = quantity("1", "factor on its value; 1 is the contact set itself")
+    period_s: float = quantity("s", "step period", symbol="T")
+    step_length_m: float = quantity("m", "step length", symbol="s")
+
+
+def friction_table(contact_set: str, variations: Sequence[FrictionVariation]) -> Table:
+    """What the transition velocities of friction change, from this contact set."""
+    heads = ("velocity", "factor", "period [s]", "change [%]", "step [mm]", "change [%]")
+    return f"The gait with one transition velocity of friction changed, {contact_set}", heads, [
+        (
+            variation.name.replace("_", " "), f"{variation.factor:.3g}",
+            f"{variation.period_s:.5f}", f"{100 * in_period:+.2f}",
+            f"{1e3 * variation.step_length_m:.2f}", f"{100 * in_length:+.2f}",
+        )
+        for variation, in_period, in_length in changes(variations)
+    ]  # fmt: skip
+
+
+def changes(variations: Sequence[FrictionVariation]) -> Iterator[tuple[FrictionVariation, float, float]]:
+    """Each variation with its relative change of period and of step length against factor 1."""
+    unchanged = {variation.name: variation for variation in variations if variation.factor == 1.0}
+    for variation in variations:
+        base = unchanged[variation.name]
+        yield variation, variation.period_s / base.period_s - 1.0, variation.step_length_m / base.step_length_m - 1.0
+
+
+def crossing(variations: Sequence[FrictionVariation], name: str, limit: float) -> tuple[float, float]:
+    """Factors on the velocity `name`, below and above 1, at which period or step length has changed by `limit`.
+
+    Interpolated in the logarithm of the factor between the variations computed; NaN where the change stays smaller.
+    """
+    rows = sorted(
+        (math.log(variation.factor), max(abs(in_period), abs(in_length)))
+        for variation, in_period, in_length in changes(variations)
+        if variation.name == name and math.isfinite(in_period)
+    )
+    sides = []
+    for side in ([row for row in rows[::-1] if row[0] <= 0.0], [row for row in rows if row[0] >= 0.0]):
+        sides.append(float("nan"))
+        for (near, less), (far, more) in pairwise(side):
+            if less < limit <= more:
+                sides[-1] = math.exp(near + (far - near) * (limit - less) / (more - less))
+                break
+    return sides[0], sides[1]
 
 
 @dataclass(frozen=True)
@@ -120,31 +257,63 @@ class Result:
             + f"; {self.engines.sentence()}"
         )
 
-    def tables(self) -> tuple[tuple[str, tuple[str, ...], list[tuple[object, ...]]], ...]:
+    def tables(self) -> tuple[Table, ...]:
         """The variations, the sets against the rigid limit, and the best of the search."""
-        v = self.variations
-        varied: list[tuple[object, ...]] = [_row(("starting set", ""), self.default)]
-        for row, key in enumerate(v.key):
-            numbers = v.hip_position[row], v.hip_velocity[row], v.normal_force[row], v.penetration[row]
-            varied.append((key, float(v.value[row]), *_shown(*numbers), int(v.evaluations[row]), v.outcome[row]))
-        varied += [_row(("chosen set", ""), self.chosen), _row(("ground.yaml", ""), self.ground)]
-        seen = ("hip mm", "hip mm/s", "force N", "depth um", "evaluations")
-        tables: list[friction_result.Table] = [
-            ("One parameter at a time, differences from the constraint model", ("", "value", *seen, ""), varied)
-        ]
-        if self.limit is not None and self.candidates is not None:
-            tables += [limit_table(self.limit), search_table(self.candidates)]
-        friction = (("ground.yaml's contact set", self.friction_variations),
-                    ("Adams' default contact set", self.default_friction_variations))  # fmt: skip
-        return (*tables, *(friction_result.table(*pair) for pair in friction), self.engines.table())
+        v, steps = self.variations, (("chosen set", self.chosen), ("ground.yaml", self.ground))
+        varied = [step_row("starting set", "", *(getattr(self.default, name) for name in SEEN))]
+        varied += map(step_row, v.key, v.value.tolist(), *(getattr(v, name) for name in SEEN))
+        varied += [step_row(which, "", *(getattr(step, name) for name in SEEN)) for which, step in steps]
+        heads = ("", "value", "hip mm", "hip mm/s", "force N", "depth um", "evaluations", "")
+        limits = () if self.limit is None or self.candidates is None else (
+            limit_table(self.limit), search_table(self.candidates))  # fmt: skip
+        return (
+            ("One parameter at a time, differences from the constraint model", heads, varied),
+            *limits,
+            friction_table("ground.yaml's contact set", self.friction_variations),
+            friction_table("Adams' default contact set", self.default_friction_variations),
+            self.engines.table(),
+        )
 
 
-def _row(name: tuple[str, str], step: OneStep) -> tuple[object, ...]:
-    numbers = step.hip_position, step.hip_velocity, step.normal_force, step.penetration
-    return (*name, *_shown(*numbers), step.evaluations, step.outcome)
+def step_row(
+    name: str, value: object, position: np.ndarray, velocity: np.ndarray, force: float, depth: float, cost: int,
+    outcome: str,
+) -> tuple[object, ...]:
+    """A step in a table: largest differences in mm and mm/s, N, micrometres."""
+    sizes = shown(1e3 * np.max(position), 1e3 * np.max(velocity), force, 1e6 * depth)
+    return (name, value, *sizes, int(cost), outcome)
 
 
-def _shown(position: np.ndarray, velocity: np.ndarray, force: float, depth: float) -> tuple[float, ...]:
-    """Rounded for a table: mm, mm/s, N, micrometres."""
-    values = 1e3 * np.max(position), 1e3 * np.max(velocity), force, 1e6 * depth
-    return shown(*values)
+def limit_table(limit: RigidLimit) -> Table:
+    """The limit, then all sets measured from it over one step and between cycles."""
+    named = [("starting set", limit.default), ("chosen set", limit.chosen), ("ground.yaml", limit.ground)]
+    named += [("finalist", one) for one in limit.finalists]
+    named += [(f"family, {share:g}", one) for share, one in zip(limit.family_share, limit.family)]
+    heads = ("", *LAWS, "hip x mm", "y mm", "x mm/s", "y mm/s", "T ms", "s mm", "evaluations", "step score")
+    return "Distance from the rigid limit over one step and between cycles", heads, [
+        ("limit - rolling feet", *("",) * len(SEARCHED), *_differences(limit.hard), "", ""),
+        *((name, *shown(*(getattr(one.law, key) for key in SEARCHED)), *_differences(one), one.evaluations,
+           *shown(one.step_score)) for name, one in named),
+    ]  # fmt: skip
+
+
+def _differences(one: Distance | HardLimit) -> tuple[float, ...]:
+    """Rounded for a table: mm, mm/s, ms, mm."""
+    return shown(*(1e3 * np.array([*one.hip_position, *one.hip_velocity, one.period, one.step_length])))
+
+
+def search_table(c: Candidates) -> Table:
+    """The best sets of the search."""
+    best = np.argsort(c.score, kind="stable")[:BEST]
+    split = tuple(f"{part} {unit}" for unit in ("mm", "mm/s") for part in PARTS)
+    heads = (*LAWS, "hip mm", "hip mm/s", *split, "evaluations", "score")
+    return f"The {len(best)} best of {len(c.outcome)} sets searched", heads, [
+        (
+            *shown(*(getattr(c, key)[row] for key in SEARCHED)),
+            *shown(1e3 * c.hip_position[row].max(), 1e3 * c.hip_velocity[row].max()),
+            *shown(*(1e3 * c.position_parts[row]), *(1e3 * c.velocity_parts[row])),
+            int(c.evaluations[row]),
+            *shown(c.score[row]),
+        )
+        for row in best
+    ]  # fmt: skip

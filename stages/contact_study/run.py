@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,20 +22,16 @@ from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.design import require_alike, require_own_strikes
 from stages.biped.progress import Progress, ignore
-from stages.contact_study.friction_result import FrictionVariation
-from stages.contact_study.limit_result import COMPLETED
 from stages.contact_study.one_step import Scene, landing_force, measure, take_step
 from stages.contact_study.parameters import Parameters, Settings
-from stages.contact_study.result import VARIED, OneStep, Result, Variations
+from stages.contact_study.result import VARIED, FrictionVariation, OneStep, Result, Variations
 from stages.contact_study.rigid_limit import from_rigid_limit, same_set
-from stages.engines.result import EngineAgreement, drawn
-from stages.engines.walks import Machine, between_cycles, over_a_walk
 from stages.ground.contact_law import ContactLaw
 from stages.penalty.settings import Settings as SolverSettings
 from stages.penalty.step_map import PenaltyStepper
 from stages.planar.limit_cycle import FixedPoint, fixed_point
 from stages.planar.section import NoLimitCycle, section_numbers
-from stages.planar.state import PlanarState, rolling_state
+from stages.studies.result import COMPLETED, EngineAgreement, as_columns, drawn
 
 #: Changes of each transition velocity on both sides, outwards: what the paper may mean by small to moderate.
 FACTORS = (tuple(2.0 ** (-0.5 * step) for step in (1, 2, 4)), tuple(2.0 ** (0.5 * step) for step in (1, 2, 4)))
@@ -76,34 +73,24 @@ def laws_of(contact: ContactLaw, variations: Sequence[FrictionVariation]) -> lis
 
 def first_gait(walker: PenaltyStepper) -> FixedPoint | None:
     """The gait near the walker's start, or where some steps lead to; None if there is none."""
-    try:
+    with suppress(NoLimitCycle):
         return fixed_point(walker, section_numbers(walker.start))
-    except NoLimitCycle:
-        pass
-    try:
+    with suppress(NoLimitCycle):
         return fixed_point(walker, walker.walk(walker.start, SETTLING_STEPS).numbers)
-    except NoLimitCycle:
-        return None
+    return None
 
 
 def next_gait(walker: PenaltyStepper, known: list[tuple[float, FixedPoint]], at: float) -> FixedPoint | None:
     """The gait on the line through the last two known ones, each with the logarithm of its factor, `at` another."""
     if not known:
         return first_gait(walker)
-    numbers, derivative = extrapolated(known, at)
-    try:
-        return fixed_point(walker, numbers, derivative)
-    except NoLimitCycle:
-        return None
-
-
-def extrapolated(known: list[tuple[float, FixedPoint]], at: float) -> tuple[np.ndarray, np.ndarray]:
-    """Section numbers on the line through the last two known gaits, or those of the only one; the last derivative."""
     (there, last), numbers = known[-1], known[-1][1].numbers
     if len(known) > 1:
         before, earlier = known[-2]
         numbers = numbers + (numbers - earlier.numbers) * (at - there) / (there - before)
-    return numbers, last.derivative
+    with suppress(NoLimitCycle):
+        return fixed_point(walker, numbers, last.derivative)
+    return None
 
 
 def row(name: str, factor: float, point: FixedPoint | None) -> FrictionVariation:
@@ -126,22 +113,16 @@ def checked(
     """
     hardest = max(range(len(laws)), key=lambda number: laws[number][1])
 
-    def placed(law: ContactLaw) -> tuple[Machine, PlanarState]:
-        start = rolling_state(scene.biped, law, scene.mid_stance, scene.walk.standing_force)
-        return Machine(scene.biped, scene.slope, law, tolerance), start
-
     def named(law: ContactLaw) -> str:
         return ", ".join(f"{key} {getattr(law, key):.3g}" for key in VARIED)
 
     distances = [
-        over_a_walk(f"a step with {named(laws[number][0])}", *placed(laws[number][0]), duration=scene.period)
-        for number in drawn(count, len(laws), SEED, (hardest,))
+        scene.upright.step_apart(f"a step with {named(law)}", law, tolerance, scene.period)
+        for law, _ in (laws[number] for number in drawn(count, len(laws), SEED, (hardest,)))
     ]
-    for number in drawn(min(1, count - 1), len(cycles), SEED):
-        machine, start = placed(cycles[number])
+    for law in (cycles[number] for number in drawn(min(1, count - 1), len(cycles), SEED)):
         with suppress(NoLimitCycle):  # a set without a gait has none to compare
-            what = f"the cycle with {named(cycles[number])}"
-            distances.append(between_cycles(what, machine, start, section_numbers(start)))
+            distances.append(scene.upright.cycle_apart(f"the cycle with {named(law)}", law, tolerance))
     return EngineAgreement(SEED, tuple(distances))
 
 
@@ -181,11 +162,12 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         return measure(scene, law, done), landing_force(scene, done, time)
 
     first, first_force = walked(default)
-    varied = []
+    varied: list[dict[str, Any]] = []
     changes = list(one_at_a_time(default, settings))
     for index, (key, law) in enumerate(changes):
         progress(SHARES[0] * index / len(changes), f"varying {key}")
-        varied.append((key, *walked(law)))
+        step, force = walked(law)
+        varied.append({**vars(step), "key": key, "value": float(getattr(law, key)), "force": force})
     limit, candidates, outcome = None, None, COMPLETED
     try:
         limit, candidates = from_rigid_limit(
@@ -196,14 +178,10 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     chosen = limit.chosen.law if limit else default
     chosen_step, chosen_force = walked(chosen)
     progress(SHARES[1], "varying friction")
-
-    def stepper(law: ContactLaw) -> PenaltyStepper:
-        start = rolling_state(scene.biped, law, scene.mid_stance, scene.walk.standing_force)
-        return PenaltyStepper(scene.biped, scene.slope, law, start, scene.solver)
-
+    stepper = partial(scene.upright.stepper, solver=scene.solver)
     friction = [vary_friction(law, stepper) for law in (parameters.contact, default)]
     progress(0.7, "comparing with Exudyn")
-    walked_laws = [(step.law, step.evaluations) for _, step, _ in varied if step.completed]
+    walked_laws = [(row["law"], row["evaluations"]) for row in varied if row["outcome"] == COMPLETED]
     if limit is not None:
         walked_laws += [(one.law, one.evaluations) for one in limit.family if one.outcome == COMPLETED]
     walked_laws = walked_laws or [(default, first.evaluations)]
@@ -211,7 +189,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         time=time,
         default=first,
         default_force=first_force,
-        variations=columns(varied),
+        variations=as_columns(Variations, varied),
         candidates=candidates,
         limit_outcome=outcome,
         limit=limit,
@@ -246,28 +224,3 @@ def one_at_a_time(default: ContactLaw, settings: Settings) -> Iterator[tuple[str
         for value in options:
             change: dict[str, Any] = {key: value}
             yield key, dataclasses.replace(default, **change)
-
-
-def columns(varied: Sequence[tuple[str, OneStep, np.ndarray]]) -> Variations:
-    """The rows (parameter, step, force) as columns."""
-    steps = [step for _, step, _ in varied]
-
-    def column(name: str) -> np.ndarray:
-        return np.array([getattr(step, name) for step in steps])
-
-    return Variations(
-        key=tuple(key for key, _, _ in varied),
-        value=np.array([float(getattr(step.law, key)) for key, step, _ in varied]),
-        outcome=tuple(step.outcome for step in steps),
-        message=tuple(step.message for step in steps),
-        hip_position=column("hip_position"),
-        hip_velocity=column("hip_velocity"),
-        end_position=column("end_position"),
-        normal_force=column("normal_force"),
-        friction_force=column("friction_force"),
-        peak_force=column("peak_force"),
-        penetration=column("penetration"),
-        creep_velocity=column("creep_velocity"),
-        evaluations=column("evaluations"),
-        force=np.array([force for _, _, force in varied]),
-    )

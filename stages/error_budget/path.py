@@ -1,11 +1,13 @@
-"""The path from the constraint model to the penalty model, one effect at a time, and the limits on it."""
+"""The path from the constraint model to the penalty model, one effect at a time, over one step and between cycles."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import dataclasses
+from collections.abc import Callable, Collection
 
 import numpy as np
 
+from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import FixedPoint
 from stages.analytic.model.walker import Vector, Walker
@@ -14,13 +16,52 @@ from stages.analytic.walk.recording import Segment, crossing_state, is_last, rec
 from stages.analytic.walk.sampling import signals_at
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
-from stages.error_budget.convergence import Convergence, Shares
-from stages.error_budget.effects import CONTACT, switched
-from stages.error_budget.split import telescoped
+from stages.error_budget.parameters import Parameters
+from stages.error_budget.result import (
+    CONTACT,
+    CREEP,
+    IMPACT,
+    Convergence,
+    CycleBudget,
+    Shares,
+    Split,
+    StepBudget,
+    telescoped,
+)
 from stages.ground.contact_law import ContactLaw
+from stages.ground.friction import static_penetration
 from stages.ground.friction_coefficients import Friction
+from stages.ground.hardening import with_impact
 from stages.ground.slope import Slope
+from stages.penalty.settings import Settings
+from stages.penalty.walk import simulate
+from stages.planar.events import find_events
+from stages.planar.limit_cycle import fixed_point
+from stages.planar.section import NoLimitCycle, section_numbers, section_state
 from stages.planar.trajectory import Trajectory
+from stages.studies.walks import Machine, Upright
+
+
+class NotWalked(Exception):
+    """A model on the path does not take the step; the message says why."""
+
+
+def switched(law: ContactLaw, on: Collection[str], share: float) -> ContactLaw:
+    """The law with the effects in `on` as they are, and the others reduced to the part `share`.
+
+    An effect that is off keeps about that part of its size, and so does what it does to the hip:
+
+    - creep: a foot at rest slips below v_s; off, s v_s. The fall from static to dynamic friction over the slip speed up
+      to v_d goes with it; off, v_d = 2 s v_s. Alone it moves the hip by less than 1e-5 mm.
+    - an impact of finite stiffness: the landing foot sinks in and comes back, and a standing foot sinks in as the force
+      on it grows. Stiffness and damping are one effect, not two, see `stages.ground.hardening`.
+    """
+    if CREEP not in on:
+        stiction = share * law.stiction_velocity
+        law = dataclasses.replace(law, stiction_velocity=stiction, friction_velocity=2.0 * stiction)
+    if IMPACT not in on:
+        law = with_impact(law, share)
+    return law
 
 
 class ConstraintWalk:
@@ -47,6 +88,10 @@ class ConstraintWalk:
         """Times of both heel strikes [s]."""
         ends = [segment.start + segment.duration for segment in self.segments if is_last(segment)]
         return np.array(ends) * self.walker.time
+
+    def upright(self, biped: Biped, slope: Slope) -> Upright:
+        """Where the penalty model of this biped begins."""
+        return Upright(biped, slope, self.mid_stance, self.standing_force)
 
     @property
     def standing_force(self) -> float:
@@ -133,3 +178,172 @@ def contributions(
     steps = telescoped([constraint, fine, coulomb, neither])
     mean = 0.5 * (first + last[::-1])
     return np.concatenate([steps, mean, [whole - fine_penalty]]), 0.5 * (first[0] - last[1])
+
+
+class OneStep:
+    """The scene of all walks: the constraint model's mid-stance state and the times of its step."""
+
+    def __init__(self, parameters: Parameters) -> None:
+        self.parameters, settings = parameters, parameters.settings
+        self.constraint = constraint_gait(parameters.biped, parameters.slope, parameters.constraint_tolerance)
+        self.time = np.linspace(0.0, self.constraint.period, settings.points)
+        self.strikes = [float(self.constraint.heel_strikes[0])]
+
+    def coarse_or_fine(self, tolerance: float, coulomb: bool = False) -> np.ndarray:
+        """The constraint model's hip from the common state at a tolerance, (n, 4); `coulomb`: the foot may slip."""
+        p, gait = self.parameters, self.constraint
+        design = DesignPoint(p.biped, p.slope, p.contact.coefficients if coulomb else None)
+        walk = ConstraintWalk(design.walker(), gait.point, tolerance, gait.start)
+        self.strikes.append(float(walk.heel_strikes[0]))
+        return walk.hip(self.time)
+
+    @property
+    def upright(self) -> Upright:
+        """Where all walks begin."""
+        return self.constraint.upright(self.parameters.biped, self.parameters.slope)
+
+    def penalty(self, law: ContactLaw, tolerance: float) -> np.ndarray:
+        """The penalty model's hip from the common state, (n, 4). Raises NotWalked."""
+        run = self.upright.walk(law, Settings(tolerance), duration=float(self.time[-1]), signals=())
+        strikes = find_events(run.trajectory, self.parameters.biped.foot_radii).heel_strike_time
+        if not run.completed or not len(strikes):
+            raise NotWalked(f"over one step: {run.message or run.outcome}")
+        self.strikes.append(float(strikes[0]))
+        return penalty_hip(run.trajectory, self.time)
+
+    def exudyn(self, law: ContactLaw, tolerance: float) -> np.ndarray:
+        """The same of Exudyn's model. Raises NotWalked."""
+        machine = Machine(self.parameters.biped, self.parameters.slope, law, self.parameters.checked_tolerance)
+        run = machine.exudyn(self.upright.start(law), tolerance, 1, float(self.time[-1]))
+        if not run.completed:
+            raise NotWalked(f"over one step, in Exudyn: {run.message or run.outcome}")
+        return penalty_hip(run.trajectory, self.time)
+
+    def compared(self) -> np.ndarray:
+        """Times outside the span in which only some of the models have had their impact, (n,)."""
+        end = max(self.strikes) + self.parameters.settings.impact_window
+        return (self.time < min(self.strikes)) | (self.time > end)
+
+
+def step_budget(scene: OneStep) -> StepBudget:
+    """The budget over one step. Raises NotWalked, NoGait, StepFailed."""
+    parameters, settings, law = scene.parameters, scene.parameters.settings, scene.parameters.contact
+    limits = Limits(law, settings.step_share, scene.penalty, parameters.penalty_tolerance, settings.limit_tolerance)
+    coarse = scene.coarse_or_fine(parameters.constraint_tolerance)
+    fine = scene.coarse_or_fine(settings.constraint_fine_tolerance)
+    coulomb = scene.coarse_or_fine(settings.constraint_fine_tolerance, coulomb=True)
+    fine_penalty = scene.penalty(law, settings.penalty_fine_tolerance)
+    paper = (
+        scene.coarse_or_fine(settings.paper_constraint_tolerance) - fine,
+        scene.exudyn(law, settings.paper_penalty_tolerance) - fine_penalty,
+    )
+    parts, interaction = contributions(coarse, fine, coulomb, limits, fine_penalty)
+    compared = scene.compared()
+    largest = np.array(
+        [[*np.abs(curve[:, :2]).max(axis=0), *np.abs(curve[compared, 2:]).max(axis=0)] for curve in paper]
+    )
+    convergence = limits.convergence(np.asarray, compared)
+    return StepBudget(scene.time, Split(parts, interaction, compared), convergence, largest)
+
+
+#: Scalars of a cycle, in s and m.
+SCALARS = ("step period", "step length")
+
+
+class Cycles:
+    """Cycles of all models as one array each: the hip over a stride (4 n values), then the `SCALARS`."""
+
+    def __init__(self, parameters: Parameters) -> None:
+        self.parameters, settings = parameters, parameters.settings
+        self.phase = np.linspace(0.0, 1.0, settings.points)
+        self.rolling = constraint_gait(parameters.biped, parameters.slope, settings.constraint_fine_tolerance)
+        friction = parameters.contact.coefficients
+        self.coulomb = constraint_gait(parameters.biped, parameters.slope, settings.constraint_fine_tolerance, friction)
+        self.found: list[tuple[ContactLaw, np.ndarray]] = []
+        self.derivative: np.ndarray | None = None
+
+    def stride(self, length: float) -> tuple[np.ndarray, np.ndarray]:
+        """Fraction of the step at each phase of the stride, and how far the hip has come by the steps before [m]."""
+        second = self.phase >= 0.5
+        return 2.0 * self.phase - second, length * second
+
+    def constraint(self, walk: ConstraintWalk) -> np.ndarray:
+        """The constraint model's cycle."""
+        first, second = walk.heel_strikes
+        ends = walk.hip(np.array([first, second]))
+        length = float(ends[1, 0] - ends[0, 0])
+        share, passed = self.stride(length)
+        hip = walk.hip(first + share * walk.period)
+        hip[:, 0] += passed - ends[0, 0]
+        return np.concatenate([hip.ravel(), [walk.period, length]])
+
+    def penalty(self, law: ContactLaw, tolerance: float) -> np.ndarray:
+        """The penalty model's cycle, searched from that of the law most like it. Raises NotWalked."""
+        p, solver = self.parameters, Settings(tolerance)
+        upright = self.coulomb.upright(p.biped, p.slope)
+        stepper = upright.stepper(law, solver)
+        start, force = stepper.start, upright.standing_force
+        guess = section_numbers(start)
+        if self.found:
+            near, known = min(self.found, key=lambda other: _distance(other[0], law))
+            guess = known.copy()
+            guess[0] += static_penetration(near, force) - static_penetration(law, force)
+        try:
+            cycle = fixed_point(stepper, guess, self.derivative)
+        except NoLimitCycle as reason:
+            raise NotWalked(f"on a cycle: {reason}") from None
+        self.derivative = cycle.derivative
+        self.found.append((law, cycle.numbers))
+        run = simulate(p.biped, p.slope, law, section_state(cycle.numbers, start), solver, steps=1, signals=())
+        hip = self.folded(run.trajectory, cycle.step.duration, cycle.step.length)
+        return np.concatenate([hip.ravel(), [cycle.step.duration, cycle.step.length]])
+
+    def folded(self, trajectory: Trajectory, period: float, length: float) -> np.ndarray:
+        """The hip over a stride from heel strike, from a step of a cycle from mid-stance to mid-stance, (n, 4)."""
+        strike = float(find_events(trajectory, self.parameters.biped.foot_radii).heel_strike_time[0])
+        share, passed = self.stride(length)
+        time = strike + share * period
+        later = time >= period
+        hip = penalty_hip(trajectory, np.where(later, time - period, time))
+        hip[:, 0] += passed + length * later - penalty_hip(trajectory, np.array([strike]))[0, 0]
+        return hip
+
+    def compared(self) -> np.ndarray:
+        """Phases more than the impact's window after a heel strike, and not in the instant of one, (n,)."""
+        since = self.stride(0.0)[0] * self.rolling.period
+        return (since > self.parameters.settings.impact_window) & (self.phase < 1.0)
+
+
+def _distance(one: ContactLaw, other: ContactLaw) -> float:
+    """How unlike two laws are in stiffness and stiction velocity."""
+    ratios = one.contact_stiffness / other.contact_stiffness, one.stiction_velocity / other.stiction_velocity
+    return float(np.abs(np.log(ratios)).sum())
+
+
+def cycle_budget(parameters: Parameters, coarse: ConstraintWalk) -> CycleBudget:
+    """The budget between cycles; `coarse` is the constraint model's gait at its usual tolerance.
+
+    Raises NotWalked, NoGait, StepFailed.
+    """
+    cycles, settings, law = Cycles(parameters), parameters.settings, parameters.contact
+    limits = Limits(law, settings.cycle_share, cycles.penalty, parameters.penalty_tolerance, settings.limit_tolerance)
+    for on in LIMITS:  # the nodes first, so that each search starts close to its cycle
+        limits.at(on)
+    limits.at(frozenset(CONTACT))
+    fine_penalty = cycles.penalty(law, settings.penalty_fine_tolerance)
+    start = cycles.constraint(coarse)
+    rolling, coulomb = cycles.constraint(cycles.rolling), cycles.constraint(cycles.coulomb)
+    parts, interaction = contributions(start, rolling, coulomb, limits, fine_penalty)
+    count, compared = len(SCALARS), cycles.compared()
+
+    def hip(outcome: np.ndarray) -> np.ndarray:
+        return outcome[..., :-count].reshape(*outcome.shape[:-1], -1, 4)
+
+    return CycleBudget(
+        phase=cycles.phase,
+        split=Split(hip(parts), hip(interaction), compared),
+        scalars=parts[:, -count:],
+        scalar_interaction=interaction[-count:],
+        convergence=limits.convergence(hip, compared),
+        constraint_scalars=start[-count:],
+    )

@@ -9,16 +9,11 @@ from __future__ import annotations
 from stages.analytic.errors import NoGait, StepFailed
 from stages.biped.design import require_alike, require_own_strikes
 from stages.biped.progress import Progress, ignore
-from stages.engines.result import EngineAgreement, drawn
-from stages.engines.walks import between_cycles, over_a_walk
-from stages.error_budget.cycles import OneStep, cycle_budget, step_budget
-from stages.error_budget.effects import CONTACT, switched
-from stages.error_budget.errors import NotWalked
 from stages.error_budget.parameters import Parameters
-from stages.error_budget.path import LIMITS
-from stages.error_budget.result import COMPLETED, CycleBudget, Result, StepBudget
-from stages.planar.section import NoLimitCycle, section_numbers
-from stages.planar.state import rolling_state
+from stages.error_budget.path import LIMITS, NotWalked, OneStep, cycle_budget, step_budget, switched
+from stages.error_budget.result import CONTACT, Result
+from stages.planar.section import NoLimitCycle
+from stages.studies.result import COMPLETED, EngineAgreement, drawn
 
 #: Seed of the draw.
 SEED = 17
@@ -29,21 +24,18 @@ def checked(scene: OneStep) -> EngineAgreement:
 
     Raises EnginesDisagree, NotWalked, NoGait, StepFailed.
     """
-    parameters, settings = scene.parameters, scene.parameters.settings
+    parameters, settings, upright = scene.parameters, scene.parameters.settings, scene.upright
+    tolerance = parameters.checked_tolerance
     nodes = [(frozenset(CONTACT), 1.0)]
     nodes += [(on, part * settings.step_share) for on in LIMITS for part in (4.0, 2.0, 1.0)]
     distances = []
-    for number in drawn(settings.checked, len(nodes), SEED):
-        on, share = nodes[number]
-        law = switched(parameters.contact, on, share)
-        start = rolling_state(parameters.biped, law, scene.constraint.mid_stance, scene.constraint.standing_force)
+    for on, share in (nodes[number] for number in drawn(settings.checked, len(nodes), SEED)):
         off = [effect for effect in CONTACT if effect not in on]
         what = f"a step with the part {share:.3g} of {' and of '.join(off)}" if off else "a step with the law itself"
-        distances.append(over_a_walk(what, scene.machine(law), start, duration=float(scene.time[-1])))
-    law = parameters.contact
-    start = rolling_state(parameters.biped, law, scene.constraint.mid_stance, scene.constraint.standing_force)
+        law = switched(parameters.contact, on, share)
+        distances.append(upright.step_apart(what, law, tolerance, float(scene.time[-1])))
     try:
-        distances.append(between_cycles("the cycle", scene.machine(law), start, section_numbers(start)))
+        distances.append(upright.cycle_apart("the cycle", parameters.contact, tolerance))
     except NoLimitCycle as reason:
         raise NotWalked(f"on a cycle: {reason}") from None
     return EngineAgreement(SEED, tuple(distances))
@@ -61,9 +53,9 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
     try:
         progress(0.0, "one step with one effect at a time")
         scene = OneStep(parameters)
-        step = StepBudget(*step_budget(scene))
+        step = step_budget(scene)
         progress(0.2, "cycles with one effect at a time")
-        cycle = CycleBudget(*cycle_budget(parameters, scene.constraint))
+        cycle = cycle_budget(parameters, scene.constraint)
         progress(0.4, "comparing with Exudyn")
         engines = checked(scene)
     except (NotWalked, NoGait, StepFailed) as reason:

@@ -12,16 +12,22 @@ from scipy.interpolate import interp1d
 from stages.biped.walk import SENSOR_SIGNALS, Walk
 from stages.comparison.runs.leg_agreement import LegAgreement, LegCurves, of_walk
 from stages.comparison.runs.measurement import MeasurementAgreement
-from stages.contact_study.limit_result import COMPLETED
 from stages.contact_study.result import VARIED, OneStep, Result, Variations
-from stages.engines.result import Distance, EngineAgreement
-from stages.error_budget.convergence import Convergence
-from stages.error_budget.effects import CREEP, EFFECTS, IMPACT, SLIP, UNEXPLAINED
-from stages.error_budget.result import CycleBudget, StepBudget
+from stages.error_budget.result import (
+    CREEP,
+    EFFECTS,
+    IMPACT,
+    SLIP,
+    UNEXPLAINED,
+    Convergence,
+    CycleBudget,
+    Split,
+    StepBudget,
+)
 from stages.error_budget.result import Result as Budget
-from stages.error_budget.split import Split
 from stages.ground.contact_law import ContactLaw
 from stages.imu.trial.agreement import Agreement, FrequencyDifference
+from stages.studies.result import COMPLETED, Distance, EngineAgreement
 from tests.contact_study.made_up import make_candidates, make_limit
 
 DEFAULTS = ContactLaw(1e5, 2.2, 1e4, 1e-4, 1.1, 1.0, 0.1, 1.0)

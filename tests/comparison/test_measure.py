@@ -14,9 +14,8 @@ from stages.comparison import studies
 from stages.comparison.claims import contact, figure_8, gait, twin
 from stages.comparison.determinants import Determinants, digits_of, of_walk
 from stages.comparison.tables import side_by_side
-from stages.contact_study.friction_result import FrictionVariation
-from stages.error_budget.effects import CREEP, EFFECTS, SLIP
-from stages.error_budget.split import Split
+from stages.contact_study.result import FrictionVariation
+from stages.error_budget.result import CREEP, EFFECTS, SLIP, Split
 from stages.tradeoff.result import Errors, Row
 
 RADIUS = 0.08

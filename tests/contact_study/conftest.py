@@ -9,9 +9,8 @@ from pipeline.study import locate
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
 from stages.biped.gait import StanceState
-from stages.contact_study.constraint_models import constraint_model
-from stages.contact_study.distance import Ruler
-from stages.contact_study.one_step import Scene
+from stages.contact_study.one_step import Scene, constraint_model
+from stages.contact_study.rigid_limit import Ruler
 from stages.penalty.settings import Settings
 from stages.penalty.walk import simulate
 from stages.planar.sampling import sample

@@ -6,9 +6,10 @@ import dataclasses
 
 import numpy as np
 
-from stages.contact_study.limit_result import COMPLETED, SEARCHED, Candidates, Distance, HardLimit, RigidLimit
+from stages.contact_study.result import SEARCHED, Candidates, Distance, HardLimit, RigidLimit
 from stages.ground.contact_law import ContactLaw
 from stages.ground.hardening import family_member
+from stages.studies.result import COMPLETED
 
 
 def make_distance(law: ContactLaw, hip: float = 1e-3, cost: int = 100) -> Distance:

@@ -5,9 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.contact_study.distance import NOT_SOUGHT, unmeasured
-from stages.contact_study.limit_result import TOO_DEAR
-from stages.contact_study.rigid_limit import choose, grid
+from stages.contact_study.result import TOO_DEAR
+from stages.contact_study.rigid_limit import NOT_SOUGHT, choose, grid, unmeasured
 from stages.planar.run import STEP_FLOOR
 from tests.contact_study.made_up import make_distance
 

@@ -5,13 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.contact_study import distance
-from stages.contact_study.constraint_models import constraint_model
-from stages.contact_study.distance import cycle_score, hard_limit, parts, step_score
-from stages.contact_study.limit_result import COMPLETED
-from stages.contact_study.one_step import measure, take_step
+from stages.contact_study import rigid_limit
+from stages.contact_study.one_step import constraint_model, measure, take_step
+from stages.contact_study.rigid_limit import cycle_score, hard_limit, parts, step_score
 from stages.ground.hardening import family_member
 from stages.planar.section import NoLimitCycle
+from stages.studies.result import COMPLETED
 
 TIME = np.linspace(0.0, 1.0, 101)
 
@@ -107,7 +106,7 @@ def test_a_cycle_that_is_not_found_says_why(ruler, family, monkeypatch):
     def none(*given):
         raise NoLimitCycle("no fixed point")
 
-    monkeypatch.setattr(distance, "fixed_point", none)
+    monkeypatch.setattr(rigid_limit, "fixed_point", none)
     found = ruler.between_cycles(family[0], split=True)
     assert found.cycle_outcome == "no fixed point" and np.isnan(found.period) and found.score == np.inf
 

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from stages.contact_study.friction_result import FrictionVariation, changes, crossing
+from stages.contact_study.result import FrictionVariation, changes, crossing
 from stages.contact_study.run import laws_of, vary_friction
 from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper

@@ -14,8 +14,8 @@ from stages.contact_study import run as stage
 from stages.contact_study.result import Result
 from stages.contact_study.rigid_limit import same_set
 from stages.contact_study.run import Inputs, checked, run
-from stages.engines.result import EnginesDisagree
-from stages.engines.walks import Machine
+from stages.studies.result import EnginesDisagree
+from stages.studies.walks import Machine
 
 
 @pytest.fixture(scope="module")

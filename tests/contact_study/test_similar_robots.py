@@ -5,10 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.contact_study.constraint_models import constraint_model
-from stages.contact_study.distance import Ruler
-from stages.contact_study.one_step import Scene
-from stages.contact_study.rigid_limit import choose
+from stages.contact_study.one_step import Scene, constraint_model
+from stages.contact_study.rigid_limit import Ruler, choose
 from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
 from stages.planar.section import section_numbers

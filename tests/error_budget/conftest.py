@@ -3,7 +3,7 @@
 import pytest
 
 from pipeline.study import locate
-from stages.error_budget.cycles import OneStep
+from stages.error_budget.path import OneStep
 
 
 @pytest.fixture(scope="session")

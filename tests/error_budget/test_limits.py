@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from stages.error_budget.convergence import ORDER, Convergence, Shares
-from stages.error_budget.effects import switched
-from stages.error_budget.split import EACH, Split, rms_of_columns
+from stages.error_budget.path import switched
+from stages.error_budget.result import EACH, ORDER, Convergence, Shares, Split, rms_of_columns
 from stages.ground.friction import normal_force
 
 MASS, SPEED = 0.335, 0.264  # of Table 1's leg, and of its landing foot

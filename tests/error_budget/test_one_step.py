@@ -9,12 +9,18 @@ import pytest
 
 from pipeline.cache import artefact
 from stages.drawing import style
-from stages.error_budget.cycles import OneStep
-from stages.error_budget.effects import CONTACT, EFFECTS, INTEGRATION_CONSTRAINT, INTEGRATION_PENALTY, SLIP
-from stages.error_budget.errors import NotWalked
-from stages.error_budget.result import Result
+from stages.error_budget.path import NotWalked, OneStep
+from stages.error_budget.result import (
+    CONTACT,
+    EACH,
+    EFFECTS,
+    INTEGRATION_CONSTRAINT,
+    INTEGRATION_PENALTY,
+    POSITION,
+    SLIP,
+    Result,
+)
 from stages.error_budget.run import run
-from stages.error_budget.split import EACH, POSITION
 from stages.figures.drawn import error_budget as figure
 from stages.figures.drawn import error_budget_bars as bars
 from tests.comparison.made_up import make_budget

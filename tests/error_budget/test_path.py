@@ -3,19 +3,22 @@
 import numpy as np
 import pytest
 
-from stages.error_budget.effects import (
+from stages.error_budget.path import Limits, contributions, switched
+from stages.error_budget.result import (
     CONTACT,
     CREEP,
+    EACH,
     EFFECTS,
     IMPACT,
     INTEGRATION_CONSTRAINT,
     INTEGRATION_PENALTY,
+    POSITION,
     SLIP,
     UNEXPLAINED,
-    switched,
+    VELOCITY,
+    Split,
+    telescoped,
 )
-from stages.error_budget.path import Limits, contributions
-from stages.error_budget.split import EACH, POSITION, VELOCITY, Split, telescoped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import friction_coefficient, static_penetration
 

@@ -6,8 +6,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from stages.engines import walks
-from stages.engines.walks import COMPILED, EXUDYN, Machine, between_cycles, over_a_walk
 from stages.multibody.parameters import Settings as ExudynSettings
 from stages.multibody.walking.walk import simulate as exudyn_walk
 from stages.penalty.settings import Settings
@@ -16,6 +14,8 @@ from stages.penalty.walk import foot_acceleration, simulate
 from stages.planar.limit_cycle import gait_near
 from stages.planar.section import NoLimitCycle
 from stages.planar.state import rolling_state
+from stages.studies import walks
+from stages.studies.walks import COMPILED, EXUDYN, Machine, between_cycles, over_a_walk
 from tests.penalty.drawn import drawn_designs, drawn_sets
 
 LAWS = ("impact", "restitution")

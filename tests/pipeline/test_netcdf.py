@@ -20,7 +20,7 @@ from pipeline.cache.hdf5 import dimensions, values
 from pipeline.cache.hdf5.tables import ROWS
 from pipeline.graph import read as read_graph
 from stages.biped.quantity import quantity
-from stages.engines.result import EnginesDisagree
+from stages.studies.result import EnginesDisagree
 from tests.pipeline.test_artefact import Everything, example, inner
 
 ROOT = Path(__file__).resolve().parents[2]

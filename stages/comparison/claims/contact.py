@@ -22,7 +22,7 @@ from stages.comparison.claims.verdict import (
 )
 from stages.comparison.evidence import NAN, Evidence
 from stages.comparison.parameters import Settings
-from stages.contact_study.friction_result import changes, crossing
+from stages.contact_study.result import changes, crossing
 
 STUDIED = ("contact_study.default_stiffness", "contact_study.default_stiction_velocity", "contact_study.tolerance",
            "multibody.tolerance")

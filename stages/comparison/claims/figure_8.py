@@ -26,9 +26,8 @@ from stages.comparison.claims.verdict import (
 from stages.comparison.evidence import NAN, Evidence
 from stages.comparison.hip_motion import farthest
 from stages.comparison.parameters import Settings
-from stages.contact_study.limit_result import COMPLETED
-from stages.error_budget.effects import SLIP, UNEXPLAINED
-from stages.error_budget.split import POSITION, VELOCITY
+from stages.error_budget.result import POSITION, SLIP, UNEXPLAINED, VELOCITY
+from stages.studies.result import COMPLETED
 
 RESTS_ON = (
     "ground.static_friction", "ground.contact_stiffness", "ground.contact_damping", "ground.damping_depth",

@@ -12,8 +12,8 @@ from stages.contact_study.parameters import Parameters
 if TYPE_CHECKING:
     import numpy as np
 
-    from stages.engines.result import Distance
     from stages.penalty.response import OfMultipliers, Response
+    from stages.studies.result import Distance
 
 #: Elasticities in the order of their columns.
 HEADS = "period", "length", "|mu1|", "|mu2|"
@@ -57,8 +57,6 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
 
     from stages.analytic.gait.gait_search import find_gait
     from stages.analytic.walk.sampling import walk_from_mid_stance
-    from stages.engines.result import EngineAgreement
-    from stages.engines.walks import Machine, over_a_walk
     from stages.penalty.model.changes import names_of
     from stages.penalty.response import TOLERANCE, of_multipliers, responses
     from stages.penalty.settings import Settings
@@ -66,6 +64,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     from stages.planar.limit_cycle import gait_near
     from stages.planar.section import section_state
     from stages.planar.state import rolling_state
+    from stages.studies.result import EngineAgreement
+    from stages.studies.walks import Machine, over_a_walk
 
     biped, slope, contact = model = parameters.biped, parameters.slope, parameters.contact
     every = names_of(*model)

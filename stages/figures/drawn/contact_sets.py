@@ -10,8 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stages.contact_study.limit_result import PARTS, Distance, RigidLimit
-from stages.contact_study.result import Result
+from stages.contact_study.result import PARTS, Distance, Result, RigidLimit
 from stages.drawing import style
 
 if TYPE_CHECKING:

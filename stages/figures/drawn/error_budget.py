@@ -9,8 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stages.drawing import style
-from stages.error_budget.effects import CREEP, IMPACT, SLIP, UNEXPLAINED
-from stages.error_budget.split import Split
+from stages.error_budget.result import CREEP, IMPACT, SLIP, UNEXPLAINED, Split
 
 if TYPE_CHECKING:
     from stages.figures.inputs import Given

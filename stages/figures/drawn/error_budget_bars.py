@@ -10,17 +10,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stages.drawing import style
-from stages.error_budget.effects import (
+from stages.error_budget.result import (
     CREEP,
     EFFECTS,
     IMPACT,
     INTEGRATION_CONSTRAINT,
     INTEGRATION_PENALTY,
+    POSITION,
     SLIP,
     UNEXPLAINED,
+    Result,
+    Split,
 )
-from stages.error_budget.result import Result
-from stages.error_budget.split import POSITION, Split
 
 if TYPE_CHECKING:
     from stages.figures.inputs import Given

@@ -1,17 +1,37 @@
-"""What a study keeps of the check of its compiled penalty walker against Exudyn."""
+"""What results of studies share: tables, rows as columns, the check of the compiled penalty walker against Exudyn."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import dataclasses
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, TypeVar
 
 import numpy as np
 
 from stages.biped.quantity import quantity
 
-Table = tuple[str, tuple[str, ...], list[tuple[object, ...]]]
+#: Title, heads of the columns, rows.
+Table = tuple[str, Sequence[str], Sequence[Sequence[object]]]
+COMPLETED = "completed"
+T = TypeVar("T")
 #: In an outcome of two walks that did not end alike.
 BUT = " but "
+
+
+def shown(*values: float) -> tuple[float, ...]:
+    """Rounded for a table."""
+    return tuple(float(f"{value:.3g}") for value in values)
+
+
+def as_columns(kind: type[T], rows: Sequence[Mapping[str, Any]], **whole: Any) -> T:
+    """Rows as a result whose fields are columns: words as tuples, numbers as arrays. `whole` has what is no column."""
+    found = dict(whole)
+    for field in dataclasses.fields(kind):  # type: ignore[arg-type]
+        if field.name not in whole:
+            values = [row[field.name] for row in rows]
+            found[field.name] = tuple(values) if str(field.type).startswith("tuple") else np.array(values)
+    return kind(**found)
 
 
 class EnginesDisagree(Exception):
@@ -63,12 +83,11 @@ class EngineAgreement:
 
     def table(self) -> Table:
         """Row by row."""
-        rows: list[tuple[object, ...]] = [
+        heads = ("", "outcome", "distance m", "own error m", "allowed m")
+        return "The compiled penalty walker against Exudyn", heads, [
             (one.what, one.outcome, *(float(f"{value:.2g}") for value in (one.distance, one.own_error, one.allowed)))
             for one in self.distances
-        ]
-        heads = ("", "outcome", "distance m", "own error m", "allowed m")
-        return "The compiled penalty walker against Exudyn", heads, rows
+        ]  # fmt: skip
 
 
 def drawn(count: int, among: int, seed: int, hard: Sequence[int] = ()) -> list[int]:

@@ -8,12 +8,13 @@ own, whatever a study walks with, and each once more with others, which tells it
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.design import Biped
-from stages.engines.result import BUT, Distance
+from stages.biped.gait import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings as ExudynSettings
@@ -24,7 +25,9 @@ from stages.penalty.step_map import PenaltyStepper
 from stages.penalty.walk import simulate as compiled_walk
 from stages.planar.limit_cycle import FixedPoint, fixed_point
 from stages.planar.run import Run
-from stages.planar.state import PlanarState
+from stages.planar.section import section_numbers
+from stages.planar.state import PlanarState, rolling_state
+from stages.studies.result import BUT, Distance
 
 #: Tolerances of both models in a check, and so many times looser ones that tell their own errors. Over one step both
 #: walk so many times tighter where the first do not come near enough: either may step over a moment's touch.
@@ -65,6 +68,38 @@ class Machine:
         """A walk of Exudyn's model."""
         settings = self.exudyn_settings(tolerance)
         return exudyn_walk(self.biped, self.slope, self.contact, state, settings, steps=steps, duration=duration)
+
+
+@dataclass(frozen=True)
+class Upright:
+    """Where walks on any ground begin: a biped at a mid-stance of the constraint model, pressed by a force [N]."""
+
+    biped: Biped
+    slope: Slope
+    mid_stance: StanceState
+    standing_force: float
+
+    def start(self, law: ContactLaw) -> PlanarState:
+        """The mid-stance on ground with this law: the standing foot at its static penetration."""
+        return rolling_state(self.biped, law, self.mid_stance, self.standing_force)
+
+    def walk(self, law: ContactLaw, solver: Settings, **until: Any) -> Run:
+        """A walk of the compiled walker, see `stages.penalty.walk.simulate`."""
+        return compiled_walk(self.biped, self.slope, law, self.start(law), solver, **until)
+
+    def stepper(self, law: ContactLaw, solver: Settings) -> PenaltyStepper:
+        """The compiled walker's step from mid-stance to mid-stance."""
+        return PenaltyStepper(self.biped, self.slope, law, self.start(law), solver)
+
+    def step_apart(self, what: str, law: ContactLaw, tolerance: float, duration: float) -> Distance:
+        """Distance of the engines over one step of so long [s]; `tolerance` is Exudyn's."""
+        machine = Machine(self.biped, self.slope, law, tolerance)
+        return over_a_walk(what, machine, self.start(law), duration=duration)
+
+    def cycle_apart(self, what: str, law: ContactLaw, tolerance: float) -> Distance:
+        """Distance of the engines' cycles. Raises NoLimitCycle."""
+        machine, start = Machine(self.biped, self.slope, law, tolerance), self.start(law)
+        return between_cycles(what, machine, start, section_numbers(start))
 
 
 def over_a_walk(
