@@ -18,7 +18,7 @@ from multiprocessing import get_context
 import numpy as np
 
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.gait.newton import by_stability
+from stages.analytic.gait.poincare import by_stability
 from stages.analytic.maps.answers import COLUMNS, Outcome, Task, Way, anchors_of, block
 from stages.analytic.maps.answers import searched as search
 from stages.analytic.maps.box import Box, read

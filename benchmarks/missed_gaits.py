@@ -19,8 +19,7 @@ import numpy as np
 
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.gait_search import find_gait, find_gaits
-from stages.analytic.gait.newton import by_stability, is_new, is_walking
-from stages.analytic.gait.poincare import FixedPoint, fixed_point, poincare_map
+from stages.analytic.gait.poincare import FixedPoint, by_stability, fixed_point, is_new, is_walking, poincare_map
 from stages.analytic.gait.search_starts import start_coordinates
 from stages.analytic.model.walker import Vector, Walker, build_walker
 from stages.biped.design import Biped

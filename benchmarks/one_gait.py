@@ -18,9 +18,8 @@ import numpy as np
 from benchmarks.design_map import BASE, TOLERANCE, box_of
 from stages.analytic.errors import NoGait
 from stages.analytic.gait.gait_search import find_gait
-from stages.analytic.gait.newton import by_stability
-from stages.analytic.maps.anchors import anchor
-from stages.analytic.maps.answers import along_tangent, corrected
+from stages.analytic.gait.poincare import by_stability
+from stages.analytic.maps.answers import along_tangent, anchor, corrected
 
 
 def spent(call: Callable[[], Any]) -> tuple[float, Any]:

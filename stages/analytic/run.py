@@ -5,7 +5,10 @@ Inputs: none. Settings: params/analytic.yaml, the rubber of twin.yaml. Output: `
 
 from __future__ import annotations
 
-from dataclasses import replace
+import dataclasses
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
 
@@ -17,27 +20,38 @@ from stages.analytic.derivatives.uncertainty import elasticities_of, uncertainti
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import GaitReport, report_gait
-from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.gait.gait_search import by_stability, find_gait
 from stages.analytic.gait.poincare import FixedPoint, fixed_point
-from stages.analytic.gait.sensitivity import Neighbours, outsole_effect, vary_design
 from stages.analytic.integration.integrator import STAGES, take_step
 from stages.analytic.model.kinds import Rigid
 from stages.analytic.model.stiffness import attainable_tolerance
-from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.model.walker import Vector, Walker, build_walker
 from stages.analytic.parameters import Parameters, Settings
 from stages.analytic.phases.flow import DOUBLE_STANCE, contact_directions, flow
 from stages.analytic.phases.succession import in_contact
 from stages.analytic.phases.transitions import foot_clearance
-from stages.analytic.result import Elasticities, NumericalError, Result, Uncertainty, WithoutImpact
+from stages.analytic.result import (
+    Elasticities,
+    NumericalError,
+    OutsoleEffect,
+    Result,
+    Uncertainty,
+    Variation,
+    WithoutImpact,
+)
 from stages.analytic.walk.error_estimate import estimate_errors, not_given
 from stages.analytic.walk.recording import Segment, constraint_drift, is_last
 from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.biped.accuracy.asked import CUSTOM
 from stages.biped.accuracy.estimate import to_accuracy, walk_differences
 from stages.biped.accuracy.tolerances import FINEST
+from stages.biped.design import Biped
 from stages.biped.gait import StanceState
+from stages.biped.outsole.rubber import FEET, Rubber, soled
 from stages.biped.progress import Progress, ignore
 from stages.biped.walk import Walk
+from stages.ground.friction_coefficients import Friction
+from stages.ground.slope import Slope
 
 STEPS = 100
 
@@ -187,3 +201,70 @@ def differences(one: Solved, other: Solved) -> dict[str, float]:
         found["hip_position_m"] = MARGIN * other.error.hip_position
         found["period_s"] = MARGIN * max(other.error.step_duration, abs(np.nan_to_num(other.error.period)))
     return found
+
+
+DESIGN = ("hip_mass", "foot_mass", "leg_length", "foot_radius", "foot_com", "stiffness", "damping")
+
+
+@dataclass(frozen=True)
+class Neighbours:
+    """Gaits of designs near `biped`, whose own gait has section coordinates `z`."""
+
+    biped: Biped
+    slope: Slope
+    z: Vector
+    tolerance: float
+    friction: Friction | None = None
+
+    def of(self, biped: Biped) -> tuple[float, float]:
+        """Largest multiplier and step frequency [Hz] of another design's gait; NaN if there is none."""
+        walker = build_walker(biped, self.slope, self.friction)
+        point = fixed_point(walker, self.z, self.tolerance)
+        if point is None:
+            return float("nan"), float("nan")
+        return by_stability(point), 1 / (point.period * walker.time)
+
+
+def vary_design(near: Neighbours, change: float = 0.05) -> tuple[Variation, ...]:
+    """The gait with each design parameter lowered and raised by `change`, the others fixed."""
+    biped = near.biped
+
+    def with_factor(name: str, factor: float) -> tuple[float, float]:
+        return near.of(dataclasses.replace(biped, **{name: getattr(biped, name) * factor}))
+
+    variations = []
+    for name in DESIGN:
+        if biped.legs == "rigid" and name in ("stiffness", "damping"):
+            continue
+        below, above = with_factor(name, 1 - change), with_factor(name, 1 + change)
+        variations.append(Variation(name, change, below[0], above[0], below[1], above[1]))
+    return tuple(variations)
+
+
+#: Steps of the secant method: the frequency is nearly linear in the mass, each leaves less than a hundredth.
+ROUNDS = 4
+
+
+def outsole_effect(near: Neighbours, rubber: Rubber, thickness: float) -> OutsoleEffect:
+    """The gait with `thickness` [m] of rubber under the feet."""
+    mass = FEET * rubber.mass(near.biped.foot_radius, thickness)
+
+    def frequency(of_rubber: float) -> float:
+        return near.of(soled(near.biped, rubber, thickness, of_rubber))[1]
+
+    usual = near.of(near.biped)[1]
+    alone, weighed = frequency(0.0), frequency(mass)
+    turning = zero_of(lambda of_rubber: frequency(of_rubber) - usual, (0.0, alone - usual), (mass, weighed - usual))
+    return OutsoleEffect(thickness, mass, alone, weighed, turning)
+
+
+def zero_of(change: Callable[[float], float], first: tuple[float, float], second: tuple[float, float]) -> float:
+    """Where a nearly linear function of a mass [kg] is zero, from two masses with its values; NaN below no mass."""
+    for _ in range(ROUNDS):
+        if second[1] == first[1]:
+            break
+        root = second[0] - second[1] * (second[0] - first[0]) / (second[1] - first[1])
+        if not root > 0.0:
+            return math.nan
+        first, second = second, (root, change(root))
+    return second[0]

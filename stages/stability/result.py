@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stages.analytic.explored import Basin, RecordedFamily
+from stages.analytic.result import Basin, RecordedFamily
 from stages.biped.quantity import quantity
 
 

@@ -11,13 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.analytic.explored import Basin, RecordedFamily
 from stages.analytic.gait.basin import basin_of_attraction
+from stages.analytic.gait.continuation import follow_family, recorded
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.gait.family import follow_family
-from stages.analytic.gait.recorded_family import recorded
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_coordinates
+from stages.analytic.result import Basin, RecordedFamily
 from stages.analytic.result import Result as Analytic
 from stages.biped.gait import StanceState
 from stages.biped.progress import Progress, ignore

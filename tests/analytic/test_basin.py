@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stages.analytic.explored import BACK, REACHES, STILL
 from stages.analytic.gait.basin import NONE, basin_of_attraction
 from stages.analytic.gait.poincare import poincare_map
+from stages.analytic.result import BACK, REACHES, STILL
 from tests.analytic.designs import TABLE_1, found_gait
 
 

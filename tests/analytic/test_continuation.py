@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from stages.analytic.errors import NoGait
-from stages.analytic.gait.continuation import PERIOD_DOUBLING, TURNING_POINT, continue_gait
+from stages.analytic.gait.continuation import PERIOD_DOUBLING, TURNING_POINT, continue_gait, follow_family
 from stages.analytic.gait.design_point import DesignPoint, parameter_names
-from stages.analytic.gait.family import follow_family
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import fixed_point, poincare_map
 from stages.biped.design import Biped

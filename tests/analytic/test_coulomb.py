@@ -7,7 +7,7 @@ import pytest
 
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait import poincare
-from stages.analytic.gait.gait_report import report_gait
+from stages.analytic.gait.gait_report import audit, report_gait
 from stages.analytic.gait.gait_search import find_gait, step_length
 from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poincare_map
 from stages.analytic.integration import step as step_module
@@ -21,11 +21,9 @@ from stages.analytic.phases.flow import DOUBLE_STANCE, HOVERING, SINGLE_STANCE, 
 from stages.analytic.phases.section import section_state
 from stages.analytic.phases.transitions import heel_strike_reset
 from stages.analytic.run import run
-from stages.analytic.walk.energy import audit
-from stages.analytic.walk.on_a_ramp import on_a_ramp
 from stages.analytic.walk.recording import record, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces, sample_walk
-from stages.analytic.walk.validity import dense_states
+from stages.analytic.walk.validity import dense_states, on_a_ramp
 from stages.ground.friction_coefficients import Friction
 from tests.analytic.designs import (
     FRICTION,

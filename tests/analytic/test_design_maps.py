@@ -15,16 +15,16 @@ from stages.analytic.errors import NoGait
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import find_gait
-from stages.analytic.gait.newton import by_stability
-from stages.analytic.gait.poincare import poincare_map
+from stages.analytic.gait.poincare import by_stability, poincare_map
 from stages.analytic.maps import box as boxes
-from stages.analytic.maps.anchors import Anchors, anchor
 from stages.analytic.maps.answers import (
     COLUMNS,
+    Anchors,
     Outcome,
     Task,
     Way,
     along_tangent,
+    anchor,
     anchors_of,
     block,
     corrected,

@@ -8,9 +8,8 @@ import pytest
 
 from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.derivatives.numbers import moved, sensitive_names
-from stages.analytic.design.goals import GOALS
+from stages.analytic.design.goals import GOALS, shift_to_letting_go
 from stages.analytic.design.search import Problem, search_design
-from stages.analytic.design.stance_extremes import shift_to_letting_go
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import record_steps, report_gait
 from stages.analytic.gait.gait_search import describe

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from stages.analytic.gait.sensitivity import Neighbours, outsole_effect, zero_of
+from stages.analytic.run import Neighbours, outsole_effect, zero_of
 from stages.biped.outsole.rubber import soled
 from tests.analytic.designs import RUBBER, SLOPE, TABLE_1, found_gait
 

@@ -15,7 +15,7 @@ import pytest
 from scipy.optimize import brentq
 
 from stages.analytic.gait.gait_search import find_gaits
-from stages.analytic.gait.newton import by_stability
+from stages.analytic.gait.poincare import by_stability
 from stages.analytic.model.walker import build_walker
 from stages.biped.design import Biped
 from stages.ground.slope import Slope

@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from stages.analytic.explored import Basin, RecordedFamily, Turn
+from stages.analytic.result import Basin, RecordedFamily, Turn
 from stages.biped.accuracy.tolerances import Level
 from stages.calibrated_twin.result import Check, Number, Pair, Robot
 from stages.calibration.result import FittedRun, HeldOut, Trace

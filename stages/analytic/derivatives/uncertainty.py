@@ -16,8 +16,7 @@ from stages.analytic.derivatives.gait import VariedGait
 from stages.analytic.derivatives.multipliers import MultiplierDerivatives, multiplier_derivatives
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import describe
-from stages.analytic.gait.newton import SEARCH_TOLERANCE
-from stages.analytic.gait.poincare import FixedPoint, fixed_point
+from stages.analytic.gait.poincare import SEARCH_TOLERANCE, FixedPoint, fixed_point
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.result import Elasticities, Uncertainty

@@ -8,7 +8,6 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from stages.analytic.compiled import compiled
-from stages.analytic.explored import BACK, FORWARD, NO_START, OTHERWISE, REACHES, STILL, WALKS_ON, Basin
 from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE
 from stages.analytic.integration.phase import EVENT, FALL, TIME_LIMIT
 from stages.analytic.integration.step import walk_step
@@ -16,6 +15,7 @@ from stages.analytic.model.kinds import Kind
 from stages.analytic.model.terms import exchanged
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_coordinates, section_state
+from stages.analytic.result import BACK, FORWARD, NO_START, OTHERWISE, REACHES, STILL, WALKS_ON, Basin
 
 NONE = -1
 

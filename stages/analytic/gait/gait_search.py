@@ -19,9 +19,18 @@ import numpy as np
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.continuation import TURNING_POINT, Branch, continue_gait
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.gait.newton import FEW_STARTS, SEARCH_TOLERANCE, converge, first_gait, is_new, is_walking
-from stages.analytic.gait.newton import by_stability as by_stability
-from stages.analytic.gait.poincare import FixedPoint, fixed_point, poincare_map
+from stages.analytic.gait.poincare import (
+    FEW_STARTS,
+    SEARCH_TOLERANCE,
+    FixedPoint,
+    converge,
+    first_gait,
+    fixed_point,
+    is_new,
+    is_walking,
+    poincare_map,
+)
+from stages.analytic.gait.poincare import by_stability as by_stability
 from stages.analytic.gait.search_starts import (
     ANGLES,
     GRID_RATE,

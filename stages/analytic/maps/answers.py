@@ -7,7 +7,9 @@ along the tangent and corrected by Newton's method, in parts where that is too f
 
 from __future__ import annotations
 
+import dataclasses
 import enum
+from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -15,17 +17,16 @@ from typing import Any
 
 import numpy as np
 
+from stages.analytic.derivatives.step_map import walk_derivatives
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import record_steps
 from stages.analytic.gait.gait_search import find_gait, find_gaits, step_length
 from stages.analytic.gait.gait_search import search as search_gait
-from stages.analytic.gait.newton import by_stability, is_new, is_walking
-from stages.analytic.gait.poincare import FixedPoint, iterate, poincare_map
-from stages.analytic.maps.anchors import Anchor, Anchors, anchor, with_numbers
+from stages.analytic.gait.poincare import FixedPoint, by_stability, is_new, is_walking, iterate, poincare_map
 from stages.analytic.maps.box import Box
-from stages.analytic.model.kinds import Rigid
-from stages.analytic.model.stiffness import attainable_tolerance
+from stages.analytic.model.kinds import Plain, Rigid
+from stages.analytic.model.stiffness import attainable_tolerance, compliant
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.walk.recording import Segment, is_last, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
@@ -306,3 +307,132 @@ def row(walker: Walker | None, answer: tuple[Way, FixedPoint] | None, task: Task
     friction = friction_needed(walker, point, task.tolerance)
     return [float(outcome), float(way), period, length, length / period, *multipliers, largest, friction,
             point.residual]
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """A gait: numbers of its walker (f,), section coordinates (j,), and `slopes` (j, f): their derivatives by these."""
+
+    numbers: Vector
+    z: Vector
+    slopes: np.ndarray
+    stable: bool
+
+    @classmethod
+    def of(cls, plain: Sequence[Any]) -> Anchor:
+        """The anchor that `plain` tells of."""
+        numbers, z, slopes, stable = plain
+        return cls(np.array(numbers), np.array(z), np.array(slopes).reshape(len(z), -1), stable)
+
+    @property
+    def plain(self) -> list[Any]:
+        """Numbers, coordinates, slopes by rows, and whether the gait is stable."""
+        return [self.numbers.tolist(), self.z.tolist(), self.slopes.ravel().tolist(), self.stable]
+
+    def towards(self, numbers: Vector) -> Vector:
+        """Coordinates of the gait of a walker with other numbers, along the tangent."""
+        predicted: Vector = self.z + self.slopes @ (numbers - self.numbers)
+        return predicted
+
+
+def anchor(walker: Walker, point: FixedPoint, tolerance: float) -> Anchor | None:
+    """The gait as an anchor; None on a fold, or where its steps cannot be taken with their derivatives.
+
+    Of a detailed walker it is always that of a stride: the legs of its neighbours may differ where its own do not.
+    """
+    along, steps = np.eye(len(walker.p)), 1 if isinstance(walker.p, Plain) else 2
+    try:
+        end = walk_derivatives(walker, point.z, along, steps, attainable_tolerance(walker.p, tolerance))[-1]
+        slopes = np.linalg.solve(np.eye(point.z.size) - end.by_start, end.along)
+    except (StepFailed, np.linalg.LinAlgError):
+        return None
+    return Anchor(np.array(walker.p), point.z, slopes, by_stability(point) < 1)
+
+
+def with_numbers(walker: Walker, numbers: Vector) -> Walker:
+    """The walker with other numbers, in the same units."""
+    values = tuple(numbers.tolist())
+    if isinstance(walker.p, Rigid):
+        kind: Any = type(walker.p)
+        return dataclasses.replace(walker, p=kind(*values))
+    return dataclasses.replace(walker, p=compliant(values))
+
+
+class Anchors:
+    """Anchors, nearest first: a number counts by how much it moves the gaits."""
+
+    def __init__(self, known: Sequence[Anchor]) -> None:
+        fields = max((each.numbers.size for each in known), default=0)  # a hip without friction has a number less
+        self.known = [each for each in known if each.numbers.size == fields]
+        self._numbers = np.array([each.numbers for each in self.known])
+        moves = [np.linalg.norm(each.slopes, axis=0) for each in self.known]
+        self._weights = np.median(moves, axis=0) if known else np.ones(1)
+
+    def distances(self, numbers: np.ndarray, other: Vector) -> Vector:
+        """How far walkers with these numbers (n, f) are from another, `other` (f,)."""
+        weights = self._weights if self._weights.size in (1, other.size) else np.ones(1)
+        far: Vector = np.linalg.norm((numbers - other) * weights, axis=1)
+        return far
+
+    def nearest(self, numbers: Vector, count: int) -> list[Anchor]:
+        """Up to `count` anchors, the nearest first."""
+        if not self.known or self._numbers.shape[1] != numbers.size:
+            return []
+        order = np.argsort(self.distances(self._numbers, numbers), kind="stable")
+        return [self.known[row] for row in order[:count].tolist()]
+
+
+NAMES = [column.name for column in COLUMNS]
+#: Columns of which the range is told.
+TOLD = ("period_s", "step_length_m", "speed_m_s", "largest_multiplier", "friction_single_stance")
+
+
+class Counts:
+    """Counts and ranges of the rows given so far."""
+
+    def __init__(self) -> None:
+        self.designs, self.residual = 0, 0.0
+        self._outcomes: Counter[int] = Counter()
+        self._ways: Counter[int] = Counter()
+        self._least, self._most = np.full(len(COLUMNS), np.inf), np.full(len(COLUMNS), -np.inf)
+
+    def add(self, rows: Sequence[Sequence[float]]) -> np.ndarray:
+        """Count the rows of a block; gives them back as an array."""
+        table = np.array(rows, dtype=float)
+        self.designs += len(table)
+        self._outcomes.update(table[:, 0].astype(int).tolist())
+        self._ways.update(table[:, 1].astype(int).tolist())
+        self._least = np.fmin(self._least, np.fmin.reduce(table))
+        self._most = np.fmax(self._most, np.fmax.reduce(table))
+        self.residual = float(max(self._most[NAMES.index("residual")], 0.0))
+        return table
+
+    @property
+    def answered(self) -> int:
+        """Designs with a gait."""
+        return self._outcomes[Outcome.STABLE] + self._outcomes[Outcome.UNSTABLE]
+
+    def outcomes(self) -> dict[str, int]:
+        """Designs by outcome."""
+        return {word: self._outcomes[code] for code, word in enumerate(words(Outcome)) if self._outcomes[code]}
+
+    def ways(self) -> dict[str, int]:
+        """Designs by how they were answered."""
+        return {word: self._ways[code] for code, word in enumerate(words(Way)) if self._ways[code]}
+
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Least and largest value of some columns."""
+        places = {name: NAMES.index(name) for name in TOLD}
+        return {name: (float(self._least[at]), float(self._most[at])) for name, at in places.items()}
+
+    def as_plain(self) -> dict[str, Any]:
+        """As JSON."""
+        ranges = {name: {"low": low, "high": high, "unit": COLUMNS[NAMES.index(name)].unit}
+                  for name, (low, high) in self.ranges().items()}  # fmt: skip
+        return {
+            "designs": self.designs,
+            "outcomes": self.outcomes(),
+            "answered_by": self.ways(),
+            "largest_residual": self.residual,
+            "ranges": ranges if self.answered else {},
+        }

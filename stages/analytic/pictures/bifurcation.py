@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from stages.analytic.explored import RecordedFamily
+from stages.analytic.result import RecordedFamily
 from stages.drawing import style
 
 COLOURS = (style.ANALYTIC, style.MULTIBODY, style.SECOND, style.THIRD, style.TWIN)

@@ -28,9 +28,9 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Walk from every start of the grid. Raises NoGait."""
     import numpy as np
 
-    from stages.analytic.explored import ENDINGS
     from stages.analytic.gait.basin import basin_of_attraction
     from stages.analytic.gait.gait_search import find_gait
+    from stages.analytic.result import ENDINGS
 
     tolerance = parameters.settings.tolerance
     walker, point = find_gait(parameters.biped, parameters.slope, tolerance, parameters.limited_friction)

@@ -26,8 +26,8 @@ class Options:
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Follow the gait within the limits. Raises NoGait, WrongOption."""
+    from stages.analytic.gait.continuation import follow_family
     from stages.analytic.gait.design_point import DesignPoint
-    from stages.analytic.gait.family import follow_family
     from stages.analytic.gait.gait_search import find_gait
 
     name, (low, high) = options.parameter, options.limits
@@ -47,7 +47,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     branches = follow_family(design, name, (low, high), point.z, tolerance, options.doublings, asking.progress)
 
     def draw(save: Any) -> None:
-        from stages.analytic.gait.recorded_family import recorded
+        from stages.analytic.gait.continuation import recorded
         from stages.analytic.pictures import bifurcation
         from stages.drawing import style
 

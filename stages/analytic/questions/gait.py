@@ -28,12 +28,11 @@ class Options:
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Find the gaits of the design. Raises NoGait."""
-    from stages.analytic.gait.cycles import find_cycle
     from stages.analytic.gait.gait_report import report_gait
     from stages.analytic.gait.gait_search import find_gait, find_gaits
-    from stages.analytic.gait.newton import by_stability, is_new
+    from stages.analytic.gait.poincare import by_stability, find_cycle, is_new
     from stages.analytic.walk.error_estimate import gait_error
-    from stages.analytic.walk.on_a_ramp import on_a_ramp
+    from stages.analytic.walk.validity import on_a_ramp
 
     tolerance = parameters.settings.tolerance
     walker, point = find_gait(parameters.biped, parameters.slope, tolerance, parameters.limited_friction)

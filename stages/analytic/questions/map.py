@@ -13,9 +13,8 @@ from stages.biped.question import Answer, Asking, Column, Question, option
 if TYPE_CHECKING:
     import numpy as np
 
-    from stages.analytic.maps.answers import Task
+    from stages.analytic.maps.answers import Counts, Task
     from stages.analytic.maps.box import Box
-    from stages.analytic.maps.counts import Counts
     from stages.analytic.parameters import Parameters
 
 #: Designs that are answered, and anchors that are searched, at once.
@@ -40,8 +39,7 @@ class Options:
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Answer every design of the map. Raises WrongOption."""
-    from stages.analytic.maps.answers import COLUMNS
-    from stages.analytic.maps.counts import NAMES, Counts
+    from stages.analytic.maps.answers import COLUMNS, NAMES, Counts
 
     asked_of = task(parameters, options.file, options.search)
     box, tolerance = asked_of.box, asked_of.tolerance

@@ -8,8 +8,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from stages.analytic.explored import NO_START, REACHES
 from stages.analytic.pictures import basin_map
+from stages.analytic.result import NO_START, REACHES
 from stages.drawing import style
 
 if TYPE_CHECKING:

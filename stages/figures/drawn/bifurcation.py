@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from stages.analytic.explored import RecordedFamily, Turn
 from stages.analytic.pictures import bifurcation
+from stages.analytic.result import RecordedFamily, Turn
 
 if TYPE_CHECKING:
     from stages.figures.inputs import Given
