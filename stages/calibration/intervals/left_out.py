@@ -7,6 +7,7 @@ tell most are fitted too: what that takes off the sum of squares is chi-square i
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
 from collections.abc import Sequence
@@ -134,13 +135,13 @@ def causes(design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[
     except StepFailed:
         return []
     least = limit(len(names))
-    tried = []
-    for each in [one for one in found if one.sigmas > least][:NAMED]:
-        cause = _fitted(each, design, fit, model, known)
-        if cause is not None and cause.sigmas > least:
-            tried.append(cause)
-            if cause.explains and is_lost(fit):
-                break  # it took a fit anew, and what explains all that was amiss leaves the others nothing
+    best = [one for one in found if one.sigmas > least][:NAMED]
+    tried = [] if is_lost(fit) else _kept([_from_there(one, design, fit, model, known) for one in best], least)
+    if not any(one.explains for one in tried):  # a fit that its cause has led far off does not find back from there
+        for each in best:
+            tried += _kept([_anew(each, design, fit, model, known)], least)
+            if tried and tried[-1].explains:
+                break  # what explains all that was amiss leaves the others nothing
     tried.sort(key=lambda one: -one.sigmas)
     tried = [one for one in tried if one.explains] or tried
     return [one for one in tried if one.drop > tried[0].drop - 2.0 * math.log(WORSE)][:NAMED]
@@ -151,25 +152,34 @@ def is_lost(fit: CampaignFit) -> bool:
     return fit.chi2 > GOOD * fit.count
 
 
-def _fitted(
+def _kept(found: Sequence[Cause | None], least: float) -> list[Cause]:
+    """Those that were fitted and take off more than chance would."""
+    return [one for one in found if one is not None and one.sigmas > least]
+
+
+def _from_there(
     score: Cause, design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[Known]
 ) -> Cause | None:
-    """The fit with that parameter looked for too, from where the fit without it is; of one that is lost the score alone
-    is of use, and the runs are fitted anew. None where there is no fit."""
+    """The fit with that parameter looked for too, from where the fit without it is. None where there is no fit."""
     name, wide = score.name, dataclasses.replace(model, shared=(*model.shared, score.name))
     there = with_all(design, [name])
-    low = float(lowest(there, [name])[0])
-    try:
-        if is_lost(fit):
-            there = there.with_value(name, max(low, there.value(name) + score.value))
-            with_it = fit_campaign(there, fit.runs, wide, known, lambda runs: side_by_side(there, runs, wide, known))
-        else:
-            held = design.with_values(dict(zip(model.shared, fit.design, strict=True))).value(name)  # none, or a leg's
-            with_it = Joint(there, fit.runs, wide, known).from_point(
-                np.append(fit.design, max(low, held)), fit.own, fit.unknowns, {}, 0, STEPS)
-    except StepFailed:
-        return None
-    return _cause(name, fit, with_it)
+    held = design.with_values(dict(zip(model.shared, fit.design, strict=True))).value(name)  # none, or a leg's
+    begin = np.append(fit.design, max(float(lowest(there, [name])[0]), held))
+    with contextlib.suppress(StepFailed):
+        return _cause(name, fit, Joint(there, fit.runs, wide, known).from_point(
+            begin, fit.own, fit.unknowns, {}, 0, STEPS))
+    return None
+
+
+def _anew(score: Cause, design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[Known]) -> Cause | None:
+    """The same from the first guess and what the score says of the parameter, each run alone first."""
+    name, wide = score.name, dataclasses.replace(model, shared=(*model.shared, score.name))
+    there = with_all(design, [name])
+    there = there.with_value(name, max(float(lowest(there, [name])[0]), there.value(name) + score.value))
+    with contextlib.suppress(StepFailed):
+        return _cause(name, fit, fit_campaign(
+            there, fit.runs, wide, known, lambda runs: side_by_side(there, runs, wide, known)))
+    return None
 
 
 def _cause(name: str, fit: CampaignFit, with_it: CampaignFit) -> Cause:
