@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -18,11 +20,11 @@ from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.twin.exports.seen import shown_parts
-from stages.twin.exports.solids import BLOCK_HEIGHT
+from stages.twin.exports.solids import BLOCK_HEIGHT, piece_place
 from stages.twin.machine.bill import Body, join
 from stages.twin.machine.contact import HINGE, PITCH, ROLL, SLIDE, YAW, X, Y, Z
 from stages.twin.machine.machine import LEGS, Machine, build
-from stages.twin.machine.parts import FRAMES, Part
+from stages.twin.machine.parts import FEET, FRAMES, Part
 from stages.twin.parameters import Parameters, Settings
 from stages.twin.ramp import Ramp, laid
 from stages.twin.walking.simulate import Start, rolling_start
@@ -33,20 +35,27 @@ LEAST, LEAST_MOMENT = 1e-12, 1e-13
 #: Radius of a foot that is a point, as a share of the leg: no shape that touches may be smaller.
 POINT = 1e-3
 FORWARD, UP, ACROSS = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-#: Names of the coordinates, in order.
+#: Names of the coordinates, in order; the axis of each, and those that turn about it.
 NAMES = (
     "x", "y", "z", "yaw", "roll", "pitch", "inner left spring", "inner right spring", "hinge", "outer left spring",
     "outer right spring",
 )  # fmt: skip
+AXES = (FORWARD, UP, ACROSS, UP, FORWARD, ACROSS, UP, UP, ACROSS, UP, UP)
+TURNING = (YAW, ROLL, PITCH, HINGE)
+#: A right angle [rad], and the turns that bring z to an axis, as text.
+QUARTER = "1.5707963267948966"
+TURNS = {"x": f"0 {QUARTER} 0", "y": f"{QUARTER} 0 0", "z": "0 0 0"}
+#: Colours of formats that know no materials.
+COLOURS = {"inner": "0 0.62 0.45 1", "outer": "0.84 0.37 0 1", "block": "0.55 0.43 0.27 1"}
+#: Thickness of the board under the blocks [m].
+BOARD = 0.01
 
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint that is a coordinate: its row, whether it turns or slides, its axis, its spring [N/m] and damper."""
+    """A joint that is a coordinate: its row, its spring [N/m] and damper."""
 
     row: int
-    turns: bool
-    axis: tuple[float, float, float]
     stiffness: float = 0.0
     damping: float = 0.0
 
@@ -54,6 +63,28 @@ class Joint:
     def name(self) -> str:
         """Name of the coordinate."""
         return NAMES[self.row]
+
+    @property
+    def turns(self) -> bool:
+        """Whether it turns or slides."""
+        return self.row in TURNING
+
+    @property
+    def axis(self) -> tuple[float, float, float]:
+        """Its axis."""
+        return AXES[self.row]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A box or cylinder by its `sizes` [m], in the axes of its link; a cylinder lies along z before its `turn`."""
+
+    name: str
+    kind: str
+    sizes: dict[str, Any]
+    place: tuple[float, float, float]
+    turn: str = ""
+    colour: str = ""
 
 
 @dataclass(frozen=True)
@@ -72,14 +103,31 @@ class Link:
     feet: tuple[int, ...] = ()
     sites: tuple[tuple[str, tuple[float, ...]], ...] = ()
 
+    def shapes(self) -> Iterator[Shape]:
+        """What is seen of its pieces: a tube is drawn full, a rim as its whole wheel. A point is not seen."""
+        for number, (part, side) in enumerate(self.parts):
+            if part.shape == "point":
+                continue
+            kind, axis, sizes = "box", "z", {"size": part.size}
+            if part.shape != "box":
+                length = part.size[2] if part.shape == "arc" else part.size[-1]
+                kind, axis, sizes = "cylinder", part.axis, {"radius": part.size[:1], "length": (length,)}
+            place, colour = piece_place(part, side), part.group.split("_")[0]
+            yield Shape(f"{number} {part.name}", kind, sizes, place, TURNS[axis], colour)
+
 
 @dataclass(frozen=True)
 class Block:
-    """A stepping block: its set, counted from 0, and the middle of its top [m]."""
+    """A stepping block: its set, counted from 0, and its shape."""
 
     number: int
     pair: int
-    middle: tuple[float, float, float]
+    shape: Shape
+
+    @property
+    def name(self) -> str:
+        """Its set, counted from 1, and its side."""
+        return f"block {self.number + 1} {'left' if self.shape.place[2] > 0.0 else 'right'}"
 
 
 @dataclass(frozen=True)
@@ -94,51 +142,44 @@ class Exported:
     ramp: Ramp
     seen: tuple[Part, ...] = ()
 
-    @property
+    @cached_property
     def links(self) -> tuple[Link, ...]:
         """Inner frame, its feet, outer frame, its feet; on rigid legs feet are part of their frame."""
-        machine = self.machine
-        base = tuple(
-            Joint(row, turns, axis)
-            for row, turns, axis in (
-                (X, False, FORWARD), (Y, False, UP), (Z, False, ACROSS), (YAW, True, UP), (ROLL, True, FORWARD),
-                (PITCH, True, ACROSS),
-            )
-        )  # fmt: skip
-        hinge = (Joint(HINGE, True, ACROSS, damping=machine.bearing_friction),)
-        hip = ("hip sensor", self.settings.hip_socket)
+        machine, found = self.machine, list[Link]()
+        base, hinge = [Joint(row) for row in (X, Y, Z, YAW, ROLL, PITCH)], [Joint(HINGE, 0.0, machine.bearing_friction)]
         socket = self.settings.foot_sensor(machine.drawn_foot_com)
-        foot = ("foot sensor", socket)
-        sensed = 0 if socket[2] > 0.0 else 1
-        found: list[Link] = []
+        sensors = {FRAMES[0]: ("hip sensor", self.settings.hip_socket),
+                   LEGS[0 if socket[2] > 0.0 else 1]: ("foot sensor", socket)}  # fmt: skip
         for pair, joints in enumerate((base, hinge)):
-            frame, parent = len(found), -1 if pair == 0 else 0
-            legs = (2 * pair, 2 * pair + 1)
-            bodies, parts = machine.bodies[3 * pair : 3 * pair + 3], [self._parts(pair, leg) for leg in (None, *legs)]
-            bodies = (join(bodies),) if machine.rigid else bodies
-            bodies = tuple(self._moving(body) for body in bodies)
-            sites = (hip,) if pair == 0 else ()
+            legs, frame = (2 * pair, 2 * pair + 1), len(found)
+            bodies = machine.bodies[3 * pair : 3 * pair + 3]
+            parts = [self._parts(pair, leg) for leg in (None, *legs)]
+            carriers = FRAMES[pair], *(LEGS[leg] for leg in legs)
+            sites = [(sensors[name],) if name in sensors else () for name in carriers]
             if machine.rigid:
-                every = tuple(piece for own in parts for piece in own)
-                both = (*sites, foot) if pair == 0 else ()
-                found.append(Link(f"{FRAMES[pair].replace('_', ' ')}", parent, joints, bodies[0], every, legs, both))
-                continue
-            found.append(Link(FRAMES[pair].replace("_", " "), parent, joints, bodies[0], parts[0], (), sites))
-            for leg, body, own in zip(legs, bodies[1:], parts[1:], strict=True):
-                spring = Joint(SLIDE[leg], False, UP, float(machine.stiffness[leg]), float(machine.damping[leg]))
-                here = (foot,) if leg == sensed else ()
-                found.append(Link(f"{LEGS[leg]} foot", frame, (spring,), body, own, (leg,), here))
+                bodies, parts, sites = (join(bodies),), [sum(parts, ())], [sum(sites, ())]
+            name, carried = FRAMES[pair].replace("_", " "), legs if machine.rigid else ()
+            body = self._moving(bodies[0])
+            found.append(Link(name, pair - 1, tuple(joints), body, parts[0], carried, sites[0]))
+            for leg, body, own, site in zip(legs, bodies[1:], parts[1:], sites[1:]):
+                spring = Joint(SLIDE[leg], float(machine.stiffness[leg]), float(machine.damping[leg]))
+                found.append(Link(f"{LEGS[leg]} foot", frame, (spring,), self._moving(body), own, (leg,), site))
         return tuple(found)
 
     def _parts(self, pair: int, leg: int | None) -> tuple[tuple[Part, float], ...]:
         """What is seen of a pair's frame, or of one of its feet."""
-        group = f"{('inner', 'outer')[pair]}_{'frame' if leg is None else 'foot'}"
+        group, wanted = (FRAMES[pair], 0.0) if leg is None else (FEET[pair], 1.0 - 2.0 * (leg % 2))
         pieces = [(part, side) for part in self.seen if part.group == group
                   for side in ((1.0, -1.0) if part.pieces == 2 else (1.0,))]  # fmt: skip
-        if leg is None:
-            return tuple(pieces)
-        wanted = 1.0 if leg % 2 == 0 else -1.0
-        return tuple((part, side) for part, side in pieces if side * part.position[2] * wanted > 0.0)
+        return tuple((part, side) for part, side in pieces if leg is None or side * part.position[2] * wanted > 0.0)
+
+    def chain(self, link: Link, ground: str) -> Iterator[tuple[Joint, str, str]]:
+        """A link's joints with the names of what each joins, where no joint has more than one coordinate."""
+        parent = ground if link.parent < 0 else self.links[link.parent].name
+        for joint in link.joints:
+            child = link.name if joint is link.joints[-1] else f"after {joint.name}"
+            yield joint, parent, child
+            parent = child
 
     def _moving(self, body: Body) -> Body:
         """A body with the least mass and moments that programs take: a point mass has none, an empty frame neither."""
@@ -149,23 +190,28 @@ class Exported:
         mass = max(body.mass, LEAST * machine.mass)
         return Body(mass, body.centre, body.inertia + missing * np.eye(3)) if missing or mass > body.mass else body
 
-    def foot(self, leg: int) -> tuple[tuple[float, float, float], float]:
-        """Middle [m] of a foot's cylinder in its link, and its radius [m]; its axis is z."""
+    def foot(self, leg: int) -> Shape:
+        """A foot's cylinder in its link; its axis is z."""
         machine = self.machine
         radius = max(float(machine.radius[leg]), POINT * machine.drawn_length)
-        return (0.0, radius - float(machine.length[leg]), float(machine.lane[leg])), radius
+        place = (0.0, radius - float(machine.length[leg]), float(machine.lane[leg]))
+        return Shape(f"{LEGS[leg]} foot", "cylinder", {"radius": radius, "length": 2.0 * machine.half_width}, place)
 
     def blocks(self) -> Iterator[Block]:
         """All stepping blocks, set by set."""
+        size = self.ramp.lanes[0].length, BLOCK_HEIGHT, self.ramp.width
         for number in range(self.ramp.sets):
-            pair = number % 2
             for side in (1.0, -1.0):
-                yield Block(number, pair, (number * self.ramp.step, 0.0, side * self.ramp.tracks[pair]))
+                pair, x = number % 2, number * self.ramp.step
+                place = (x, -size[1] / 2, side * self.ramp.tracks[pair])
+                yield Block(number, pair, Shape("block", "box", {"size": size}, place, colour="block"))
 
-    @property
-    def block_size(self) -> tuple[float, float, float]:
-        """Length, height and width of a block [m]."""
-        return self.ramp.lanes[0].length, BLOCK_HEIGHT, self.ramp.width
+    def board(self) -> Shape:
+        """The board under the blocks."""
+        ramp = self.ramp
+        span = (ramp.sets - 1) * ramp.step
+        size = (span + 2.0 * ramp.lanes[0].length, BOARD, 2.0 * (ramp.tracks[1] + ramp.width))
+        return Shape("deck", "box", {"size": size}, (span / 2, -BLOCK_HEIGHT - BOARD / 2, 0.0))
 
     def coordinates(self) -> list[tuple[Joint, float, float]]:
         """Every joint with its value and rate at the start."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from stages.twin.exports.exported import Exported, Link
 from stages.twin.exports.solids import Surface, box, joined, piece_place, surface
-from stages.twin.machine.contact import HINGE, PITCH, ROLL, YAW
+from stages.twin.machine.contact import PITCH, ROLL, YAW
 
 ENDING = "glb"
 OF = "viewers, Blender, three.js"
@@ -42,8 +42,6 @@ MATERIALS: dict[str, tuple[tuple[float, float, float] | None, float, float]] = {
     "rubber": ((0.02, 0.02, 0.02), 0.0, 0.9),
 }
 WOOD, DECK = ((0.27, 0.156, 0.06), 0.0, 0.8), ((0.55, 0.47, 0.35), 0.0, 0.9)
-#: Thickness of the board under the blocks [m].
-BOARD = 0.01
 FLOAT, INTEGER = 5126, 5125
 CORNERS, TRIANGLES = 34962, 34963
 
@@ -57,47 +55,47 @@ class Motion:
 
 
 @dataclass
-class Scene:
-    """The parts of a file while they are gathered."""
+class Document:
+    """The parts of a file while they are gathered: lists by name, and the binary data they point to."""
 
     about: dict[str, Any]
-    nodes: list[dict[str, Any]] = field(default_factory=list)
-    meshes: list[dict[str, Any]] = field(default_factory=list)
-    materials: list[dict[str, Any]] = field(default_factory=list)
-    accessors: list[dict[str, Any]] = field(default_factory=list)
-    views: list[dict[str, Any]] = field(default_factory=list)
-    channels: list[dict[str, Any]] = field(default_factory=list)
-    samplers: list[dict[str, Any]] = field(default_factory=list)
+    lists: dict[str, list[dict[str, Any]]] = field(
+        default_factory=lambda: {name: [] for name in ("nodes", "meshes", "materials", "accessors", "bufferViews")})
+    walk: dict[str, list[dict[str, Any]]] = field(default_factory=lambda: {"channels": [], "samplers": []})
     data: bytearray = field(default_factory=bytearray)
 
-    def node(self, name: str, **values: Any) -> int:
-        """Add a node; its number."""
-        self.nodes.append({"name": name, **values})
-        return len(self.nodes) - 1
+    def add(self, kind: str, entry: dict[str, Any]) -> int:
+        """Add an entry to a list; its number."""
+        self.lists[kind].append(entry)
+        return len(self.lists[kind]) - 1
+
+    def child(self, above: int, name: str, **values: Any) -> int:
+        """Add a node under another one; its number."""
+        number = self.add("nodes", {"name": name, **values})
+        self.lists["nodes"][above].setdefault("children", []).append(number)
+        return number
 
     def accessor(self, values: np.ndarray, kind: str, target: int = 0, limits: bool = False) -> int:
         """Add an array (n, components) and give its number."""
         whole = values.dtype.kind in "iu"
         raw = np.ascontiguousarray(values, dtype="<u4" if whole else "<f4")
         view: dict[str, Any] = {"buffer": 0, "byteOffset": len(self.data), "byteLength": raw.nbytes}
-        self.views.append(view | ({"target": target} if target else {}))
         self.data += raw.tobytes()
-        made: dict[str, Any] = {"bufferView": len(self.views) - 1, "componentType": INTEGER if whole else FLOAT,
-                "count": len(raw) if kind != "SCALAR" else raw.size, "type": kind}  # fmt: skip
+        count = len(raw) if kind != "SCALAR" else raw.size
+        made = {"bufferView": self.add("bufferViews", view | ({"target": target} if target else {})),
+                "componentType": INTEGER if whole else FLOAT, "count": count, "type": kind}  # fmt: skip
         if limits:
-            table = raw.reshape(made["count"], -1)
+            table = raw.reshape(count, -1)
             made |= {"min": table.min(axis=0).tolist(), "max": table.max(axis=0).tolist()}
-        self.accessors.append(made)
-        return len(self.accessors) - 1
+        return self.add("accessors", made)
 
     def material(self, name: str, colour: tuple[float, float, float], metallic: float, rough: float) -> int:
         """The number of a material, added at its first use."""
-        for number, known in enumerate(self.materials):
-            if known["name"] == name:
-                return number
+        known = [material["name"] for material in self.lists["materials"]]
+        if name in known:
+            return known.index(name)
         shown = {"baseColorFactor": [*colour, 1.0], "metallicFactor": metallic, "roughnessFactor": rough}
-        self.materials.append({"name": name, "pbrMetallicRoughness": shown})
-        return len(self.materials) - 1
+        return self.add("materials", {"name": name, "pbrMetallicRoughness": shown})
 
     def mesh(self, name: str, pieces: dict[int, list[Surface]]) -> int:
         """Add a mesh of surfaces by material; its number."""
@@ -112,25 +110,23 @@ class Scene:
                 "indices": self.accessor(one.triangles.ravel().astype(int), "SCALAR", TRIANGLES),
                 "material": material,
             })  # fmt: skip
-        self.meshes.append({"name": name, "primitives": primitives})
-        return len(self.meshes) - 1
+        return self.add("meshes", {"name": name, "primitives": primitives})
 
     def animate(self, node: int, path: str, time: int, values: np.ndarray) -> None:
         """Let a node's `path` take values (n, 3 or 4) at the times of an accessor."""
-        kind = "VEC4" if path == "rotation" else "VEC3"
-        self.samplers.append({"input": time, "output": self.accessor(values, kind), "interpolation": "LINEAR"})
-        self.channels.append({"sampler": len(self.samplers) - 1, "target": {"node": node, "path": path}})
+        output = self.accessor(values, "VEC4" if path == "rotation" else "VEC3")
+        target = {"sampler": len(self.walk["samplers"]), "target": {"node": node, "path": path}}
+        self.walk["samplers"].append({"input": time, "output": output, "interpolation": "LINEAR"})
+        self.walk["channels"].append(target)
 
     def packed(self) -> bytes:
         """The binary file."""
         document: dict[str, Any] = {
             "asset": {"version": "2.0", "generator": "bipedstudy", "extras": self.about},
-            "scene": 0, "scenes": [{"nodes": [0]}], "nodes": self.nodes, "meshes": self.meshes,
-            "materials": self.materials, "accessors": self.accessors, "bufferViews": self.views,
-            "buffers": [{"byteLength": len(self.data)}],
+            "scene": 0, "scenes": [{"nodes": [0]}], **self.lists, "buffers": [{"byteLength": len(self.data)}],
         }  # fmt: skip
-        if self.channels:
-            document["animations"] = [{"name": "walk", "channels": self.channels, "samplers": self.samplers}]
+        if self.walk["channels"]:
+            document["animations"] = [{"name": "walk", **self.walk}]
         text = json.dumps(document, separators=(",", ":")).encode()
         text += b" " * (-len(text) % 4)
         binary = bytes(self.data) + b"\0" * (-len(self.data) % 4)
@@ -141,45 +137,40 @@ class Scene:
 def write(exported: Exported, motion: Motion | None = None) -> bytes:
     """The file as bytes; without a motion the pose of the start."""
     machine = exported.machine
-    scene = Scene({"springs [N/m]": machine.stiffness.tolist(), "dampers [N s/m]": machine.damping.tolist()})
+    made = Document({"springs [N/m]": machine.stiffness.tolist(), "dampers [N s/m]": machine.damping.tolist()})
     half = 0.5 * exported.slope.angle
-    root = scene.node("slope", rotation=[0.0, 0.0, -float(np.sin(half)), float(np.cos(half))], children=[])
-    scene.nodes[root]["children"].append(scene.node("ramp", mesh=_ramp(scene, exported)))
-    time = scene.accessor(motion.time[:, None], "SCALAR", limits=True) if motion is not None else -1
-    numbers: list[int] = []
+    turn = [0.0, 0.0, -float(np.sin(half)), float(np.cos(half))]
+    numbers = [made.add("nodes", {"name": "slope", "rotation": turn})]
+    made.child(numbers[0], "ramp", mesh=_ramp(made, exported))
+    time = made.accessor(motion.time[:, None], "SCALAR", limits=True) if motion is not None else -1
     for link in exported.links:
         body = link.body
         extras = {"mass [kg]": float(body.mass), "mass centre [m]": body.centre.tolist(),
                   "inertia about it [kg m^2]": body.inertia.tolist()}  # fmt: skip
-        number = scene.node(link.name, extras=extras)
+        number = made.child(numbers[link.parent + 1], link.name, extras=extras)
         numbers.append(number)
-        above = scene.nodes[root if link.parent < 0 else numbers[link.parent]]
-        above.setdefault("children", []).append(number)
-        pieces = _pieces(scene, link)
+        pieces = _pieces(made, link)
+        node = made.lists["nodes"][number]
         if pieces:
-            scene.nodes[number]["mesh"] = scene.mesh(link.name, pieces)
+            node["mesh"] = made.mesh(link.name, pieces)
         for name, place in link.sites:
-            scene.nodes[number].setdefault("children", []).append(scene.node(name, translation=list(map(float, place))))
-        for path, now in placing(link, exported.start.position[None, :]).items():
-            scene.nodes[number][path] = now[0].tolist()
+            made.child(number, name, translation=list(map(float, place)))
+        node.update({path: now[0].tolist() for path, now in placing(link, exported.start.position[None, :]).items()})
         if motion is not None:
             for path, values in placing(link, motion.position).items():
-                scene.animate(number, path, time, values)
-    return scene.packed()
+                made.animate(number, path, time, values)
+    return made.packed()
 
 
 def placing(link: Link, q: np.ndarray) -> dict[str, np.ndarray]:
     """A link's `translation` (n, 3) and `rotation` (n, 4), x y z w, on its parent, from coordinates (n, 11)."""
-    placed: dict[str, np.ndarray] = {}
     if link.parent < 0:
         yaw, roll, pitch = (_about(axis, q[:, row]) for axis, row in ((1, YAW), (0, ROLL), (2, PITCH)))
         return {"translation": q[:, :3], "rotation": _times(_times(yaw, roll), pitch)}
-    for joint in link.joints:
-        if joint.row == HINGE:
-            placed["rotation"] = _about(2, q[:, HINGE])
-        else:
-            placed["translation"] = q[:, joint.row, None] * np.array(joint.axis)
-    return placed
+    joint = link.joints[0]
+    if joint.turns:
+        return {"rotation": _about(2, q[:, joint.row])}
+    return {"translation": q[:, joint.row, None] * np.array(joint.axis)}
 
 
 def _about(axis: int, angle: np.ndarray) -> np.ndarray:
@@ -194,25 +185,23 @@ def _times(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.column_stack([vector, a[:, 3] * b[:, 3] - (a[:, :3] * b[:, :3]).sum(axis=1)])
 
 
-def _pieces(scene: Scene, link: Link) -> dict[int, list[Surface]]:
+def _pieces(made: Document, link: Link) -> dict[int, list[Surface]]:
     """Surfaces of a link's parts by material."""
     found: dict[int, list[Surface]] = {}
     for part, side in link.parts:
-        made = surface(part)
-        if made is None:
+        shape = surface(part)
+        if shape is None:
             continue
         pair = part.group.split("_")[0]
         colour, metallic, rough = MATERIALS.get(part.material, (None, 0.0, 0.6))
         name = part.material if colour else pair
-        number = scene.material(name, colour or PAIRS[pair], metallic, rough)
-        found.setdefault(number, []).append(made.moved(piece_place(part, side)))
+        number = made.material(name, colour or PAIRS[pair], metallic, rough)
+        found.setdefault(number, []).append(shape.moved(piece_place(part, side)))
     return found
 
 
-def _ramp(scene: Scene, exported: Exported) -> int:
-    size = exported.block_size
-    blocks = [box(size).moved((x, top - size[1] / 2, z)) for x, top, z in (each.middle for each in exported.blocks())]
-    span = (exported.ramp.sets - 1) * exported.ramp.step
-    board = (span + 2.0 * size[0], BOARD, 2.0 * (exported.ramp.tracks[1] + size[2]))
-    deck = box(board).moved((span / 2, -size[1] - BOARD / 2, 0.0))
-    return scene.mesh("ramp", {scene.material("wood", *WOOD): blocks, scene.material("deck", *DECK): [deck]})
+def _ramp(made: Document, exported: Exported) -> int:
+    blocks, deck = [block.shape for block in exported.blocks()], exported.board()
+    shapes = {made.material("wood", *WOOD): blocks, made.material("deck", *DECK): [deck]}
+    return made.mesh("ramp", {number: [box(shape.sizes["size"]).moved(shape.place) for shape in of_one]
+                              for number, of_one in shapes.items()})  # fmt: skip

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from xml.etree import ElementTree
 
-from stages.twin.exports.exported import Exported, Link
+from stages.twin.exports.exported import COLOURS, QUARTER, Exported, Link
 from stages.twin.exports.solids import piece_place, surface
-from stages.twin.exports.xml_text import Element, add, document, numbers
+from stages.twin.exports.xml_text import Element, Value, document, tag, tensor
 from stages.twin.machine.parts import Part
 
 ENDING = "xml"
@@ -31,9 +30,9 @@ CARRIES = {
     "shape": "yes",
     "motion": "no",
 }
-COLOURS = ("0 0.62 0.45 1", "0.84 0.37 0 1")
-#: What a geometry does: seen only, or touches.
-SEEN, TOUCHES = "1", "0"
+#: What a geometry that is seen only does, and the turns that bring z to an axis.
+SEEN: dict[str, Value] = {"contype": "0", "conaffinity": "0", "group": "1"}
+TURNS = {"x": f"0 1 0 {QUARTER}", "y": f"1 0 0 {QUARTER}", "z": "0 0 1 0"}
 
 
 @dataclass(frozen=True)
@@ -52,98 +51,83 @@ class Ground:
 
 def write(exported: Exported, ground: Ground = Ground()) -> bytes:
     """The file as bytes."""
-    root = ElementTree.Element("mujoco", {"model": "bipedstudy twin"})
-    add(root, "compiler", angle="radian", inertiafromgeom="false")
-    add(root, "option", timestep=repr(ground.step), gravity=numbers((0, 0, -exported.slope.gravity)),
-        integrator="implicitfast", cone="elliptic")  # fmt: skip
-    add(add(root, "visual"), "headlight", ambient="0.4 0.4 0.4", diffuse="0.5 0.5 0.5")
-    asset = add(root, "asset")
-    add(asset, "texture", type="skybox", builtin="gradient", rgb1="0.9 0.94 0.97", rgb2="0.7 0.78 0.85", width="64",
-        height="384")  # fmt: skip
-    world = add(root, "worldbody")
-    add(world, "light", pos="0 -1 2", dir="0 0.4 -1", directional="true")
-    half = 0.5 * exported.slope.angle
-    quarter = math.sqrt(0.5)
+    half, quarter = 0.5 * exported.slope.angle, math.sqrt(0.5)
     turned = (quarter * math.cos(half), quarter * math.cos(half), quarter * math.sin(half), -quarter * math.sin(half))
-    slope = add(world, "body", name="slope", quat=numbers(turned))
-    _add_blocks(slope, exported, ground)
-    placed: list[Element] = []
-    sensors = add(root, "sensor")
+    asset = tag("asset", tag("texture", type="skybox", builtin="gradient", rgb1="0.9 0.94 0.97", rgb2="0.7 0.78 0.85",
+                             width="64", height="384"))  # fmt: skip
+    placed = [tag("body", *_blocks(exported, ground), name="slope", quat=turned)]
     for link in exported.links:
-        body = add(slope if link.parent < 0 else placed[link.parent], "body", name=link.name)
-        placed.append(body)
-        _fill(body, link, exported, ground, asset)
-        for name, place in link.sites:
-            add(body, "site", name=name, pos=numbers(place), size="0.004")
-            add(sensors, "accelerometer", name=f"{name} specific force", site=name)
-            add(sensors, "gyro", name=f"{name} angular velocity", site=name)
-    key = add(root, "keyframe")
-    starts = exported.coordinates()
-    add(key, "key", name="start", qpos=numbers(q for _, q, _ in starts), qvel=numbers(v for _, _, v in starts))
+        placed.append(_body(link, exported, ground, asset))
+        placed[link.parent + 1].append(placed[-1])
+    sensors = [tag(kind, name=f"{name} {what}", site=name) for link in exported.links for name, _ in link.sites
+               for kind, what in (("accelerometer", "specific force"), ("gyro", "angular velocity"))]  # fmt: skip
+    _, places, rates = zip(*exported.coordinates(), strict=True)
+    root = tag(
+        "mujoco",
+        tag("compiler", angle="radian", inertiafromgeom="false"),
+        tag("option", timestep=ground.step, gravity=(0, 0, -exported.slope.gravity), integrator="implicitfast",
+            cone="elliptic"),
+        tag("visual", tag("headlight", ambient="0.4 0.4 0.4", diffuse="0.5 0.5 0.5")),
+        asset,
+        tag("worldbody", tag("light", pos="0 -1 2", dir="0 0.4 -1", directional="true"), placed[0]),
+        tag("sensor", *sensors),
+        tag("keyframe", tag("key", name="start", qpos=places, qvel=rates)),
+        model="bipedstudy twin",
+    )  # fmt: skip
     return document(root, "The twin of bipedstudy. Its contact is MuJoCo's, not the study's: docs/exports.md.")
 
 
-def _add_blocks(slope: Element, exported: Exported, ground: Ground) -> None:
-    length, height, width = exported.block_size
-    size = numbers((length / 2, height / 2, width / 2))
-    for block in exported.blocks():
-        x, top, z = block.middle
-        side = "left" if z > 0.0 else "right"
-        add(slope, "geom", name=f"block {block.number + 1} {side}", type="box", size=size,
-            pos=numbers((x, top - height / 2, z)), rgba="0.55 0.43 0.27 1",
-            **_touch("conaffinity", block.pair, exported, ground),
-        )  # fmt: skip
-    span = (exported.ramp.sets - 1) * exported.ramp.step
-    deck = (span / 2 + length, 0.005, exported.ramp.tracks[1] + width)
-    add(slope, "geom", name="deck", type="box", size=numbers(deck), pos=numbers((span / 2, -height - 0.005, 0.0)),
-        rgba="0.79 0.74 0.66 1", contype="0", conaffinity="0", group=SEEN)  # fmt: skip
+def _blocks(exported: Exported, ground: Ground) -> list[Element]:
+    """The blocks and the board under them."""
+    blocks = [tag("geom", name=block.name, type="box", size=[0.5 * side for side in block.shape.sizes["size"]],
+                  pos=block.shape.place, rgba=COLOURS["block"], **_touch("conaffinity", block.pair, exported, ground))
+              for block in exported.blocks()]  # fmt: skip
+    deck = exported.board()
+    half = [0.5 * side for side in deck.sizes["size"]]
+    return [*blocks, tag("geom", name="deck", type="box", size=half, pos=deck.place, rgba="0.79 0.74 0.66 1", **SEEN)]
 
 
-def _touch(side: str, pair: int, exported: Exported, ground: Ground) -> dict[str, str]:
+def _touch(side: str, pair: int, exported: Exported, ground: Ground) -> dict[str, Value]:
     """Contact of a pair's feet (side contype) with the blocks of its lane (conaffinity), and with nothing else."""
     return {
-        "contype": "0", "conaffinity": "0", side: str(1 << pair), "group": TOUCHES, "condim": "3",
-        "friction": numbers((exported.contact.static_friction, 0.0, 0.0)),
-        "solref": numbers((ground.time_constant, ground.damping_ratio)),
+        "contype": "0", "conaffinity": "0", side: str(1 << pair), "group": "0", "condim": "3",
+        "friction": (exported.contact.static_friction, 0.0, 0.0),
+        "solref": (ground.time_constant, ground.damping_ratio),
     }  # fmt: skip
 
 
-def _fill(body: Element, link: Link, exported: Exported, ground: Ground, asset: Element) -> None:
+def _body(link: Link, exported: Exported, ground: Ground, asset: Element) -> Element:
+    """A link with its joints, what is seen of it and what touches; a mesh that is new goes to `asset`."""
+    body = tag("body", name=link.name)
     for joint in link.joints:
-        add(body, "joint", name=joint.name, type="hinge" if joint.turns else "slide", axis=numbers(joint.axis),
-            stiffness=repr(joint.stiffness), damping=repr(joint.damping))  # fmt: skip
-    inertia = link.body.inertia
-    six = [inertia[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
-    add(body, "inertial", pos=numbers(link.body.centre), mass=repr(float(link.body.mass)), fullinertia=numbers(six))
-    for part, side in link.parts:
-        _add_piece(body, part, side, COLOURS[part.group.startswith("outer")], asset)
+        body.append(tag("joint", name=joint.name, type="hinge" if joint.turns else "slide", axis=joint.axis,
+                        stiffness=joint.stiffness, damping=joint.damping))  # fmt: skip
+    inertia = list(tensor(link.body.inertia).values())
+    body.append(tag("inertial", pos=link.body.centre, mass=link.body.mass, fullinertia=inertia))
+    body.extend(_piece(part, side, asset) for part, side in link.parts if part.shape != "point")
+    half = exported.machine.half_width
     for leg in link.feet:
-        middle, radius = exported.foot(leg)
-        half = exported.machine.half_width
-        about = {"rgba": "0 0 0 0", **_touch("contype", leg // 2, exported, ground)}
-        if ground.foot == "spheres":
-            for end, z in (("left", half), ("right", -half)):
-                place = (middle[0], middle[1], middle[2] + z)
-                add(body, "geom", name=f"{link.name} {leg} {end}", type="sphere", pos=numbers(place),
-                    size=numbers((radius,)), **about)  # fmt: skip
-        else:
-            add(body, "geom", name=f"{link.name} {leg}", type=ground.foot, pos=numbers(middle),
-                size=numbers((radius, half)), **about)  # fmt: skip
+        foot = exported.foot(leg)
+        (x, y, z), radius = foot.place, foot.sizes["radius"]
+        kind, size, ends = ground.foot, [radius, half], {"": z}
+        if kind == "spheres":
+            kind, size, ends = "sphere", [radius], {" left": z + half, " right": z - half}
+        body.extend(tag("geom", name=f"{link.name} {leg}{end}", type=kind, pos=(x, y, there), size=size, rgba="0 0 0 0",
+                        **_touch("contype", leg // 2, exported, ground)) for end, there in ends.items())  # fmt: skip
+    body.extend(tag("site", name=name, pos=place, size="0.004") for name, place in link.sites)
+    return body
 
 
-def _add_piece(body: Element, part: Part, side: float, colour: str, asset: Element) -> None:
+def _piece(part: Part, side: float, asset: Element) -> Element:
     """What is seen of a piece; a tube is drawn full."""
-    seen = {"pos": numbers(piece_place(part, side)), "rgba": colour, "contype": "0", "conaffinity": "0", "group": SEEN}
     if part.shape == "box":
-        add(body, "geom", type="box", size=numbers(0.5 * value for value in part.size), **seen)
-    elif part.shape in ("cylinder", "tube"):
-        turn = {"x": "0 1 0 1.5707963267948966", "y": "1 0 0 1.5707963267948966", "z": "0 0 1 0"}[part.axis]
-        add(body, "geom", type="cylinder", size=numbers((part.size[0], 0.5 * part.size[-1])), axisangle=turn, **seen)
+        shape: dict[str, Value] = {"type": "box", "size": [0.5 * value for value in part.size]}
     elif part.shape == "arc":
         name = f"arc {' '.join(f'{1e3 * value:g}' for value in part.size)}"
-        if asset.find(f"mesh[@name='{name}']") is None:
-            made = surface(part)
-            assert made is not None
-            add(asset, "mesh", name=name, vertex=numbers(made.corners.ravel().round(7)), inertia="shell",
-                face=" ".join(str(corner) for corner in made.triangles.ravel()))  # fmt: skip
-        add(body, "geom", type="mesh", mesh=name, **seen)
+        shape = {"type": "mesh", "mesh": name}
+        if asset.find(f"mesh[@name='{name}']") is None and (made := surface(part)) is not None:
+            faces = " ".join(str(corner) for corner in made.triangles.ravel())
+            asset.append(tag("mesh", name=name, vertex=made.corners.ravel().round(7), inertia="shell", face=faces))
+    else:
+        shape = {"type": "cylinder", "size": (part.size[0], 0.5 * part.size[-1]), "axisangle": TURNS[part.axis]}
+    return tag("geom", **shape, pos=piece_place(part, side), rgba=COLOURS[part.group.split("_")[0]], **SEEN)

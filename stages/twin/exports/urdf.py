@@ -5,12 +5,8 @@ It has no springs, no start, no contact. The six coordinates of the inner frame 
 
 from __future__ import annotations
 
-from xml.etree import ElementTree
-
-from stages.twin.exports.exported import Exported, Link
-from stages.twin.exports.solids import piece_place
-from stages.twin.exports.xml_text import TENSOR, Element, add, document, numbers
-from stages.twin.machine.parts import Part
+from stages.twin.exports.exported import COLOURS, QUARTER, Exported, Link, Shape
+from stages.twin.exports.xml_text import Element, Value, document, tag, tensor
 
 ENDING = "urdf"
 OF = "ROS, Pinocchio, Drake, PyBullet"
@@ -28,90 +24,55 @@ CARRIES = {
     "shape": "boxes and cylinders; feet as full cylinders",
     "motion": "no",
 }
-COLOURS = {"inner": "0 0.62 0.45 1", "outer": "0.84 0.37 0 1", "block": "0.55 0.43 0.27 1"}
 #: Travel [m, rad], force and speed that a slide must be given; wide enough to never matter.
 WIDE = {"lower": "-1000", "upper": "1000", "effort": "1e9", "velocity": "1e6"}
-QUARTER = "1.5707963267948966"
 
 
 def write(exported: Exported) -> bytes:
     """The file as bytes."""
-    root = ElementTree.Element("robot", {"name": "bipedstudy_twin"})
-    for pair, colour in COLOURS.items():
-        add(add(root, "material", name=pair), "color", rgba=colour)
-    add(root, "link", name="world")
-    _add_ground(add(root, "link", name="slope"), exported)
-    base = add(root, "joint", name="slope", type="fixed")
-    add(base, "origin", rpy=numbers((QUARTER, exported.slope.angle, 0.0)))
-    add(base, "parent", link="world")
-    add(base, "child", link="slope")
+    colours = [tag("material", tag("color", rgba=colour), name=name) for name, colour in COLOURS.items()]
+    blocks = [_shape(kind, block.shape, "block" * (kind == "visual"))
+              for block in exported.blocks() for kind in ("visual", "collision")]  # fmt: skip
+    tilted = tag("origin", rpy=(QUARTER, exported.slope.angle, 0.0))
+    root = tag("robot", *colours, tag("link", name="world"), tag("link", *blocks, name="slope"),
+               _joint("slope", "fixed", "world", "slope", before=[tilted]), name="bipedstudy_twin")  # fmt: skip
     for link in exported.links:
-        parent = "slope" if link.parent < 0 else _named(exported.links[link.parent].name)
-        for joint in link.joints:
-            last = joint is link.joints[-1]
-            child = _named(link.name) if last else f"after_{_named(joint.name)}"
-            made = add(root, "joint", name=_named(joint.name), type="continuous" if joint.turns else "prismatic")
-            add(made, "parent", link=parent)
-            add(made, "child", link=child)
-            add(made, "axis", xyz=numbers(joint.axis))
-            add(made, "dynamics", damping=repr(joint.damping))
-            if not joint.turns:
-                add(made, "limit", **WIDE)
-            if not last:
-                add(root, "link", name=child)
-            parent = child
-        _fill(add(root, "link", name=_named(link.name)), link, exported)
+        for joint, parent, child in exported.chain(link, "slope"):
+            moves = [tag("axis", xyz=joint.axis), tag("dynamics", damping=joint.damping)]
+            moves += [] if joint.turns else [tag("limit", **WIDE)]
+            root.append(_joint(joint.name, "continuous" if joint.turns else "prismatic", parent, child, after=moves))
+            root.append(_link(link, exported) if child == link.name else tag("link", name=child))
         for name, place in link.sites:
-            add(root, "link", name=_named(name))
-            fixed = add(root, "joint", name=f"{_named(name)}_place", type="fixed")
-            add(fixed, "origin", xyz=numbers(place))
-            add(fixed, "parent", link=_named(link.name))
-            add(fixed, "child", link=_named(name))
+            there = tag("origin", xyz=place)
+            root.append(tag("link", name=name))
+            root.append(_joint(f"{name} place", "fixed", link.name, name, before=[there]))
+    for element in root.iter():
+        for key in ("name", "link"):
+            if key in element.attrib:
+                element.set(key, element.attrib[key].replace(" ", "_"))
     return document(root, "The twin of bipedstudy. URDF has no springs, no start and no contact law: docs/exports.md.")
 
 
-def _named(words: str) -> str:
-    return words.replace(" ", "_")
+def _joint(
+    name: str, kind: str, parent: str, child: str, before: list[Element] | None = None,
+    after: list[Element] | None = None
+) -> Element:
+    between = [tag("parent", link=parent), tag("child", link=child)]
+    return tag("joint", *(before or []), *between, *(after or []), name=name, type=kind)
 
 
-def _add_ground(slope: Element, exported: Exported) -> None:
-    size = exported.block_size
-    for block in exported.blocks():
-        x, top, z = block.middle
-        for kind in ("visual", "collision"):
-            made = add(slope, kind)
-            add(made, "origin", xyz=numbers((x, top - size[1] / 2, z)))
-            add(add(made, "geometry"), "box", size=numbers(size))
-            if kind == "visual":
-                add(made, "material", name="block")
+def _link(link: Link, exported: Exported) -> Element:
+    body = link.body
+    own = tag("inertial", tag("origin", xyz=body.centre), tag("mass", value=body.mass),
+              tag("inertia", **tensor(body.inertia)))  # fmt: skip
+    seen = [_shape("visual", shape, shape.colour) for shape in link.shapes()]
+    touching = [_shape("collision", exported.foot(leg)) for leg in link.feet]
+    return tag("link", own, *seen, *touching, name=link.name)
 
 
-def _fill(made: Element, link: Link, exported: Exported) -> None:
-    inertia = link.body.inertia
-    own = add(made, "inertial")
-    add(own, "origin", xyz=numbers(link.body.centre))
-    add(own, "mass", value=repr(float(link.body.mass)))
-    add(own, "inertia", **{name: repr(float(inertia[place])) for name, place in TENSOR.items()})
-    for part, side in link.parts:
-        _add_piece(made, part, side)
-    for leg in link.feet:
-        middle, radius = exported.foot(leg)
-        touch = add(made, "collision")
-        add(touch, "origin", xyz=numbers(middle))
-        add(add(touch, "geometry"), "cylinder", radius=repr(radius), length=repr(2.0 * exported.machine.half_width))
-
-
-def _add_piece(made: Element, part: Part, side: float) -> None:
-    """What is seen of a piece: a tube is drawn full, a rim as its whole wheel. A point is not seen."""
-    turn = {"x": f"0 {QUARTER} 0", "y": f"{QUARTER} 0 0", "z": "0 0 0"}[part.axis if part.shape != "box" else "z"]
-    if part.shape == "point":
-        return
-    seen = add(made, "visual")
-    add(seen, "origin", xyz=numbers(piece_place(part, side)), rpy=turn)
-    shape = add(seen, "geometry")
-    if part.shape == "box":
-        add(shape, "box", size=numbers(part.size))
-    else:
-        width = part.size[2] if part.shape == "arc" else part.size[-1]
-        add(shape, "cylinder", radius=repr(float(part.size[0])), length=repr(float(width)))
-    add(seen, "material", name=part.group.split("_")[0])
+def _shape(kind: str, shape: Shape, colour: str = "") -> Element:
+    turn: dict[str, Value] = {"rpy": shape.turn} if shape.turn else {}
+    made = tag(kind, tag("origin", xyz=shape.place, **turn), tag("geometry", tag(shape.kind, **shape.sizes)))
+    if colour:
+        made.append(tag("material", name=colour))
+    return made

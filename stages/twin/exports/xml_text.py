@@ -1,27 +1,39 @@
-"""Numbers and documents of the formats that are XML."""
+"""Documents of the formats that are XML, as trees of tags."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, TypeAlias
 from xml.etree import ElementTree
 
-Element = ElementTree.Element
-#: Names of a tensor of inertia's entries.
-TENSOR = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
+import numpy as np
+
+Element: TypeAlias = ElementTree.Element
+#: Text, or numbers that become text which gives the same bits when read.
+Value: TypeAlias = "str | float | Iterable[Any]"
 
 
-def numbers(values: Iterable[Any]) -> str:
-    """Numbers as text that gives the same bits when read."""
-    return " ".join(repr(float(value)) for value in values)
+def text(value: Value) -> str:
+    """A value as it stands in a document."""
+    if isinstance(value, str):
+        return value
+    return " ".join(repr(float(number)) for number in np.atleast_1d(np.asarray(value, dtype=float)))
 
 
-def add(parent: Element, tag: str, text: str = "", **attributes: str) -> Element:
-    """A new child of an element; `_` at the end of an attribute's name is left out."""
-    child = ElementTree.SubElement(parent, tag, {name.rstrip("_"): value for name, value in attributes.items()})
-    if text:
-        child.text = text
-    return child
+def tag(name: str, /, *content: Element | Value, **attributes: Value) -> Element:
+    """An element with its children, or its text."""
+    made = ElementTree.Element(name, {key: text(value) for key, value in attributes.items()})
+    for each in content:
+        if isinstance(each, ElementTree.Element):
+            made.append(each)
+        else:
+            made.text = text(each)
+    return made
+
+
+def tensor(inertia: np.ndarray) -> dict[str, float]:
+    """Entries of a tensor of inertia by name."""
+    return {f"i{'xyz'[i]}{'xyz'[j]}": inertia[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))}
 
 
 def document(root: Element, remark: str) -> bytes:
