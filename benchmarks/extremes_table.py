@@ -24,15 +24,31 @@ from pipeline.cache.artefact import load
 from pipeline.parameters import loading
 from stages.drawing import style
 from stages.extremes import warnings as warned
-from stages.extremes.engines import COMPILED, COULOMB, ENGINES, GAIT, JOINTS, MARCH, TOGETHER, TREE, TWIN, USUAL
-from stages.extremes.envelope.place import REACH, place_of
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import points
-from stages.extremes.result import Result, Table
+from stages.extremes.result import (
+    COMPILED,
+    COULOMB,
+    CRASHED,
+    ENGINES,
+    GAIT,
+    HUNG,
+    JOINTS,
+    MARCH,
+    REFUSED,
+    TOGETHER,
+    TREE,
+    TWIN,
+    USUAL,
+    WRONG,
+    Finding,
+    Result,
+)
 from stages.extremes.run import as_result, compile_once, evaluate, in_words
-from stages.extremes.verdict import CRASHED, HUNG, REFUSED, WRONG, Finding
+from stages.extremes.warnings import REACH, place_of
 from stages.extremes.watchdog import compute
 from stages.figures.drawn import extremes
+from stages.studies.result import Table
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"

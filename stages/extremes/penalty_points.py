@@ -9,14 +9,13 @@ import numpy as np
 
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.walk.sampling import walk_from_mid_stance
-from stages.biped.design import BeyondModel, Biped, require_own_strikes
+from stages.biped.design import Biped, require_own_strikes
 from stages.biped.gait import StanceState
 from stages.biped.walk import Walk
 from stages.extremes.constraint_points import usual_gait
-from stages.extremes.engines import COMPILED, JOINTS, LIMIT, TREE, TWIN
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import Point
-from stages.extremes.verdict import FAILED, UNCONFIRMED, WRONG, Finding, judged, refused
+from stages.extremes.result import COMPILED, FAILED, INACCURATE, JOINTS, TREE, TWIN, UNCONFIRMED, WRONG, Finding, judged
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
@@ -31,7 +30,6 @@ from stages.twin.walking.energy import energy_balance as spatial_energy_balance
 from stages.twin.walking.record import Record
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 
-PLANAR, SPATIAL = ("biped", "slope", "contact", "multibody"), ("biped", "slope", "contact", "twin")
 #: The reference's tolerance is tighter by this; what is the tightest tolerance Exudyn's explicit solver goes with.
 TIGHTER, TIGHTEST = 1e-2, 1e-11
 #: Points in time at which two runs are compared, and time left out around heel strike for the rigid limit [s].
@@ -49,48 +47,24 @@ class Answer:
     audit: float
 
 
-def evaluate(parameters: Parameters, point: Point) -> Finding:
-    """The verdict on one step of a penalty model."""
-    settings = parameters.settings
-    base = parameters.changed(
-        (
-            ("multibody.tolerance", settings.penalty_tolerance),
-            ("twin.tolerance", settings.penalty_tolerance),
-            ("multibody.most_solver_steps", settings.most_solver_steps),
-            ("twin.most_solver_steps", settings.most_solver_steps),
-            ("multibody.assembly", "joints" if point.engine == JOINTS else "tree"),
-        )
-    )
-    here = base.changed(point.changes)
-    spatial = point.engine == TWIN
-    if spatial and {"biped.hip_mass", "biped.foot_mass"} & dict(point.changes).keys():
-        here = here.changed((("twin.inertia", "planar"),))  # the bill of parts has Table 1's masses
-    if reason := here.refusal(SPATIAL if spatial else PLANAR):
-        return refused(reason)
-    try:
-        if point.engine == LIMIT:
-            return rigid_limit(here, point.value, settings.right_within)
-        require_own_strikes(here.biped, "the model")
-        stance, force = mid_stance(here.biped, here.slope)
-    except BeyondModel as reason:
-        return refused(str(reason))
-    except (NoGait, StepFailed) as reason:
-        return refused(f"no gait to start from: {reason}")
-    answer = answer_of(here, point.engine, stance, force)
+def one_step(usual: Parameters, here: Parameters, point: Point) -> Finding:
+    """The verdict on one step of a penalty model. Raises NoGait, BeyondModel."""
+    require_own_strikes(here.biped, "the model")
+    engine, limit, start = point.engine, usual.settings.right_within, mid_stance(here.biped, here.slope)
+    answer = answer_of(here, engine, *start)
     if not answer.completed and "gets nowhere" in answer.outcome:
         return Finding(FAILED, reason=answer.outcome)
-    tolerance = here.twin.tolerance if spatial else here.multibody.tolerance
-    tighter = max(TIGHTEST, tolerance * TIGHTER)
-    file, engine, reference = "twin" if spatial else "multibody", point.engine, f"tolerance {tighter:.0e}, energy"
-    rerun = here.changed(((f"{file}.tolerance", tighter), (f"{file}.largest_step", 5e-4)))
+    file, tolerance = ("twin", here.twin.tolerance) if engine == TWIN else ("multibody", here.multibody.tolerance)
     if engine in (COMPILED, JOINTS):
         tree = here.changed((("multibody.assembly", "tree"), ("multibody.tolerance", 1e-9)))
-        checked = answer_of(tree, TREE, stance, force)
+        checked = answer_of(tree, TREE, *start)
         if engine == JOINTS or "gets nowhere" not in checked.outcome:
             asked = np.nan if engine == JOINTS else tolerance
-            return compared(answer, checked, here.biped, asked, settings.right_within, "tree, tolerance 1e-9")
-    checked = answer_of(rerun, engine, stance, force)
-    return compared(answer, checked, here.biped, tolerance, settings.right_within, reference)
+            return compared(answer, checked, here.biped, asked, limit, "tree, tolerance 1e-9")
+    tighter = max(TIGHTEST, tolerance * TIGHTER)
+    checked = answer_of(
+        here.changed(((f"{file}.tolerance", tighter), (f"{file}.largest_step", 5e-4))), engine, *start)
+    return compared(answer, checked, here.biped, tolerance, limit, f"tolerance {tighter:.0e}, energy")
 
 
 def compared(
@@ -117,13 +91,12 @@ def answer_of(here: Parameters, engine: str, stance: StanceState, force: float) 
     if engine == TWIN:
         machine = build(here.biped, here.twin)
         start = rolling_start(machine, here.contact, stance, force)
-        record = simulate_twin(machine, here.slope, here.contact, start, here.twin, steps=1)
-        return spatial_answer(record)
-    state = rolling_state(here.biped, here.contact, stance, force)
+        return spatial_answer(simulate_twin(machine, here.slope, here.contact, start, here.twin, steps=1))
+    model = here.biped, here.slope, here.contact, rolling_state(here.biped, here.contact, stance, force)
     if engine == COMPILED:
         solver = CompiledSettings(here.multibody.tolerance, most_solver_steps=here.multibody.most_solver_steps)
-        return planar_answer(compiled_walk(here.biped, here.slope, here.contact, state, solver, signals=()), here)
-    return planar_answer(simulate(here.biped, here.slope, here.contact, state, here.multibody, steps=1), here)
+        return planar_answer(compiled_walk(*model, solver, signals=()), here)
+    return planar_answer(simulate(*model, here.multibody, steps=1), here)
 
 
 def planar_answer(run: Run, here: Parameters) -> Answer:
@@ -160,21 +133,28 @@ def turnover(balance: object) -> float:
 
 @lru_cache(maxsize=64)
 def mid_stance(biped: Biped, slope: Slope) -> tuple[StanceState, float]:
-    """The constraint model's mid-stance and the force on the standing foot there [N]. Raises NoGait or StepFailed."""
+    """The constraint model's mid-stance and the force on the standing foot there [N]. Raises NoGait, BeyondModel."""
     walk, _, stance = step_of(biped, slope, None)
     return stance, walk.standing_force
 
 
 def step_of(biped: Biped, slope: Slope, friction: Friction | None) -> tuple[Walk, float, StanceState]:
-    """The gait from one mid-stance to the one after the next, its period [s], and its state at the start."""
-    walker, point = usual_gait(biped, slope, friction)
-    walk, upright = walk_from_mid_stance(walker, point.z, 1, 1e-10, 2000.0)
+    """The gait from one mid-stance to the one after the next, its period [s], and its state at the start.
+
+    Raises NoGait, BeyondModel.
+    """
+    try:
+        walker, point = usual_gait(biped, slope, friction)
+        walk, upright = walk_from_mid_stance(walker, point.z, 1, 1e-10, 2000.0)
+    except (NoGait, StepFailed) as reason:
+        raise NoGait(f"no gait to start from: {reason}") from None
     return walk, point.steps[0].period * walker.time, upright
 
 
-def rigid_limit(here: Parameters, factor: float, limit: float) -> Finding:
-    """The planar model with contact `factor` times as stiff, an impact as plastic as before and hardly any creep,
-    beside the constraint model with Coulomb friction, which is its limit."""
+def rigid_limit(usual: Parameters, here: Parameters, point: Point) -> Finding:
+    """The planar model with contact so many times as stiff, an impact as plastic as before and hardly any creep,
+    beside the constraint model with Coulomb friction, which is its limit. Raises NoGait, BeyondModel."""
+    limit, factor = usual.settings.right_within, point.value
     mu, law = here.contact.static_friction, here.contact
     walk, period, stance = step_of(here.biped, here.slope, Friction(mu, mu))
     scale = factor ** (1.0 / (law.contact_exponent + 1.0))
@@ -189,5 +169,5 @@ def rigid_limit(here: Parameters, factor: float, limit: float) -> Finding:
     error = float(np.abs(hip - walk.hip_position[away]).max() / here.biped.leg_length)
     finding = judged(error, np.nan, limit, limit, "gait, coulomb: its rigid limit")
     if error > limit:
-        return dataclasses.replace(finding, status="inaccurate", reason="softer than the limit, by its own stiffness")
+        return dataclasses.replace(finding, status=INACCURATE, reason="softer than the limit, by its own stiffness")
     return finding

@@ -1,4 +1,8 @@
-"""The points of the map: one parameter at a time for every model, and draws in which all vary together."""
+"""The points of the map: one parameter at a time for every model, and draws in which all vary together.
+
+Designs with frames, legs that differ, and springs, friction or a counterweight at the hip are drawn from far too small
+to matter to too large to walk.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from stages.biped.design import Biped
-from stages.extremes.detailed_points import DETAILED_AXES, detailed_changes, detailed_draw
-from stages.extremes.engines import (
+from stages.extremes.parameters import Parameters
+from stages.extremes.result import (
     COMPILED,
     COULOMB,
     DERIVATIVES,
@@ -29,15 +33,16 @@ from stages.extremes.engines import (
     TWIN,
     USUAL,
 )
-from stages.extremes.parameters import Parameters
 
+#: Parameters that a point changes, by their names in the parameter files.
+Changes = tuple[tuple[str, Any], ...]
 MASS_RATIO, SIZE, LEG_LENGTH, FRICTION = "hip to foot mass", "size, similar", "leg length", "friction"
-RIGID_LEGS, RESTITUTION = "slope_deg, rigid legs", "ground.restitution"
+RIGID_LEGS, RESTITUTION, COUNTERWEIGHT = "slope_deg, rigid legs", "ground.restitution", "counterweight"
 SEED = 7
-#: Axes that are no part of the draws.
 #: Powers of size by which what has a unit grows in designs that walk alike, of the same material.
 OF_SIZE = {"m": 1.0, "kg": 3.0, "N/m": 2.0, "N s/m": 2.5, "kg m^2": 5.0, "N m/rad": 4.0, "N m s/rad": 4.5, "N m": 4.0,
            "rad": 0.0, "s": 0.5}
+#: Axes that are no part of the draws.
 ALONE = (LEG_LENGTH, SIZE, RIGID_LEGS, RESTITUTION, "ground.contact_exponent")
 
 
@@ -48,7 +53,7 @@ class Point:
     engine: str
     axis: str
     value: float
-    changes: tuple[tuple[str, Any], ...]
+    changes: Changes
 
 
 def decades(low: float, high: float, count: int) -> list[float]:
@@ -84,7 +89,36 @@ AXES: tuple[tuple[str, float, float, tuple[float, ...], tuple[str, ...]], ...] =
     ("multibody.rolling_step", 1e-5, 1e-1, (), (JOINTS,)),
     ("twin.tolerance", 1e-14, 1e-2, (), (TWIN,)),
     ("twin.largest_step", 1e-5, 1e-1, (), (TWIN,)),
+    ("biped.frame_mass", 1e-4, 0.2, (), (DETAILED,)),
+    ("biped.frame_com", 1e-3, 0.2, (), (DETAILED,)),
+    ("biped.frame_offset", 1e-5, 1e-2, (), (DETAILED,)),
+    ("biped.frame_inertia", 1e-7, 1e-3, (), (DETAILED,)),
+    ("biped.foot_offset", 1e-5, 1e-2, (), (DETAILED,)),
+    ("biped.hip_stiffness", 1e-3, 10.0, (), (DETAILED,)),
+    ("biped.hip_rest_angle", 1e-4, 0.3, (), (DETAILED,)),
+    ("biped.hip_damping", 1e-5, 0.1, (), (DETAILED,)),
+    ("biped.hip_friction", 1e-5, 0.1, (), (DETAILED,)),
+    ("hip_friction, rigid legs", 1e-5, 0.1, (), (DETAILED,)),
+    (COUNTERWEIGHT, 1e-3, 0.6, (), (DETAILED,)),
+    ("longer other leg", 1e-6, 1e-2, (), (DETAILED,)),
+    ("heavier other leg", 1e-5, 0.5, (), (DETAILED,)),
+    ("stiffer other leg", 1e-4, 1.0, (), (DETAILED,)),
+    ("rounder other foot", 1e-4, 0.5, (), (DETAILED,)),
+    ("other frame", 1e-4, 0.2, (), (DETAILED,)),
 )
+#: The parameter that an axis varies, where it is not called as that; what it changes besides.
+VARIED = {RIGID_LEGS: "ground.slope_deg", "hip_friction, rigid legs": "biped.hip_friction",
+          "other frame": "biped.other_frame_mass"}  # fmt: skip
+RIGID: dict[str, Any] = {"biped.legs": "rigid"}
+FRAME: dict[str, Any] = {"biped.frame_mass": 0.02, "biped.frame_com": 0.03}
+BESIDE: dict[str, dict[str, Any]] = {
+    RIGID_LEGS: RIGID, "hip_friction, rigid legs": RIGID, RESTITUTION: {"ground.normal_force": "restitution"},
+    "biped.hip_rest_angle": {"biped.hip_stiffness": 0.05}, "other frame": FRAME,
+    **{f"biped.frame_{key}": FRAME for key in ("mass", "com", "offset", "inertia")},
+}  # fmt: skip
+#: The number of the other leg that an axis makes larger, by a share of the first leg's.
+LARGER = {"longer other leg": "leg_length", "heavier other leg": "foot_mass", "stiffer other leg": "stiffness",
+          "rounder other foot": "foot_radius"}  # fmt: skip
 #: Points an axis has for each engine in the full map, and engines of which the other maps have the middle one of each
 #: axis; then, by resolution, draws of all parameters together, steps in a row, and the rigid limit. All points of a map
 #: are points of the next one.
@@ -113,9 +147,6 @@ def points(parameters: Parameters) -> tuple[Point, ...]:
     resolution = parameters.settings.resolution
     full = resolution == "full"
     found = [Point(engine, USUAL, 1.0, ()) for engine in (FULL if full else COARSE) if engine != DETAILED]
-    for name, low, high in DETAILED_AXES if full else ():
-        found += [Point(DETAILED, name, value, detailed_changes(parameters.biped, name, value))
-                  for value in decades(low, high, FULL[DETAILED])]
     for axis, low, high, more, engines in AXES:
         for engine in (*engines, *(OF_A_GAIT if full and GAIT in engines else ())):
             even = decades(low, high, FULL[engine])
@@ -131,7 +162,7 @@ def points(parameters: Parameters) -> tuple[Point, ...]:
                         key=lambda point: ENGINES.index(point.engine)))
 
 
-def changes(biped: Biped, axis: str, value: float) -> tuple[tuple[str, Any], ...]:
+def changes(biped: Biped, axis: str, value: float) -> Changes:
     """The parameters, by name, that an axis's value stands for."""
     if axis == MASS_RATIO:  # the sum stays
         foot = biped.total_mass / (value + 2.0)
@@ -144,17 +175,18 @@ def changes(biped: Biped, axis: str, value: float) -> tuple[tuple[str, Any], ...
         wanted = ("m",) if axis == LEG_LENGTH else OF_SIZE
         powers |= {key: OF_SIZE[unit] for key in biped.details if (unit := unit_of(key)) in wanted}
         return tuple((f"biped.{key}", getattr(biped, key) * scale**power) for key, power in powers.items())
-    if axis == RIGID_LEGS:
-        return ("biped.legs", "rigid"), ("ground.slope_deg", value)
-    if axis == RESTITUTION:
-        return ("ground.normal_force", "restitution"), (axis, value)
     if axis == FRICTION:
         return ("ground.static_friction", value), ("ground.dynamic_friction", value / 1.1)
+    if axis == COUNTERWEIGHT:
+        return (("biped.hip_gravity_mass", biped.hip_mass - value),)
+    if axis in LARGER:
+        return ((f"biped.other_{LARGER[axis]}", getattr(biped, LARGER[axis]) * (1.0 + value)),)
+    found = {**BESIDE.get(axis, {}), VARIED.get(axis, axis): value}
     if axis == "ground.stiction_velocity":
-        return (axis, value), ("ground.friction_velocity", max(1.0, 2.0 * value))
+        found["ground.friction_velocity"] = max(1.0, 2.0 * value)
     if axis == "multibody.rolling_step":
-        return (axis, value), ("multibody.impact_step", min(1e-5, value))
-    return ((axis, value),)
+        found["multibody.impact_step"] = min(1e-5, value)
+    return tuple(found.items())
 
 
 def unit_of(key: str) -> str:
@@ -191,3 +223,45 @@ def usual(biped: Biped, axis: str) -> float:
         "ground.contact_damping": 3e4, "ground.damping_depth": 1e-4, "ground.stiction_velocity": 0.03,
     }  # fmt: skip
     return known[axis]
+
+
+#: Draws go by fifties: compliant legs, those with limited friction, rigid legs, and both whose hip rubs.
+KINDS: tuple[Changes, ...] = (
+    (), (("analytic.transition", "coulomb"),), (("biped.legs", "rigid"),), (("biped.legs", "rigid"),), ())
+BLOCK, RUBBING = 50, (3, 4)
+DETAILED_SEED = 20
+#: Numbers of the other leg that may be drawn apart.
+OF_A_LEG = ("leg_length", "foot_radius", "foot_com", "foot_mass", "stiffness", "damping")
+
+
+def detailed_draw(biped: Biped, number: int) -> Changes:
+    """A draw of all details together, of the kind that its number says."""
+    generator = np.random.default_rng([DETAILED_SEED, number])
+    kind = number // BLOCK % len(KINDS)
+
+    def size(low: float, high: float) -> float:
+        return float(f"{np.exp(generator.uniform(np.log(low), np.log(high))):.6g}")
+
+    def either(value: float) -> float:
+        return float(value * generator.choice([-1, 1]))
+
+    def sometimes(share: float) -> bool:
+        return bool(generator.random() < share)
+
+    own: dict[str, float] = {"leg_inertia": size(1e-6, 1e-3)}
+    if sometimes(0.6):
+        own |= {"frame_mass": size(1e-4, 0.2), "frame_com": either(size(1e-3, 0.1)),
+                "frame_offset": either(size(1e-5, 0.01)), "frame_inertia": size(1e-7, 1e-3)}  # fmt: skip
+    if sometimes(0.5):
+        own["foot_offset"] = either(size(1e-5, 0.01))
+    if sometimes(0.5):
+        own |= {"hip_stiffness": size(1e-3, 1.0), "hip_damping": size(1e-5, 1e-2)}
+        own["hip_rest_angle"] = either(size(1e-4, 0.1)) if sometimes(0.5) else 0.0
+    if sometimes(0.3):
+        own["hip_gravity_mass"] = float(f"{biped.hip_mass - size(1e-3, 0.3):.6g}")
+    for key in OF_A_LEG:
+        if sometimes(0.3):
+            own[f"other_{key}"] = float(f"{getattr(biped, key) * (1 + either(size(1e-5, 0.03))):.6g}")
+    if kind in RUBBING:
+        own["hip_friction"] = size(1e-5, 0.1)
+    return (*KINDS[kind], *((f"biped.{key}", value) for key, value in own.items()))

@@ -1,7 +1,11 @@
-"""What the extremes stage hands on."""
+"""What the extremes stage hands on: of every point what was asked there and what is said of the answer.
+
+An answer is right, inaccurate, refused, failed, unconfirmed, or wrong without a sign.
+"""
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -9,9 +13,56 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.quantity import quantity
-from stages.extremes.verdict import CRASHED, HUNG, INACCURATE, RIGHT, STATUSES, WRONG
+from stages.studies.result import Table
 
-Table = tuple[str, list[str], list[list[str]]]
+#: Models: the constraint model's gait with rolling and with Coulomb feet, that of designs with frames, unequal legs and
+#: more than a hinge at the hip, one step of it, many steps of it in a row, a gait's derivatives and the estimate of its
+#: error, the compiled penalty walker, Exudyn's planar model in both assemblies, as its contact stiffens, and the twin.
+GAIT, COULOMB, DETAILED, STEP, MARCH, DERIVATIVES, ESTIMATE, COMPILED, TREE, JOINTS, LIMIT, TWIN = ENGINES = (
+    "gait", "gait, coulomb", "gait, detailed", "step", "steps in a row", "derivatives", "error estimate",
+    "penalty, compiled", "tree", "joints", "rigid limit", "twin")  # fmt: skip
+#: Those that know a design with details.
+KNOWING_DETAILS = (GAIT, COULOMB, DETAILED, STEP, MARCH, DERIVATIVES, ESTIMATE, COMPILED, TREE)
+#: What is asked of a gait besides itself, wherever the full map asks for one.
+OF_A_GAIT = (DERIVATIVES, ESTIMATE)
+#: What lies on no axis: draws of all parameters, and the study's own parameters.
+TOGETHER, USUAL = "all together", "the study's own"
+
+#: The answer agrees with the reference; it does not, but its own audit or the tolerance asked for tell so; input or
+#: design refused with a reason; the run ended early with a reason; an answer whose reference gave none.
+RIGHT, INACCURATE, REFUSED, FAILED, UNCONFIRMED = "right", "inaccurate", "refused", "failed", "unconfirmed"
+#: An answer that the reference contradicts and nothing in it tells: a defect. A process that died or did not return.
+WRONG, CRASHED, HUNG = "wrong", "crashed", "hung"
+STATUSES = (RIGHT, INACCURATE, REFUSED, FAILED, UNCONFIRMED, WRONG, CRASHED, HUNG)
+
+#: An answer may depart by so many tolerances: errors grow over a step's thousand integration steps and its impact.
+GROWTH = 100.0
+
+
+@dataclass(frozen=True)
+class Finding:
+    """The verdict on one point: distance from the reference and what the model's own audit leaves open."""
+
+    status: str
+    error: float = math.nan
+    audit: float = math.nan
+    reference: str = ""
+    reason: str = ""
+
+
+def judged(error: float, audit: float, asked: float, limit: float, reference: str) -> Finding:
+    """Verdict on an answer: `error` is its distance from the reference and `audit` its own energy residual.
+
+    `asked` is the tolerance asked for, `limit` the error up to which an answer is called right. NaN as audit: the
+    model has none.
+    """
+    if error <= limit:
+        return Finding(RIGHT, error, audit, reference)
+    if error <= GROWTH * asked:
+        return Finding(INACCURATE, error, audit, reference, f"within {GROWTH:g} times the tolerance asked for")
+    if audit > limit:
+        return Finding(INACCURATE, error, audit, reference, "its own energy audit does not close")
+    return Finding(WRONG, error, audit, reference, "the reference contradicts it and nothing tells")
 
 
 @dataclass(frozen=True)

@@ -5,23 +5,55 @@ Inputs: none. Settings: params/extremes.yaml. Output: `Result`, a row a point.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Sequence
 
-import numpy as np
-
+from stages.analytic.errors import NoGait
+from stages.biped.design import BeyondModel
 from stages.biped.progress import Progress, ignore
-from stages.extremes import constraint_points, gait_accounts, penalty_points
-from stages.extremes.detailed_points import BLOCK, KINDS, detailed_draw
-from stages.extremes.engines import COMPILED, COULOMB, DETAILED, GAIT, MARCH, OF_A_GAIT, STEP, TWIN
+from stages.extremes import constraint_points, penalty_points
 from stages.extremes.parameters import Parameters
-from stages.extremes.points import Point, points
-from stages.extremes.result import Result
-from stages.extremes.verdict import CRASHED, Finding
+from stages.extremes.points import BLOCK, KINDS, Point, detailed_draw, points
+from stages.extremes.result import (
+    COMPILED,
+    COULOMB,
+    CRASHED,
+    DERIVATIVES,
+    DETAILED,
+    ESTIMATE,
+    GAIT,
+    JOINTS,
+    LIMIT,
+    MARCH,
+    OF_A_GAIT,
+    REFUSED,
+    STEP,
+    TREE,
+    TWIN,
+    UNCONFIRMED,
+    Finding,
+    Result,
+)
 from stages.extremes.watchdog import compute
+from stages.studies.result import as_columns
 
-#: What gives the verdicts on an engine's points.
-EVALUATED = dict.fromkeys((GAIT, COULOMB, DETAILED, STEP, MARCH), constraint_points.evaluate) | dict.fromkeys(
-    OF_A_GAIT, gait_accounts.evaluate)
+#: Gives the verdict on a point, from the usual parameters and those at the point.
+Evaluate = Callable[[Parameters, Parameters, Point], Finding]
+CONSTRAINT, PLANAR, SPATIAL = ("friction", "analytic"), ("contact", "multibody"), ("contact", "twin")
+#: Of every engine: the sections of the parameters that it reads besides the biped and the slope, and its verdicts.
+MEASURES: dict[str, tuple[tuple[str, ...], Evaluate]] = {
+    GAIT: (CONSTRAINT, constraint_points.gait),
+    COULOMB: (CONSTRAINT, constraint_points.gait),
+    DETAILED: (CONSTRAINT, constraint_points.gait),
+    STEP: (CONSTRAINT, constraint_points.one_step),
+    MARCH: (CONSTRAINT, constraint_points.march),
+    DERIVATIVES: (CONSTRAINT, constraint_points.derivatives),
+    ESTIMATE: (CONSTRAINT, constraint_points.estimate),
+    COMPILED: (PLANAR, penalty_points.one_step),
+    TREE: (PLANAR, penalty_points.one_step),
+    JOINTS: (PLANAR, penalty_points.one_step),
+    LIMIT: (PLANAR, penalty_points.rigid_limit),
+    TWIN: (SPATIAL, penalty_points.one_step),
+}
 
 
 def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore) -> Result:
@@ -62,26 +94,36 @@ def compile_once(parameters: Parameters, engines: Collection[str]) -> dict[str, 
 def evaluate(parameters: Parameters, point: Point) -> Finding:
     """The verdict on one point. An exception that the engine did not mean to raise counts as a crash."""
     try:
-        finding: Finding = EVALUATED.get(point.engine, penalty_points.evaluate)(parameters, point)
-        return finding
+        sections, verdict = MEASURES[point.engine]
+        here = located(parameters, point)
+        if reason := here.refusal(("biped", "slope", *sections)):
+            return Finding(REFUSED, reason=reason)
+        return verdict(parameters, here, point)
+    except (NoGait, BeyondModel) as reason:
+        return Finding(REFUSED, reason=str(reason))
+    except constraint_points.NoReference as reason:
+        return Finding(UNCONFIRMED, reason=str(reason))
     except Exception as error:
         return Finding(CRASHED, reason=f"{type(error).__name__}: {' '.join(str(error).split())[:200]}")
 
 
-def as_result(resolution: str, asked: tuple[Point, ...], found: list[Finding]) -> Result:
+def located(parameters: Parameters, point: Point) -> Parameters:
+    """The parameters at a point: the solvers of the penalty models as the settings say, then what the point changes."""
+    settings, assembly = parameters.settings, "joints" if point.engine == JOINTS else "tree"
+    solvers: dict[str, object] = {"multibody.assembly": assembly}
+    for file in ("multibody", "twin"):
+        solvers[f"{file}.tolerance"] = settings.penalty_tolerance
+        solvers[f"{file}.most_solver_steps"] = settings.most_solver_steps
+    here = parameters.changed(tuple(solvers.items())).changed(point.changes)
+    if point.engine == TWIN and {"biped.hip_mass", "biped.foot_mass"} & dict(point.changes).keys():
+        here = here.changed((("twin.inertia", "planar"),))  # the bill of parts has Table 1's masses
+    return here
+
+
+def as_result(resolution: str, asked: Sequence[Point], found: Sequence[Finding]) -> Result:
     """Points and findings as columns."""
-    return Result(
-        resolution=resolution,
-        engine=tuple(point.engine for point in asked),
-        axis=tuple(point.axis for point in asked),
-        value=np.array([point.value for point in asked]),
-        changes=tuple(in_words(point) for point in asked),
-        status=tuple(finding.status for finding in found),
-        error=np.array([finding.error for finding in found]),
-        audit=np.array([finding.audit for finding in found]),
-        reference=tuple(finding.reference for finding in found),
-        reason=tuple(finding.reason for finding in found),
-    )
+    rows = [{**vars(point), **vars(finding), "changes": in_words(point)} for point, finding in zip(asked, found)]
+    return as_columns(Result, rows, resolution=resolution)
 
 
 def in_words(point: Point) -> str:

@@ -9,7 +9,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from stages.biped.processes import context
-from stages.extremes.verdict import CRASHED, HUNG, Finding
+from stages.extremes.result import CRASHED, HUNG, Finding
 
 Evaluate = Callable[[Any, Any], Finding]
 POLL_S = 1.0
@@ -127,4 +127,4 @@ def compute(
     finally:
         for hand in hands:
             hand.end()
-    return [findings[index] for index in range(len(points))]
+    return list(dict(sorted(findings.items())).values())

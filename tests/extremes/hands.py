@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 
-from stages.extremes.verdict import RIGHT, Finding
+from stages.extremes.result import RIGHT, Finding
 
 
 def behave(common: float, point: str) -> Finding:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from stages.extremes.verdict import RIGHT, Finding
+from stages.extremes.result import RIGHT, Finding
 
 if os.environ["FIRST"] != str(os.getpid()):
     raise ImportError("another process")

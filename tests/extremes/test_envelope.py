@@ -13,12 +13,10 @@ from pipeline.cli import cli
 from pipeline.study import locate
 from stages.biped.design import Biped
 from stages.extremes import warnings as warned
-from stages.extremes.engines import COULOMB, GAIT, JOINTS, STEP, TREE, TWIN, USUAL, engine_of
-from stages.extremes.envelope import place as envelope
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import points
+from stages.extremes.result import COULOMB, GAIT, INACCURATE, JOINTS, REFUSED, RIGHT, STEP, TREE, TWIN, USUAL
 from stages.extremes.run import evaluate, in_words
-from stages.extremes.verdict import INACCURATE, REFUSED, RIGHT
 
 STAGES = ("analytic", "multibody", "twin")
 
@@ -39,7 +37,7 @@ def kept(repository):
 def test_the_study_s_own_parameters_bring_no_warning(repository):
     sentences, values = said(repository, stages=(*STAGES, "campaign", "contact_study"))
     assert sentences == []
-    assert [engine_of(stage, own) for stage, own in values.items()] == [GAIT, TREE, TWIN, None, None]
+    assert [warned.engine_of(stage, own) for stage, own in values.items()] == [GAIT, TREE, TWIN, None, None]
     for word in ("draft", "paper", "reference"):
         assert said(repository, accuracy=word)[0] == []
 
@@ -54,9 +52,9 @@ def test_similar_bipeds_have_one_place(repository):
               "stiffness": mass / time**2, "damping": mass / time, "leg_inertia": mass * length**2}  # fmt: skip
     other = dataclasses.replace(own.biped, **{key: getattr(own.biped, key) * by for key, by in powers.items()})
     slope = dataclasses.replace(own.slope, gravity=own.slope.gravity * gravity)
-    here = envelope.place_of(GAIT, own.biped, own.slope, own.friction, own.settings)
-    there = envelope.place_of(GAIT, other, slope, own.friction, own.settings)
-    assert envelope.distance(here, there) == pytest.approx(0.0, abs=1e-12)
+    here = warned.place_of(GAIT, own.biped, own.slope, own.friction, own.settings)
+    there = warned.place_of(GAIT, other, slope, own.friction, own.settings)
+    assert warned.distance(here, there) == pytest.approx(0.0, abs=1e-12)
     assert isinstance(other, Biped) and other != own.biped
 
 
@@ -79,10 +77,10 @@ def test_outside_one_sentence_names_the_nearest_point_and_its_end(repository, se
 
 
 def test_whoever_asks_for_an_accuracy_is_not_told_of_it():
-    here = envelope.Place({}, {"tolerance": -1.0})
-    rough = [envelope.Tried(here, "tolerance 0.01", INACCURATE, 3e-3, "within 100 times the tolerance")]
-    assert "inaccurate by 3.0e-03 leg lengths" in envelope.warning(GAIT, here, rough, False)
-    assert envelope.warning(GAIT, here, rough, True) is None
+    here = warned.Place({}, {"tolerance": -1.0})
+    rough = [warned.Tried(here, "tolerance 0.01", INACCURATE, 3e-3, "within 100 times the tolerance")]
+    assert "inaccurate by 3.0e-03 leg lengths" in warned.warning(GAIT, here, rough, False)
+    assert warned.warning(GAIT, here, rough, True) is None
 
 
 @pytest.mark.parametrize("engine", [GAIT, COULOMB, TREE, JOINTS, TWIN])
@@ -90,8 +88,8 @@ def test_at_a_point_of_the_map_the_warning_says_what_came_of_it(engine):
     tried = warned.tried(engine)
     assert {point.status for point in tried} >= {RIGHT, REFUSED} or engine == JOINTS
     for point in tried:
-        sentence = envelope.warning(engine, point.place, tried, False)
-        twins = [other for other in tried if envelope.distance(point.place, other.place) < 1e-9]
+        sentence = warned.warning(engine, point.place, tried, False)
+        twins = [other for other in tried if warned.distance(point.place, other.place) < 1e-9]
         if len({other.status for other in twins}) == 1:
             assert (sentence is None) == (point.status == RIGHT), point
         assert sentence is None or any(other.what in sentence and other.status in sentence for other in twins)

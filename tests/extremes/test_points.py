@@ -10,28 +10,35 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.biped.design import Biped
 from stages.biped.quantity import faults
 from stages.extremes import constraint_points, penalty_points
-from stages.extremes.detailed_points import BLOCK, DETAILED_AXES, KINDS, detailed_draw
-from stages.extremes.engines import (
+from stages.extremes.parameters import Parameters
+from stages.extremes.points import AXES, BLOCK, KINDS, SIZE, Point, changes, detailed_draw, points
+from stages.extremes.result import (
     COMPILED,
     COULOMB,
+    CRASHED,
     DERIVATIVES,
     DETAILED,
     ENGINES,
     ESTIMATE,
+    FAILED,
     GAIT,
+    INACCURATE,
     JOINTS,
     KNOWING_DETAILS,
     MARCH,
     OF_A_GAIT,
+    REFUSED,
+    RIGHT,
     STEP,
     TOGETHER,
     TREE,
     TWIN,
+    UNCONFIRMED,
+    WRONG,
+    Finding,
+    judged,
 )
-from stages.extremes.parameters import Parameters
-from stages.extremes.points import SIZE, Point, changes, points
 from stages.extremes.run import as_result, evaluate
-from stages.extremes.verdict import CRASHED, FAILED, INACCURATE, REFUSED, RIGHT, UNCONFIRMED, WRONG, Finding, judged
 from tests.analytic.test_detailed import LAME, LAME_RIGID
 
 
@@ -120,7 +127,8 @@ def test_a_wrong_gait_is_found_out(parameters, monkeypatch):
 
 def test_detailed_points_have_every_detail_and_kind(full, parameters):
     detailed = [point for point in full if point.engine == DETAILED]
-    assert len(detailed) >= 200 and len({point.axis for point in detailed}) == len(DETAILED_AXES) + 1
+    axes = [row for row in AXES if DETAILED in row[4]]
+    assert len(detailed) >= 200 and len({point.axis for point in detailed}) == len(axes) + 1
     changed = {name.removeprefix("biped.") for point in detailed for name, _ in point.changes}
     assert changed >= {"frame_mass", "frame_com", "frame_offset", "frame_inertia", "foot_offset", "hip_stiffness",
                        "hip_rest_angle", "hip_damping", "hip_friction", "hip_gravity_mass", "other_leg_length",

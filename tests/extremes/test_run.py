@@ -6,8 +6,7 @@ import pytest
 
 from pipeline.study import locate
 from stages.extremes import run as stage
-from stages.extremes.engines import LIMIT
-from stages.extremes.verdict import RIGHT, Finding
+from stages.extremes.result import LIMIT, RIGHT, Finding
 
 
 @pytest.mark.parametrize("resolution", ["few", "coarse", "full"])

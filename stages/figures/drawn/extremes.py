@@ -14,8 +14,18 @@ from matplotlib.figure import Figure
 from stages.analytic.parameters import Settings as Analytic
 from stages.biped.design import Biped
 from stages.drawing import style
-from stages.extremes.engines import TOGETHER, USUAL
-from stages.extremes.verdict import CRASHED, FAILED, HUNG, INACCURATE, REFUSED, RIGHT, UNCONFIRMED, WRONG
+from stages.extremes.result import (
+    CRASHED,
+    FAILED,
+    HUNG,
+    INACCURATE,
+    REFUSED,
+    RIGHT,
+    TOGETHER,
+    UNCONFIRMED,
+    USUAL,
+    WRONG,
+)
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings as Multibody
