@@ -42,9 +42,9 @@ from stages.multibody.walking.walk import simulate
 from stages.planar.limit_cycle import fixed_point, floquet_multipliers
 from stages.planar.section import NoLimitCycle, section_numbers, section_state
 from stages.planar.state import rolling_state
-from stages.twin_ladder.constraint_side import PHASES, ConstraintGait, constraint_gait
+from stages.studies.result import COMPLETED
 from stages.twin_ladder.parameters import Parameters
-from stages.twin_ladder.result import COMPLETED
+from stages.twin_ladder.run import PHASES, ConstraintGait, constraint_gait
 
 #: Ranges of what both legs have, in SI units, evenly; by how much a number of the other leg differs, a part of itself.
 RANGES = {

@@ -7,10 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.quantity import quantity
-
-Table = tuple[str, list[str], list[list[str]]]
-
-COMPLETED = "completed"
+from stages.studies.result import COMPLETED, Table
 
 
 @dataclass(frozen=True)

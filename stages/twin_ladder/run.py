@@ -14,24 +14,43 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.analytic.errors import NoGait, StepFailed
+from stages.analytic.gait.gait_search import find_gait, step_lengths
+from stages.analytic.gait.poincare import FixedPoint, poincare_derivative
+from stages.analytic.model.walker import Walker
 from stages.analytic.result import Result as Analytic
+from stages.analytic.walk.recording import crossing, is_last, up_to_mid_stance, vaulting, walk_on
+from stages.analytic.walk.sampling import signals_at
 from stages.biped.design import Biped, require_plain
+from stages.biped.gait import StanceState
 from stages.biped.progress import Progress, ignore
-from stages.multibody.parameters import Settings as PlanarSettings
+from stages.ground.friction_coefficients import Friction
+from stages.ground.slope import Slope
 from stages.multibody.result import Result as Multibody
 from stages.multibody.walking.walk import simulate
 from stages.planar.cycle import LimitCycle
 from stages.planar.section import UNITS, NoLimitCycle, section_scales, section_state
 from stages.planar.state import PlanarState
+from stages.studies.result import COMPLETED
 from stages.twin.machine.machine import FRAME_BODY, Machine, build
 from stages.twin.machine.projection import project
 from stages.twin.parameters import Settings
 from stages.twin.result import Result as Twin
-from stages.twin_ladder.constraint_side import PHASES, ConstraintGait, beside, constraint_gait, section_numbers
-from stages.twin_ladder.cycle import IN_PLANE, SIDEWAYS, Gait, Near, Search
+from stages.twin_ladder.cycle import IN_PLANE, SIDE_UNITS, SIDEWAYS, Gait, Near, Search, step_map, step_multipliers
 from stages.twin_ladder.parameters import Parameters
-from stages.twin_ladder.result import COMPLETED, Result, RungGait
-from stages.twin_ladder.section import SIDE_UNITS, step_map
+from stages.twin_ladder.result import Result, RungGait, SameMachine
+
+#: Shares of a stride at which hips are compared.
+PHASES = np.linspace(0.0, 1.0, 801)
+PLANAR = "planar model"
+#: Which feet the ground acts on at a mid-stance; the rest of it comes from a section's numbers.
+STANDING = PlanarState((0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (True, False))
+#: Steps after which only the changes are left that go with the leading multipliers.
+LEFT_AFTER = 4
+PLANAR_ADDED = "the ground yields and lets the feet creep: penalty contact and friction instead of constraints"
+#: The row of a rung, and where its hip is at `PHASES` of a stride (801, 2) [m]; NaN without a gait.
+Climbed = tuple[RungGait, np.ndarray]
+NO_HIP = np.full((len(PHASES), 2), np.nan)
 
 
 @dataclass(frozen=True)
@@ -94,12 +113,81 @@ def same(one: Machine, other: Machine) -> bool:
     )
 
 
-PLANAR = "planar model"
-#: Which feet the ground acts on at a mid-stance; the rest of it comes from a section's numbers.
-STANDING = PlanarState((0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (True, False))
-#: Steps after which only the changes are left that go with the leading multipliers.
-LEFT_AFTER = 4
-PLANAR_ADDED = "the ground yields and lets the feet creep: penalty contact and friction instead of constraints"
+@dataclass(frozen=True)
+class ConstraintGait:
+    """A gait of the constraint model in the terms of `RungGait`; `hip` (801, 2) [m] at `PHASES` of a stride.
+
+    The stride begins at `mid_stance`, the first leg upright at x = 0 with a normal force of `standing_force` [N].
+    `outcome` says why where there is none.
+    """
+
+    outcome: str
+    period: float
+    step_length: float
+    limp: float
+    multipliers: np.ndarray
+    hip: np.ndarray
+    mid_stance: StanceState
+    standing_force: float
+
+    @property
+    def found(self) -> bool:
+        """Whether there is one."""
+        return self.outcome == COMPLETED
+
+
+def constraint_gait(biped: Biped, slope: Slope, tolerance: float, friction: Friction | None = None) -> ConstraintGait:
+    """The gait of the constraint model of a biped; with `friction` its trailing foot may slip and rise."""
+    try:
+        walker, point = find_gait(biped, slope, tolerance, friction)
+        return _described(walker, point, tolerance)
+    except (NoGait, StepFailed) as error:
+        nothing = float("nan")
+        hip, state = np.full((len(PHASES), 2), nothing), StanceState(*[nothing] * 8)
+        return ConstraintGait(str(error), nothing, nothing, nothing, np.zeros(0), hip, state, nothing)
+
+
+def section_numbers(state: StanceState) -> np.ndarray:
+    """A mid-stance of the constraint model as `stages.planar.section` has it, (10,): it rolls without slip."""
+    length, forward = state.stance_length, state.stance_length * state.stance_rate
+    rates = -state.stance_rate, state.swing_rate, state.stance_length_rate, state.swing_length_rate
+    return np.array([length, state.swing_angle, length, state.swing_length, forward, state.stance_length_rate, *rates])
+
+
+def _described(walker: Walker, point: FixedPoint, tolerance: float) -> ConstraintGait:
+    upright, elapsed = crossing(walker, point.z, tolerance)
+    segments = walk_on(walker, upright, 2, tolerance, elapsed)
+    found = signals_at(walker, segments, 2 * point.period * PHASES)
+    strikes = np.cumsum([is_last(segment) for segment in segments])
+    second = [segment for segment, before in zip(segments[1:], strikes, strict=False) if before == 1]
+    other = up_to_mid_stance(walker.exchanged, second[vaulting(second)])
+    period = point.period * walker.time
+    first = poincare_derivative(walker, point.z, tolerance)[1]
+    stride = point.monodromy_matrix if len(point.steps) == 2 else point.monodromy_matrix @ point.monodromy_matrix
+    return ConstraintGait(
+        outcome=COMPLETED,
+        period=period,
+        step_length=float(np.mean(step_lengths(walker, point))) * walker.length,
+        limp=2 * (other.start + other.duration) / point.period - 2,
+        multipliers=step_multipliers(np.eye(len(first)), first, stride)[:IN_PLANE],
+        hip=found["hip_position"] - found["hip_position"][0] * [1.0, 0.0],
+        mid_stance=walker.stance_state(upright),
+        standing_force=float(found["ground_reaction"][0, 0, 1]),
+    )
+
+
+def beside(name: str, own: ConstraintGait, simple: ConstraintGait, hip: np.ndarray) -> SameMachine:
+    """The row of a rung: its own constraint model, and how far its `hip` (801, 2) is from that and the simple one's."""
+    return SameMachine(
+        name=name,
+        outcome=own.outcome,
+        period_s=own.period,
+        step_length_m=own.step_length,
+        inner_outer_difference=own.limp,
+        multipliers=columns(own.multipliers),
+        hip_apart_m=np.abs(hip - own.hip).max(axis=0),
+        hip_from_simple_m=np.abs(hip - simple.hip).max(axis=0),
+    )
 
 
 @dataclass(frozen=True)
@@ -120,63 +208,42 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     require_plain(parameters.biped, "the ladder from the planar model to the twin")
     analytic, settled = inputs.analytic, inputs.twin.settling
     machines = rungs(parameters.biped, parameters.twin, parameters.settings.outsole)
-    constrained = constraint_gaits(parameters, machines)
+    settings = parameters.analytic
+    bipeds = [parameters.biped, *(project(rung.machine) for rung in machines)]  # the planar model's is the simple one
+    constrained = [
+        constraint_gait(biped, parameters.slope, settings.tolerance, settings.limited(parameters.friction))
+        for biped in bipeds
+    ]
     cycle = inputs.multibody.mid_stance
     if cycle is None:
         rows = [without_gait(PLANAR, PLANAR_ADDED, inputs.multibody.unsettled, False)]
         reason = "the planar model has no gait to start from"
         rows += [without_gait(rung.name, rung.added, reason, rung.is_twin) for rung in machines]
-        found = [Climbed(row, no_hip()) for row in rows]
+        found = [(row, NO_HIP) for row in rows]
     else:
         found = [planar_rung(parameters, cycle), *climb(parameters, machines, cycle, constrained, progress)]
     return Result(
         simple_period_s=analytic.gait.period_s,
         simple_step_length_m=analytic.gait.step_length_m,
-        rungs=tuple(climbed.row for climbed in found),
+        rungs=tuple(row for row, _ in found),
         walked_period_s=settled.period_s,
         walked_step_length_m=settled.step_length_m,
         same_machine=tuple(
-            beside(climbed.row.name, own, constrained[0], climbed.hip)
-            for climbed, own in zip(found, constrained, strict=True)
+            beside(row.name, own, constrained[0], hip) for (row, hip), own in zip(found, constrained, strict=True)
         ),
     )
-
-
-@dataclass(frozen=True)
-class Climbed:
-    """The row of a rung, and where its hip is at `PHASES` of a stride (801, 2) [m]; NaN without a gait."""
-
-    row: RungGait
-    hip: np.ndarray
-
-
-def no_hip() -> np.ndarray:
-    """Of a rung without a gait."""
-    return np.full((len(PHASES), 2), np.nan)
-
-
-def constraint_gaits(parameters: Parameters, machines: list[Rung]) -> list[ConstraintGait]:
-    """The constraint model of each rung's own machine; the planar model's is the simple one."""
-    settings = parameters.analytic
-    friction = settings.limited(parameters.friction)
-    bipeds = [parameters.biped, *(project(rung.machine) for rung in machines)]
-    return [constraint_gait(biped, parameters.slope, settings.tolerance, friction) for biped in bipeds]
-
-
-def planar_settings(parameters: Parameters) -> PlanarSettings:
-    """How the planar model is integrated here."""
-    return dataclasses.replace(
-        parameters.planar, assembly="tree", tolerance=parameters.settings.tolerance,
-        largest_step=parameters.twin.largest_step,
-    )  # fmt: skip
 
 
 def planar_rung(parameters: Parameters, cycle: LimitCycle) -> Climbed:
     """The planar model's row and hip."""
     start = section_state(cycle.section_state, STANDING)
     where = parameters.biped, parameters.slope, parameters.contact
-    run = simulate(*where, start, planar_settings(parameters), steps=2)
-    return Climbed(planar_row(cycle), run.trajectory.at(2 * cycle.period_s * PHASES)[0][:, :2])
+    settings = dataclasses.replace(
+        parameters.planar, assembly="tree", tolerance=parameters.settings.tolerance,
+        largest_step=parameters.twin.largest_step,
+    )  # fmt: skip
+    run = simulate(*where, start, settings, steps=2)
+    return planar_row(cycle), run.trajectory.at(2 * cycle.period_s * PHASES)[0][:, :2]
 
 
 def climb(
@@ -196,7 +263,7 @@ def climb(
     for number, (rung, own) in enumerate(zip(machines, constrained[1:], strict=True), 1):
         progress(number / (len(machines) + 1), f"gait with {rung.name}")
         if not settings.sideways and found is not None and alike_in_the_plane(found[0], rung.machine):
-            rows.append(Climbed(spatial_row(rung, found[1]), found[2]))
+            rows.append((spatial_row(rung, found[1]), found[2]))
             continue
         longer = float(rung.machine.length.mean()) - length
         length += longer
@@ -210,11 +277,11 @@ def climb(
         try:
             gait = search.find(near)
         except NoLimitCycle as error:
-            rows.append(Climbed(without_gait(rung.name, rung.added, str(error), rung.is_twin), no_hip()))
+            rows.append((without_gait(rung.name, rung.added, str(error), rung.is_twin), NO_HIP))
             continue
         near = gait.near
         found = rung.machine, gait, gait.hip(PHASES)
-        rows.append(Climbed(spatial_row(rung, gait), found[2]))
+        rows.append((spatial_row(rung, gait), found[2]))
     return rows
 
 

@@ -19,12 +19,13 @@ from stages.drawing import style
 from stages.extremes.result import Result as Extremes
 from stages.figures.drawn import figure, given_to
 from stages.figures.parameters import Settings
+from stages.studies.result import COMPLETED
 from stages.tradeoff.result import Errors, Reference, Row
 from stages.tradeoff.result import Result as Tradeoff
 from stages.twin.machine.parts import Part
 from stages.twin.result import Settling
-from stages.twin_ladder.result import COMPLETED, RungGait, SameMachine
 from stages.twin_ladder.result import Result as Ladder
+from stages.twin_ladder.result import RungGait, SameMachine
 from stages.twin_pushes.result import PushedWalk
 from stages.twin_pushes.result import Result as Pushes
 from tests.comparison.made_up import DEFAULTS, make_agreement, make_budget, make_study, make_walk, scaled

@@ -18,7 +18,7 @@ from stages.twin.machine.tree import SpatialTree
 from stages.twin.walking.energy import energy_balance
 from stages.twin.walking.events import find_events
 from stages.twin.walking.simulate import rolling_start, simulate_twin
-from stages.twin_ladder.section import SectionState, step_map
+from stages.twin_ladder.cycle import SectionState, step_map
 
 #: A mid-stance from which rigid legs find their gait; the numbers are no result of the study.
 ROUGH = StanceState(0.0, 0.333, 0.27, 0.333, 0.72, 0.0, 1.85, 0.0)

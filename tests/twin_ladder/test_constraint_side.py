@@ -8,12 +8,10 @@ import pytest
 from stages.analytic.gait.gait_search import find_gait, step_lengths
 from stages.multibody.walking.limit_cycle import SectionWalker
 from stages.planar.section import section_state as planar_state
+from stages.studies.result import COMPLETED
 from stages.twin.machine.projection import project
-from stages.twin_ladder.constraint_side import PHASES, beside, constraint_gait
-from stages.twin_ladder.cycle import UPRIGHT
-from stages.twin_ladder.result import COMPLETED
-from stages.twin_ladder.run import STANDING
-from stages.twin_ladder.section import SectionState, step_map
+from stages.twin_ladder.cycle import UPRIGHT, SectionState, step_map
+from stages.twin_ladder.run import PHASES, STANDING, beside, constraint_gait
 
 TOLERANCE = 1e-9
 

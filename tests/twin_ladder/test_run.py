@@ -10,13 +10,13 @@ from stages.biped.gait import StanceState
 from stages.multibody.walking.limit_cycle import limit_cycle
 from stages.planar.section import section_scales
 from stages.planar.state import rolling_state
+from stages.studies.result import COMPLETED
 from stages.twin.machine.machine import build
 from stages.twin.walking.events import find_events
 from stages.twin.walking.simulate import rolling_start, simulate_twin
-from stages.twin_ladder.cycle import Near, Search
-from stages.twin_ladder.result import COMPLETED, Result, RungGait, SameMachine
+from stages.twin_ladder.cycle import SIDE_UNITS, Near, Search, SectionState, Step
+from stages.twin_ladder.result import Result, RungGait, SameMachine
 from stages.twin_ladder.run import Inputs, run, without_gait
-from stages.twin_ladder.section import SIDE_UNITS, SectionState, Step
 from tests.planar_start import SCALES, SLOPE, TABLE_1
 
 ROUGH = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)

@@ -10,8 +10,15 @@ from stages.planar.sampling import sample
 from stages.planar.section import NoLimitCycle, section_numbers
 from stages.planar.section import section_state as planar_state
 from stages.planar.state import PlanarState
-from stages.twin_ladder.cycle import UPRIGHT, leading, step_multipliers
-from stages.twin_ladder.section import SectionState, section_state, start_from, step_map
+from stages.twin_ladder.cycle import (
+    UPRIGHT,
+    SectionState,
+    leading,
+    section_state,
+    start_from,
+    step_map,
+    step_multipliers,
+)
 
 
 @pytest.fixture(scope="module")
