@@ -31,9 +31,8 @@ from stages.figures.drawn import tradeoff
 from stages.tradeoff import constraint_ways
 from stages.tradeoff.accuracy.choice import MARGIN
 from stages.tradeoff.parameters import Parameters
-from stages.tradeoff.plan import constraint_plans, penalty_plans, projected_plan, twin_plan
 from stages.tradeoff.result import ERRORS, Errors, Reference, Result, Row, cells, front, gain
-from stages.tradeoff.run import measure
+from stages.tradeoff.run import constraint_plans, measure, penalty_plans, projected_plan, twin_plan
 
 ROOT = Path(__file__).resolve().parent.parent
 KEPT, PAGE = ROOT / "stages/tradeoff/accuracy/table.json", ROOT / "docs/tradeoff.md"

@@ -1,28 +1,37 @@
-"""Ways to walk the constraint model: compiled code and SciPy's integrators, rolling or with limited friction."""
+"""Ways to walk the constraint model: compiled code and SciPy's integrators, rolling or with limited friction.
+
+The paper takes an explicit pair of order 3(2) in single stance (MATLAB's ode23) and a variable-order implicit one in
+double stance (ode15s), sections 2.1 and 2.3. SciPy has their relatives: RK23 is the same pair, BDF the like of ode15s.
+Events are found by SciPy on its own interpolants. Rates come from the compiled terms, or, to be independent of them,
+from `readable`: the derivation through numpy.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.gait_search import find_gait
-from stages.analytic.gait.poincare import fixed_point, iterate, multipliers_of, poincare_map
+from stages.analytic.gait.poincare import TIME_LIMIT_OF_A_PHASE, fixed_point, iterate, multipliers_of, poincare_map
+from stages.analytic.integration.readable import STRIDE_ON, accelerations
 from stages.analytic.model.walker import Vector, Walker, build_walker
-from stages.analytic.phases.flow import DOUBLE_STANCE, SINGLE_STANCE
+from stages.analytic.phases.flow import DOUBLE_STANCE, SINGLE_STANCE, flow
+from stages.analytic.phases.guards import guard
 from stages.analytic.phases.section import section_coordinates, section_state
-from stages.analytic.phases.succession import succeed
-from stages.analytic.walk.recording import Segment, crossing_state, is_last, record
+from stages.analytic.phases.succession import first_phase, succeed
+from stages.analytic.walk.recording import Segment, crossing_state, is_last, next_origin, record
 from stages.analytic.walk.sampling import sample_walk
 from stages.analytic.walk.validity import FEET, NORMAL, Phase
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
-from stages.tradeoff.scipy_walk import Rates, compiled_rates, walk_by_scipy
 from stages.tradeoff.way import GRID_HZ, Walked, Way, WayFailed
 
 ROLLING, COULOMB = "constraint model, rolling", "constraint model, coulomb"
@@ -32,6 +41,25 @@ DIFFERENCE = np.array([3e-5, 3e-6, 3e-6, 3e-5, 3e-5])
 #: Those of them that rigid legs have: an angle and two rates.
 ANGLES = [0, 3, 4]
 SETTLING_STEPS = 12
+#: Longest step [pendulum times], so that no crossing of the ground is stepped over.
+LONGEST_STEP = 0.1
+MOST_PHASES = 40
+#: A sliding or hovering foot may start where its guard is zero up to round-off: what ends it is looked for after this.
+SEEN_AFTER = 1e-6
+
+Rates = Callable[[Walker, int, Vector], Vector]
+
+
+def compiled_rates(walker: Walker, phase: int, y: Vector) -> Vector:
+    """dy/dt by the compiled terms."""
+    rates = np.empty_like(y)
+    flow(phase, y, walker.p, rates)
+    return rates
+
+
+def readable_rates(walker: Walker, phase: int, y: Vector) -> Vector:
+    """dy/dt by the derivation's own terms; single and double stance of rolling feet only."""
+    return np.concatenate([y[y.size // 2 :], accelerations(walker, y, phase == DOUBLE_STANCE)[0]])
 
 
 @dataclass(frozen=True)
@@ -74,17 +102,13 @@ def detailed_scene(biped: Biped, slope: Slope, steps: int) -> Scene:
 
 def compiled_way(at: Scene, tolerance: float, mark: str = "") -> Way:
     """The compiled integrator of order 8 at a tolerance, with exact multipliers."""
-
-    def integrate() -> list[Segment]:
-        return record(at.walker, at.upright, at.steps, tolerance, SINGLE_STANCE)
+    integrate = partial(record, at.walker, at.upright, at.steps, tolerance, SINGLE_STANCE)
 
     def walk() -> Walked:
         try:
-            segments = integrate()
-            step = poincare_map(at.walker, at.gait, tolerance)
+            return measured(at.walker, integrate(), poincare_map(at.walker, at.gait, tolerance).evaluations)
         except StepFailed as reason:
             raise WayFailed(str(reason)) from None
-        return measured(at.walker, segments, step.evaluations)
 
     def multiplier() -> float:
         _, derivative = iterate(at.walker, at.gait, at.walker.gait_steps, tolerance)
@@ -94,35 +118,31 @@ def compiled_way(at: Scene, tolerance: float, mark: str = "") -> Way:
 
 
 def scipy_way(
-    at: Scene, name: str, methods: Mapping[int, str], tolerance: float, rates: Rates = compiled_rates, *,
+    at: Scene, methods: tuple[str, ...], tolerance: float, rates: Rates = compiled_rates, *,
     multiplier: bool = False, mark: str = "",
 ) -> Way:  # fmt: skip
-    """SciPy's integrators; if asked, where the foot rolls, with a multiplier by central differences."""
-    walk_from = partial(walk_by_scipy, at.walker, methods=methods, tolerance=tolerance, rates=rates)
+    """SciPy's method, or that for single stance and another for all phases with both feet down.
 
-    def integrate() -> tuple[list[Segment], Vector, int]:
-        return walk_from(at.upright, at.steps)
+    If requested, where the foot rolls, with a multiplier by central differences.
+    """
+    walk_from = partial(walk_by_scipy, at.walker, methods=methods, tolerance=tolerance, rates=rates)
+    integrate = partial(walk_from, at.upright, at.steps)
 
     def walk() -> Walked:
         segments, _, evaluations = integrate()
         return measured(at.walker, segments, evaluations / at.steps)
 
     def step(z: Vector) -> Vector:
-        _, end, _ = walk_from(section_state(z, at.walker.p), 1, phase=None)
-        return np.asarray(section_coordinates(end, at.walker.p))
+        return np.asarray(section_coordinates(walk_from(section_state(z, at.walker.p), 1, phase=None)[1], at.walker.p))
 
     def by_differences() -> float:
         columns = [(step(at.gait + change) - step(at.gait - change)) / (2 * change.sum())
                    for change in np.diag(DIFFERENCE[ANGLES] if at.walker.rigid else DIFFERENCE)]
         return float(np.abs(multipliers_of(np.column_stack(columns)))[0])
 
+    name = f"{'readable, ' * (rates is readable_rates)}SciPy {' and '.join(methods)}"
     measures = by_differences if multiplier and at.walker.rolls else None
     return Way(at.model, name, {"tolerance": tolerance}, integrate, walk, measures, mark)
-
-
-def everywhere(method: str) -> dict[int, str]:
-    """One method of SciPy for all phases."""
-    return {SINGLE_STANCE: method, DOUBLE_STANCE: method}
 
 
 def measured(walker: Walker, segments: list[Segment], cost: float) -> Walked:
@@ -142,3 +162,90 @@ def peak_force(walker: Walker, segments: list[Segment]) -> float:
         return np.asarray(f[:, foot][:, NORMAL])
 
     return max(phase.largest(partial(normal, foot=foot))[1] for phase in phases for foot in FEET) * walker.force
+
+
+def walk_by_scipy(
+    walker: Walker,
+    y: Vector,
+    heel_strikes: int,
+    methods: tuple[str, ...],
+    tolerance: float,
+    rates: Rates = compiled_rates,
+    phase: int | None = SINGLE_STANCE,
+) -> tuple[list[Segment], Vector, int]:
+    """Segments of a walk from `y` (8,) as by `record`, the state after its last heel strike, and rate evaluations.
+
+    `methods` names SciPy's method for single stance and, last, that for all phases with both feet down.
+    Raises WayFailed.
+    """
+    segments: list[Segment] = []
+    start, leg, origin, strikes, evaluations, decided = 0.0, 0, 0.0, 0, 0, True
+    if phase is None:
+        phase, decided = first_phase(y, walker.p)
+    for _ in range(MOST_PHASES * heel_strikes):
+        if not decided:
+            raise WayFailed("friction wedges the trailing foot")
+        method = methods[0 if phase <= SINGLE_STANCE else -1]
+        standing = walker.on(leg)
+        times, states, end, spent = one_phase(standing, phase, y, method, tolerance, rates)
+        evaluations += spent
+        segment = Segment(
+            phase, start, float(times[-1]), leg, origin, times[:-1], states[:-1], end, phase <= SINGLE_STANCE)
+        segments.append(segment)
+        start += segment.duration
+        y = end.copy()
+        if is_last(segment):
+            strikes += 1
+            origin, leg = next_origin(walker, segment), 1 - leg
+        phase, decided = succeed(phase, y, standing.p)
+        if strikes == heel_strikes:
+            return segments, y, evaluations
+    raise WayFailed("the trailing foot changes its contact without end")
+
+
+def one_phase(
+    walker: Walker, phase: int, y: Vector, method: str, tolerance: float, rates: Rates
+) -> tuple[Vector, np.ndarray, Vector, int]:
+    """Times (n,) and states (n, 8) at the solver's steps of one phase, its end state and rate evaluations."""
+    spare, evaluations = np.zeros_like(y), 0
+
+    def counted(_: float, state: Vector) -> Vector:
+        nonlocal evaluations  # SciPy's own count leaves out what numerical Jacobians take
+        evaluations += 1
+        return rates(walker, phase, state)
+
+    def event(now: float, state: Vector) -> float:
+        if phase > DOUBLE_STANCE and now < SEEN_AFTER:
+            return 1.0
+        return float(guard(phase, state, walker.p, spare, 0)[0])
+
+    event.terminal, event.direction = True, -1  # type: ignore[attr-defined]
+    times, states, time = [], [], 0.0
+    while True:
+        solution: Any = solve_ivp(
+            counted, (time, TIME_LIMIT_OF_A_PHASE), y, method=method,
+            rtol=max(tolerance, 3e-14), atol=tolerance, events=event, max_step=LONGEST_STEP)
+        if not solution.success or not solution.t_events[0].size:
+            raise WayFailed("the phase does not end")
+        times.append(solution.t[:-1])
+        states.append(solution.y[:, :-1].T)
+        time, y = float(solution.t_events[0][0]), solution.y_events[0][0]
+        if guard(phase, y, walker.p, spare, 0)[2]:
+            y = on_guard(walker, phase, y)
+            kept = np.vstack([*states, y])
+            return np.concatenate([*times, [time]]), kept, y, evaluations
+        # the swing foot scuffs behind the stance foot: go on just below the ground
+        y = y + STRIDE_ON * rates(walker, phase, y)
+        time += STRIDE_ON
+
+
+def on_guard(walker: Walker, phase: int, y: Vector) -> Vector:
+    """The event's state moved along its rates until the guard is zero up to round-off, not only to SciPy's root.
+
+    A foot that comes to rest has to be at rest, or it would start to slide again.
+    """
+    for _ in range(3):
+        rates = compiled_rates(walker, phase, y)
+        value, rate, _ = guard(phase, y, walker.p, rates, 0)
+        y = y - rates * (value / rate) if rate != 0.0 else y
+    return y

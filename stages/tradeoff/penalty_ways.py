@@ -1,16 +1,19 @@
-"""Ways to walk the planar penalty model: compiled, or in Exudyn by minimal coordinates or joints, several solvers."""
+"""Ways to walk with penalty contact: the planar model compiled or in Exudyn, by minimal coordinates or joints, and the
+spatial twin at several tolerances, its ground compiled or made of connectors.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property, partial
 from typing import Any
 
 import numpy as np
 
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
+from stages.biped.largest import largest
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings
@@ -28,6 +31,14 @@ from stages.planar.section import mid_stance_after, section_scales, section_stat
 from stages.planar.signals import GROUND_REACTION
 from stages.planar.state import PlanarState, rolling_state
 from stages.tradeoff.way import Walked, Way, WayFailed, grid
+from stages.twin.machine import machine as spatial
+from stages.twin.machine.contact import X, Y, along, point_law
+from stages.twin.machine.tree import SpatialTree
+from stages.twin.parameters import Settings as TwinSettings
+from stages.twin.walking.events import find_events as find_spatial_events
+from stages.twin.walking.record import Record
+from stages.twin.walking.signals import PAIRS
+from stages.twin.walking.simulate import rolling_start, simulate_twin
 
 PENALTY = "penalty model"
 TREE, JOINTS, COMPILED = "Exudyn tree, DOPRI5", "Exudyn joints", "compiled"
@@ -35,6 +46,7 @@ TREE, JOINTS, COMPILED = "Exudyn tree, DOPRI5", "Exudyn joints", "compiled"
 BETWEEN = 3
 #: Difference along the leading eigenvector, in the section's scales, and the tolerance of the gait it belongs to.
 ALONG, GAIT_TOLERANCE = 5e-4, 1e-9
+TWIN, SPACE, CONNECTORS = "twin", "Exudyn tree in space, DOPRI5", "Exudyn tree in space, DOPRI5, eight connectors"
 
 
 @dataclass(frozen=True)
@@ -90,7 +102,7 @@ def joints_way(at: Scene, solver: str, rolling: float, impact: float, *, multipl
     return way(at, f"{JOINTS}, {solver.replace('_', ' ')}", settings, setting, multiplier, mark)
 
 
-def compiled_way(at: Scene, tolerance: float, *, multiplier: bool = False) -> Way:
+def penalty_way(at: Scene, tolerance: float, *, multiplier: bool = False) -> Way:
     """The compiled penalty walker, with the exact derivative of its own step."""
     settings = CompiledSettings(tolerance, BETWEEN)
     model = at.biped, at.slope, at.contact
@@ -129,15 +141,13 @@ def measured(at: Scene, run: Run) -> Walked:
 
 def way(at: Scene, name: str, settings: Settings, setting: dict[str, Any], multiplier: bool, mark: str) -> Way:
     """A way whose assembly is built once, so that a second walk costs integration only."""
-    built: list[Any] = []
+    model = at.biped, at.slope, at.contact
+    built = cache(partial(build, *model, settings))
 
     def run(state: PlanarState, steps: int) -> Run:
-        if not built:
-            built.append(build(at.biped, at.slope, at.contact, settings))
-        return finished(simulate(at.biped, at.slope, at.contact, state, settings, steps=steps, assembly=built[0]))
+        return finished(simulate(*model, state, settings, steps=steps, assembly=built()))
 
-    def integrate() -> Run:
-        return run(at.state, at.steps)
+    integrate = partial(run, at.state, at.steps)
 
     def walk() -> Walked:
         return measured(at, integrate())
@@ -151,3 +161,51 @@ def way(at: Scene, name: str, settings: Settings, setting: dict[str, Any], multi
         return abs(float(left @ (ends[0] - ends[1]) / (2 * size)))
 
     return Way(at.model, name, setting, integrate, walk, leading if multiplier else None, mark)
+
+
+@dataclass(frozen=True)
+class Space:
+    """The twin's machine on its ground, the mid-stance that it walks from, pressed by `force` [N], and how far."""
+
+    biped: Biped
+    slope: Slope
+    contact: ContactLaw
+    settings: TwinSettings
+    stance: StanceState
+    force: float
+    steps: int
+
+
+def twin_way(at: Space, tolerance: float, largest_step: float, kind: type[SpatialTree] = SpatialTree,
+             mark: str = "") -> Way:
+    """The twin at one tolerance and largest step [s]. Raises ValueError if its parts do not add up to the design."""
+    settings = dataclasses.replace(at.settings, tolerance=tolerance, largest_step=largest_step)
+    machine = spatial.build(at.biped, at.settings)
+    start = rolling_start(machine, at.contact, at.stance, at.force)
+    built = cache(partial(kind, machine, at.slope, at.contact))
+
+    def integrate() -> Record:
+        return simulate_twin(machine, at.slope, at.contact, start, settings, steps=at.steps, tree=built())
+
+    def walk() -> Walked:
+        record = integrate()
+        if not record.completed:
+            raise WayFailed(record.reason or record.outcome)
+        strikes = find_spatial_events(record).heel_strike_time
+        hip = record.at(grid(float(record.time[-1])))[0][:, [X, Y]]
+        peak, cost = peak_force(record), record.evaluations / at.steps
+        return Walked(hip, float(strikes[-1]), float(strikes[-1] - strikes[-2]), peak, cost)
+
+    name = SPACE if kind is SpatialTree else CONNECTORS
+    return Way(TWIN, name, {"tolerance": tolerance, "largest_step": largest_step}, integrate, walk, None, mark)
+
+
+def peak_force(record: Record) -> float:
+    """Largest normal force on a pair of feet [N], between the solver's steps by the contact law."""
+    law = point_law(record.contact)
+
+    def normal(time: np.ndarray, pair: slice) -> np.ndarray:
+        forces = along(*record.at(time), record.in_play(time), record.machine.feet, law)[0]
+        return np.asarray(forces[:, pair, Y].sum(axis=1))
+
+    return max(largest(record.time, normal(record.time, pair), partial(normal, pair=pair))[1] for pair in PAIRS)

@@ -6,10 +6,8 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from stages.biped.accuracy.asked import CUSTOM
 from stages.biped.accuracy.tolerances import LEVELS
-from stages.tradeoff.accuracy import choice
-from stages.tradeoff.accuracy.choice import FILES, KEYS, TABLE, Choice
+from stages.tradeoff.accuracy.choice import FILES, KEYS, TABLE, Choice, decide, decided, level
 
 
 def verified(choice: Choice, result: Any) -> dict[str, Any]:
@@ -18,7 +16,7 @@ def verified(choice: Choice, result: Any) -> dict[str, Any]:
         "asked": dict(choice.asked),
         "proposed": dict(choice.settings),
         "table": {kind: entry["made"] for kind, entry in json.loads(TABLE.read_text())["about"].items()},
-        "estimated": {row.name: _rounded(row.estimated) for row in result.errors},
+        "estimated": {row.name: float(f"{row.estimated:.1e}") for row in result.errors},  # it has no more digits
         "settings": result.errors[0].settings,
     }
 
@@ -28,11 +26,6 @@ def line(found: Mapping[str, Any]) -> str:
     estimated = ", ".join(f"{key} {value:.1e}" for key, value in found["estimated"].items())
     asked = ", ".join(f"{key} {value:g}" for key, value in found["asked"].items())
     return f"{found['stage']}: asked {asked}; used {found['settings']}; estimated {estimated} (from a coarser walk)"
-
-
-def _rounded(value: float) -> float:
-    """Two digits: an estimate has no more."""
-    return float(f"{value:.1e}")
 
 
 NAME = "accuracy"
@@ -55,11 +48,6 @@ def words() -> tuple[str, ...]:
     return (*KEYS, *LEVELS)
 
 
-def level(asked: str | Mapping[str, float]) -> str:
-    """The level of the study for what is asked: the least accurate one whose own errors are no larger."""
-    return asked if isinstance(asked, str) else choice.level(asked)
-
-
 def parsed(text: str) -> str | dict[str, str]:
     """The text after `--accuracy` as a level, or as the errors asked for. Raises KeyError with an unknown key."""
     if text in LEVELS:
@@ -71,16 +59,3 @@ def parsed(text: str) -> str | dict[str, str]:
             raise KeyError(key)
         asked[key] = value
     return asked
-
-
-def decide(file: str, settings: Any) -> Choice | None:
-    """What the accuracy in these settings of a parameter file decides, None if nothing is asked.
-
-    Raises `NotMeasured` if no measured setting is as accurate.
-    """
-    return None if settings.accuracy == CUSTOM else choice.choose(file, settings)
-
-
-def decided(file: str, values: Mapping[str, Any]) -> tuple[str, ...]:
-    """Which of a file's plain values the accuracy among them decides; none where nothing is asked."""
-    return () if values[NAME] == CUSTOM else choice.decided(file, values)

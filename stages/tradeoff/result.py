@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stages.biped.quantity import quantity
+from stages.studies.result import COMPLETED, Table
 
-Table = tuple[str, list[str], list[list[str]]]
-COMPLETED = "completed"
 #: Names of the errors, in the order of tables and panels.
 ERRORS = ("hip_position", "period", "multiplier", "peak_force")
 

@@ -2,21 +2,50 @@
 
 Inputs: the analytic gait, for the mid-stance from which all walk. Settings: params/tradeoff.yaml. Output: `Result`.
 Cost is counted in evaluations; clock times, which differ from run to run, are kept by benchmarks/tradeoff.py.
+
+For each model there is a reference, a second way nearly as tight, an independent one, and the rest. The paper's own
+settings are RK23 and BDF (MATLAB's ode23 and ode15s) at 1e-7 for the constraint model, and for the multibody model a
+variable-order implicit solver at 1e-6 with finer steps around heel strike (section 3.5). Exudyn has no such solver;
+implicit steps by phase on bodies and joints stand in for it.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from stages.analytic.result import Result as Analytic
+from stages.biped.design import BeyondModel, Biped, require_own_strikes
 from stages.biped.progress import Progress, ignore
+from stages.studies.result import COMPLETED
+from stages.tradeoff import constraint_ways
+from stages.tradeoff.constraint_ways import compiled_way, readable_rates, scipy_way
 from stages.tradeoff.parameters import Parameters
-from stages.tradeoff.plan import Plan, plans
-from stages.tradeoff.result import COMPLETED, ERRORS, UNKNOWN, Errors, Reference, Result, Row
+from stages.tradeoff.penalty_ways import PENALTY, Space, joints_way, penalty_way, scene, tree_way, twin_way
+from stages.tradeoff.result import ERRORS, UNKNOWN, Errors, Reference, Result, Row
 from stages.tradeoff.way import Walked, Way, WayFailed, hip_error
+from stages.twin.machine.connectors import ConnectorTree
+from stages.twin.machine.machine import build
+from stages.twin.machine.projection import project
+
+PAPER, DEFAULT = "paper", "default"
+TRAPEZOIDAL, ALPHA = "trapezoidal", "generalized_alpha"
+#: Tolerance of the compiled penalty walker where it confirms a reference.
+TIGHT = 1e-12
+DOP853, PAIR = ("DOP853",), ("RK23", "BDF")
+#: Tolerances of SciPy's methods on the compiled terms, by resolution, and of the paper's pair of methods.
+OF_SCIPY: dict[str, dict[tuple[str, ...], tuple[float, ...]]] = {
+    "few": {DOP853: (1e-8,), PAIR: (1e-7,)},
+    "coarse": {DOP853: (1e-6, 1e-8), ("RK45",): (1e-6,), PAIR: (1e-7,)},
+    "full": {
+        DOP853: (1e-4, 1e-6, 1e-8, 1e-10, 1e-12), ("RK45",): (1e-4, 1e-6, 1e-8, 1e-10), ("Radau",): (1e-4, 1e-6, 1e-8),
+        ("LSODA",): (1e-6, 1e-8, 1e-10), PAIR: (1e-4, 1e-5, 1e-6, 1e-7, 1e-8),
+    },
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -88,3 +117,127 @@ def errors_of(way: Way, truth: Walked, leading: float) -> tuple[Errors, float]:
 def multiplier_of(way: Way) -> float:
     """The leading multiplier's magnitude; NaN where it is not measured."""
     return way.multiplier() if way.multiplier is not None else math.nan
+
+
+@dataclass(frozen=True)
+class Plan:
+    """One model's ways. The reference is shown converged by `second` (same way) and `independent` (another way)."""
+
+    reference: Way
+    second: Way
+    independent: Way | None
+    ways: tuple[Way, ...]
+
+
+def plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
+    """All plans; `analytic` gives the mid-stance and the force of its first sample. Few are those that claims rest on.
+
+    Of a design with details the constraint model's alone. Raises WayFailed, BeyondModel for a hip that rubs.
+    """
+    if parameters.biped.hip_friction > 0:
+        raise BeyondModel("SciPy's ways, beside which the constraint model's are measured, do not know hip_friction")
+    require_own_strikes(parameters.biped, "the study of speed against accuracy")
+    if parameters.biped.detailed:
+        yield detailed_plan(parameters, parameters.biped)
+        return
+    yield from constraint_plans(parameters, analytic)
+    if parameters.settings.resolution == "full":
+        yield projected_plan(parameters)
+    yield from penalty_plans(parameters, analytic)
+    if parameters.settings.resolution != "few":
+        yield twin_plan(parameters, analytic)
+
+
+def constraint_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
+    """Rolling trailing foot, then limited friction, which rigid legs do not ask for."""
+    resolution, steps = parameters.settings.resolution, parameters.settings.walked_steps
+    few, full = resolution == "few", resolution == "full"
+    kinds = (None,) if few or parameters.biped.legs == "rigid" else (None, parameters.contact.coefficients)
+    for friction in kinds:
+        at = constraint_ways.scene(parameters.biped, parameters.slope, friction, analytic.mid_stance, steps)
+        independent, others = scipy_way(at, DOP853, 1e-12), scipy_ways(at, resolution) if friction is None else []
+        if friction is None and not few:
+            independent = scipy_way(at, DOP853, 1e-12 if full else 1e-10, readable_rates, multiplier=True)
+        yield constraint_plan(parameters, at, independent, others)
+
+
+def constraint_plan(
+    parameters: Parameters, at: constraint_ways.Scene, independent: Way, others: Sequence[Way]
+) -> Plan:
+    """The compiled way at all tolerances, the default one among them, and other ways."""
+    usual = parameters.constraint.tolerance
+    tolerances = sorted({usual, *(10.0**-n for n in range(3, 14))}, reverse=True)
+    compiled = [compiled_way(at, value, DEFAULT if value == usual else "") for value in tolerances]
+    return Plan(compiled_way(at, 1e-14), compiled_way(at, 1e-13), independent, (*compiled, *others))
+
+
+def projected_plan(parameters: Parameters) -> Plan:
+    """A design with frames and legs that differ, whose steps alternate: the twin as it projects into the plane."""
+    return detailed_plan(parameters, project(build(parameters.biped, parameters.twin)))
+
+
+def detailed_plan(parameters: Parameters, biped: Biped) -> Plan:
+    """The constraint model of a design with details, by its own ways."""
+    at = constraint_ways.detailed_scene(biped, parameters.slope, parameters.settings.walked_steps)
+    others = [scipy_way(at, DOP853, value) for value in OF_SCIPY["full"][DOP853]]
+    return constraint_plan(parameters, at, scipy_way(at, DOP853, 1e-12, readable_rates), others)
+
+
+def scipy_ways(at: constraint_ways.Scene, resolution: str) -> list[Way]:
+    """SciPy's methods on the compiled terms, the paper's pair of methods, and the readable path."""
+    ways = [scipy_way(at, methods, value, mark=PAPER if methods == PAIR and value == 1e-7 else "")
+            for methods, values in OF_SCIPY[resolution].items() for value in values]
+    readable = (1e-6, 1e-8, 1e-10) if resolution == "full" else ()
+    return ways + [scipy_way(at, DOP853, value, readable_rates) for value in readable]
+
+
+def penalty_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
+    """The study's ground with all ways; in full other grounds as well, with the tree."""
+    resolution, steps = parameters.settings.resolution, parameters.settings.walked_steps
+    full, few, force = resolution == "full", resolution == "few", analytic.walk.standing_force
+    settings, ground = parameters.planar, parameters.contact
+    start = parameters.biped, parameters.slope
+    at = scene(PENALTY, *start, ground, settings, analytic.mid_stance, force, steps)
+    loose, rolling, impact = parameters.twin.largest_step, settings.rolling_step, settings.impact_step
+    by_phase = joints_way(at, TRAPEZOIDAL, rolling, impact, multiplier=full, mark=PAPER)
+    powers = range(3, 10) if full else (4, 6) if few else (3, 4, 6, 8)
+    ways = [tree_way(at, 10.0**-n, loose, multiplier=full) for n in powers]
+    ways += [tree_way(at, settings.tolerance, settings.largest_step, multiplier=full, mark=DEFAULT), by_phase]
+    ways += [penalty_way(at, 10.0**-n, multiplier=full) for n in (range(3, 13) if full else (3, 4, 6, 8, 10))]
+    if full:
+        ways += [tree_way(at, 1e-3, 2.5 * loose, multiplier=True), tree_way(at, 1e-4, 0.25 * loose, multiplier=True)]
+        ways += [joints_way(at, TRAPEZOIDAL, 2 * rolling, impact, multiplier=True),
+                 joints_way(at, TRAPEZOIDAL, rolling / 2, impact / 2, multiplier=True),
+                 joints_way(at, ALPHA, rolling, impact), joints_way(at, ALPHA, rolling / 2, impact / 2)]
+    tight = [tree_way(at, value, loose / 2, multiplier=full)
+             for value in ((1e-11, 1e-10) if full else (1e-9, 1e-8) if few else (1e-10, 1e-9))]
+    yield Plan(tight[0], tight[1], penalty_way(at, TIGHT, multiplier=full), tuple(ways))
+    if not full:
+        return
+    for name, change in (
+        ("k_c / 10", {"contact_stiffness": ground.contact_stiffness / 10}),
+        ("k_c x 10", {"contact_stiffness": ground.contact_stiffness * 10}),
+        ("restitution", {"normal_force": "restitution"}),
+    ):
+        other = dataclasses.replace(ground, **change)
+        at = scene(f"{PENALTY}, {name}", *start, other, settings, analytic.mid_stance, force, steps)
+        yield Plan(tree_way(at, 1e-10, loose), tree_way(at, 1e-9, loose), penalty_way(at, TIGHT),
+                   (*(tree_way(at, value, loose) for value in (1e-4, 1e-6, 1e-8)),
+                    *(penalty_way(at, value) for value in (1e-4, 1e-6, 1e-8))))
+
+
+def twin_plan(parameters: Parameters, analytic: Analytic) -> Plan:
+    """The twin; independent is a ground of Exudyn's own connectors, on the same solver: there is no other for it."""
+    full, settings = parameters.settings.resolution == "full", parameters.twin
+    at = Space(parameters.biped, parameters.slope, parameters.contact, settings, analytic.mid_stance,
+               analytic.walk.standing_force, parameters.settings.walked_steps)
+    usual, loose = (settings.tolerance, settings.largest_step), settings.largest_step
+    powers = range(4, 10) if full else range(3, 8)
+    chosen = {(10.0**-n, loose) for n in powers} | {usual}
+    ways = [twin_way(at, *pair, mark=f"{PAPER}, {DEFAULT}" if pair == usual and usual[0] == 1e-6 else
+                DEFAULT if pair == usual else "") for pair in sorted(chosen, reverse=True)]
+    if full:
+        ways.append(twin_way(at, 1e-4, 2.5 * loose))
+    tight = [twin_way(at, value, loose) for value in ((1e-10, 1e-9) if full else (1e-8, 1e-7))]
+    independent = twin_way(at, 1e-8 if full else 1e-7, loose, ConnectorTree)
+    return Plan(tight[0], tight[1], independent, tuple(ways))

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.quantity import quantity
-
-Table = tuple[str, list[str], list[list[str]]]
+from stages.studies.result import COMPLETED, Table
 
 
 @dataclass(frozen=True)
@@ -33,7 +32,7 @@ class PushedWalk:
     @property
     def survived(self) -> bool:
         """Whether the twin walked on to the end."""
-        return self.outcome == "completed"
+        return self.outcome == COMPLETED
 
 
 @dataclass(frozen=True)
@@ -54,11 +53,10 @@ class Result:
 
     def summary(self) -> str:
         """One line of what was found."""
-        words = []
-        for kind, unit, survived, fatal in self.limits():
-            words.append(
-                f"{kind} {survived:g} {unit} survived" + (f", {fatal:g} not" if np.isfinite(fatal) else "")
-            )
+        words = [
+            f"{kind} {survived:g} {unit} survived" + (f", {fatal:g} not" if np.isfinite(fatal) else "")
+            for kind, unit, survived, fatal in self.limits()
+        ]
         return f"{len(self.walks)} pushes: " + "; ".join(words)
 
     def tables(self) -> list[Table]:

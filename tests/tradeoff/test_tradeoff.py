@@ -13,10 +13,9 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
 from stages.biped.accuracy.tolerances import LEVELS
 from stages.biped.design import BeyondModel
-from stages.tradeoff import penalty_ways, twin_ways
-from stages.tradeoff.plan import Plan, constraint_plans, plans, projected_plan
+from stages.tradeoff import penalty_ways
 from stages.tradeoff.result import Errors, Result, Row, cells, cost_at, front, gain
-from stages.tradeoff.run import measure, row_of
+from stages.tradeoff.run import Plan, constraint_plans, measure, plans, projected_plan, row_of
 from stages.tradeoff.way import Walked, Way, WayFailed
 from tests.analytic.test_detailed import LAME, LAME_RIGID
 
@@ -181,10 +180,10 @@ def penalty_and_twin_rows(parameters, analytic, tolerances=(1e-6,)):
     start = parameters.biped, parameters.slope
     at = penalty_ways.scene(penalty_ways.PENALTY, *start, parameters.contact, parameters.planar, analytic.mid_stance,
                             force, 4)  # fmt: skip
-    twin = twin_ways.scene(*start, parameters.contact, parameters.twin, analytic.mid_stance, force, 4)
-    tree, space = penalty_ways.tree_way, twin_ways.twin_way
+    twin = penalty_ways.Space(*start, parameters.contact, parameters.twin, analytic.mid_stance, force, 4)
+    tree, space = penalty_ways.tree_way, penalty_ways.twin_way
     pairs = (
-        (penalty_ways.compiled_way(at, 1e-10), [tree(at, tolerance, 2e-3) for tolerance in tolerances]),
+        (penalty_ways.penalty_way(at, 1e-10), [tree(at, tolerance, 2e-3) for tolerance in tolerances]),
         (space(twin, 1e-6, 2e-3), [space(twin, 1e-4, 2e-3)]),
     )
     return [row_of(way, truth, NAN) for best, ways in pairs for truth in (best.walk(),) for way in ways]

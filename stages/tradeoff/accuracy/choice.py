@@ -19,7 +19,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from stages.biped.accuracy.asked import errors_asked
+from stages.biped.accuracy.asked import CUSTOM, errors_asked
 from stages.biped.accuracy.tolerances import LEVELS, REFERENCE
 
 TABLE = Path(__file__).with_name("table.json")
@@ -52,14 +52,19 @@ class Choice:
     expected: float
 
 
-def choose(stage: str, settings: Any) -> Choice:
-    """What the accuracy in a stage's settings decides. Raises `NotMeasured`."""
+def decide(stage: str, settings: Any) -> Choice | None:
+    """What the accuracy in these settings of a stage's parameter file decides, None if nothing is requested.
+
+    Raises `NotMeasured` if no measured setting is as accurate.
+    """
+    if settings.accuracy == CUSTOM:
+        return None
     rows, walked = _rows()
     model, way, keys = _way(stage, vars(settings))
     mine = [row for row in rows if row["model"] == model and row["way"] == way]
     wanted = errors_asked(settings.accuracy)
     longer = max(1.0, float(settings.steps) / walked)
-    said = _text(wanted)
+    said = "{" + ", ".join(f"{key}: {value:g}" for key, value in wanted.items()) + "}"
 
     def found(row: Row, key: str) -> float:
         name, grows = KEYS[key]
@@ -82,18 +87,21 @@ def choose(stage: str, settings: Any) -> Choice:
     return Choice(stage, dict(wanted), _settings(best, keys), expected)
 
 
-def level(asked: Mapping[str, float]) -> str:
-    """The least accurate level of the study at which the walks shown have errors no larger than asked, else the last.
+def level(asked: str | Mapping[str, float]) -> str:
+    """The level of the study that is requested, or the least accurate one at which the walks shown have errors no
+    larger than requested, else the last.
 
     The levels' errors were measured by benchmarks/levels.py on the study's own design.
     """
+    if isinstance(asked, str):
+        return asked
     errors = json.loads(LEVEL_ERRORS.read_text(encoding="utf-8"))["errors"]
     return next((name for name in LEVELS if all(errors[name][key] <= error for key, error in asked.items())), REFERENCE)
 
 
 def decided(stage: str, values: Mapping[str, Any]) -> tuple[str, ...]:
-    """Which settings of a stage its accuracy decides; `values` are all of its settings."""
-    return _way(stage, values)[2]
+    """Which settings of a stage the accuracy among them decides, none where nothing is requested; `values` are all."""
+    return () if values["accuracy"] == CUSTOM else _way(stage, values)[2]
 
 
 @cache
@@ -106,10 +114,6 @@ def _settings(row: Row, keys: tuple[str, ...]) -> dict[str, float]:
     """The row's settings under the names of the stage's parameters."""
     pairs = dict(part.rsplit(" ", 1) for part in row["setting"].split(", "))
     return {key: float(pairs[key]) for key in keys}
-
-
-def _text(asked: Mapping[str, float]) -> str:
-    return "{" + ", ".join(f"{key}: {value:g}" for key, value in asked.items()) + "}"
 
 
 def _way(stage: str, values: Mapping[str, Any]) -> tuple[str, str, tuple[str, ...]]:
