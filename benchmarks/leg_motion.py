@@ -15,7 +15,7 @@ from pathlib import Path
 from benchmarks.trial_judgement import ROOT, campaign
 from pipeline.study import locate
 from stages.campaign.run import sensed_run
-from stages.comparison.runs.ingest_score import score_legs, shift_of
+from stages.comparison.ingest_score import score_legs, shift_of
 from stages.imu.run import run_of
 from stages.imu.trial.trial import read_trial
 from tests.imu.made_logs import made_log

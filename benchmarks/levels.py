@@ -40,8 +40,8 @@ from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.asked import Accuracy
 from stages.biped.accuracy.estimate import walk_differences
 from stages.biped.accuracy.tolerances import DRAFT, LEVELS, PAPER, REFERENCE
-from stages.comparison.claims.numerical_error import TABLE as OF_CLAIMS
-from stages.comparison.claims.numerical_error import digest
+from stages.comparison.claims.judge import TABLE as OF_CLAIMS
+from stages.comparison.claims.judge import digest
 from stages.comparison.claims.verdict import UNDECIDED
 from stages.comparison.evidence import largest
 from stages.comparison.result import Claim

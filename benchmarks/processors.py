@@ -36,7 +36,7 @@ import numpy as np
 from pipeline.cache import artefact
 from pipeline.cache.hdf5 import differences as of_artefacts
 from stages.about import MEASURED
-from stages.comparison.claims.numerical_error import TABLE
+from stages.comparison.claims.judge import TABLE
 from stages.comparison.result import Result as Comparison
 
 TOLERANCE = 1e-5

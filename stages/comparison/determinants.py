@@ -90,7 +90,6 @@ def of_walk(walk: Walk, radius: float, leg_length: float, gravity: float) -> Det
     )
 
 
-NAN = float("nan")
 TITLE = ("What rounded parameters leave open, at the worst (multibody model and twin: by the constraint model's "
          "elasticities)")
 #: Fields of `Determinants` and the numbers of the constraint model's gait that they are.

@@ -1,4 +1,4 @@
-"""What the comparison hands on: numbers, determinants, and claims."""
+"""What the comparison hands on: numbers, determinants, claims, and what the study says of its biped."""
 
 from __future__ import annotations
 
@@ -10,9 +10,8 @@ from stages.biped.quantity import quantity
 from stages.comparison.agreement import ModelAgreement, TwinAgreement
 from stages.comparison.claims.verdict import VERDICTS
 from stages.comparison.determinants import TITLE, Determinants, Digits
-from stages.comparison.runs.ingest_score import IngestScore
-from stages.comparison.runs.measurement import MeasurementAgreement
-from stages.comparison.summary import BipedSummary
+from stages.comparison.ingest_score import IngestScore
+from stages.comparison.measurement import MeasurementAgreement
 from stages.comparison.tables import Table, prices, side_by_side
 
 
@@ -97,3 +96,29 @@ PLURAL = dict(zip(
     VERDICTS,
     ("hold", "hold on a condition", "do not hold", "are not decided at this accuracy", "stay open", "do not apply"),
     strict=True))  # fmt: skip
+
+
+@dataclass(frozen=True)
+class BipedSummary:
+    """The biped's gait in few numbers; NaN where a model has none."""
+
+    step_frequency: float = quantity("Hz", "step frequency of the constraint model")
+    step_length: float = quantity("m", "step length of the constraint model")
+    period_error: float = quantity("s", "estimated numerical error of its step period")
+    hip_error: float = quantity("m", "estimated numerical error of its hip over the walk")
+    period_difference: float = quantity("s", "step period of the penalty model less the constraint model's")
+    length_difference: float = quantity("m", "step length of the penalty model less the constraint model's")
+    limit_difference: float = quantity(
+        "m", "largest hip difference over one step of the constraint model with Coulomb friction from the rolling one"
+    )
+    hip_difference: float = quantity("m", "largest hip difference of these models over one step from a common state")
+    twin_frequency: float = quantity("Hz", "step frequency of the twin's last four steps")
+    multiplier: float = quantity("1", "largest multiplier of the constraint model")
+    twin_multiplier: float = quantity("1", "largest multiplier of the twin in the plane")
+    friction_single_stance: float = quantity("1", "friction it needs in single stance")
+    friction_heel_strike: float = quantity("1", "friction it needs in the impulses of heel strike, to roll on")
+    friction: float = quantity("1", "friction there is")
+    specific_cost: float = quantity("1", "cost of transport: what gravity gives over weight and way")
+    constraint_work: float = quantity("1", "evaluations a step of the constraint model for the error below")
+    penalty_work: float = quantity("1", "evaluations a step of the penalty model for the error below")
+    error: float = quantity("m", "hip error at which work is counted")

@@ -16,7 +16,7 @@ from typing import Any
 
 from stages.biped.processes import each_in_a_process
 from stages.biped.progress import Progress, ignore
-from stages.comparison.runs.measurement import MeasurementAgreement
+from stages.comparison.measurement import MeasurementAgreement
 from stages.comparison.stride import NoEvidence
 from stages.figures.drawn import NAMES, draw, figure
 from stages.figures.inputs import Inputs

@@ -17,7 +17,7 @@ from stages.campaign.parameters import Parameters
 from stages.campaign.result import Result as Campaign
 from stages.campaign.run import MOUNTING, SYNTHETIC, database_bytes, device, sensed_run
 from stages.campaign.twin_run import TwinRun, first_state, walk_twin
-from stages.comparison.runs.ingest_score import IngestScore, score_ingest
+from stages.comparison.ingest_score import IngestScore, score_ingest
 from stages.imu.run import Inputs
 from stages.imu.run import run as ingest
 

@@ -10,8 +10,7 @@ import numpy as np
 from scipy.interpolate import interp1d
 
 from stages.biped.walk import SENSOR_SIGNALS, Walk
-from stages.comparison.runs.leg_agreement import LegAgreement, LegCurves, of_walk
-from stages.comparison.runs.measurement import MeasurementAgreement
+from stages.comparison.measurement import LegAgreement, LegCurves, MeasurementAgreement, of_walk
 from stages.contact_study.result import VARIED, OneStep, Result, Variations
 from stages.error_budget.result import (
     CREEP,

@@ -14,11 +14,11 @@ import yaml
 
 from pipeline.commands import claims as shown
 from pipeline.study import Study
-from stages.comparison.claims import calibration, contact, figure_8, gait, judge, measurement, numerics, twin
-from stages.comparison.claims.as_yaml import as_yaml
+from stages.comparison.claims import judge, numerics
 from stages.comparison.claims.judge import judged
-from stages.comparison.claims.paper import BIPED, SAYS, SETTINGS
+from stages.comparison.claims.paper import BIPED, SETTINGS
 from stages.comparison.claims.verdict import DOES_NOT_APPLY, FAILS, HOLDS, HOLDS_IF, OPEN, VERDICTS
+from stages.comparison.run import as_yaml
 from stages.tradeoff import constraint_ways, penalty_ways
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -29,43 +29,48 @@ LIMITS = PARAMETERS.settings
 PARTS = (("creep", -5e-4, 2e-5), ("slip", 2.5e-4, 0.0), ("finite stiffness", 3e-4, 2e-5))
 FALLS = (("speed to the side", "m/s", 0.1, 0.15), ("angle of yaw", "rad", 0.2, inf))
 
+
+def given(claim, *numbers):
+    return judge.STATEMENTS[claim].of(*numbers)
+
+
 #: For each claim an input that makes it hold, and what changes to make it fail.
 CASES = [
-    (numerics.ConstraintsReduceEffort(1e-7, 600.0, 5000.0, 2.8, 100.0), {"penalty": 500.0}),
-    (contact.TwiceDifferentiated(1e-3, 0.139, 0.264), {"drift": 1e-14, "slip": 0.0, "descent": 0.0}),
-    (gait.MultipliersMinimised(0.6, 0.62, "hip_mass -5 %"), {"now": 1.2, "best": 1.1}),
-    (gait.StableGait(0.64, 0.642), {"multibody": 1.02}),
-    (numerics.TightTolerancesAddRounding("way", 1e-13, 2e-12, 1e-12, 1e-7, 4.5), {"error": 1e-13}),
-    (gait.ChaosAmplifies(1.1, 4.0, 2.6, 10), {"multiplier": 0.64, "left": 0.02}),
-    (contact.ContactSet(0.124, 0.049, 0.6, 3.7, 100.0), {"best": 0.13}),
-    (contact.ContactSetFigure8(2e-4, 3e4, 4e-3, 1.9e-3, 4.5e-4, 0.05), {"least": 2.3e-3}),
-    (contact.RollingWithoutSlip(1.1, 0.19, 0.9, 0.0, 0.0), {"strike": 24.0, "time_outside": 0.2}),
-    (contact.FrictionVelocities("stiction_velocity", inf, 2e-3, -3e-3, 4e-3), {"turning": 1.05}),
-    (numerics.StiffSolver(400.0, 500.0, 4000.0, 5000.0), {"constraint_stiff": 600.0, "penalty_stiff": 6000.0}),
-    (figure_8.HipDisplacement(2.5e-4, 2.9e-4, 1.9e-4, 1.1e-3, 1.2e-3, PARTS, 2.4e-4, 2e-5, 0.1), {"limit_step": 4e-4}),
-    (figure_8.HipVelocity(2.7e-3, 3.4e-3, 3.9e-3, 4e-3), {"limit_cycle": 6e-3}),
-    (figure_8.IntegrationTolerance("completed", 1e-4, 2e-4, 1e-5, PARTS, 0.9, 0.9), {"integration": 1e-8}),
-    (twin.TwinSettles(1, 0.496, 0.49, 0.77, "2.041 ± 0.001 Hz"), {"steps": -1}),
-    (twin.RampLength(0.161, 1.69, 0.024, 0.042, 0.08), {"step": 0.2, "needed": 2.08}),
-    (twin.PushConverges(0, 30, (("speed to the side", "m/s", 0.2, inf),), 0.77, 0.99), {"failed": 3}),
-    (gait.StepFrequency(2.0718, 0.0068, "biped.foot_com", 0.0032, (2.047, 2.075)), {"frequency": 2.2}),
-    (measurement.SensorRange(3.0, 3.5, 169.0, 0.0, 0.48, (15.0, 160.0), (1.5e-3, 2.2e-3), 2.4),
+    (given("constraints_reduce_effort", 1e-7, 600.0, 5000.0, 2.8, 100.0), {"penalty": 500.0}),
+    (given("twice_differentiated_constraints", 1e-3, 0.139, 0.264), {"drift": 1e-14, "slip": 0.0, "descent": 0.0}),
+    (given("multipliers_minimised", 0.6, 0.62, "hip_mass -5 %"), {"now": 1.2, "best": 1.1}),
+    (given("stable_gait", 0.64, 0.642), {"multibody": 1.02}),
+    (given("tight_tolerances_add_rounding", "way", 1e-13, 2e-12, 1e-12, 1e-7, 4.5, 0.0), {"error": 1e-13}),
+    (given("chaos_amplifies", 1.1, 4.0, 2.6, 10), {"multiplier": 0.64, "left": 0.02}),
+    (given("contact_set", 0.124, 0.049, 0.6, 3.7, 100.0), {"best": 0.13}),
+    (given("contact_set_figure_8", 2e-4, 3e4, 4e-3, 1.9e-3, 4.5e-4, 0.05), {"least": 2.3e-3}),
+    (given("rolling_without_slip", 1.1, 0.19, 0.9, 0.0, 0.0), {"strike": 24.0, "time_outside": 0.2}),
+    (given("friction_velocities", "stiction_velocity", inf, 2e-3, -3e-3, 4e-3), {"turning": 1.05}),
+    (given("stiff_solver", 400.0, 500.0, 4000.0, 5000.0), {"constraint_stiff": 600.0, "penalty_stiff": 6000.0}),
+    (given("hip_displacement", 2.5e-4, 2.9e-4, 1.9e-4, 1.1e-3, 1.2e-3, PARTS, 2.4e-4, 2e-5, 0.1), {"limit_step": 4e-4}),
+    (given("hip_velocity", 2.7e-3, 3.4e-3, 3.9e-3, 4e-3), {"limit_cycle": 6e-3}),
+    (given("integration_tolerance", "completed", 1e-4, 2e-4, 1e-5, PARTS, 0.9, 0.9), {"integration": 1e-8}),
+    (given("twin_settles", 1, 0.496, 0.49, 0.77, "2.041 ± 0.001 Hz"), {"steps": -1}),
+    (given("ramp_length", 0.161, 1.69, 0.024, 0.042, 0.08), {"step": 0.2, "needed": 2.08}),
+    (given("push_converges", 0, 30, (("speed to the side", "m/s", 0.2, inf),), 0.77, 0.99), {"failed": 3}),
+    (given("step_frequency", 2.0718, 0.0068, "biped.foot_com", 0.0032, (2.047, 2.075)), {"frequency": 2.2}),
+    (given("sensor_range", 3.0, 3.5, 169.0, 0.0, 0.48, (15.0, 160.0), (1.5e-3, 2.2e-3), 2.4),
      {"above": 0.02, "hip": 80.0}),
-    (twin.TwinLikeSimple(0.017, 0.017, 0.005, (("inertia", 0.026), ("leg", -0.018)), 0.48, False), {"up": 0.2}),
-    (measurement.HipPathDrifts("synthetic", 1.7, 0.2, 0.02, 2e-3, 0.16, 1e-3, 0.161, 0.162), {"twice": 1e-3}),
-    (measurement.MeasurementEncloses("measured", 30, (0.97, 1.0, 1.0)), {"shares": (0.5, 1.0, 1.0)}),
-    (measurement.MeasurementSlower("measured", 1.9, 2.0, -0.11, -0.09), {"frequency": 2.1, "lower": 0.1, "upper": 0.2}),
-    (calibration.OutsoleSlows(2e-3, -1e-3, -3e-3, 0.01, nan, "measured", 2, 2e-3, 4e-4, -3e-3, 1e-3, nan),
+    (given("twin_like_simple", 0.017, 0.017, 0.005, (("inertia", 0.026), ("leg", -0.018)), 0.48, False), {"up": 0.2}),
+    (given("hip_path_drifts", "synthetic", 1.7, 0.2, 0.02, 2e-3, 0.16, 1e-3, 0.161, 0.162), {"twice": 1e-3}),
+    (given("measurement_encloses", "measured", 30, (0.97, 1.0, 1.0)), {"shares": (0.5, 1.0, 1.0)}),
+    (given("measurement_slower", "measured", 1.9, 2.0, -0.11, -0.09), {"frequency": 2.1, "lower": 0.1, "upper": 0.2}),
+    (given("outsole_slows", 2e-3, -1e-3, -3e-3, 0.01, nan, "measured", 2, 2e-3, 4e-4, -3e-3, 1e-3, nan),
      {"length_alone": 2e-3, "with_mass": 1e-3, "slower": 3e-3}),
-    (measurement.PushSlows("measured", 30, -0.6, 0.36, 0.36), {"correlation": 0.1}),
+    (given("push_slows", "measured", 30, -0.6, 0.36, 0.36), {"correlation": 0.1}),
     (
-        calibration.PrototypeIsModel("measured", 2, (("hip_mass", 0.31, 0.32, 0.316),), -1),
+        given("prototype_is_model", "measured", 2, (("hip_mass", 0.31, 0.32, 0.316),), -1),
         {"intervals": (("hip_mass", 0.33, 0.34, 0.316),)},
     ),
 ]
 
 #: Inputs that make a claim hold on a condition, or leave it open.
-PATH = next(holding for holding, _ in CASES if isinstance(holding, measurement.HipPathDrifts))
+PATH = next(holding for holding, _ in CASES if holding.about.id == "hip_path_drifts")
 CONDITIONS = [
     (PATH, {"once": 5e-3}, "one integration of the rate"),
     (CASES[1][0], {"drift": 1e-14}, "no impact map"),
@@ -108,11 +113,11 @@ UNDECIDED = [
 
 
 def names(cases):
-    return [case[0].ID for case in cases]
+    return [case[0].about.id for case in cases]
 
 
 def of(measured, **changes):
-    return dataclasses.replace(measured, **changes)
+    return dataclasses.replace(measured, numbers={**measured.numbers, **changes})
 
 
 def reason(claim):
@@ -126,7 +131,7 @@ def with_biped(**changes):
 
 @pytest.mark.parametrize(("holding", "change"), CASES, ids=names(CASES))
 def test_every_claim_can_hold_fail_and_not_apply_for_three_different_reasons(holding, change):
-    other = with_biped(legs="rigid") if holding.METHOD else with_biped(hip_mass=0.4)
+    other = with_biped(legs="rigid") if holding.about.method else with_biped(hip_mass=0.4)
     claims = [judged(PARAMETERS, holding), judged(PARAMETERS, of(holding, **change)), judged(other, holding)]
     assert [claim.verdict for claim in claims] == [HOLDS, FAILS, DOES_NOT_APPLY]
     reasons = [reason(claim) for claim in claims]
@@ -194,19 +199,19 @@ def test_a_changed_contact_set_or_solver_keeps_the_claim_and_is_named_in_it():
 
 def test_every_parameter_that_a_claim_or_the_paper_names_exists():
     stages = {"imu"}  # whose settings name a file, which the comparison does not read
-    for key in [key for case in CASES for key in case[0].RESTS_ON] + [*BIPED, *SETTINGS]:
+    for key in [key for case in CASES for key in case[0].about.rests_on] + [*BIPED, *SETTINGS]:
         assert key.split(".")[0] in stages or judge.found(PARAMETERS, key) != (None, ""), key
 
 
 def test_every_statement_has_a_claim_and_they_come_in_the_papers_order():
-    assert [case[0].ID for case in CASES] == list(SAYS)
-    sections = [[int(part) for part in re.findall(r"\d+", says.section)[:2]] for says in SAYS.values()]
+    assert [case[0].about.id for case in CASES] == list(judge.STATEMENTS)
+    sections = [[int(part) for part in re.findall(r"\d+", says.section)[:2]] for says in judge.STATEMENTS.values()]
     assert sections == sorted(sections)
 
 
 def test_rounding_is_told_no_finer_than_the_reference_is_sure():
     """Another biped's tightest walk equals its reference: it said that rounding stays below 0e+00 m."""
-    tight = next(holding for holding, _ in CASES if isinstance(holding, numerics.TightTolerancesAddRounding))
+    tight = next(holding for holding, _ in CASES if holding.about.id == "tight_tolerances_add_rounding")
     claim = judged(PARAMETERS, of(tight, error=2e-16, before=2e-16, doubt=2e-16))
     assert claim.verdict == FAILS and "rounding stays below 2e-16 m: what" in claim.causes[0]
     assert "from < 2.0e-16 to < 2.0e-16 m" in claim.measured
@@ -239,16 +244,17 @@ def test_claims_survive_yaml_and_the_command_knows_their_verdicts():
 
 def test_a_multibody_model_without_a_cycle_leaves_stability_open():
     multibody = SimpleNamespace(cycle=SimpleNamespace(largest_multiplier=nan))
-    analytic = SimpleNamespace(gait=SimpleNamespace(floquet_multipliers=CASES[3][0].constraint * np.eye(1, 2)))
+    leading = CASES[3][0].numbers["constraint"]
+    analytic = SimpleNamespace(gait=SimpleNamespace(floquet_multipliers=leading * np.eye(1, 2)))
     evidence = SimpleNamespace(results=SimpleNamespace(multibody=multibody, analytic=analytic))
-    claim = judged(PARAMETERS, gait.stable_gait(evidence))
+    claim = judged(PARAMETERS, judge.STATEMENTS["stable_gait"].measured(evidence))
     assert claim.verdict == OPEN and "no multibody gait" in claim.measured
 
 
 def test_without_a_synthetic_campaign_pushes_along_the_path_do_not_apply() -> None:
-    judged = twin.PushConverges(0, 0, (("speed to the side", "m/s", 0.2, inf),), 0.77, 0.99).judge(LIMITS)
+    judged = given("push_converges", 0, 0, (("speed to the side", "m/s", 0.2, inf),), 0.77, 0.99).judge(LIMITS)
     assert judged.verdict == "does not apply"
-    assert any("a lab's own measurements take its place" in cause.words for cause in judged.causes if cause.true)
+    assert any("a lab's own measurements take its place" in words for words in judged.reasons)
 
 
 def test_synthetic_runs_decide_as_a_method_and_say_so():

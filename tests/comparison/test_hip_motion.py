@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from made_up import make_walk
 
-from stages.comparison.agreement import creep_velocity
-from stages.comparison.hip_motion import between_cycles, from_same_start, overlay
+from stages.comparison.agreement import between_cycles, creep_velocity, from_same_start, overlay
 from stages.comparison.stride import last_stride
 
 

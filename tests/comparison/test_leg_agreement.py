@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stages.biped.walk import SENSOR_SIGNALS
-from stages.comparison.runs.leg_agreement import compare_leg, of_walk
+from stages.comparison.measurement import compare_leg, of_walk
 from stages.imu.strikes.step_times import INNER, OUTER
 from tests.comparison.made_up import make_walk
 

@@ -12,11 +12,10 @@ from pipeline.commands.claims import Claim as Shown
 from pipeline.commands.claims import as_text
 from pipeline.study import Study
 from stages.biped.accuracy.tolerances import LEVELS, Level
-from stages.comparison.claims import numerical_error
+from stages.comparison.claims import judge
 from stages.comparison.claims.judge import judged
-from stages.comparison.claims.paper import SAYS
 from stages.comparison.claims.verdict import FAILS, HOLDS, UNDECIDED, UNKNOWN
-from tests.comparison.test_claims import CASES, PARAMETERS, ROOT
+from tests.comparison.test_claims import CASES, PARAMETERS, ROOT, of
 
 DRAFT = dataclasses.replace(PARAMETERS, level=Level("draft"))
 STABLE = CASES[3][0]
@@ -24,18 +23,18 @@ STABLE = CASES[3][0]
 
 @pytest.fixture
 def errors(monkeypatch):
-    table = {"draft": {STABLE.ID: {"multibody": 1e-2}}}
-    monkeypatch.setattr(numerical_error, "measured_errors", lambda parameters, claim: table.get(
+    table = {"draft": {STABLE.about.id: {"multibody": 1e-2}}}
+    monkeypatch.setattr(judge, "measured_errors", lambda parameters, claim: table.get(
         parameters.level.level, {}).get(claim, {}))
 
 
 def test_a_verdict_that_its_error_could_change_is_not_decided(errors):
-    far, near = (dataclasses.replace(STABLE, multibody=value) for value in (0.985, 0.995))
+    far, near = (of(STABLE, multibody=value) for value in (0.985, 0.995))
     assert judged(DRAFT, far).verdict == HOLDS and judged(PARAMETERS, near).verdict == HOLDS
     claim = judged(DRAFT, near)
     assert claim.verdict == UNDECIDED and not claim.condition
     assert "multibody = 0.995 has a numerical error of 0.01, within which the verdict could" in claim.causes[-1]
-    beyond = judged(DRAFT, dataclasses.replace(STABLE, multibody=1.02))
+    beyond = judged(DRAFT, of(STABLE, multibody=1.02))
     assert beyond.verdict == FAILS, "the margin is twice the error"
 
 
@@ -51,14 +50,14 @@ def parameters(level, *settings):
 
 
 def test_errors_are_twice_what_was_measured_with_the_same_parameters_and_unknown_with_all_others(tmp_path, monkeypatch):
-    kept = {"parameters": {"paper": numerical_error.digest(parameters("paper"))},
-            "errors": {"paper": {STABLE.ID: {"constraint": 1e-9, "multibody": 3e-7}}}}  # fmt: skip
+    kept = {"parameters": {"paper": judge.digest(parameters("paper"))},
+            "errors": {"paper": {STABLE.about.id: {"constraint": 1e-9, "multibody": 3e-7}}}}  # fmt: skip
     (tmp_path / "table.json").write_text(json.dumps(kept))
-    monkeypatch.setattr(numerical_error, "TABLE", tmp_path / "table.json")
+    monkeypatch.setattr(judge, "TABLE", tmp_path / "table.json")
     claim = judged(parameters("paper"), STABLE)
     assert [number.error for number in claim.numbers] == [2e-9, 6e-7]
     assert (claim.verdict, claim.beside) == (HOLDS, "")
-    near = dataclasses.replace(STABLE, multibody=1.0 - 1e-9)
+    near = of(STABLE, multibody=1.0 - 1e-9)
     assert judged(parameters("paper"), near).verdict == UNDECIDED
     for setting in ("biped.hip_mass=0.316", "multibody.tolerance=3e-8", "twin_ladder.outsole=0.003",
                     "imu.skipped_steps=4"):  # fmt: skip
@@ -70,20 +69,21 @@ def test_errors_are_twice_what_was_measured_with_the_same_parameters_and_unknown
 
 
 def test_a_number_inside_of_a_tuple_is_named_and_changed():
-    ladder = next(case[0] for case in CASES if case[0].ID == "twin_like_simple")
-    names = dict(numerical_error.named(vars(ladder)))
-    assert names["details.1.1"] == ladder.details[1][1]
-    changed = numerical_error.with_number(ladder, "details.1.1", 0.5)
-    assert changed.details[1] == (ladder.details[1][0], 0.5) and changed.details[0] == ladder.details[0]
-    assert dataclasses.replace(changed, details=ladder.details) == ladder
+    ladder = next(case[0] for case in CASES if case[0].about.id == "twin_like_simple")
+    names, details = dict(judge.named(ladder.numbers)), ladder.numbers["details"]
+    assert names["details.1.1"] == details[1][1]
+    changed = judge.with_number(ladder, "details.1.1", 0.5)
+    now = changed.numbers["details"]
+    assert now[1] == (details[1][0], 0.5) and now[0] == details[0]
+    assert of(changed, details=details) == ladder
 
 
 def test_the_kept_errors_are_of_levels_and_claims_that_exist_and_shrink_with_the_level():
-    kept = json.loads(numerical_error.TABLE.read_text())["errors"]
+    kept = json.loads(judge.TABLE.read_text())["errors"]
     assert set(kept) == set(LEVELS[:-1])
     largest = {}
     for level, claims in kept.items():
-        assert set(claims) == set(SAYS)
+        assert set(claims) == set(judge.STATEMENTS)
         largest[level] = [error for of in claims.values() for error in of.values()]
         assert all(error >= 0 for error in largest[level])
     smaller = [kept["paper"][claim][name] <= error for claim, of in kept["draft"].items() for name, error in of.items()

@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 from stages.biped import processes
-from stages.comparison.claims.paper import SAYS
+from stages.comparison.claims.judge import STATEMENTS
 from stages.comparison.stride import NoEvidence
 from stages.figures import drawn, run
 from stages.figures.drawn import NAMES, figure
@@ -75,7 +75,7 @@ def test_one_figure_stands_beside_the_parameters():
 
 def test_claims_that_figures_name_are_judged_and_one_figure_opens_the_report():
     named = {claim for name in NAMES for claim in getattr(figure(name), "CLAIMS", ())}
-    assert named <= set(SAYS) and len(named) > 10
+    assert named <= set(STATEMENTS) and len(named) > 10
     assert [name for name in NAMES if getattr(figure(name), "OPENS", False)] == ["robot_in_space"]
 
 

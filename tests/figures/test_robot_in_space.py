@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from stages.comparison.claims.paper import SAYS
+from stages.comparison.claims.judge import STATEMENTS
 from stages.figures.drawn import robot_in_space as robot
 from tests.comparison.made_up import make_walk
 from tests.figures.made_up_results import drawn, given, machine, parameters, twin
@@ -82,7 +82,7 @@ def test_the_numbers_are_the_results_and_lead_to_claims_that_are_judged():
     page = drawn("robot_in_space")
     found = re.findall(r'href="#claim-(\w+)"><b>([^<]*)</b> <span>([^<]*)<', page)
     assert [number for _, number, _ in found] == ["2.072 Hz", "0.19 mm", "0.60"] and "2.0400 ± 0.0005 Hz" in found[0][2]
-    assert {claim for claim, _, _ in found} <= set(SAYS)
+    assert {claim for claim, _, _ in found} <= set(STATEMENTS)
     fell = twin()
     fell.outcome = "fell"
     assert "the twin: fell<" in drawn("robot_in_space", twin=fell)

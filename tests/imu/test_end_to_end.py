@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from stages.campaign.result import Result as Campaign
 from stages.campaign.result import RunTruth
-from stages.comparison.runs.ingest_score import IngestScore, score_ingest
+from stages.comparison.ingest_score import IngestScore, score_ingest
 from stages.imu.result import Result
 from tests.imu.stand_in import RADIO, ROUGH_RADIO, SETTINGS, make_database, make_run, result_of
 

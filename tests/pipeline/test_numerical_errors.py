@@ -17,7 +17,7 @@ from pipeline.parameters import loading
 from pipeline.study import Study
 from stages import about
 from stages.biped.accuracy.tolerances import LEVELS
-from stages.comparison.claims.numerical_error import measured_errors
+from stages.comparison.claims.judge import measured_errors
 
 ROOT = Path(__file__).resolve().parents[2]
 

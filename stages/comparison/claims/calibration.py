@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable
 
 import numpy as np
 
 from stages.biped.design import Biped
 from stages.calibrated_twin.result import Number
 from stages.calibration.result import HALF_WIDTH
-from stages.comparison.claims.measured import Measured
-from stages.comparison.claims.measurement import MEASURED, RUNS
+from stages.campaign.result import RunTruth
+from stages.comparison.claims.measurement import MEASURED, RUNS, made_up
+from stages.comparison.claims.statement import Statement
 from stages.comparison.claims.verdict import FAILS, HOLDS, HOLDS_IF, OPEN, Cause, Judgement, percent, yes_or_no
 from stages.comparison.evidence import NAN, Evidence
 from stages.comparison.parameters import Settings
@@ -22,113 +23,10 @@ CALIBRATION = ("calibration.fitted_runs", "calibration.discrepancy_runs")
 def as_a_method(origin: str) -> Cause:
     """What a verdict by runs that are not measured is about."""
     why = f"the runs are {origin}, made by the Exudyn twin: this is a verdict on that machine, found blind, on no other"
-    return Cause(origin != MEASURED, why)
+    return origin != MEASURED, why
 
 
-@dataclass(frozen=True)
-class OutsoleSlows(Measured):
-    """Relative change of the step frequency (1) by an outsole: by its length and width alone, and with its mass [kg] a
-    leg; `turning` [kg] is the mass at which the frequency stays the same. NaN if not computed.
-
-    Calibrated from `pairs` of runs of one machine with the outsole and without: by how much its leg is `longer` [m] and
-    its gait `slower` (1, negative), each with the half-width of its interval, and `really` slower.
-    """
-
-    ID = "outsole_slows"
-    UNITS = (("kg", "mass turning"), ("m", "thickness longer longer_half"))
-    RESTS_ON = ("analytic.tolerance", "analytic.outsole", "twin.outsole_arc", "twin.outsole_density", *RUNS,
-                "campaign.bare_runs")
-
-    thickness: float
-    length_alone: float
-    with_mass: float
-    mass: float
-    turning: float
-    origin: str
-    pairs: int
-    longer: float
-    longer_half: float
-    slower: float
-    slower_half: float
-    really: float
-
-    def judge(self, limits: Settings) -> Judgement:
-        known, calibrated = math.isfinite(self.length_alone), self.pairs > 0
-        by_length, by_mass = self.length_alone < 0, self.with_mass < 0
-        undecided = known and not by_length and not math.isfinite(self.with_mass)
-        verdict = OPEN if undecided or not known else HOLDS if by_length else HOLDS_IF if by_mass else FAILS
-        sure = not abs(self.slower) <= self.slower_half
-        if calibrated:
-            verdict = OPEN if not sure else FAILS if self.slower > 0 else verdict
-        grams, weighed = f"{1e3 * self.mass:.1f} g", math.isfinite(self.with_mass)
-        more = f", by {percent(self.with_mass)} with the {grams} of rubber a leg" if weighed else ""
-        above = f"more than {1e3 * self.turning:.1f} g a leg" if math.isfinite(self.turning) else f"{grams} a leg"
-        found = (
-            f"; calibrated blind from {self.pairs} {'pair' if self.pairs == 1 else 'pairs'} of {self.origin} runs with "
-            f"and without it, the leg is {1e3 * self.longer:.2f} ± {1e3 * self.longer_half:.2f} mm longer and the step "
-            f"frequency changes by {percent(self.slower)} ± {100 * self.slower_half:.2f} %"
-        ) if calibrated else ""
-        return Judgement(
-            (f"{1e3 * self.thickness:.1f} mm of outsole without mass change the step frequency by "
-             f"{percent(self.length_alone)}{more}" if known else "no gait with an outsole") + found,
-            verdict,
-            (
-                Cause(calibrated and self.origin != MEASURED, as_a_method(self.origin).words),
-                Cause(calibrated and not sure, "the calibrated interval of the change holds zero"),
-                Cause(calibrated and math.isfinite(self.really),
-                      f"the machines of the runs really differ by {percent(self.really)}"),
-                Cause(verdict == HOLDS, "the longer leg is the slower pendulum, without any mass"),
-                Cause(
-                    known and not by_length,
-                    "length alone quickens the gait: it also raises the leg's mass and widens the foot",
-                ),
-                Cause(verdict == HOLDS_IF, f"the rubber's mass alone: {percent(self.with_mass - self.length_alone)}"),
-                Cause(verdict == FAILS and not by_mass, "its mass does not outweigh that"),
-                Cause(undecided, "what the rubber's mass does was not computed"),
-                Cause(not known, "no gait was found with an outsole"),
-            ),
-            f"the rubber's mass is meant with its length, and is {above}" if verdict == HOLDS_IF else "",
-        )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class PrototypeIsModel(Measured):
-    """Intervals of parameters estimated from `runs`, with Table 1's values: (name, lower, upper, printed). Of the
-    intervals `held` hold the machine's true value, where that is known; -1 where it is not."""
-
-    ID = "prototype_is_model"
-    RESTS_ON = (*RUNS, *CALIBRATION)
-
-    origin: str
-    runs: int
-    intervals: tuple[tuple[str, float, float, float], ...]
-    held: int
-
-    def judge(self, limits: Settings) -> Judgement:
-        known = bool(self.intervals)
-        off = [name for name, lower, upper, printed in self.intervals if not lower <= printed <= upper]
-        wide = [name for name, lower, upper, printed in self.intervals
-                if name not in off and max(upper / printed, printed / lower) > limits.small_change]  # fmt: skip
-        verdict = OPEN if not known or (wide and not off) else yes_or_no(not off)
-        said = ", ".join(f"{name} {lower:.4g} to {upper:.4g} ({printed:g})" for name, lower, upper, printed in
-                         self.intervals)  # fmt: skip
-        runs = f"{self.runs} {self.origin} {'run' if self.runs == 1 else 'runs'}"
-        return Judgement(
-            f"estimated blind from {runs}, with Table 1 in brackets: {said}" if known
-            else "no parameter was estimated from the runs",
-            verdict,
-            (
-                as_a_method(self.origin),
-                Cause(not known, "a step frequency that agrees fits many sets of parameters: they must be estimated"),
-                Cause(verdict == HOLDS, "every interval holds the value of Table 1"),
-                Cause(bool(off), f"Table 1 lies outside for {', '.join(off)}"),
-                Cause(known and not off and bool(wide), f"too wide to decide: {', '.join(wide)}"),
-                Cause(self.held >= 0, f"{self.held} of {len(self.intervals)} intervals hold the machine's true value"),
-            ),
-        )  # fmt: skip
-
-
-def outsole_slows(e: Evidence) -> OutsoleSlows:
+def outsole_slows(e: Evidence) -> tuple[float, float, float, float, float, str, int, float, float, float, float, float]:
     """What the constraint model says of an outsole, and what pairs of runs do."""
     layer, usual = e.results.analytic.outsole, e.results.analytic.gait.step_frequency_hz
     pairs = [one for one in e.results.calibrated_twin.pairs if math.isfinite(one.slower + one.slower_sd)]
@@ -136,7 +34,7 @@ def outsole_slows(e: Evidence) -> OutsoleSlows:
     def mean(field: str) -> float:
         return float(np.mean([getattr(one, field) for one in pairs])) if pairs else NAN
 
-    return OutsoleSlows(
+    return (
         layer.thickness,
         layer.frequency_without_mass / usual - 1,
         layer.frequency_with_mass / usual - 1,
@@ -152,20 +50,212 @@ def outsole_slows(e: Evidence) -> OutsoleSlows:
     )
 
 
-def prototype_is_model(e: Evidence) -> PrototypeIsModel:
+def judge_outsole_slows(
+    limits: Settings,
+    thickness: float,
+    length_alone: float,
+    with_mass: float,
+    mass: float,
+    turning: float,
+    origin: str,
+    pairs: int,
+    longer: float,
+    longer_half: float,
+    slower: float,
+    slower_half: float,
+    really: float,
+) -> Judgement:
+    """Relative change of the step frequency (1) by an outsole: by its length and width alone, and with its mass [kg] a
+    leg; `turning` [kg] is the mass at which the frequency stays the same. NaN if not computed.
+
+    Calibrated from `pairs` of runs of one machine with the outsole and without: by how much its leg is `longer` [m] and
+    its gait `slower` (1, negative), each with the half-width of its interval, and `really` slower.
+    """
+    known, weighed, calibrated = math.isfinite(length_alone), math.isfinite(with_mass), pairs > 0
+    sure = not abs(slower) <= slower_half
+    verdict = by_the_model(length_alone, with_mass)
+    if calibrated:
+        verdict = OPEN if not sure else FAILS if slower > 0 else verdict
+    grams = f"{1e3 * mass:.1f} g"
+    more = f", by {percent(with_mass)} with the {grams} of rubber a leg" if weighed else ""
+    above = f"more than {1e3 * turning:.1f} g a leg" if math.isfinite(turning) else f"{grams} a leg"
+    found = (
+        f"; calibrated blind from {pairs} {plural('pair', pairs)} of {origin} runs with and without it, the leg is "
+        f"{1e3 * longer:.2f} ± {1e3 * longer_half:.2f} mm longer and the step frequency changes by "
+        f"{percent(slower)} ± {100 * slower_half:.2f} %"
+    )
+    return Judgement(
+        (f"{1e3 * thickness:.1f} mm of outsole without mass change the step frequency by "
+         f"{percent(length_alone)}{more}" if known else "no gait with an outsole")
+        + (found if calibrated else ""),
+        verdict,
+        (
+            (calibrated and origin != MEASURED, as_a_method(origin)[1]),
+            (calibrated and not sure, "the calibrated interval of the change holds zero"),
+            (calibrated and math.isfinite(really),
+                  f"the machines of the runs really differ by {percent(really)}"),
+            (verdict == HOLDS, "the longer leg is the slower pendulum, without any mass"),
+            (
+                length_alone >= 0,
+                "length alone quickens the gait: it also raises the leg's mass and widens the foot",
+            ),
+            (verdict == HOLDS_IF, f"the rubber's mass alone: {percent(with_mass - length_alone)}"),
+            (verdict == FAILS and not with_mass < 0, "its mass does not outweigh that"),
+            (length_alone >= 0 and not weighed, "what the rubber's mass does was not computed"),
+            (not known, "no gait was found with an outsole"),
+        ),
+        f"the rubber's mass is meant with its length, and is {above}" if verdict == HOLDS_IF else "",
+    )  # fmt: skip
+
+
+def by_the_model(length_alone: float, with_mass: float) -> str:
+    """The verdict on an outsole by what the constraint model says of its length, and of its mass with it."""
+    if length_alone < 0:
+        return HOLDS
+    known = math.isfinite(length_alone) and math.isfinite(with_mass)
+    return OPEN if not known else HOLDS_IF if with_mass < 0 else FAILS
+
+
+def push_slows(e: Evidence) -> tuple[str, int, float, float, float]:
+    frequencies = {run.report.name: run.report.step_frequency for run in e.results.imu.runs}
+    found = pushes_and_frequency(e.results.campaign.runs, frequencies)
+    return e.measured.origin, len(frequencies), *found
+
+
+def judge_push_slows(
+    limits: Settings, origin: str, runs: int, correlation: float, significant: float, explained: float
+) -> Judgement:
+    """Correlation of step frequency with the push over the runs, the smallest magnitude that would be significant at
+    5 %, and the part of the frequencies' variance that the pushes explain; NaN if the pushes are not known."""
+    known, real = math.isfinite(correlation), origin == MEASURED
+    tied = abs(correlation) > significant
+    return Judgement(
+        f"over {runs} {origin} runs frequency and push correlate by {correlation:+.2f} "
+        f"(significant beyond {significant:.2f}); pushes explain {100 * explained:.0f} % of its variance"
+        if known
+        else f"the pushes of the {origin} runs are not known",
+        yes_or_no(tied) if known and real else OPEN,
+        (
+            made_up(origin),
+            (
+                known and not tied,
+                f"{abs(correlation):.2f} is no more than chance gives {runs} runs, transient left out",
+            ),
+            (known and real and tied, f"pushes explain {100 * explained:.0f} % of the variance"),
+            (known and not real and tied, "among these runs the frequency does go with the push"),
+            (real and not known, "the database holds no pushes"),
+        ),
+    )
+
+
+def prototype_is_model(e: Evidence) -> tuple[str, int, tuple[tuple[str, float, float, float], ...], int]:
     """The first robot's parameters beside Table 1's; those that Table 1 does not print are left out."""
     robots = e.results.calibrated_twin.robots
     if not robots:
-        return PrototypeIsModel(e.measured.origin, 0, (), -1)
+        return e.measured.origin, 0, (), -1
     robot = robots[0]
     found = [(one, printed) for one in robot.numbers if (printed := _printed(e.parameters.biped, one)) > 0]
     intervals = tuple((one.name.partition(".")[2], *one.interval(HALF_WIDTH), printed) for one, printed in found)
     true = [one for one, _ in found if math.isfinite(one.truth)]
     held = sum(one.holds_truth(HALF_WIDTH) for one in true)
-    return PrototypeIsModel(e.measured.origin, robot.runs, intervals, held if true else -1)
+    return e.measured.origin, robot.runs, intervals, held if true else -1
+
+
+def judge_prototype_is_model(
+    limits: Settings, origin: str, runs: int, intervals: tuple[tuple[str, float, float, float], ...], held: int
+) -> Judgement:
+    """Intervals of parameters estimated from `runs`, with Table 1's values: (name, lower, upper, printed). Of the
+    intervals `held` hold the machine's true value, where that is known; -1 where it is not."""
+    known = bool(intervals)
+    off = [name for name, lower, upper, printed in intervals if not lower <= printed <= upper]
+    wide = [name for name, lower, upper, printed in intervals
+            if name not in off and max(upper / printed, printed / lower) > limits.small_change]  # fmt: skip
+    verdict = OPEN if not known or (wide and not off) else yes_or_no(not off)
+    said = ", ".join(f"{name} {lower:.4g} to {upper:.4g} ({printed:g})" for name, lower, upper, printed in
+                     intervals)  # fmt: skip
+    return Judgement(
+        f"estimated blind from {runs} {origin} {plural('run', runs)}, with Table 1 in brackets: {said}" if known
+        else "no parameter was estimated from the runs",
+        verdict,
+        (
+            as_a_method(origin),
+            (not known, "a step frequency that agrees fits many sets of parameters: they must be estimated"),
+            (verdict == HOLDS, "every interval holds the value of Table 1"),
+            (bool(off), f"Table 1 lies outside for {', '.join(off)}"),
+            (known and not off and bool(wide), f"too wide to decide: {', '.join(wide)}"),
+            (held >= 0, f"{held} of {len(intervals)} intervals hold the machine's true value"),
+        ),
+    )  # fmt: skip
+
+
+def plural(word: str, count: int) -> str:
+    """The word for one or for several."""
+    return word if count == 1 else f"{word}s"
 
 
 def _printed(biped: Biped, number: Number) -> float:
     """Table 1's value of a number; zero for one that is none of the biped's."""
     owner, _, key = number.name.partition(".")
     return biped.number(key) if owner == Biped.FILE else 0.0
+
+
+def pushes_and_frequency(truths: Iterable[RunTruth], frequencies: dict[str, float]) -> tuple[float, float, float]:
+    """Correlation of the runs' frequencies with the push of the stance leg, its 5 % level, and the part of the
+    frequencies' variance that the pushes of both legs explain; for runs whose truth is known."""
+    from scipy.special import stdtrit
+
+    known = [truth for truth in truths if truth.name in frequencies]
+    count = len(known)
+    found = np.array([frequencies[truth.name] for truth in known])
+    if count < 5 or count < len(frequencies) or np.ptp(found) == 0:
+        return NAN, NAN, NAN
+    pushes = np.array([(truth.stance_push, truth.swing_push) for truth in known])
+    if not (np.ptp(pushes, axis=0) > 0).all():
+        return NAN, NAN, NAN
+    t = stdtrit(count - 2, 0.975)
+    terms = np.column_stack([np.ones(count), pushes])
+    left = found - terms @ np.linalg.lstsq(terms, found, rcond=None)[0]
+    explained = 1 - float((left**2).sum() / ((found - found.mean()) ** 2).sum())
+    return float(np.corrcoef(pushes[:, 0], found)[0, 1]), float(t / math.sqrt(count - 2 + t**2)), explained
+
+
+STATEMENTS = (
+    Statement(
+        "outsole_slows",
+        "7.4",
+        "This small difference can be attributed to the extra length added to the biped's legs due to the rubber "
+        "outsoles, as a larger length generally leads to slower swing frequencies in pendulum-like systems.",
+        "an outsole lowers the step frequency, by the length that it adds",
+        outsole_slows,
+        judge_outsole_slows,
+        (
+            "analytic.tolerance",
+            "analytic.outsole",
+            "twin.outsole_arc",
+            "twin.outsole_density",
+            *RUNS,
+            "campaign.bare_runs",
+        ),
+        units={"kg": "mass turning", "m": "thickness longer longer_half"},
+    ),
+    Statement(
+        "push_slows",
+        "7.4",
+        "Another reason for this divergence could be the partial randomness in the initial velocity of the biped after "
+        "each push at the beginning of each experiment.",
+        "over the runs, step frequency goes with the push",
+        push_slows,
+        judge_push_slows,
+        (*RUNS, "campaign.seed", "imu.skipped_steps"),
+    ),
+    Statement(
+        "prototype_is_model",
+        "7.4",
+        "[...] the dynamic elements and geometry of the prototype truly correspond to the parameter values selected "
+        "and used in the simulation models.",
+        "parameters estimated from the runs, with their intervals, hold those of Table 1",
+        prototype_is_model,
+        judge_prototype_is_model,
+        (*RUNS, *CALIBRATION),
+    ),
+)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
-from stages.comparison.claims.measured import Measured
 from stages.comparison.claims.paper import FREQUENCY_HZ, LAST_DIGIT_HZ
-from stages.comparison.claims.verdict import FAILS, HOLDS, OPEN, Cause, Judgement, percent, yes_or_no
+from stages.comparison.claims.statement import Statement
+from stages.comparison.claims.verdict import FAILS, HOLDS, OPEN, Judgement, percent, yes_or_no
 from stages.comparison.evidence import NAN, Evidence, largest
 from stages.comparison.parameters import Settings
 
@@ -17,165 +16,77 @@ SOLVER = ("analytic.tolerance", "analytic.transition")
 PLANAR = ("ground.contact_stiffness", "ground.stiction_velocity", "multibody.tolerance")
 
 
-@dataclass(frozen=True)
-class StepFrequency(Measured):
+def step_frequency(e: Evidence) -> tuple[float, float, str, float, tuple[float, float]]:
+    analytic = e.results.analytic
+    digits = next((one for one in analytic.uncertainties if one.name == "step_frequency_hz"), None)
+    frequency = analytic.gait.step_frequency_hz
+    if digits is None:  # all values are exact
+        return frequency, 0.0, "", 0.0, (frequency, frequency)
+    slopes = digits.slope_least, digits.slope_most
+    return frequency, digits.worst, digits.decisive, digits.decisive_part, slopes
+
+
+def judge_step_frequency(
+    limits: Settings, frequency: float, rounding: float, decisive: str, part: float, slopes: tuple[float, float]
+) -> Judgement:
     """The constraint model's step frequency [Hz], and by how much [Hz] rounding may move it.
 
     `rounding` in all digits of Table 1, at the worst; `part` of it in the last digit of the parameter `decisive`, which
     moves it most; on `slopes` that are rounded alike it lies between these.
     """
-
-    ID = "step_frequency"
-    UNITS = (("Hz", "frequency rounding part"), ("deg", "slopes"))
-    RESTS_ON = SOLVER
-
-    frequency: float
-    rounding: float
-    decisive: str
-    part: float
-    slopes: tuple[float, float]
-
-    def judge(self, limits: Settings) -> Judgement:
-        off = self.frequency - FREQUENCY_HZ
-        holds = abs(off / FREQUENCY_HZ) <= limits.frequency_tolerance
-        allowed = self.rounding + LAST_DIGIT_HZ / 2
-        needed, most = max(abs(off) - LAST_DIGIT_HZ / 2, 0.0), f"the last digit of {self.decisive}"
-        enough = self.part >= needed
-        digits = f"{allowed:.3f} Hz, which the last digits of Table 1 ({self.rounding:.4f} Hz) and of 2.08 leave open"
-        return Judgement(
-            f"{self.frequency:.4f} Hz, {percent(off / FREQUENCY_HZ)}",
-            yes_or_no(holds),
+    off = frequency - FREQUENCY_HZ
+    holds = abs(off / FREQUENCY_HZ) <= limits.frequency_tolerance
+    allowed = rounding + LAST_DIGIT_HZ / 2
+    needed, most = max(abs(off) - LAST_DIGIT_HZ / 2, 0.0), f"the last digit of {decisive}"
+    enough = part >= needed
+    digits = f"{allowed:.3f} Hz, which the last digits of Table 1 ({rounding:.4f} Hz) and of 2.08 leave open"
+    return Judgement(
+        f"{frequency:.4f} Hz, {percent(off / FREQUENCY_HZ)}",
+        yes_or_no(holds),
+        (
+            (holds and abs(off) <= allowed, f"the {abs(off):.4f} Hz left are less than {digits}"),
             (
-                Cause(holds and abs(off) <= allowed, f"the {abs(off):.4f} Hz left are less than {digits}"),
-                Cause(
-                    holds and 0 < needed <= self.rounding,
-                    f"to be printed as {FREQUENCY_HZ} it needs {needed:.4f} Hz of these; {most} "
-                    + (f"decides: alone it leaves {self.part:.4f} Hz" if enough else f"has most, {self.part:.4f} Hz"),
-                ),
-                Cause(
-                    self.slopes[0] < self.slopes[1],
-                    f"on slopes that round to the paper's it lies between {self.slopes[0]:.4f} and "
-                    f"{self.slopes[1]:.4f} Hz",
-                ),
-                Cause(
-                    holds and not abs(off) <= allowed,
-                    f"{abs(off):.4f} Hz is within {100 * limits.frequency_tolerance:g} %, though more than {digits}",
-                ),
-                Cause(not holds, f"{abs(off):.4f} Hz is more than {100 * limits.frequency_tolerance:g} %"),
-                Cause(not holds and abs(off) > allowed, f"digits do not explain it: they leave {allowed:.4f} Hz open"),
+                holds and 0 < needed <= rounding,
+                f"to be printed as {FREQUENCY_HZ} it needs {needed:.4f} Hz of these; {most} "
+                + (f"decides: alone it leaves {part:.4f} Hz" if enough else f"has most, {part:.4f} Hz"),
             ),
-        )
-
-
-@dataclass(frozen=True)
-class StableGait(Measured):
-    """Largest multipliers of the constraint model and of the planar multibody model; NaN where no gait was found."""
-
-    ID = "stable_gait"
-    RESTS_ON = (*SOLVER, *PLANAR)
-
-    constraint: float
-    multibody: float
-
-    def judge(self, limits: Settings) -> Judgement:
-        worst = max(self.constraint, self.multibody)
-        known = math.isfinite(self.constraint) and math.isfinite(self.multibody)
-        verdict = yes_or_no(worst < 1) if known else (FAILS if self.constraint >= 1 else OPEN)
-        return Judgement(
-            f"largest multiplier {self.constraint:.4f} in the constraint model, "
-            + (f"{self.multibody:.3f} in the multibody model" if known else "no multibody gait"),
-            verdict,
             (
-                Cause(verdict == HOLDS, f"a disturbance shrinks to {worst:.2f} of its size with each step"),
-                Cause(verdict == FAILS, f"a disturbance grows {worst:.2f} times with each step"),
-                Cause(verdict == OPEN, "no fixed point of the multibody model was found, so it has no multipliers"),
+                slopes[0] < slopes[1],
+                f"on slopes that round to the paper's it lies between {slopes[0]:.4f} and {slopes[1]:.4f} Hz",
             ),
-        )
-
-
-@dataclass(frozen=True)
-class MultipliersMinimised(Measured):
-    """The largest multiplier, and the lowest with one design parameter changed (NaN if none has a gait), and which."""
-
-    ID = "multipliers_minimised"
-    RESTS_ON = SOLVER
-
-    now: float
-    best: float
-    change: str
-
-    def judge(self, limits: Settings) -> Judgement:
-        known, unstable = math.isfinite(self.best), self.now >= 1
-        improves = known and self.best < (1 - limits.multiplier_gain) * self.now
-        gain = f"{100 * (1 - self.best / self.now):.1f} %"
-        return Judgement(
-            f"largest multiplier {self.now:.3f}" + (f"; {self.best:.3f} with {self.change}" if known else ""),
-            FAILS if unstable else OPEN if improves or not known else HOLDS,
             (
-                Cause(unstable, f"a design tuned for stability has a multiplier below 1; this one has {self.now:.2f}"),
-                Cause(
-                    improves and not unstable,
-                    f"{self.change} alone lowers it by {gain}, so Table 1 is no minimum; but the sentence is about "
-                    "the optimum before it was fine-tuned to the robot, which is not printed",
-                ),
-                Cause(
-                    known and not improves and not unstable,
-                    f"no parameter changed alone lowers it by {100 * limits.multiplier_gain:g} %",
-                ),
-                Cause(not known and not unstable, "no neighbouring design has a gait to compare it with"),
+                holds and not abs(off) <= allowed,
+                f"{abs(off):.4f} Hz is within {100 * limits.frequency_tolerance:g} %, though more than {digits}",
             ),
-        )
+            (not holds, f"{abs(off):.4f} Hz is more than {100 * limits.frequency_tolerance:g} %"),
+            (not holds and abs(off) > allowed, f"digits do not explain it: they leave {allowed:.4f} Hz open"),
+        ),
+    )
 
 
-@dataclass(frozen=True)
-class ChaosAmplifies(Measured):
-    """Growth of the most unlucky small disturbance: the most in any step of the walk, and what is left at its end.
-
-    Factors on its size in leg lengths and pendulum times; `steps` of the walk; `multiplier` the largest.
-    """
-
-    ID = "chaos_amplifies"
-    RESTS_ON = ("analytic.steps", *SOLVER)
-
-    multiplier: float
-    most: float
-    left: float
-    steps: int
-
-    def judge(self, limits: Settings) -> Judgement:
-        grows = self.left > 1
-        return Judgement(
-            f"the disturbance that grows most is {self.most:.2g} times its size at its largest and {self.left:.2g} "
-            f"times after the walk's {self.steps} steps",
-            yes_or_no(grows),
-            (
-                Cause(
-                    not grows,
-                    f"the gait is stable: in the long run a step leaves {self.multiplier:.2f} of a difference. The "
-                    "statement is about systems that can be chaotic; near this gait the walker is not",
-                ),
-                Cause(not grows and self.most > 1, f"a step can first enlarge a difference, {self.most:.2g} times"),
-                Cause(grows, f"a step multiplies a difference by {self.multiplier:.2f} in the long run"),
-            ),
-        )
-
-
-def step_frequency(e: Evidence) -> StepFrequency:
-    analytic = e.results.analytic
-    digits = next((one for one in analytic.uncertainties if one.name == "step_frequency_hz"), None)
-    frequency = analytic.gait.step_frequency_hz
-    if digits is None:  # all values are exact
-        return StepFrequency(frequency, 0.0, "", 0.0, (frequency, frequency))
-    slopes = digits.slope_least, digits.slope_most
-    return StepFrequency(frequency, digits.worst, digits.decisive, digits.decisive_part, slopes)
-
-
-def stable_gait(e: Evidence) -> StableGait:
+def stable_gait(e: Evidence) -> tuple[float, float]:
     planar = e.results.multibody.cycle.largest_multiplier
-    return StableGait(largest(e.results.analytic.gait.floquet_multipliers), planar)
+    return largest(e.results.analytic.gait.floquet_multipliers), planar
 
 
-def multipliers_minimised(e: Evidence) -> MultipliersMinimised:
+def judge_stable_gait(limits: Settings, constraint: float, multibody: float) -> Judgement:
+    """Largest multipliers of the constraint model and of the planar multibody model; NaN where no gait was found."""
+    worst = max(constraint, multibody)
+    known = math.isfinite(constraint) and math.isfinite(multibody)
+    verdict = yes_or_no(worst < 1) if known else (FAILS if constraint >= 1 else OPEN)
+    return Judgement(
+        f"largest multiplier {constraint:.4f} in the constraint model, "
+        + (f"{multibody:.3f} in the multibody model" if known else "no multibody gait"),
+        verdict,
+        (
+            (verdict == HOLDS, f"a disturbance shrinks to {worst:.2f} of its size with each step"),
+            (verdict == FAILS, f"a disturbance grows {worst:.2f} times with each step"),
+            (verdict == OPEN, "no fixed point of the multibody model was found, so it has no multipliers"),
+        ),
+    )
+
+
+def multipliers_minimised(e: Evidence) -> tuple[float, float, str]:
     analytic = e.results.analytic
     options = [
         (value, f"{variation.name} {sign}{100 * variation.change:.0f} %")
@@ -183,11 +94,101 @@ def multipliers_minimised(e: Evidence) -> MultipliersMinimised:
         for value, sign in ((variation.multiplier_below, "-"), (variation.multiplier_above, "+"))
         if math.isfinite(value)
     ]
-    return MultipliersMinimised(largest(analytic.gait.floquet_multipliers), *min(options, default=(NAN, "")))
+    return largest(analytic.gait.floquet_multipliers), *min(options, default=(NAN, ""))
 
 
-def chaos_amplifies(e: Evidence) -> ChaosAmplifies:
+def judge_multipliers_minimised(limits: Settings, now: float, best: float, change: str) -> Judgement:
+    """The largest multiplier, and the lowest with one design parameter changed (NaN if none has a gait), and which."""
+    known, unstable = math.isfinite(best), now >= 1
+    improves = known and best < (1 - limits.multiplier_gain) * now
+    gain = f"{100 * (1 - best / now):.1f} %"
+    return Judgement(
+        f"largest multiplier {now:.3f}" + (f"; {best:.3f} with {change}" if known else ""),
+        FAILS if unstable else OPEN if improves or not known else HOLDS,
+        (
+            (unstable, f"a design tuned for stability has a multiplier below 1; this one has {now:.2f}"),
+            (
+                improves and not unstable,
+                f"{change} alone lowers it by {gain}, so Table 1 is no minimum; but the sentence is about "
+                "the optimum before it was fine-tuned to the robot, which is not printed",
+            ),
+            (
+                known and not improves and not unstable,
+                f"no parameter changed alone lowers it by {100 * limits.multiplier_gain:g} %",
+            ),
+            (not known and not unstable, "no neighbouring design has a gait to compare it with"),
+        ),
+    )
+
+
+def chaos_amplifies(e: Evidence) -> tuple[float, float, float, int]:
     analytic = e.results.analytic
     steps, matrix = len(analytic.walk.heel_strike_time), analytic.monodromy_matrix
     sizes = [float(np.linalg.norm(np.linalg.matrix_power(matrix, n), 2)) for n in range(1, max(steps, 1) + 1)]
-    return ChaosAmplifies(largest(analytic.gait.floquet_multipliers), max(sizes), sizes[-1], len(sizes))
+    return largest(analytic.gait.floquet_multipliers), max(sizes), sizes[-1], len(sizes)
+
+
+def judge_chaos_amplifies(limits: Settings, multiplier: float, most: float, left: float, steps: int) -> Judgement:
+    """Growth of the most unlucky small disturbance: the most in any step of the walk, and what is left at its end.
+
+    Factors on its size in leg lengths and pendulum times; `steps` of the walk; `multiplier` the largest.
+    """
+    grows = left > 1
+    return Judgement(
+        f"the disturbance that grows most is {most:.2g} times its size at its largest and {left:.2g} "
+        f"times after the walk's {steps} steps",
+        yes_or_no(grows),
+        (
+            (
+                not grows,
+                f"the gait is stable: in the long run a step leaves {multiplier:.2f} of a difference. The "
+                "statement is about systems that can be chaotic; near this gait the walker is not",
+            ),
+            (not grows and most > 1, f"a step can first enlarge a difference, {most:.2g} times"),
+            (grows, f"a step multiplies a difference by {multiplier:.2f} in the long run"),
+        ),
+    )
+
+
+STATEMENTS = (
+    Statement(
+        "multipliers_minimised",
+        "2.2",
+        "A Newton-Raphson method was used to reach an optimal parameter set, for which the eigenvalues are minimum in "
+        "magnitude [...] finally, their values were fine-tuned to measurements obtained from the robot.",
+        "at the theoretical optimum, which is not printed, no change of a parameter lowers the largest multiplier; "
+        "Table 1 is that optimum after fine-tuning",
+        multipliers_minimised,
+        judge_multipliers_minimised,
+        SOLVER,
+    ),
+    Statement(
+        "stable_gait",
+        "2.2, 3.5",
+        "The simplified biped model achieves stable walking in a negative slope of 2°.",
+        "every multiplier of the step map is smaller than 1, in the constraint model and in the multibody model",
+        stable_gait,
+        judge_stable_gait,
+        (*SOLVER, *PLANAR),
+    ),
+    Statement(
+        "chaos_amplifies",
+        "3.2",
+        "The dynamic divergence introduced by these factors, albeit small, can be amplified in systems capable of "
+        "chaotic behaviours, as is the double pendulum, and lead to completely different simulation outcomes.",
+        "along this walk a small difference between two computations grows",
+        chaos_amplifies,
+        judge_chaos_amplifies,
+        ("analytic.steps", *SOLVER),
+    ),
+    Statement(
+        "step_frequency",
+        "7.2",
+        "This sampling rate is almost 50 times larger than the simulated walking frequency of 2.08 Hz.",
+        "the constraint model with Table 1 takes 2.08 steps a second on a slope of 2 degrees",
+        step_frequency,
+        judge_step_frequency,
+        SOLVER,
+        units={"Hz": "frequency rounding part", "deg": "slopes"},
+    ),
+)

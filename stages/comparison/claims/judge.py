@@ -1,25 +1,80 @@
-"""All claims in the paper's order: what is measured for each, which apply to a biped, and their four parts."""
+"""All claims in the paper's order: which apply to a biped, their four parts, and what numerical errors could change.
+
+The errors are twice the differences from the level `reference` that benchmarks/levels.py measured. They are those of
+the parameters that it had at each level alone: with others, and at `reference`, none is known.
+"""
 
 from __future__ import annotations
 
 import dataclasses
+import hashlib
+import json
 import math
 import re
-from collections.abc import Callable, Iterable
-from typing import Any, get_type_hints
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
 
 from stages.comparison.claims import calibration, contact, figure_8, gait, measurement, numerics, twin
-from stages.comparison.claims.measured import Measured, Unmeasured
-from stages.comparison.claims.numerical_error import numbers, other_verdicts
-from stages.comparison.claims.paper import BIPED, SAYS, SETTINGS
-from stages.comparison.claims.verdict import DOES_NOT_APPLY, OPEN, UNDECIDED, UNKNOWN, Cause, Judgement
+from stages.comparison.claims.paper import BIPED, SETTINGS
+from stages.comparison.claims.statement import Measured, Statement
+from stages.comparison.claims.verdict import DOES_NOT_APPLY, UNDECIDED, UNKNOWN
 from stages.comparison.evidence import Evidence
-from stages.comparison.parameters import Parameters
+from stages.comparison.parameters import Parameters, Settings
 from stages.comparison.result import Claim, Number
-from stages.comparison.stride import NoEvidence
 
+
+def in_the_papers_order(one: Statement) -> list[int]:
+    """Chapter and section of a statement."""
+    return [int(part) for part in re.findall(r"\d+", one.section)[:2]]
+
+
+#: The statements by name; within a section in the order of their files.
+STATEMENTS = {
+    one.id: one
+    for one in sorted(
+        (one for topic in (numerics, contact, gait, figure_8, twin, measurement, calibration)
+         for one in topic.STATEMENTS), key=in_the_papers_order)
+}  # fmt: skip
 #: What a claim on the method asks of a biped: legs that take double stance.
 OF_THE_METHOD = ("biped.legs",)
+TABLE = Path(__file__).with_name("numerical_errors.json")
+#: Error given for a measured difference, as it may be larger than that.
+TIMES = 2.0
+
+
+def judge(e: Evidence) -> tuple[Claim, ...]:
+    """Every claim, measured and judged. Claims on the paper's biped are not judged for another one."""
+    return tuple(judged(e.parameters, one.measured(e)) for one in STATEMENTS.values())
+
+
+def judged(parameters: Parameters, measured: Measured) -> Claim:
+    """One claim. Numbers whose errors are unknown are judged as if they had none, and that is said."""
+    about, judgement = measured.about, measured.judge(parameters.settings)
+    known = numbers(measured, parameters)
+    beside = UNKNOWN if any(math.isnan(one.error) for one in known if math.isfinite(one.value)) else ""
+    verdict, condition, causes = judgement.verdict, judgement.condition, judgement.reasons
+    for number, other in other_verdicts(measured, parameters.settings, known):
+        verdict, condition = UNDECIDED, ""
+        causes = (*causes, f"{number.name.replace('_', ' ')} = {number.value:.4g} has a numerical error of "
+                           f"{number.error:.1g}, within which the verdict could also be: {other}")  # fmt: skip
+    differing = another_biped(parameters, OF_THE_METHOD if about.method else BIPED)
+    if differing:
+        verdict, condition, beside = DOES_NOT_APPLY, "", ""
+        causes = (f"this is another biped than the sentence is about: {'; '.join(differing)}",)
+    return Claim(
+        id=about.id,
+        section=about.section,
+        words=about.words,
+        implies=about.implies,
+        measured=re.sub(r"[-+]?\bnan\b", "?", judgement.measured),  # a number that is not known
+        verdict=verdict,
+        condition=condition,
+        beside=beside,
+        causes=causes,
+        rests_on=rests_on(parameters, about.rests_on),
+        numbers=known,
+    )
 
 
 def another_biped(parameters: Parameters, keys: Iterable[str] = BIPED) -> tuple[str, ...]:
@@ -70,87 +125,56 @@ def quantity(value: Any, unit: str) -> str:
     return text if unit in ("1", "-", "") else f"{text} {unit}"
 
 
-def judge(parameters: Parameters, measured: Iterable[Measured | Unmeasured]) -> tuple[Claim, ...]:
-    """A claim for all that was measured, in its order. Claims on the paper's biped are not judged for another one."""
-    return tuple(judged(parameters, one) for one in measured)
+def digest(parameters: Parameters) -> str:
+    """What tells the parameters of a study from all others."""
+    return hashlib.sha256(repr(parameters).encode()).hexdigest()[:16]
 
 
-def judged(parameters: Parameters, measured: Measured | Unmeasured) -> Claim:
-    """One claim; what was not measured stays open. Numbers whose errors are unknown are judged as if they had none, and
-    that is said.
-    """
-    known: tuple[Number, ...] = ()
-    others: tuple[tuple[Number, str], ...] = ()
-    if isinstance(measured, Unmeasured):
-        about = measured.claim
-        judgement = Judgement(f"nothing: {measured.why}", OPEN, (Cause(True, measured.why),))
-    else:
-        about, judgement = type(measured), measured.judge(parameters.settings)
-        known = numbers(measured, parameters)
-        others = tuple(other_verdicts(measured, parameters.settings, known))
-    beside = UNKNOWN if any(math.isnan(one.error) for one in known if math.isfinite(one.value)) else ""
-    says, verdict, condition, causes = SAYS[about.ID], judgement.verdict, judgement.condition, judgement.reasons
-    for number, other in others:
-        verdict, condition = UNDECIDED, ""
-        causes = (*causes, f"{number.name.replace('_', ' ')} = {number.value:.4g} has a numerical error of "
-                           f"{number.error:.1g}, within which the verdict could also be: {other}")  # fmt: skip
-    differing = another_biped(parameters, OF_THE_METHOD if about.METHOD else BIPED)
-    if differing:
-        verdict, condition, beside = DOES_NOT_APPLY, "", ""
-        causes = (f"this is another biped than the sentence is about: {'; '.join(differing)}",)
-    return Claim(
-        id=about.ID,
-        section=says.section,
-        words=says.words,
-        implies=says.implies,
-        measured=re.sub(r"[-+]?\bnan\b", "?", judgement.measured),  # a number that is not known
-        verdict=verdict,
-        condition=condition,
-        beside=beside,
-        causes=causes,
-        rests_on=rests_on(parameters, about.RESTS_ON),
-        numbers=known,
-    )
+def measured_errors(parameters: Parameters, claim: str) -> Mapping[str, float]:
+    """The errors of a claim's numbers with these parameters, by name; none where nobody measured."""
+    kept, level = json.loads(TABLE.read_text(encoding="utf-8")), parameters.level.level
+    known = kept["errors"][level][claim] if kept["parameters"].get(level) == digest(parameters) else {}
+    return {name: TIMES * error for name, error in known.items()}
 
 
-#: What measures each claim, in the paper's order.
-MEASURES: tuple[Callable[[Evidence], Measured], ...] = (
-    numerics.constraints_reduce_effort,
-    contact.twice_differentiated,
-    gait.multipliers_minimised,
-    gait.stable_gait,
-    numerics.tight_tolerances,
-    gait.chaos_amplifies,
-    contact.contact_set,
-    contact.contact_set_figure_8,
-    contact.rolling_without_slip,
-    contact.friction_velocities,
-    numerics.stiff_solver,
-    figure_8.hip_displacement,
-    figure_8.hip_velocity,
-    figure_8.integration_tolerance,
-    twin.twin_settles,
-    twin.ramp_length,
-    twin.push_converges,
-    gait.step_frequency,
-    measurement.sensor_range,
-    twin.twin_like_simple,
-    measurement.hip_path_drifts,
-    measurement.encloses,
-    measurement.slower,
-    calibration.outsole_slows,
-    measurement.push_slows,
-    calibration.prototype_is_model,
-)
+def numbers(measured: Measured, parameters: Parameters) -> tuple[Number, ...]:
+    """The numbers of a claim with their errors."""
+    errors = measured_errors(parameters, measured.about.id)
+    return tuple(Number(name, measured.unit(name), value, errors.get(name, math.nan))
+                 for name, value in named(measured.numbers))  # fmt: skip
 
 
-def measure(e: Evidence) -> tuple[Measured | Unmeasured, ...]:
-    """Every claim's numbers, or why it has none."""
-    return tuple(_measured(e, one) for one in MEASURES)
+def named(parts: Any, where: str = "") -> Iterator[tuple[str, float]]:
+    """Name and value of each float in fields and in tuples, to any depth."""
+    pairs = parts.items() if isinstance(parts, Mapping) else enumerate(parts)
+    for key, value in pairs:
+        name = f"{where}.{key}" if where else str(key)
+        if isinstance(value, float):
+            yield name, float(value)
+        elif isinstance(value, tuple):
+            yield from named(value, name)
 
 
-def _measured(e: Evidence, one: Callable[[Evidence], Measured]) -> Measured | Unmeasured:
-    try:
-        return one(e)
-    except NoEvidence as error:
-        return Unmeasured(get_type_hints(one)["return"], str(error))
+def other_verdicts(measured: Measured, settings: Settings, known: tuple[Number, ...]) -> Iterator[tuple[Number, str]]:
+    """Numbers that change the verdict if they are more or less by their error, and what it then is."""
+    verdict = measured.judge(settings).verdict
+    for number in known:
+        if number.error > 0 and math.isfinite(number.value):
+            for value in (number.value - number.error, number.value + number.error):
+                other = with_number(measured, number.name, value).judge(settings).verdict
+                if other != verdict:
+                    yield number, other
+                    break
+
+
+def with_number(measured: Measured, name: str, value: float) -> Measured:
+    """The same claim with one number changed."""
+    key, *places = name.split(".")
+    changed = _changed(measured.numbers[key], places, value)
+    return dataclasses.replace(measured, numbers={**measured.numbers, key: changed})
+
+
+def _changed(part: Any, places: list[str], value: float) -> Any:
+    if not places:
+        return value
+    return tuple(_changed(item, places[1:], value) if at == int(places[0]) else item for at, item in enumerate(part))

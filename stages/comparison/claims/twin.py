@@ -3,24 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from stages.biped.walk import Walk
-from stages.comparison.claims.measured import Measured
 from stages.comparison.claims.paper import BLOCK_SETS, RAMP_M
-from stages.comparison.claims.verdict import (
-    DOES_NOT_APPLY,
-    FAILS,
-    HOLDS,
-    HOLDS_IF,
-    OPEN,
-    Cause,
-    Judgement,
-    percent,
-    yes_or_no,
-)
+from stages.comparison.claims.statement import OF_ITS_ROW, Statement
+from stages.comparison.claims.verdict import DOES_NOT_APPLY, FAILS, HOLDS, HOLDS_IF, OPEN, Judgement, percent, yes_or_no
 from stages.comparison.evidence import NAN, Evidence, largest
 from stages.comparison.parameters import Settings
 
@@ -28,176 +17,176 @@ RESTS_ON = ("twin.inertia", "twin.parts", "twin.tolerance", "ground.contact_stif
 PUSHES = ("sideways_speeds", "roll_rates", "yaw_rates", "yaw_angles")
 
 
-@dataclass(frozen=True)
-class TwinSettles(Measured):
+def twin_settles(e: Evidence) -> tuple[int, float, float, float, str]:
+    settling, rung = e.results.twin.settling, e.results.twin_ladder.twin
+    first = float(settling.step_period[0]) if len(settling.step_period) else NAN
+    period, multiplier = settling.period_s, NAN
+    if rung is not None:
+        period, multiplier = rung.period_s, largest(rung.plane_multipliers)
+    return settling.steps_to_settle, first, period, multiplier, settling.frequency_text()
+
+
+def judge_twin_settles(
+    limits: Settings, steps: int, first: float, period: float, multiplier: float, frequency: str
+) -> Judgement:
     """Steps until the twin has settled (-1: never), the first step's period [s] and its gait's, or the last four's
     where no gait is known, its largest multiplier (NaN if unknown), and the frequency of these four, in words."""
-
-    ID = "twin_settles"
-    UNITS = (("s", "first period"),)
-    RESTS_ON = RESTS_ON
-
-    steps: int
-    first: float
-    period: float
-    multiplier: float
-    frequency: str
-
-    def judge(self, limits: Settings) -> Judgement:
-        settled = self.steps >= 0
-        return Judgement(
-            f"period and length within 1 % of the last four steps' after step {self.steps}; these: {self.frequency}"
-            if settled
-            else "period and length of a step do not settle in the steps walked",
-            yes_or_no(settled),
+    settled = steps >= 0
+    return Judgement(
+        f"period and length within 1 % of the last four steps' after step {steps}; these: {frequency}"
+        if settled
+        else "period and length of a step do not settle in the steps walked",
+        yes_or_no(settled),
+        (
             (
-                Cause(
-                    settled and self.first != self.period,
-                    f"the twin's fixed point is another: the first step is {percent(self.first / self.period - 1, 1)} "
-                    "longer in time than the gait's",
-                ),
-                Cause(settled and self.multiplier < 1, f"a step leaves {self.multiplier:.2f} of a difference"),
-                Cause(settled, f"{self.steps} of the first steps are off the last ones by more than 1 %"),
-                Cause(not settled, "period or length still change by more than 1 % in the last steps"),
-                Cause(not settled and self.multiplier >= 1, f"a step multiplies a difference by {self.multiplier:.2f}"),
+                settled and first != period,
+                f"the twin's fixed point is another: the first step is {percent(first / period - 1, 1)} "
+                "longer in time than the gait's",
             ),
-        )
+            (settled and multiplier < 1, f"a step leaves {multiplier:.2f} of a difference"),
+            (settled, f"{steps} of the first steps are off the last ones by more than 1 %"),
+            (not settled, "period or length still change by more than 1 % in the last steps"),
+            (not settled and multiplier >= 1, f"a step multiplies a difference by {multiplier:.2f}"),
+        ),
+    )
 
 
-@dataclass(frozen=True)
-class TwinLikeSimple(Measured):
+def twin_like_simple(e: Evidence) -> tuple[float, float, float, tuple[tuple[str, float], ...], float, bool]:
+    ladder = e.results.twin_ladder
+    upto = next((number for number, rung in enumerate(ladder.rungs) if rung.is_twin), len(ladder.rungs) - 1)
+    names = [rung.name for rung in ladder.rungs[1 : upto + 1]]
+    details = tuple((name, period) for name, period, _ in ladder.changes() if name in names)
+    forward, up, rate = (float(value) for value in e.twin.normalised_rms[:3])
+    assumed = e.parameters.twin.inertia == "parts"
+    return forward, up, rate, details, ladder.simple_period_s, assumed
+
+
+def judge_twin_like_simple(
+    limits: Settings,
+    forward: float,
+    up: float,
+    rate: float,
+    details: tuple[tuple[str, float], ...],
+    period: float,
+    assumed: bool,
+) -> Judgement:
     """Rms difference over range (1) of hip forward, hip up and angular velocity at equal phase.
 
     `details` are the changes of the step period [s] that the twin's details make, from the ladder; `period` [s] is the
     step's; `assumed` whether a bill of parts, which the paper does not give, spreads the mass.
     """
-
-    ID = "twin_like_simple"
-    UNITS = (("s", "details period"),)
-    RESTS_ON = RESTS_ON
-
-    forward: float
-    up: float
-    rate: float
-    details: tuple[tuple[str, float], ...]
-    period: float
-    assumed: bool
-
-    def judge(self, limits: Settings) -> Judgement:
-        worst = max(self.forward, self.up, self.rate)
-        alike = worst <= limits.similarity_limit
-        counts = limits.frequency_tolerance * self.period
-        large = [(name, change) for name, change in self.details if abs(change) > counts]
-        sizes = ", ".join(f"{name} {1e3 * change:+.1f} ms" for name, change in large)
-        total = sum(change for _, change in self.details)
-        cancels = len(large) > 1 and abs(total) < max(abs(change) for _, change in large)
-        return Judgement(
-            f"rms difference over range: hip forward {self.forward:.3f}, hip up {self.up:.3f}, angular velocity "
-            f"{self.rate:.3f}",
-            FAILS if not alike else HOLDS_IF if self.assumed else HOLDS,
+    worst = max(forward, up, rate)
+    alike = worst <= limits.similarity_limit
+    counts = limits.frequency_tolerance * period
+    large = [(name, change) for name, change in details if abs(change) > counts]
+    sizes = ", ".join(f"{name} {1e3 * change:+.1f} ms" for name, change in large)
+    total = sum(change for _, change in details)
+    cancels = len(large) > 1 and abs(total) < max(abs(change) for _, change in large)
+    return Judgement(
+        f"rms difference over range: hip forward {forward:.3f}, hip up {up:.3f}, angular velocity {rate:.3f}",
+        FAILS if not alike else HOLDS_IF if assumed else HOLDS,
+        (
+            (alike, f"none is above {limits.similarity_limit:g}, which is called almost identical here"),
+            (not alike, f"{worst:.2f} is above {limits.similarity_limit:g}"),
             (
-                Cause(alike, f"none is above {limits.similarity_limit:g}, which is called almost identical here"),
-                Cause(not alike, f"{worst:.2f} is above {limits.similarity_limit:g}"),
-                Cause(
-                    self.assumed,
-                    "the paper gives no parts; those of twin.yaml were balanced after the twin was seen to limp, so "
-                    "likeness is partly built in",
-                ),
-                Cause(
-                    cancels,
-                    f"details act against each other in the step's {1e3 * self.period:.0f} ms: {sizes}, together "
-                    f"{1e3 * total:+.1f} ms",
-                ),
+                assumed,
+                "the paper gives no parts; those of twin.yaml were balanced after the twin was seen to limp, so "
+                "likeness is partly built in",
             ),
-            "mass is spread as in the bill of parts that twin.yaml assumes" if alike and self.assumed else "",
-        )
+            (
+                cancels,
+                f"details act against each other in the step's {1e3 * period:.0f} ms: {sizes}, together "
+                f"{1e3 * total:+.1f} ms",
+            ),
+        ),
+        "mass is spread as in the bill of parts that twin.yaml assumes" if alike and assumed else "",
+    )
 
 
-@dataclass(frozen=True)
-class PushConverges(Measured):
+def push_converges(e: Evidence) -> tuple[int, int, tuple[tuple[str, str, float, float], ...], float, float]:
+    runs, rung = e.results.campaign.runs, e.results.twin_ladder.twin
+    return (
+        sum(run.failed_attempts for run in runs),
+        len(runs),
+        tuple(e.results.twin_pushes.limits()),
+        largest(rung.plane_multipliers) if rung is not None else NAN,
+        largest(rung.side_multipliers) if rung is not None else NAN,
+    )
+
+
+def judge_push_converges(
+    limits: Settings,
+    failed: int,
+    pushes: int,
+    limits_of: tuple[tuple[str, str, float, float], ...],
+    multiplier: float,
+    sideways: float,
+) -> Judgement:
     """How many walks with another push along the path ended before their last step, of how many (the campaign's).
 
     `limits_of` are, for each kind of push out of the plane, its unit, the largest size walked off and the smallest that
     is not (infinite if none); `multiplier` is the twin's largest in the plane, `sideways` out of it.
     """
-
-    ID = "push_converges"
-    RESTS_ON = (*RESTS_ON, "campaign.push_sd", *(f"twin_pushes.{key}" for key in PUSHES))
-
-    failed: int
-    pushes: int
-    limits_of: tuple[tuple[str, str, float, float], ...]
-    multiplier: float
-    sideways: float
-
-    def unit(self, name: str) -> str:
-        """That of the push for a limit."""
-        field, _, place = name.partition(".")
-        return self.limits_of[int(place[0])][1] if field == "limits_of" else super().unit(name)
-
-    def judge(self, limits: Settings) -> Judgement:
-        falls = [row for row in self.limits_of if math.isfinite(row[3])]
-        lost = [row[0] for row in self.limits_of if row[2] == 0]
-        along = self.failed == 0 and self.pushes > 0
-        untried = self.pushes + self.failed == 0
-        verdict = DOES_NOT_APPLY if untried else FAILS if not along or lost else HOLDS_IF if falls else HOLDS
-        bounds = ", ".join(f"{kind} below {fatal:g} {unit}" for kind, unit, _, fatal in falls)
-        most = ", ".join(f"{kind} {survived:g} {unit}" for kind, unit, survived, _ in self.limits_of)
-        return Judgement(
-            f"{self.pushes} pushes along the path (synthetic): {self.failed} end in a fall; to the side the twin walks "
-            f"off {most}",
-            verdict,
+    falls = [row for row in limits_of if math.isfinite(row[3])]
+    lost = [row[0] for row in limits_of if row[2] == 0]
+    along = failed == 0 and pushes > 0
+    untried = pushes + failed == 0
+    verdict = DOES_NOT_APPLY if untried else FAILS if not along or lost else HOLDS_IF if falls else HOLDS
+    bounds = ", ".join(f"{kind} below {fatal:g} {unit}" for kind, unit, _, fatal in falls)
+    most = ", ".join(f"{kind} {survived:g} {unit}" for kind, unit, survived, _ in limits_of)
+    return Judgement(
+        f"{pushes} pushes along the path (synthetic): {failed} end in a fall; to the side the twin walks "
+        f"off {most}",
+        verdict,
+        (
+            (along and multiplier < 1, f"in the plane a step leaves {multiplier:.2f} of it"),
+            (bool(falls) and verdict == HOLDS_IF, "larger pushes to the side topple it within three steps"),
             (
-                Cause(along and self.multiplier < 1, f"in the plane a step leaves {self.multiplier:.2f} of it"),
-                Cause(bool(falls) and verdict == HOLDS_IF, "larger pushes to the side topple it within three steps"),
-                Cause(
-                    self.sideways > 0.9,
-                    f"its heading it keeps: to the side a step leaves {self.sideways:.4f} of a difference",
-                ),
-                Cause(verdict == HOLDS, "no push that was tried ends in a fall"),
-                Cause(untried, "no synthetic campaign was walked: a lab's own measurements take its place"),
-                Cause(not along and not untried,
-                      f"{self.failed} of {self.pushes + self.failed} pushes along the path end in a fall"),
-                Cause(bool(lost), f"even the smallest tried ends in a fall: {', '.join(lost)}"),
+                sideways > 0.9,
+                f"its heading it keeps: to the side a step leaves {sideways:.4f} of a difference",
             ),
-            f"a push to the side is small: {bounds}" if verdict == HOLDS_IF else "",
-        )  # fmt: skip
+            (verdict == HOLDS, "no push that was tried ends in a fall"),
+            (untried, "no synthetic campaign was walked: a lab's own measurements take its place"),
+            (not along and not untried,
+                  f"{failed} of {pushes + failed} pushes along the path end in a fall"),
+            (bool(lost), f"even the smallest tried ends in a fall: {', '.join(lost)}"),
+        ),
+        f"a push to the side is small: {bounds}" if verdict == HOLDS_IF else "",
+    )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class RampLength(Measured):
+def ramp_length(e: Evidence) -> tuple[float, float, float, float, float]:
+    settings = e.parameters.twin
+    step = settings.expected_step or e.results.analytic.gait.step_length_m
+    radius = e.parameters.biped.foot_radius + settings.outsole
+    reach, rolls = block_reach(e.results.twin.walk, radius, step, BLOCK_SETS)
+    needed = (BLOCK_SETS - 1) * step + settings.block_length
+    return step, needed, reach, rolls, settings.block_length
+
+
+def judge_ramp_length(
+    limits: Settings, step: float, needed: float, reach: float, rolls: float, block: float
+) -> Judgement:
     """What 11 sets one step [m] apart need [m], and how far the twin's feet come from the middle of their blocks.
 
     `reach` [m] is the farthest that a standing foot of the twin comes from its block's middle, from landing to leaving,
     NaN if it walks over fewer sets; `rolls` [m] how far it rolls; `block` [m] the block's length.
     """
-
-    ID = "ramp_length"
-    UNITS = (("m", "step needed reach rolls block"),)
-    RESTS_ON = ("twin.block_length", "twin.expected_step", "twin.inertia")
-
-    step: float
-    needed: float
-    reach: float
-    rolls: float
-    block: float
-
-    def judge(self, limits: Settings) -> Judgement:
-        room, on_blocks, known = self.needed <= RAMP_M, self.reach <= self.block / 2, math.isfinite(self.reach)
-        verdict = FAILS if not room else OPEN if not known else yes_or_no(on_blocks)
-        reach, half = f"{1e3 * self.reach:.0f} mm", f"{500 * self.block:.0f} mm"
-        return Judgement(
-            f"{BLOCK_SETS} sets {1e3 * self.step:.1f} mm apart need {self.needed:.2f} m; on them the twin's feet roll "
-            f"over {1e3 * self.rolls:.0f} mm and come no farther than {reach} from a block's middle",
-            verdict,
-            (
-                Cause(verdict == HOLDS, f"there are {RAMP_M - self.needed:.2f} m to spare"),
-                Cause(verdict == HOLDS, f"a block carries a foot up to {half} from its middle, the feet need {reach}"),
-                Cause(not room, f"{self.needed - RAMP_M:.2f} m are missing"),
-                Cause(room and known and not on_blocks, f"a foot leaves its block, which ends {half} from its middle"),
-                Cause(verdict == OPEN, "the twin walks fewer steps than there are sets"),
-            ),
-        )
+    room, on_blocks, known = needed <= RAMP_M, reach <= block / 2, math.isfinite(reach)
+    verdict = FAILS if not room else OPEN if not known else yes_or_no(on_blocks)
+    farthest, half = f"{1e3 * reach:.0f} mm", f"{500 * block:.0f} mm"
+    return Judgement(
+        f"{BLOCK_SETS} sets {1e3 * step:.1f} mm apart need {needed:.2f} m; on them the twin's feet roll "
+        f"over {1e3 * rolls:.0f} mm and come no farther than {farthest} from a block's middle",
+        verdict,
+        (
+            (verdict == HOLDS, f"there are {RAMP_M - needed:.2f} m to spare"),
+            (verdict == HOLDS, f"a block carries a foot up to {half} from its middle, the feet need {farthest}"),
+            (not room, f"{needed - RAMP_M:.2f} m are missing"),
+            (room and known and not on_blocks, f"a foot leaves its block, which ends {half} from its middle"),
+            (verdict == OPEN, "the twin walks fewer steps than there are sets"),
+        ),
+    )
 
 
 def contact_place(walk: Walk, leg: int, radius: float) -> np.ndarray:
@@ -224,41 +213,47 @@ def block_reach(walk: Walk, radius: float, step: float, sets: int) -> tuple[floa
     return (float(max(reaches)), float(np.mean(spans))) if enough else (float("nan"), float("nan"))
 
 
-def twin_settles(e: Evidence) -> TwinSettles:
-    settling, rung = e.results.twin.settling, e.results.twin_ladder.twin
-    first = float(settling.step_period[0]) if len(settling.step_period) else NAN
-    period, multiplier = settling.period_s, NAN
-    if rung is not None:
-        period, multiplier = rung.period_s, largest(rung.plane_multipliers)
-    return TwinSettles(settling.steps_to_settle, first, period, multiplier, settling.frequency_text())
-
-
-def twin_like_simple(e: Evidence) -> TwinLikeSimple:
-    ladder = e.results.twin_ladder
-    upto = next((number for number, rung in enumerate(ladder.rungs) if rung.is_twin), len(ladder.rungs) - 1)
-    names = [rung.name for rung in ladder.rungs[1 : upto + 1]]
-    details = tuple((name, period) for name, period, _ in ladder.changes() if name in names)
-    forward, up, rate = (float(value) for value in e.twin.normalised_rms[:3])
-    assumed = e.parameters.twin.inertia == "parts"
-    return TwinLikeSimple(forward, up, rate, details, ladder.simple_period_s, assumed)
-
-
-def push_converges(e: Evidence) -> PushConverges:
-    runs, rung = e.results.campaign.runs, e.results.twin_ladder.twin
-    known = rung is not None
-    return PushConverges(
-        sum(run.failed_attempts for run in runs),
-        len(runs),
-        tuple(e.results.twin_pushes.limits()),
-        largest(rung.plane_multipliers) if rung is not None and known else NAN,
-        largest(rung.side_multipliers) if rung is not None and known else NAN,
-    )
-
-
-def ramp_length(e: Evidence) -> RampLength:
-    settings = e.parameters.twin
-    step = settings.expected_step or e.results.analytic.gait.step_length_m
-    radius = e.parameters.biped.foot_radius + settings.outsole
-    reach, rolls = block_reach(e.results.twin.walk, radius, step, BLOCK_SETS)
-    needed = (BLOCK_SETS - 1) * step + settings.block_length
-    return RampLength(step, needed, reach, rolls, settings.block_length)
+STATEMENTS = (
+    Statement(
+        "twin_settles",
+        "5.2",
+        "[...] these initial conditions are not part of the digital twin's fixed-point trajectory: due to this, a "
+        "transient phase during the first few steps appears, which eventually converges to its stable walking pattern.",
+        "started on the simple model's fixed point, period and length of the twin's steps settle",
+        twin_settles,
+        judge_twin_settles,
+        RESTS_ON,
+        units={"s": "first period"},
+    ),
+    Statement(
+        "ramp_length",
+        "7.1",
+        "The ramp has a length of 2 meters, and a total of 11 stepping block sets.",
+        "11 sets one step apart find room on 2 m, and each foot of the twin comes down within its block",
+        ramp_length,
+        judge_ramp_length,
+        ("twin.block_length", "twin.expected_step", "twin.inertia"),
+        units={"m": "step needed reach rolls block"},
+    ),
+    Statement(
+        "push_converges",
+        "7.1",
+        "[...] the biped easily converged to its stable gait after a well-rehearsed push.",
+        "walks that start with another push than the gait's end in the gait",
+        push_converges,
+        judge_push_converges,
+        (*RESTS_ON, "campaign.push_sd", *(f"twin_pushes.{key}" for key in PUSHES)),
+        units={OF_ITS_ROW: "limits_of"},
+    ),
+    Statement(
+        "twin_like_simple",
+        "7.4, figure 16",
+        "The simulation results of the simplified model [...] are almost identical with the simulation results of the "
+        "detailed model [...]",
+        "at equal phase the hip's accelerations and angular velocity of both differ by a small part of their range",
+        twin_like_simple,
+        judge_twin_like_simple,
+        RESTS_ON,
+        units={"s": "details period"},
+    ),
+)

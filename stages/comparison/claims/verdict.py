@@ -12,13 +12,10 @@ UNKNOWN = "errors unknown here"
 #: All verdicts, in the order in which they are counted.
 VERDICTS = (HOLDS, HOLDS_IF, FAILS, UNDECIDED, OPEN, DOES_NOT_APPLY)
 
-
-@dataclass(frozen=True)
-class Cause:
-    """A reason and whether it is true of what was measured."""
-
-    true: bool
-    words: str
+#: Whether a reason is true of what was measured, and the reason.
+Cause = tuple[bool, str]
+#: Named lengths [m] with their signs, and by how much each may be more or less.
+Parts = tuple[tuple[str, float, float], ...]
 
 
 @dataclass(frozen=True)
@@ -33,7 +30,7 @@ class Judgement:
     @property
     def reasons(self) -> tuple[str, ...]:
         """The causes that are true."""
-        return tuple(cause.words for cause in self.causes if cause.true)
+        return tuple(words for true, words in self.causes if true)
 
 
 def yes_or_no(holds: bool) -> str:
@@ -49,10 +46,6 @@ def mm(value: float) -> str:
 def percent(share: float, digits: int = 2) -> str:
     """A relative change with its sign."""
     return f"{100 * share:+.{digits}f} %"
-
-
-#: Named lengths [m] with their signs, and by how much each may be more or less.
-Parts = tuple[tuple[str, float, float], ...]
 
 
 def listed(parts: Parts) -> str:

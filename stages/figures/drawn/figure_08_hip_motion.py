@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from stages.comparison.agreement import overlay
 from stages.comparison.claims.verdict import DOES_NOT_APPLY
-from stages.comparison.hip_motion import overlay
 from stages.comparison.stride import there
 from stages.drawing import style
 

@@ -14,8 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stages.biped.walk import SENSOR_SIGNALS
-from stages.comparison.runs.leg_agreement import LegAgreement
-from stages.comparison.runs.measurement import MeasurementAgreement
+from stages.comparison.measurement import LegAgreement, MeasurementAgreement
 from stages.comparison.stride import last_stride, there
 from stages.drawing import style
 from stages.imu.trial.agreement import Agreement, FrequencyDifference
