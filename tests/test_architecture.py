@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import re
 import subprocess
@@ -163,3 +164,29 @@ def test_the_page_on_results_names_every_artefact_and_figure():
     assert [name for name in [*outs, *figures] if f"`{name}" not in page] == []
     named = re.findall(r"^\| `([a-z_0-9.]+)`", page, re.M)
     assert [name for name in named if name not in {*outs, *figures, "report.html"}] == []
+
+
+#: The one file that may use what numba does not promise: what its caches are made of.
+OF_CACHES = "stages/biped/machine_code/numba_cache.py"
+#: Parts of numba that its next release may change.
+PRIVATE = re.compile(r"\b(numba\.(core|np|cpython|misc|_(?!_)\w*)|llvmlite)\b")
+
+
+def private_parts(path):
+    """What a file imports, or reaches for by a name or in `sys.modules`, of numba's private parts and llvmlite."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        names = []
+        if isinstance(node, ast.Import):
+            names = [each.name for each in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            names = [f"{node.module}.{each.name}" for each in node.names]
+        elif isinstance(node, (ast.Attribute, ast.Subscript, ast.Call)):
+            names = [text for text in [ast.unparse(node)] if text.startswith(("numba.", "sys.modules"))]
+        yield from filter(PRIVATE.search, names)
+
+
+def test_numba_is_used_by_its_public_parts():
+    """And nothing takes the place of its compiler or its dispatchers, which would be of private parts."""
+    files = [path for top in ("pipeline", "stages", "tests", "benchmarks") for path in (ROOT / top).rglob("*.py")]
+    found = {path.relative_to(ROOT).as_posix(): names for path in files if (names := [*private_parts(path)])}
+    assert found == {OF_CACHES: ["numba.core.caching"]}

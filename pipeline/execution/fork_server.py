@@ -72,6 +72,7 @@ class _Server:
         self.asked: set[tuple[str, ...]] = set()
         self.seen: set[tuple[str, tuple[str, ...]]] = set()
         self.workers: dict[int, int] = {}
+        self.numba_is_ready = False
 
     def serve(self) -> bool:
         """Wait for a request, or the end of a worker. False if nobody can ask any more."""
@@ -125,10 +126,10 @@ class _Server:
 
     def _ready_numba(self) -> None:
         """Let numba take in what it knows of Python and NumPy, which it leaves to the first function it loads: .2 s."""
-        registry: Any = sys.modules.get("numba.core.registry")
-        if registry is not None:
-            registry.cpu_target.typing_context.refresh()
-            registry.cpu_target.target_context.refresh()
+        numba: Any = sys.modules.get("numba")
+        if numba is not None and not self.numba_is_ready:
+            numba.njit("int64()")(_zero)
+            self.numba_is_ready = True
 
     def _begin(self, ends: list[int]) -> None:
         """Start a worker with the four files that came for it."""
@@ -198,6 +199,10 @@ def foreign(
                     waiting += [target, *(f"{target}.{name}" for name in names)]
                 else:
                     yield target, names
+
+
+def _zero() -> int:
+    return 0
 
 
 def _tell(end: int, number: int) -> None:

@@ -5,15 +5,14 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
+import numba
 from numba import types
-from numba.core.imputils import lower_constant
-from numba.extending import models, register_model
+from numba.extending import models, register_model, typeof_impl
 
 from stages.biped import quantity
 from stages.biped.machine_code import MachineCode, folder_of
-from stages.biped.machine_code.dispatchers import Compiled
 from stages.ground import slope
 
 #: What compiled functions take and give besides arrays: a few numbers; one number for each coordinate; the parts of a
@@ -24,9 +23,11 @@ Constrained = tuple[Four, Four, float, float, float]
 Jacobians = tuple[Numbers, Numbers, Numbers]
 
 F = TypeVar("F", bound=Callable[..., Any])
+#: Numba's own annotations are partly missing.
+type_of: Any = numba.typeof
 FOLDER = Path(__file__).parent
 #: What is worth saying while nothing is compiled yet.
-COMPILING = "compiling the equations of motion: some 10 s, once after an install or an edit"
+COMPILING = "compiling the equations of motion: some 20 s, once after an install or an edit"
 #: Compiled functions take constants and types from these folders.
 SOURCES = FOLDER, folder_of(quantity), folder_of(slope)
 CODE = MachineCode("analytic", *SOURCES)
@@ -34,22 +35,19 @@ CODE = MachineCode("analytic", *SOURCES)
 
 #: No relaxed arithmetic, not even fused multiply-add: where the compiler fuses depends on what it inlines, and that on
 #: what the cache already holds, so the last bits would depend on the order of calls. Threads may run side by side.
-OPTIONS: dict[str, Any] = {"nopython": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
 
 
-def keeper(code: MachineCode) -> Callable[..., Any]:
-    """The decorator whose machine code is kept with these sources: compiled(function, **options of numba)."""
+def kept_in(code: MachineCode) -> Callable[[F], F]:
+    """The decorator for functions whose machine code is kept with these sources."""
 
-    def compiled(function: F, **options: Any) -> F:
-        return cast(F, code.keep(Compiled(function, OPTIONS | options)))
+    def compiled(function: F) -> F:
+        return code.compiled(function, **OPTIONS)
 
     return compiled
 
 
-def compiled(function: F, **options: Any) -> F:
-    """The function as machine code."""
-    made: F = keeper(CODE)(function, **options)
-    return made
+compiled = kept_in(CODE)
 
 
 def inlined(function: F) -> F:
@@ -58,7 +56,7 @@ def inlined(function: F) -> F:
     Numba compiles a function together with all that it calls, so each layer in between is compiled again with every
     layer above it.
     """
-    return compiled(function, inline="always")
+    return CODE.compiled(function, **OPTIONS, inline="always")
 
 
 class ByKind:
@@ -72,7 +70,6 @@ class ByKind:
         self.choices = choices
         self.chosen: dict[type, Any] = {}
         self.place = list(inspect.signature(next(iter(choices.values()))).parameters).index(by)
-        self._numba_type_ = ByKindType(self)
 
     def of(self, kind: type) -> Any:
         """The function for a kind of walker."""
@@ -94,7 +91,7 @@ def extend(function: Callable[..., Any], choices: Mapping[Any, Callable[..., Any
     function.choices, function.chosen = {**function.choices, **choices}, {}
 
 
-class ByKindType(types.Callable, types.Opaque):
+class ByKindType(types.Callable, types.Dummy):
     """How compiled code sees a `ByKind`: as the dispatcher of the function that the type of `p` asks for."""
 
     def __init__(self, function: ByKind) -> None:
@@ -103,11 +100,11 @@ class ByKindType(types.Callable, types.Opaque):
 
     def _dispatcher(self, arguments: tuple[Any, ...]) -> Any:
         kind = getattr(arguments[self.function.place], "instance_class", tuple)
-        return self.function.of(kind)._numba_type_
+        return type_of(self.function.of(kind))
 
     def get_call_type(self, context: Any, arguments: tuple[Any, ...], keywords: Any) -> Any:
-        """The signature of the chosen function."""
-        return self._dispatcher(arguments).get_call_type(context, arguments, keywords)
+        """The signature of the chosen function. A constant is a number like others: numba would compile it apart."""
+        return self._dispatcher(arguments).get_call_type(context, tuple(map(types.unliteral, arguments)), keywords)
 
     def get_call_signatures(self) -> Any:
         """None that is known before a call."""
@@ -119,4 +116,4 @@ class ByKindType(types.Callable, types.Opaque):
 
 
 register_model(ByKindType)(models.OpaqueModel)
-lower_constant(ByKindType)(lambda context, *_: context.get_dummy_value())  # type: ignore[no-untyped-call]
+typeof_impl.register(ByKind)(lambda function, _: ByKindType(function))

@@ -9,13 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 import numba
 import numpy as np
 from numba import types
-from numba.extending import overload_method
-from numba.np.unsafe import ndarray
+from numba.extending import overload, overload_method
 
 from stages.biped import quantity
 from stages.biped.machine_code import MachineCode, folder_of
@@ -27,7 +26,7 @@ GROUND = Path(__file__).parent
 #: Numba's own annotations are partly wrong.
 njit: Any = numba.njit
 compiled_method: Any = overload_method
-to_fixed_tuple: Any = ndarray.to_fixed_tuple
+compiled_for: Any = overload
 
 
 def sources(folder: Path) -> tuple[Path, ...]:
@@ -37,12 +36,7 @@ def sources(folder: Path) -> tuple[Path, ...]:
 
 def kept_with_ground(folder: Path) -> Callable[[F], F]:
     """A decorator for compiled functions of this folder's sources that call contact laws."""
-    code = MachineCode(f"{folder.parent.name}-{folder.name}", *sources(folder))
-
-    def compiled(function: F) -> F:
-        return cast(F, code.keep(njit(function)))
-
-    return compiled
+    return MachineCode(f"{folder.parent.name}-{folder.name}", *sources(folder)).compiled
 
 
 def _force(self: Any, penetration: Any, rate: Any, ops: Any) -> Any:
@@ -53,15 +47,33 @@ def _coefficient(self: Any, speed: Any, ops: Any) -> Any:
     return getattr(self.instance_class, "coefficient", None)
 
 
+def entries(pattern: Any, numbers: Any, start: Any) -> Any:
+    """A tuple of as many numbers as `pattern` has, from `start` on."""
+    return tuple(numbers[start : start + len(pattern)])
+
+
+def _entries(pattern: Any, numbers: Any, start: Any) -> Any:
+    """For machine code a tuple's length is part of its type, so it is put together by one number at a time."""
+
+    def none(pattern: Any, numbers: Any, start: Any) -> Any:
+        return ()
+
+    def some(pattern: Any, numbers: Any, start: Any) -> Any:
+        return (numbers[start], *entries(pattern[1:], numbers, start + 1))
+
+    return some if len(pattern) else none
+
+
 def _like(self: Any, numbers: Any, start: Any) -> Any:
-    kind, size = self.instance_class, len(self)
+    kind = self.instance_class
 
     def like(self: Any, numbers: Any, start: Any) -> Any:
-        return kind(*to_fixed_tuple(numbers[start : start + size], size))
+        return kind(*entries(self, numbers, start))
 
     return like
 
 
+compiled_for(entries)(_entries)
 #: law.like(numbers, start): a law of the same kind with other numbers, of an array from `start`.
 compiled_method(types.BaseNamedTuple, "like", strict=False)(_like)
 compiled_method(types.BaseNamedTuple, "force", strict=False, inline="always")(_force)

@@ -5,22 +5,17 @@ What the engine does for a penalty walker is compiled from the engine's own func
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-from stages.analytic.compiled import SOURCES, keeper
+from stages.analytic.compiled import SOURCES, kept_in
 from stages.biped.machine_code import MachineCode
 
-F = TypeVar("F", bound=Callable[..., Any])
 FOLDER = Path(__file__).parent
 CODE = MachineCode("penalty", FOLDER, *SOURCES)
 
 
-def compiled(function: F) -> F:
-    """The function as machine code."""
-    made: F = keeper(CODE)(function)
-    return made
+compiled = kept_in(CODE)
 
 
 def again(function: Any) -> Any:

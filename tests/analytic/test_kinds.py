@@ -6,8 +6,9 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from numba.extending import is_jitted
 
-from stages.analytic.compiled import ByKind, Compiled
+from stages.analytic.compiled import ByKind
 from stages.analytic.integration.step import walk_step
 from stages.analytic.model.kinds import PlainLimited, PlainRigid, PlainRolling, StiffLimited, StiffRolling
 from stages.analytic.model.walker import build_walker
@@ -40,7 +41,7 @@ def reached(function, kind, found):
     """All compiled functions that `function` calls for a kind of walker, directly or not, by module and name."""
     if isinstance(function, ByKind):
         function = function.of(kind)
-    if isinstance(function, Compiled) and function not in found:
+    if is_jitted(function) and function not in found:
         found.add(function)
         names, known = function.py_func.__code__.co_names, function.py_func.__globals__
         modules = [known, *(vars(known[name]) for name in names if isinstance(known.get(name), ModuleType))]
@@ -76,8 +77,9 @@ STRIKES = "succeed"
 def compiled_for(called, code):
     """Names of the functions compiled for each of `NUMBERS`, one after the other, in a process without machine code."""
     program = f"""
+import sys
 import numpy
-from numba.core import event
+from numba.extending import is_jitted
 from stages.analytic.compiled import compiled
 from stages.analytic.derivatives import walking
 from stages.analytic.model.terms import exchanged
@@ -87,10 +89,10 @@ from tests.analytic.designs import walker_of
 called = {called}
 y = numpy.array([0.28, 1.0, 0.27, 1.0, 0.5, 0.0, 0.4, 0.0])
 for y, p in ((y, {NUMBERS[0]}), (numpy.concatenate([y, 0 * y]), {NUMBERS[1]})):
-    with event.install_recorder("numba:compile") as recorder:
-        called(1, y, p)
-    functions = {{record.data["dispatcher"].py_func for _, record in recorder.buffer}}
-    print(*sorted({{f"{{f.__module__}}.{{f.__name__}}" for f in functions if f.__module__.startswith("stages")}}))
+    called(1, y, p)
+    modules = [vars(module).values() for name, module in sys.modules.items() if name.startswith("stages")]
+    functions = {{id(f): f for values in modules for f in values if is_jitted(f)}}.values()
+    print(*sorted(f"{{f.__module__}}.{{f.__name__}}" for f in functions if f.stats.cache_misses))
 """
     done = warm.run(program, cwd=Path(__file__).parents[2], env={**os.environ, "NUMBA_CACHE_DIR": str(code)})
     assert done.returncode == 0, done.stderr

@@ -1,4 +1,4 @@
-"""Compiled functions that compiled code calls: a part of their callers, from the cache too, and Python's as well."""
+"""Compiled functions that compiled code calls: kept for callers that are compiled later, and Python's as well."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from stages.biped.machine_code.dispatchers import Compiled
+from stages.biped.machine_code import MachineCode
 from tests import warm
 
-OPTIONS = {"nopython": True, "nogil": True, "error_model": "numpy"}
+OPTIONS = {"nogil": True, "error_model": "numpy"}
 TOYS = """
 import math
 import numpy as np
@@ -50,56 +50,45 @@ def total(x):
     both = pair(x)
     return both[0] + both[1]
 """
-#: Says what a process that calls one of them finds, and which functions it loaded as parts, or called.
+#: Says what a process that calls some of them finds: what they give, which it loaded, and which it compiled.
 CALLED = f"""
 import json, sys
 from pathlib import Path
+import numpy as np
 from stages.biped.machine_code import MachineCode
-from stages.biped.machine_code.dispatchers import Compiled
 code, made = MachineCode("toy", Path(sys.argv[1])), []
 def compiled(function):
-    made.append(Compiled(function, {OPTIONS}))
-    return code.keep(made[-1])
+    made.append(code.compiled(function, **{OPTIONS}))
+    return made[-1]
 {TOYS}
 answer = [float(np.sum(globals()[name](9.0))) for name in sys.argv[2:]]
-parts = [function.__name__ for function in made for _ in function.inner.stats.cache_hits.elements()]
-print(json.dumps([answer, parts, [function.__name__ for function in made if function.overloads]]))
+loaded = [function.__name__ for function in made for _ in function.stats.cache_hits.elements()]
+fresh = [function.__name__ for function in made for _ in function.stats.cache_misses.elements()]
+print(json.dumps([answer, loaded, fresh]))
 """
 
 
 @pytest.fixture(scope="module")
-def toys():
+def toys(tmp_path_factory):
     """The functions of `TOYS` by name."""
-    found = {"compiled": lambda function: Compiled(function, OPTIONS)}
+    folder = tmp_path_factory.mktemp("toys")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("NUMBA_CACHE_DIR", str(folder / "cache"))
+        code = MachineCode("toy", folder)
+    found = {"compiled": lambda function: code.compiled(function, **OPTIONS), "__name__": __name__}
     exec(TOYS, found)
     return SimpleNamespace(**found)
 
 
-def test_what_compiled_code_calls_is_a_part_of_it(toys):
-    assert toys.area(9.0) == 6.0
-    assert not toys.root.overloads and len(toys.root.inner.overloads) == 1
-    (part,), (whole,) = toys.root.inner.overloads.values(), toys.area.overloads.values()
-    engine = whole.library.codegen._engine
-    assert engine.is_symbol_defined(whole.fndesc.llvm_cpython_wrapper_name)
-    assert not engine.is_symbol_defined(part.fndesc.llvm_cpython_wrapper_name)
-
-
-def test_python_calls_it_too(toys):
+def test_python_calls_what_compiled_code_calls(toys):
+    assert toys.area(9.0) == 6.0 and len(toys.root.signatures) == 1
     assert toys.area(4.0) == 4.0 and toys.root(4.0) == 2.0
-    assert len(toys.root.overloads) == len(toys.root.inner.overloads) == 1
+    assert len(toys.root.signatures) == 1
 
 
-def test_an_error_comes_out_of_a_part(toys):
+def test_an_error_comes_out_of_what_is_called(toys):
     with pytest.raises(ValueError, match="less than nothing"):
         toys.area(-1.0)
-
-
-def test_a_constant_is_a_number_like_others():
-    scaled = Compiled(lambda x, factor: factor * x, OPTIONS)
-    calls = {"scaled": scaled}
-    exec("def both(x):\n    return scaled(x, 2.0) + scaled(x, 3.0) + scaled(x, 2) + scaled(x, 3)", calls)
-    assert Compiled(calls["both"], OPTIONS)(1.0) == 10.0
-    assert len(scaled.inner.overloads) == 2  # for a float and for an integer
 
 
 @pytest.fixture
@@ -115,22 +104,22 @@ def called(tmp_path, repository):
     return process
 
 
-def test_kept_parts_serve_callers_that_are_compiled_later(called):
-    assert called("area") == [[6.0], [], ["area"]]
-    assert called("area") == [[6.0], [], ["area"]]  # the whole, without its parts
+def test_what_is_kept_serves_callers_that_are_compiled_later(called):
+    assert called("area") == [[6.0], [], ["root", "area"]]
+    assert called("area") == [[6.0], ["area"], []]  # without what it calls
     assert called("late") == [[3.0], ["root", "area"], ["late"]]
-    assert called("root") == [[3.0], ["root"], ["root"]]
+    assert called("root") == [[3.0], ["root"], []]
 
 
 @pytest.mark.parametrize("orders", [
     [("pair",), ("total",), ("total", "pair"), ("pair", "total")],
-    [("total",), ("pair",), ("pair", "total")],  # the entry of `pair` is made from a part that another process kept
+    [("total",), ("pair",), ("pair", "total")],  # another process kept `pair` when it compiled its caller
 ])  # fmt: skip
-def test_an_entry_has_its_own_python_objects(called, orders):
-    """Those of the part, which its callers bring along, are without what the entry needs to return an array."""
+def test_an_array_comes_from_what_is_called_as_well(called, orders):
+    """Python objects that a function needs to return one come with what calls it, in any order of calls."""
     for order in orders:
-        answer, _, whole = called(*order)
-        assert answer == [12.0] * len(order) and sorted(whole) == sorted(order)
+        answer, loaded, fresh = called(*order)
+        assert answer == [12.0] * len(order) and set(order) <= {*loaded, *fresh}
 
 
 def test_what_two_processes_keep_at_once_serves_both(called, tmp_path):

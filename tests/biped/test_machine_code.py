@@ -22,11 +22,10 @@ SOMEBODY_ELSE = 12345
 HERE = """
 import os
 from pathlib import Path
-import numba
 from stages.biped.machine_code import MachineCode
 SHIPPED = os.environ.get("SHIPPED")
 CODE = MachineCode("toy", Path(__file__).parent, shipped=Path(SHIPPED) if SHIPPED else None)
-compiled = lambda function: CODE.keep(numba.njit(function))
+compiled = CODE.compiled
 """
 USED = """
 import json

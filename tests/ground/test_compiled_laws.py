@@ -48,9 +48,9 @@ def test_compiled_friction_is_its_text(name):
 
 
 def test_what_is_no_law_does_not_compile():
-    with pytest.raises(numba.core.errors.TypingError):
+    with pytest.raises(numba.TypingError):
         force(LAW, 1e-5, 0.0)
-    with pytest.raises(numba.core.errors.TypingError):
+    with pytest.raises(numba.TypingError):
         force(LAW.numbers.friction, 1e-5, 0.0)
 
 

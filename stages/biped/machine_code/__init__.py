@@ -19,15 +19,14 @@ import stat
 import sys
 import tempfile
 import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
-from typing import TypeVar
+from typing import Any, TypeVar, cast
 
 import numba
 
-from stages.biped.machine_code import numba_cache
-
-D = TypeVar("D")
+F = TypeVar("F", bound=Callable[..., Any])
 PROGRAM = "bipedstudy"
 #: Folders that are kept of one name, the newest: as many edits can be undone without compiling.
 KEPT = 4
@@ -111,16 +110,28 @@ class MachineCode:
             with contextlib.suppress(OSError):
                 os.utime(self.folder)  # the newest are those used last
 
-    def keep(self, dispatcher: D) -> D:
-        """Let a compiled function load its machine code from here, and leave it here."""
-        if self.shipped or not self.refusal:
-            numba_cache.attach(dispatcher, self)
-        return dispatcher
+    def compiled(self, function: F, **options: Any) -> F:
+        """The function as machine code that is loaded from here, and left here. `options` are numba's.
+
+        A numba whose caches are made of other parts keeps it by itself, in this folder.
+        """
+        made: Any = numba.njit(**options)(function)
+        try:
+            from stages.biped.machine_code import numba_cache
+
+            if self.shipped or not self.refusal:
+                numba_cache.attach(made, self)
+        except (ImportError, AttributeError, TypeError):
+            if not self.refusal:
+                self.begin()
+                with _numba_keeps_in(self.folder):
+                    made.enable_caching()
+        return cast(F, made)
 
     def is_cold(self) -> bool:
         """Whether nothing is compiled yet of these sources."""
         places = [*([self.shipped] if self.shipped else []), *([] if self.refusal else [self.folder])]
-        return not any(next(place.glob("*.nbc"), None) for place in places)
+        return not any(next(place.rglob("*.nbc"), None) for place in places)
 
     def begin(self) -> None:
         """Make the folder, and remove old ones of its name but those that another checkout may be using."""
@@ -138,6 +149,17 @@ class MachineCode:
             with contextlib.suppress(OSError):
                 by_name.setdefault(path.name[:-_DIGITS], []).append((path.stat().st_mtime, path))
         return [path for found in by_name.values() for _, path in sorted(found, reverse=True)[keep:]]
+
+
+@contextlib.contextmanager
+def _numba_keeps_in(folder: Path) -> Iterator[None]:
+    """What numba begins to keep by itself meanwhile lies in a folder."""
+    settings: Any = numba.config
+    before, settings.CACHE_DIR = settings.CACHE_DIR, str(folder)
+    try:
+        yield
+    finally:
+        settings.CACHE_DIR = before
 
 
 def folder_of(module: ModuleType) -> Path:

@@ -1,21 +1,18 @@
 """Numba's cache of a compiled function, in a folder that we name, in files whose seal tells damage.
 
-Uses what numba's own caches are made of (`numba.core.caching`), which is the same from 0.60 on.
+The one file that uses private parts of numba: what its own caches are made of, the same from 0.60 on. Where they have
+changed, importing this or `attach` raises ImportError, AttributeError or TypeError, and numba's own cache serves.
 """
 
 from __future__ import annotations
 
-import functools
 import hashlib
 import pickle
 import sys
 from pathlib import Path
 from typing import Any, Protocol
 
-from llvmlite import binding
 from numba.core import caching
-
-from stages.biped.machine_code import dispatchers
 
 #: Numba's own annotations are partly missing.
 Cache: Any = caching.FunctionCache
@@ -36,13 +33,8 @@ class Code(Protocol):
 
 
 def attach(dispatcher: Any, code: Code) -> None:
-    """Let a compiled function load its machine code, from the shipped folder or its own, and leave it in its own.
-
-    So does what compiled code calls of it.
-    """
-    dispatcher._cache = _FunctionCache(dispatcher, code)
-    if isinstance(dispatcher, dispatchers.Compiled):
-        attach(dispatcher.inner, code)
+    """Let a compiled function load its machine code, from the shipped folder or its own, and leave it in its own."""
+    dispatcher._cache = _FunctionCache(dispatcher.py_func, code)
 
 
 class _Files(Files):  # type: ignore[misc]
@@ -78,17 +70,13 @@ class _Files(Files):  # type: ignore[misc]
 
 
 class _FunctionCache(Cache):  # type: ignore[misc]
-    def __init__(self, dispatcher: Any, code: Code) -> None:
-        self._code, self._kind = code, type(dispatcher).__name__
+    def __init__(self, function: Any, code: Code) -> None:
+        self._code = code
         self._impl_class = lambda py_func: _Kept(py_func, code)
-        super().__init__(dispatcher.py_func)
+        super().__init__(function)
         folders = [*([code.shipped] if code.shipped else []), *([] if code.refusal else [code.folder])]
         self._read = [_Files(str(folder), self._impl.filename_base, code.stamp) for folder in folders]
         self._cache_file = _Files(str(code.folder), self._impl.filename_base, code.stamp)
-
-    def _index_key(self, sig: Any, codegen: Any) -> Any:
-        signature, target, code = super()._index_key(sig, codegen)
-        return signature, target, (*code, self._kind)
 
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
         key = self._index_key(sig, target_context.codegen())
@@ -116,31 +104,6 @@ class _Kept(caching.CompileResultCacheImpl):
         name: Any = super().get_filename_base
         full = f"{function.__module__}.{function.__qualname__}"
         self._filename_base = name(full, getattr(sys, "abiflags", ""))
-
-    def rebuild(self, target_context: Any, payload: Any) -> Any:
-        """The function, ready to be called. Its bitcode, which only the compiling of a caller asks for, is read then:
-        reading it takes longer than all else here.
-        """
-        if payload[0][1] == dispatchers.INNER:
-            return dispatchers.rebuilt(target_context, payload)
-        (name, kind, (code, bitcode)), description, *rest = payload
-        names = {description.llvm_func_name, description.llvm_cpython_wrapper_name}
-        target_context.codegen()._engine._defined_symbols |= names
-        loaded: Any = super().rebuild
-        result = loaded(target_context, ((name, kind, (code, _no_bitcode())), description, *rest))
-        result.library._get_module_for_linking = functools.cache(lambda: _parsed(target_context.codegen(), bitcode))
-        return result
-
-
-@functools.cache
-def _no_bitcode() -> Any:
-    return binding.parse_assembly("").as_bitcode()
-
-
-def _parsed(codegen: Any, bitcode: bytes) -> Any:
-    module = binding.parse_bitcode(bitcode)
-    codegen._engine._load_defined_symbols(module)
-    return module
 
 
 class _Place(caching._CacheLocator):
