@@ -25,9 +25,9 @@ import numpy as np
 from stages.imu.sources.source_csv import CsvSource
 from stages.imu.strikes.heel_strikes import filled
 from stages.imu.strikes.step_times import INNER
-from stages.imu.trial.places import FORWARD, LATERAL, UP, BodySensor, common_grid, on_grid
-from stages.imu.trial.sensor_on_body import read_sensor
-from stages.imu.trial.walking import strikes_of
+from stages.imu.trial.body import FORWARD, LATERAL, UP, BodySensor, common_grid, on_grid
+from stages.imu.trial.trial import read_sensor
+from stages.imu.trial.walk import strikes_of
 from tests.imu.real_recordings import FOLDER, ipol
 from tests.imu.stand_in import STUDY
 

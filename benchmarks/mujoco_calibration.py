@@ -40,7 +40,7 @@ from stages.calibration.result import HALF_WIDTH, Failed, FittedRun, Result
 from stages.calibration.study.blind_fit import fitted_run
 from stages.calibration.study.drawing import Recorded, drawn_design, first_steps, looked_for
 from stages.campaign.virtual_sensor import low_pass
-from stages.imu.trial.places import FORWARD, LATERAL, UP
+from stages.imu.trial.body import FORWARD, LATERAL, UP
 from stages.imu.trial.sensor import filter_delay
 from stages.twin.exports import mjcf
 

@@ -23,7 +23,7 @@ from stages.calibration.observation.unknowns import SIDES, STRETCHES, Layout, la
 from stages.calibration.parameters import Settings
 from stages.campaign.virtual_sensor import low_pass
 from stages.ground.contact_law import ContactLaw
-from stages.imu.trial.places import FORWARD, LATERAL, UP
+from stages.imu.trial.body import FORWARD, LATERAL, UP
 from stages.planar.signals import IMU
 from stages.twin.machine.from_planar import with_numbers_of
 from stages.twin.machine.machine import Machine

@@ -1,15 +1,155 @@
-"""What the ingest hands on."""
+"""What the ingest hands on: what each sensor and run is worth, the leg's motion, the signals, and their ensemble."""
 
 from __future__ import annotations
 
+import dataclasses
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from stages.biped.quantity import quantity
-from stages.imu.reports.run_report import RunReport, StepTimes, Table, tables
-from stages.imu.reports.sensor_report import SensorReport
-from stages.imu.trial.ensemble import Ensemble
+from stages.imu.judgement.verdict import REFUSED
+
+Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
+NOT_OBSERVABLE = -1
+
+
+@dataclass(frozen=True)
+class SensorReport:
+    """Faults and facts of one sensor in one run."""
+
+    run: str = quantity("-", "experiment")
+    place: str = quantity("-", "place of the sensor")
+    bandwidth_hz: float = quantity("Hz", "cut-off of the sensor's low pass as declared; NaN where it is not")
+    rows: int = quantity("1", "rows stored")
+    exact_duplicates: int = quantity("1", "rows that repeat another in every column")
+    sent_again: int = quantity("1", "rows of packets that arrived a second time")
+    key_duplicates: int = quantity("1", "rows that repeat the packet and position of another with other content")
+    out_of_order: int = quantity("1", "rows stored after a later one")
+    unusable_rows: int = quantity("1", "rows without packet number or stamp")
+    lost_packets: int = quantity("1", "packets missing in the numbering; -1: loss cannot be observed without a counter")
+    gaps: int = quantity("1", "holes in the sequence of samples")
+    resets: int = quantity("1", "restarts of the packet counter")
+    batch_size: int = quantity("1", "samples in a packet")
+    smallest_batch: int = quantity("1", "fewest samples of a packet that arrived")
+    largest_batch: int = quantity("1", "most samples of a packet that arrived")
+    stamp: str = quantity("-", "stamp the clock was fitted to")
+    rate_hz: float = quantity("Hz", "fitted sampling rate")
+    rate_ppm: float = quantity("ppm", "fitted rate relative to the nominal one")
+    numbered_by: str = quantity("-", "what numbers the samples: counter, device stamp or rows")
+    clock_settings: int = quantity("1", "settings of the stamps' clock that were taken out")
+    clock_bend_s: float = quantity("s", "wander of the sensor's clock that was followed")
+    robust_ppm: float = quantity("ppm", "rate of the robust cross-check relative to the fitted one")
+    jitter_before_s: float = quantity("s", "rms of the stamps about a least-squares line")
+    clock_error_s: float = quantity("s", "unevenness of the floor of lateness: what the clock fitted may be off by")
+    missing_values: int = quantity("1", "cells that are no number")
+    dead_axes: tuple[str, ...] = quantity("-", "axes that never change")
+    clipped_acceleration: int = quantity("1", "samples with an accelerometer axis at full scale")
+    clipped_angular_rate: int = quantity("1", "samples with a gyroscope axis at full scale")
+    acceleration_step: float = quantity("m/s^2", "quantisation step of the accelerometer")
+    angular_rate_step: float = quantity("rad/s", "quantisation step of the gyroscope")
+    rest_s: float = quantity("s", "length of the still stand")
+    static_reading: float = quantity("1", "magnitude of the specific force at rest in the stored unit")
+    static_gain: float = quantity("1", "magnitude of the specific force at rest over gravity, in the declared unit")
+    acceleration_unit: str = quantity("-", "unit of acceleration the static reading implies")
+    angular_rate_unit: str = quantity("-", "unit of angular rate in which a leg sweeps what it sweeps in a step")
+    swing_residual_deg: float = quantity("deg", "angle of the swing axis from normal to gravity")
+    swing_share: float = quantity("1", "share of the angular motion about the swing axis")
+    mounting_deg: float = quantity("deg", "angle of the frame found to the declared mounting")
+    accepted: bool = quantity("1", "whether the recording is used")
+    reasons: tuple[str, ...] = quantity("-", "why it is not, or what to bear in mind")
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Numbers by which a trial is judged; NaN where the trial cannot tell."""
+
+    agreement: float = quantity("1", "squared correlation of the foot's and the hip's lateral rate, after the lag")
+    rate_ratio: float = quantity("1", "foot's over hip's lateral rate")
+    lever_arm: float = quantity("m", "distance of the sensors along the leg, from their signals")
+    lever_direction_deg: float = quantity("deg", "direction of the lever arm from the leg's line, in the frames found")
+    forward_gain: float = quantity("1", "foot's over hip's forward gain, the nearest to 1 that the signals allow")
+    hip_gain: float = quantity("1", "hip's gyroscope over how gravity turns while the leg stands")
+    foot_gain: float = quantity("1", "foot's gyroscope over how gravity turns while the leg stands")
+    hip_gain_error: float = quantity("1", "its standard error from the scatter")
+    foot_gain_error: float = quantity("1", "its standard error from the scatter")
+    hip_arm: float = quantity("1", "hip sensor's height above the sole, as it is accelerated, over the drawing's")
+    foot_arm: float = quantity("1", "foot sensor's height above the sole, as it is accelerated, over the drawing's")
+    hip_pitch_deg: float = quantity("deg", "largest departure in a stance of the hip's angle by rate from gravity's")
+    foot_pitch_deg: float = quantity("deg", "largest departure in a stance of the foot's angle by rate from gravity's")
+    hip_axis_deg: float = quantity("deg", "how far the swing axis turned on the hip's sensor within the walk")
+    foot_axis_deg: float = quantity("deg", "how far the swing axis turned on the foot's sensor within the walk")
+    rate_lag: float = quantity("s", "how much later the gyroscopes show the motion than the accelerometers, if that "
+                               "explains how they differ; else 0")
+    hidden_strikes: float = quantity("1", "share of the heel strikes that lie in a hole of the recording")
+    third_moment: float = quantity("1", "skewness of the lateral rate, the hip's if there is one; positive in a swing")
+    hip_turning: float = quantity("1", "signed R2 of forward force between the places and how the hip's rate changes")
+    foot_turning: float = quantity("1", "signed R2 of forward force between the places and how the foot's rate changes")
+    strike_symmetry_deg: float = quantity("deg", "mean of the leg's angles at its own and at the other leg's landing")
+    hip_gravity: float = quantity("1", "mean specific force at the hip over whole strides, over gravity")
+    foot_gravity: float = quantity("1", "mean specific force at the foot over whole strides, over gravity")
+    hip_gravity_deg: float = quantity("deg", "direction of that mean from gravity's, at the hip")
+    foot_gravity_deg: float = quantity("deg", "direction of that mean from gravity's, at the foot")
+    spacing: float = quantity("1", "largest departure of a step's duration from the median, relative")
+    alternating: float = quantity("1", "share of steps after which the other leg lands")
+
+    def at(self, place: str) -> dict[str, float]:
+        """The numbers of one place, by their names without it."""
+        own = dataclasses.asdict(self)
+        return {name.removeprefix(f"{place}_"): one for name, one in own.items() if name.startswith(f"{place}_")}
+
+
+@dataclass(frozen=True)
+class StepTimes:
+    """Means over the run's own steps after the transient, standard errors beside them; NaN for what is not known.
+
+    Nothing on the inner leg tells when the outer one leaves the ground: its double stance is taken to be the inner
+    leg's, with an error as large as itself.
+    """
+
+    inner_step: float = quantity("s", "from the outer leg's landing to the inner one's")
+    outer_step: float = quantity("s", "from the inner leg's landing to the outer one's")
+    step_error: float = quantity("s", "standard error of both")
+    double_stance: float = quantity("s", "from the outer leg's landing to the inner one's toe-off")
+    double_stance_error: float = quantity("s", "its standard error")
+    inner_stance: float = quantity("s", "from the inner leg's landing to its toe-off")
+    inner_swing: float = quantity("s", "from the inner leg's toe-off to its landing")
+    inner_error: float = quantity("s", "standard error of the inner leg's stance and swing")
+    outer_stance: float = quantity("s", "from the outer leg's landing to its toe-off")
+    outer_swing: float = quantity("s", "from the outer leg's toe-off to its landing")
+    outer_error: float = quantity("s", "standard error of the outer leg's stance and swing")
+    asymmetry: float = quantity("1", "inner less outer step over their mean")
+    asymmetry_error: float = quantity("1", "its standard error")
+    stance_asymmetry: float = quantity("1", "inner less outer stance over their mean")
+    stance_asymmetry_error: float = quantity("1", "its standard error")
+
+
+@dataclass(frozen=True)
+class RunReport:
+    """One run, used or not."""
+
+    name: str = quantity("-", "experiment")
+    origin: str = quantity("-", "measured or synthetic")
+    slope_deg: float = quantity("deg", "inclination as read off")
+    overlap: float = quantity("1", "share of the longer motion that hip and foot both cover; NaN where unknown")
+    foot_lag: float = quantity("s", "lag of the foot's stamps, taken out; NaN without both sensors")
+    foot_lag_error: float = quantity("s", "standard error of that lag where the leg moves; NaN where it was not found")
+    heel_strikes: int = quantity("1", "heel strikes found")
+    strides: int = quantity("1", "strides after the transient")
+    step_frequency: float = quantity("Hz", "steps per second after the transient", symbol="f")
+    step_frequency_error: float = quantity("Hz", "standard error of the step frequency")
+    step_length: float = quantity("m", "mean travel of the hip over the inner leg's stances; NaN without any")
+    step_length_error: float = quantity("m", "standard error of one step's length")
+    step_length_drawing_error: float = quantity("m", "part of that error that the drawing's leg length leaves")
+    times: StepTimes = quantity("-", "step, stance and swing of both legs")
+    evidence: Evidence = quantity("-", "numbers by which the run was judged")
+    verdict: str = quantity("-", "accepted, accepted with remarks, or refused")
+    reason: str = quantity("-", "why it is refused")
+    remarks: tuple[str, ...] = quantity("-", "what to bear in mind, a sentence each")
+    not_trusted: tuple[str, ...] = quantity("-", "quantities the remarks are about: not to be trusted")
+    accepted: bool = quantity("1", "whether the run is used, with or without remarks")
 
 
 @dataclass(frozen=True)
@@ -32,6 +172,20 @@ class LegMotion:
         dimensions=("step", "phase", "direction")
     )
     times: StepTimes = quantity("-", "step, stance and swing of both legs")
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """Registered strides of all runs, phase by phase, for k signals at p phases; holes left out where they are."""
+
+    phase: np.ndarray = quantity(
+        "1", "phase of the stride, 0 and 1 at heel strikes of the inner leg, shape (p,)", dimensions=("phase",)
+    )
+    mean: np.ndarray = quantity("SI", "mean over strides, shape (p, k)", dimensions=("phase", "signal"))
+    spread: np.ndarray = quantity("SI", "standard deviation over strides, shape (p, k)", dimensions=("phase", "signal"))
+    lower: np.ndarray = quantity("SI", "lower edge of the envelope, shape (p, k)", dimensions=("phase", "signal"))
+    upper: np.ndarray = quantity("SI", "upper edge of the envelope, shape (p, k)", dimensions=("phase", "signal"))
+    count: np.ndarray = quantity("1", "strides seen at each phase, shape (p, k)", dimensions=("phase", "signal"))
 
 
 @dataclass(frozen=True)
@@ -103,3 +257,102 @@ class Result:
     def tables(self) -> list[Table]:
         """The reports as tables: (title, columns, rows)."""
         return tables(self.reports, [*(run.report for run in self.runs), *self.rejected], self.origin)
+
+
+def origin_of(runs: Iterable[RunReport]) -> str:
+    """Measured, synthetic, or mixed."""
+    origins = {one.origin for one in runs}
+    return origins.pop() if len(origins) == 1 else "mixed"
+
+
+def tables(sensors: Iterable[SensorReport], runs: Iterable[RunReport], origin: str) -> list[Table]:
+    """The reports as tables: (title, columns, rows); `origin` stands in every title."""
+    reports, judged = list(sensors), list(runs)
+    return [
+        (f"Rows ({origin})", FAULTS, [_faults(one) for one in reports]),
+        (f"Clocks ({origin})", CLOCKS, [_clock(one) for one in reports]),
+        (f"Sensors ({origin})", SENSORS, [_sensor(one) for one in reports]),
+        (f"Runs ({origin})", RUNS, [_run(one) for one in judged]),
+        (f"Legs, with standard errors ({origin})", LEGS, [_leg(one) for one in judged]),
+    ]
+
+
+FAULTS = (
+    *("run", "sensor", "rows", "duplicates", "sent again", "same key", "out of order", "unusable"),
+    *("lost packets", "gaps", "batch", "smallest", "largest"),
+)
+
+
+def _faults(r: SensorReport) -> tuple[str, ...]:
+    counts = (r.rows, r.exact_duplicates, r.sent_again, r.key_duplicates, r.out_of_order, r.unusable_rows)
+    lost = "can't be observed" if r.lost_packets == NOT_OBSERVABLE else r.lost_packets
+    return r.run, r.place, *map(str, (*counts, lost, r.gaps, r.batch_size, r.smallest_batch, r.largest_batch))
+
+
+CLOCKS = ("run", "sensor", "stamp", "resets", "rate Hz", "rate ppm", "robust ppm", "jitter ms", "error ms")
+
+
+def _clock(r: SensorReport) -> tuple[str, ...]:
+    return (
+        *(r.run, r.place, r.stamp, str(r.resets), f"{r.rate_hz:.3f}", f"{r.rate_ppm:.0f}", f"{r.robust_ppm:.0f}"),
+        *(f"{r.jitter_before_s * 1e3:.2f}", f"{r.clock_error_s * 1e3:.2f}"),
+    )
+
+
+SENSORS = (
+    *("run", "sensor", "NaN", "dead", "clipped a", "clipped w", "step a m/s^2", "step w rad/s", "still s"),
+    *("static", "gain", "unit a", "unit w", "off swing deg", "off mount deg", "verdict"),
+)
+
+
+def _sensor(r: SensorReport) -> tuple[str, ...]:
+    return (
+        *(r.run, r.place, str(r.missing_values), " ".join(r.dead_axes) or "none", str(r.clipped_acceleration)),
+        *(str(r.clipped_angular_rate), f"{r.acceleration_step:.2g}", f"{r.angular_rate_step:.2g}"),
+        *(f"{r.rest_s:.2f}", f"{r.static_reading:.5g}", f"{r.static_gain:.4f}"),
+        *(r.acceleration_unit, r.angular_rate_unit, f"{r.swing_residual_deg:.2f}", f"{r.mounting_deg:.2f}"),
+        _verdict("accepted" if r.accepted else REFUSED, r.reasons),
+    )
+
+
+def _verdict(word: str, sentences: Iterable[str]) -> str:
+    return ": ".join(part for part in (word, "; ".join(sentences)) if part)
+
+
+RUNS = (
+    *("run", "overlap", "foot lag ms", "+-", "lever arm m", "heel strikes", "strides"),
+    *("step frequency Hz", "standard error Hz", "R2 of places", "verdict"),
+)
+
+
+def _run(r: RunReport) -> tuple[str, ...]:
+    return (
+        *(r.name, "can't be observed" if math.isnan(r.overlap) else f"{r.overlap:.3f}"),
+        *_numbers(1e3, 2, r.foot_lag, r.foot_lag_error), f"{r.evidence.lever_arm:.3f}",
+        *(str(r.heel_strikes), str(r.strides)),
+        *(f"{r.step_frequency:.4f}", f"{r.step_frequency_error:.4f}", f"{r.evidence.agreement:.4f}"),
+        _verdict(r.verdict, (r.reason,) if r.reason else r.remarks),
+    )
+
+
+LEGS = (
+    *("run", "step mm", "+-", "of the drawing", "inner step s", "outer step s", "+-", "double stance ms", "+-"),
+    *("inner stance s", "inner swing s", "+-", "outer stance s", "outer swing s", "+-", "asymmetry %", "+-"),
+)
+
+
+def _leg(r: RunReport) -> tuple[str, ...]:
+    t = r.times
+    return (
+        r.name,
+        *_numbers(1e3, 1, r.step_length, r.step_length_error, r.step_length_drawing_error),
+        *_numbers(1, 4, t.inner_step, t.outer_step, t.step_error),
+        *_numbers(1e3, 1, t.double_stance, t.double_stance_error),
+        *_numbers(1, 4, t.inner_stance, t.inner_swing, t.inner_error, t.outer_stance, t.outer_swing, t.outer_error),
+        *_numbers(100, 2, t.asymmetry, t.asymmetry_error),
+    )
+
+
+def _numbers(scale: float, digits: int, *values: float) -> tuple[str, ...]:
+    """Values in other units with so many digits; a dash for what is not known."""
+    return tuple("-" if math.isnan(value) else f"{scale * value:.{digits}f}" for value in values)

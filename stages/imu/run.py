@@ -17,14 +17,12 @@ from stages.biped.progress import Progress, ignore
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.imu.errors import SourceRefused
 from stages.imu.parameters import Parameters, Reading
-from stages.imu.reports.run_report import RunReport, origin_of
-from stages.imu.reports.sensor_report import SensorReport
-from stages.imu.result import Result, Run, SensorSignals
+from stages.imu.result import Result, Run, RunReport, SensorReport, SensorSignals, origin_of
 from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.sources.source_sqlite import SqliteSource
-from stages.imu.trial.ensemble import ensemble_of
-from stages.imu.trial.places import BodySensor
+from stages.imu.trial.body import BodySensor
 from stages.imu.trial.trial import Trial, read_trial
+from stages.imu.trial.walk import ensemble_of
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.imu.judgement.rolling_stance import Confirmed
+from stages.imu.judgement.evidence import Confirmed
 from stages.imu.strikes.step_times import UNKNOWN, HeelStrikes
-from stages.imu.trial.leg_motion import hip_at, leg_angle, leg_motion, stance_angle
+from stages.imu.trial.body import leg_angle
 from stages.imu.trial.trial import Trial, read_trial
+from stages.imu.trial.walk import hip_at, leg_motion, stance_angle
 from tests.imu.made_logs import Log, made_log, with_errors
 from tests.imu.made_walks import REST_S, campaign_parameters, stand_in_walks
 from tests.imu.stand_in import BIPED, DRAWING, PARAMETERS

@@ -11,14 +11,13 @@ from scipy.signal import find_peaks
 
 from stages.imu.clock.packet_index import index_samples
 from stages.imu.judgement.verdict import REFUSED
-from stages.imu.reports.sensor_report import SensorReport
+from stages.imu.result import SensorReport
 from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.sources.source_csv import CsvSource
 from stages.imu.strikes.step_times import INNER
-from stages.imu.trial.places import BodySensor
-from stages.imu.trial.sensor_on_body import read_sensor
-from stages.imu.trial.trial import read_trial
-from stages.imu.trial.walking import strikes_of
+from stages.imu.trial.body import BodySensor
+from stages.imu.trial.trial import read_sensor, read_trial
+from stages.imu.trial.walk import strikes_of
 from tests.imu.real_recordings import FOLDER, ipol, xio
 from tests.imu.stand_in import LIMITS, PARAMETERS, SETTINGS
 

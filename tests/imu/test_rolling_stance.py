@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from stages.imu.judgement.rolling_stance import confirmed, swept
-from stages.imu.reports.run_report import Evidence
+from stages.imu.judgement.evidence import confirmed, swept
+from stages.imu.result import Evidence
 from tests.imu.stand_in import BIPED, PARAMETERS
 
 SLOPE, STANCES = math.radians(2.0), (np.array([0.0, 1.0, 2.0]), np.array([0.45, 1.45, 2.45]))

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
 
-from stages.imu.reports.run_report import RunReport
-from stages.imu.result import Result
+from stages.imu.result import Result, RunReport
 from stages.imu.sources.source_sqlite import SqliteSource
 from stages.imu.strikes.heel_strikes import turns
 from stages.imu.trial.trial import read_trial

@@ -12,7 +12,7 @@ from stages.calibration.observation.measured_run import MeasuredRun, usable
 from stages.calibration.observation.prediction import Sampling
 from stages.calibration.observation.unknowns import SIDES
 from stages.calibration.parameters import Settings
-from stages.imu.trial.places import FORWARD, LATERAL, UP, BodySensor
+from stages.imu.trial.body import FORWARD, LATERAL, UP, BodySensor
 from stages.imu.trial.sensor import filter_delay
 from stages.imu.trial.trial import Trial
 

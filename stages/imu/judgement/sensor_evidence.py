@@ -7,7 +7,7 @@ import math
 import numpy as np
 from scipy.signal import periodogram
 
-from stages.imu.clock.indexed import IndexedRecording
+from stages.imu.clock.packet_index import IndexedRecording
 from stages.imu.sources.units import implied_angular_rate_unit, swept_angle
 from stages.imu.trial.sensor import SensorTrace
 
@@ -42,14 +42,6 @@ def missing_share(trace: SensorTrace) -> float:
     pauses = np.diff(trace.time)[restart] * trace.rate_hz - 1
     absent = float((np.diff(index) - 1)[~restart].sum() + pauses.sum())
     return absent / (len(index) + absent)
-
-
-def static_reading(trace: SensorTrace) -> float:
-    """Magnitude of the specific force in stored units: mean vector at rest, else median magnitude; NaN if unknown."""
-    if trace.rest.any():
-        return float(np.linalg.norm(trace.static_force()) / trace.scale.acceleration)
-    size = np.linalg.norm(trace.indexed.recording.acceleration, axis=1)
-    return float(np.median(size[np.isfinite(size)])) if np.isfinite(size).any() else math.nan
 
 
 def leg_sweep(trace: SensorTrace, slowest_hz: float) -> float:
@@ -134,21 +126,23 @@ def noise_ends(trace: SensorTrace) -> bool:
     if not (math.isfinite(rate) and trace.rest.sum() >= FEWEST_ROWS):
         return False
     bandwidth = min(raw.device.bandwidth_hz or 0.4 * rate, 0.45 * rate)
+
+    def bands(values: np.ndarray) -> list[np.ndarray]:
+        frequency, spectrum = periodogram(values, rate, "hann", detrend="linear", axis=0)
+        scaled = frequency / bandwidth
+        return [spectrum[(scaled >= low) & (scaled <= high)] for low, high in (TOP, BELOW)]
+
     found = []  # of a kind of readings: ratio of the two bands, and how many powers each is the mean of
     for values in (raw.acceleration, raw.angular_rate):
         known = np.isfinite(values).all(axis=1)
-        frequency, spectrum = periodogram(values[known & trace.rest], rate, "hann", detrend="linear", axis=0)
-        scaled = frequency / bandwidth
-        bands = [spectrum[(scaled >= low) & (scaled <= high)] for low, high in (TOP, BELOW)]
-        if not bands[0].size or not bands[1].size:
+        top, below = bands(values[known & trace.rest])
+        if not top.size or not below.size:
             return False
-        top, below = (float(band.mean()) for band in bands)
-        if below > quantisation_step(values) ** 2 / (3 * rate):  # twice what rounding leaves
-            found.append((top / below, *(band.size for band in bands)))
+        if below.mean() > quantisation_step(values) ** 2 / (3 * rate):  # twice what rounding leaves
+            found.append((top.mean() / below.mean(), top.size, below.size))
         if values is raw.acceleration:
-            frequency, spectrum = periodogram(values[known & ~trace.rest], rate, "hann", detrend="linear", axis=0)
-            walked = spectrum[(frequency >= TOP[0] * bandwidth) & (frequency <= TOP[1] * bandwidth)]
-            if walked.size and walked.mean() < STRIKES_SHOW * top:
+            walked = bands(values[known & ~trace.rest])[0]
+            if walked.size and walked.mean() < STRIKES_SHOW * top.mean():
                 return True
     both = [tuple(np.mean(found, axis=0) * [1, len(found), len(found)])] if found else []
     return any(ratio < LOW_PASSED * math.exp(-DOUBT * math.sqrt(2 / most + 2 / fewer))

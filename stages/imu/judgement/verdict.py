@@ -1,9 +1,4 @@
-"""Where a trial's evidence becomes a verdict: accepted, accepted with remarks, or refused.
-
-Each rule holds one piece of evidence against its limit (`params/imu.yaml`, with the source of each) and says in a
-sentence where to look. A remark names the quantities that are not to be trusted; a refusal needs no such list. What
-cannot be known from the recording is a remark as well: it is said, not guessed.
-"""
+"""What is said against a trial, and what follows: accepted, accepted with remarks, or refused."""
 
 from __future__ import annotations
 
@@ -35,7 +30,7 @@ class Finding:
 class Verdict:
     """The findings against a trial, put together."""
 
-    findings: tuple[Finding, ...]
+    findings: tuple[Finding, ...] = ()
 
     @property
     def outcome(self) -> str:
@@ -62,10 +57,14 @@ class Verdict:
         return tuple(one.sentence for one in self.findings if one.refused == refused)
 
 
-@dataclass(frozen=True)
-class Refusal:
-    """Why a sensor's recording is not used. `meaning`: it is read otherwise than it was meant, so that the run's other
-    sensor, described by the same hand, is not to be believed alone."""
+Rule = Finding | None
 
-    meaning: bool
-    sentence: str
+
+def refusal(holds: bool, sentence: str) -> Rule:
+    """What is said of a trial that is not used where this holds."""
+    return Finding(True, (), sentence) if holds else None
+
+
+def remark(holds: bool, sentence: str, *about: str) -> Rule:
+    """What is said where this holds, and of which quantities."""
+    return Finding(False, about, sentence) if holds else None

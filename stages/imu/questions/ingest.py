@@ -14,8 +14,7 @@ from stages.imu.errors import SourceRefused
 
 if TYPE_CHECKING:
     from stages.imu.parameters import Parameters
-    from stages.imu.reports.run_report import RunReport
-    from stages.imu.reports.sensor_report import SensorReport
+    from stages.imu.result import RunReport, SensorReport
     from stages.imu.sources.database import DatabaseWriter
     from stages.imu.trial.trial import Trial
 
@@ -40,8 +39,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Read every run of the source and report on it. Raises WrongOption, also for what the ingest refuses."""
     if options.propose is not None:
         return proposed(options, asking)
-    from stages.imu.reports.export import picture
-    from stages.imu.reports.run_report import origin_of, tables
+    from stages.imu.export import picture
+    from stages.imu.result import origin_of, tables
     from stages.imu.run import trials
     from stages.imu.sources.database import DatabaseWriter
 
@@ -62,7 +61,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     except SourceRefused as refused:
         raise WrongOption(str(refused)) from None
     if options.export is not None:
-        from stages.imu.reports.export import exported
+        from stages.imu.export import exported
 
         with asking.new_file(options.export) as folder:
             folder.mkdir()

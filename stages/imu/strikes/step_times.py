@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.imu.parameters import Drawing
-from stages.imu.reports.run_report import StepTimes
+from stages.imu.result import StepTimes
 
 INNER, OUTER = 0, 1
 

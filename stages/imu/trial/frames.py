@@ -1,7 +1,7 @@
 """Sensor to body: gravity at rest gives the vertical, the swing axis of the gyroscope gives the lateral.
 
-Body axes of the leg the sensor rides on: forward, up the leg, lateral = forward cross up. At rest the leg stands at
-a known angle, so gravity is known in body axes; walking turns the leg about the lateral axis. Two directions known in
+Body axes of the leg the sensor rides on: forward, up the leg, lateral = forward cross up. At rest the leg stands at a
+known angle, so gravity is known in body axes; walking turns the leg about the lateral axis. Two directions known in
 both frames fix the rotation (Wahba's problem for two vectors, solved by TRIAD, Black 1964). The swing axis is met
 exactly, for a planar walk turns about nothing else; gravity, which an accelerometer's bias b tilts by b / g, as far as
 it is normal to that axis. What stays is the error of the pitch: the bias forward, the stand and the inclination.
@@ -36,18 +36,16 @@ def mounting(device: Device) -> np.ndarray:
     """Declared mounting (3, 3), body = mounting @ sensor; the identity where the source does not say."""
     if device.forward_axis is None or device.up_axis is None or device.forward_axis[1] == device.up_axis[1]:
         return np.eye(3)
-    forward, up = axis_vector(device.forward_axis), axis_vector(device.up_axis)
+    forward, up = (
+        (-1.0 if name[0] == "-" else 1.0) * np.eye(3)["xyz".index(name[1])]
+        for name in (device.forward_axis, device.up_axis)
+    )
     return np.stack([forward, up, np.cross(forward, up)])
 
 
 def is_mounting_declared(device: Device) -> bool:
     """Whether the source says how the sensor sits."""
     return device.forward_axis is not None and device.up_axis is not None
-
-
-def axis_vector(name: str) -> np.ndarray:
-    """Unit vector (3,) of an axis such as "-z"."""
-    return np.array((-1.0 if name[0] == "-" else 1.0) * np.eye(3)["xyz".index(name[1])])
 
 
 def gravity_on_body(slope: float, leg_angle: float) -> np.ndarray:
@@ -71,24 +69,20 @@ def find_frame(
     than it rolls back, so the third moment of the rate about the lateral axis is positive.
     """
     axis, share = swing_axis(angular_rate)
-    if is_mounting_declared(device):
-        sign = axis @ mounting(device)[2]
-    else:
-        sign = np.sum((angular_rate @ axis) ** 3)
+    declared = is_mounting_declared(device)
+    sign = axis @ mounting(device)[2] if declared else np.sum((angular_rate @ axis) ** 3)
     axis = axis if sign >= 0 else -axis
     plumb = static_force - (static_force @ axis) * axis
     plumb /= np.linalg.norm(plumb)
     on_sensor = np.stack([plumb, axis, np.cross(plumb, axis)])
-    gravity = gravity_on_body(slope, rest_leg_angle)
-    z = np.array([0.0, 0.0, 1.0])
-    on_body = np.stack([gravity, z, np.cross(gravity, z)])
-    rotation = on_body.T @ on_sensor
+    gravity, lateral = gravity_on_body(slope, rest_leg_angle), np.array([0.0, 0.0, 1.0])
+    rotation = np.stack([gravity, lateral, np.cross(gravity, lateral)]).T @ on_sensor
     off_normal = axis @ static_force / np.linalg.norm(static_force)
     return Frame(
         rotation=rotation,
         swing_residual_deg=math.degrees(math.asin(np.clip(off_normal, -1, 1))),
         swing_share=share,
-        mounting_deg=angle_between(rotation, mounting(device)) if is_mounting_declared(device) else math.nan,
+        mounting_deg=angle_between(rotation, mounting(device)) if declared else math.nan,
     )
 
 

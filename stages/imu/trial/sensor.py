@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.imu.clock.clock import Clock, repair_clock
-from stages.imu.clock.indexed import IndexedRecording
-from stages.imu.clock.packet_index import index_samples
+from stages.imu.clock.packet_index import IndexedRecording, index_samples
 from stages.imu.parameters import Settings
 from stages.imu.sources.schema import Recording
 from stages.imu.sources.units import Scale, scale_of
@@ -49,6 +48,13 @@ class SensorTrace:
         """Mean specific force at rest (3,) [m/s^2]; NaN where there is no rest."""
         known = self.rest & np.isfinite(self.specific_force).all(axis=1)
         return self.specific_force[known].mean(axis=0) if known.any() else np.full(3, np.nan)
+
+    def static_reading(self) -> float:
+        """Magnitude of the specific force in stored units: mean at rest, else median magnitude; NaN if unknown."""
+        if self.rest.any():
+            return float(np.linalg.norm(self.static_force()) / self.scale.acceleration)
+        size = np.linalg.norm(self.indexed.recording.acceleration, axis=1)
+        return float(np.median(size[np.isfinite(size)])) if np.isfinite(size).any() else math.nan
 
 
 def trace_sensor(recording: Recording, settings: Settings) -> SensorTrace:

@@ -2,91 +2,96 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
-from stages.imu.clock.resample import resample
 from stages.imu.errors import printable
-from stages.imu.judgement.evidence import (
-    agreement_of,
-    axis_turn_of,
-    gravity_of,
-    lever_of,
-    skewness,
-    spacing_of,
-    symmetry_of,
-)
-from stages.imu.judgement.of_run import verdict_on
-from stages.imu.judgement.rolling_stance import confirmed, swept
-from stages.imu.judgement.verdict import Refusal, Verdict
-from stages.imu.parameters import Reading
-from stages.imu.reports.run_report import Evidence, RunReport
-from stages.imu.reports.sensor_report import SensorReport
-from stages.imu.result import LegMotion
+from stages.imu.judgement.evidence import confirmed, evidence_of
+from stages.imu.judgement.rules import against_sensor, verdict_on
+from stages.imu.judgement.sensor_evidence import angular_rate_unit, batch_sizes, dead_axes, quantisation_step
+from stages.imu.judgement.verdict import Finding, Verdict
+from stages.imu.parameters import Limits, Reading, Settings
+from stages.imu.result import NOT_OBSERVABLE, Evidence, LegMotion, RunReport, SensorReport
 from stages.imu.sources.schema import Experiment, Recording
-from stages.imu.strikes.heel_strikes import PULSE_S, SHIFTS_S, in_hole
-from stages.imu.strikes.step_times import HeelStrikes, StepFrequency, stances_of, step_frequency, stride_bounds
-from stages.imu.trial.places import (
-    FORWARD,
-    LATERAL,
-    PLACES,
-    BodySensor,
-    angle_on,
-    common_grid,
-    longest_step,
-    on_grid,
-    overlap_of,
-)
-from stages.imu.trial.sensor_on_body import place_of, read_sensor
-from stages.imu.trial.two_clocks import brought_together
-from stages.imu.trial.walking import leg_of, registered, strikes_of
+from stages.imu.sources.units import implied_acceleration_unit
+from stages.imu.strikes.step_times import HeelStrikes, StepFrequency, step_frequency, stride_bounds
+from stages.imu.trial.body import PLACES, BodySensor, frame_of, seen_by
+from stages.imu.trial.frames import Frame
+from stages.imu.trial.sensor import SensorTrace, trace_sensor
+from stages.imu.trial.two_clocks import brought_together, overlap_of
+from stages.imu.trial.walk import leg_of, registered, strikes_of
 
 
-def evidence_of(
-    sensors: dict[str, BodySensor],
-    strikes: HeelStrikes,
-    bounds: np.ndarray,
-    experiment: Experiment,
-    parameters: Reading,
-) -> Evidence:
-    """What the run's signals say about themselves, by all strikes and the strides between these bounds."""
-    settings, drawing, quick = parameters.settings, parameters.drawing, parameters.quick
-    found = dict.fromkeys((field.name for field in fields(Evidence)), math.nan)
-    grid = common_grid(sensors, settings) if sensors else np.empty(0)
-    seen = {place: on_grid(sensor, grid, settings) for place, sensor in sensors.items()}
-    if len(sensors) == 2:
-        found["agreement"], found["rate_ratio"] = agreement_of(*(seen[place][:, 3 + LATERAL] for place in PLACES))
-        names = ("lever_arm", "lever_direction_deg", "forward_gain", "hip_turning", "foot_turning", "rate_lag")
-        found |= zip(names, lever_of(grid, seen["hip"], seen["foot"], strikes, settings.grid_rate_hz, quick))
-    first = next((place for place in PLACES if place in sensors), "")
-    slope, stances = math.radians(experiment.slope_deg or 0.0), stances_of(strikes)
-    for place, sensor in sensors.items():
-        found[f"{place}_axis_deg"] = axis_turn_of(sensor.rate[~sensor.trace.rest])
-        if not len(bounds) or not len(grid):
-            continue
-        angle = angle_on(grid, place, seen, sensor, settings)
-        arm = drawing.leg_length - (parameters.limits.lever_arm if place == "foot" else drawing.sag)
-        gain, error, height, apart = swept(
-            grid, seen[place][:, FORWARD], seen[place][:, 3 + LATERAL], angle, stances, slope, settings.gravity, arm,
-            drawing.foot_radius, quick)  # fmt: skip
-        size, downhill = gravity_of(grid, seen[place][:, :3], angle, (bounds[0, 0], bounds[-1, 1]))
-        own = {"gain": gain, "gain_error": error, "arm": height / arm, "pitch_deg": math.degrees(apart),
-               "gravity": size / settings.gravity, "gravity_deg": math.degrees(downhill - slope)}  # fmt: skip
-        found |= {f"{place}_{name}": value for name, value in own.items()}
-        if place == first:
-            found["strike_symmetry_deg"] = symmetry_of(np.interp(strikes.time, grid, angle), strikes)
-    found["spacing"], found["alternating"] = spacing_of(strikes)
-    if first:
-        sensor = sensors[first]
-        found["third_moment"] = skewness(sensor.rate[~sensor.trace.rest, LATERAL])
-        # Among samples that are there: one at full scale shows a strike.
-        there = resample(sensor.time, np.zeros((len(sensor.time), 1)), grid, longest_step(sensor, settings))
-        reach = max(1, round((0.75 * PULSE_S + SHIFTS_S[-1]) / quick * settings.grid_rate_hz))  # as far as one is moved
-        hidden = in_hole(there, np.searchsorted(grid, strikes.time), reach)
-        found["hidden_strikes"] = float(hidden.mean()) if len(hidden) else math.nan
-    return Evidence(**found)
+def read_sensor(
+    recording: Recording, settings: Settings, limits: Limits
+) -> tuple[BodySensor | None, SensorReport, tuple[Finding, ...]]:
+    """One sensor in body axes (None where no frame can be found), with its report and what speaks against it."""
+    missing = int((~np.isfinite(np.hstack((recording.acceleration, recording.angular_rate)))).sum())
+    trace = trace_sensor(recording, settings)
+    frame = frame_of(trace, settings)
+    report = report_sensor(trace, frame, settings, recording.rows, missing)
+    against = against_sensor(trace, report, settings, limits)
+    why = tuple(one.sentence for one in against)
+    if frame is None:
+        why = why or ("no still stand: the frame cannot be found",)
+        return None, dataclasses.replace(report, reasons=why), against
+    turn = frame.rotation.T
+    rate = (trace.angular_rate - trace.bias()) @ turn
+    sensor = BodySensor(trace, frame, trace.time, trace.specific_force @ turn, rate)
+    return sensor, dataclasses.replace(report, accepted=not why, reasons=why), against
+
+
+def report_sensor(
+    trace: SensorTrace, frame: Frame | None, settings: Settings, rows: int, missing: int
+) -> SensorReport:
+    """What one recording shows; `rows` and `missing` are counted in the source, before any repair."""
+    indexed, clock, device = trace.indexed, trace.clock, trace.indexed.recording.device
+    reading, batches = trace.static_reading(), batch_sizes(indexed)
+    return SensorReport(
+        run=indexed.recording.experiment.name,
+        place=device.place,
+        bandwidth_hz=math.nan if device.bandwidth_hz is None else device.bandwidth_hz,
+        rows=rows,
+        exact_duplicates=indexed.exact_duplicates,
+        sent_again=indexed.sent_again,
+        key_duplicates=indexed.key_duplicates,
+        out_of_order=indexed.out_of_order,
+        unusable_rows=indexed.unusable_rows,
+        lost_packets=NOT_OBSERVABLE if indexed.lost_packets is None else indexed.lost_packets,
+        gaps=indexed.gaps,
+        resets=indexed.resets,
+        batch_size=indexed.batch_size,
+        smallest_batch=int(batches.min(initial=indexed.batch_size)),
+        largest_batch=int(batches.max(initial=0)),
+        stamp=clock.stamp,
+        rate_hz=clock.rate_hz,
+        rate_ppm=clock.rate_ppm,
+        numbered_by=indexed.numbered_by,
+        clock_settings=len(clock.settings),
+        clock_bend_s=clock.bend,
+        robust_ppm=clock.robust_ppm,
+        jitter_before_s=clock.jitter_before,
+        clock_error_s=clock.error,
+        missing_values=missing,
+        dead_axes=dead_axes(trace),
+        clipped_acceleration=trace.clipped_acceleration,
+        clipped_angular_rate=trace.clipped_angular_rate,
+        acceleration_step=quantisation_step(indexed.recording.acceleration) * trace.scale.acceleration,
+        angular_rate_step=quantisation_step(indexed.recording.angular_rate) * trace.scale.angular_rate,
+        rest_s=float(trace.rest.sum() / clock.rate_hz) if clock.rate_hz > 0 else math.nan,
+        static_reading=reading,
+        static_gain=reading * trace.scale.acceleration / settings.gravity,
+        acceleration_unit=implied_acceleration_unit(reading, device, settings.gravity),
+        angular_rate_unit=angular_rate_unit(trace, settings.slowest_stride_hz),
+        swing_residual_deg=frame.swing_residual_deg if frame else math.nan,
+        swing_share=frame.swing_share if frame else math.nan,
+        mounting_deg=frame.mounting_deg if frame else math.nan,
+        accepted=False,
+        reasons=(),
+    )
 
 
 @dataclass(frozen=True)
@@ -110,7 +115,7 @@ class Trial:
     strides: np.ndarray
     leg: LegMotion
     evidence: Evidence
-    verdict: Verdict
+    verdict: Verdict = Verdict()
 
     @property
     def accepted(self) -> bool:
@@ -119,7 +124,7 @@ class Trial:
 
     def report(self) -> RunReport:
         """What the run is worth."""
-        slope = self.experiment.slope_deg
+        slope, leg, none = self.experiment.slope_deg, self.leg, not len(self.leg.step_length)
         return RunReport(
             name=self.experiment.name,
             origin=self.experiment.origin,
@@ -131,11 +136,10 @@ class Trial:
             strides=len(self.strides),
             step_frequency=self.frequency.value,
             step_frequency_error=self.frequency.standard_error,
-            step_length=float(self.leg.step_length.mean()) if len(self.leg.step_length) else math.nan,
-            step_length_error=float(self.leg.step_length_error.mean()) if len(self.leg.step_length) else math.nan,
-            step_length_drawing_error=(
-                float(self.leg.step_length_drawing_error.mean()) if len(self.leg.step_length) else math.nan),
-            times=self.leg.times,
+            step_length=math.nan if none else float(leg.step_length.mean()),
+            step_length_error=math.nan if none else float(leg.step_length_error.mean()),
+            step_length_drawing_error=math.nan if none else float(leg.step_length_drawing_error.mean()),
+            times=leg.times,
             evidence=self.evidence,
             verdict=self.verdict.outcome,
             reason="; ".join(self.verdict.sentences(refused=True)),
@@ -151,46 +155,42 @@ def read_trial(
     """Take one run from raw rows to registered strides and a verdict."""
     settings, limits = parameters.settings, parameters.limits
     sensors: dict[str, BodySensor] = {}
-    reports, left_out = [], []
+    reports: list[SensorReport] = []
+    left_out: list[Finding] = []
     for recording in recordings:
-        sensor, report, refusals = read_sensor(recording, settings, limits)
+        sensor, report, against = read_sensor(recording, settings, limits)
         reports.append(report)
-        place = place_of(recording.device)
+        place, believed = recording.device.place.strip().lower(), True
         if place not in PLACES:
             why = f"the sensor at {printable(recording.device.place)} is not used: not hip or foot"
-            left_out.append(Refusal(False, why))
         elif place in sensors:
-            left_out.append(Refusal(False, f"a second sensor at the {place} is not used"))
+            why = f"a second sensor at the {place} is not used"
         elif sensor is None or not report.accepted:
             why = f"the {place}'s sensor is not used: {'; '.join(report.reasons)}"
-            left_out.append(Refusal(any(one.meaning for one in refusals), why))
+            believed = not any(one.refused for one in against)
         else:
             sensors[place] = sensor
-    overlap = math.nan
+            continue
+        left_out.append(Finding(not believed, (), why))
     together = brought_together(sensors, settings, limits)
     sensors = together.sensors
-    if len(sensors) == 2 and all(sensor.trace.clock.stamp != "none" for sensor in sensors.values()):
-        overlap = overlap_of(sensors["hip"], sensors["foot"])
+    timed = len(sensors) == 2 and all(sensor.trace.clock.stamp != "none" for sensor in sensors.values())
     strikes, corner = strikes_of(sensors, settings, parameters.quick)
     used = HeelStrikes(strikes.time[settings.skipped_steps :], strikes.leg[settings.skipped_steps :])
-    bounds, frequency = stride_bounds(used), step_frequency(used)
-    evidence = evidence_of(sensors, strikes, bounds, experiment, parameters)
-    judged = {place: (sensor.trace, sensor.frame) for place, sensor in sensors.items()}
-    return Trial(
+    bounds, seen = stride_bounds(used), seen_by(sensors, settings)
+    evidence = evidence_of(sensors, seen, strikes, bounds, experiment.slope_deg, parameters)
+    trial = Trial(
         experiment=experiment,
         sensors=sensors,
         reports=tuple(reports),
         foot_lag=together.lag,
         foot_lag_error=together.lag_error,
-        overlap=overlap,
+        overlap=overlap_of(sensors["hip"], sensors["foot"]) if timed else math.nan,
         strikes=strikes,
-        frequency=frequency,
+        frequency=step_frequency(used),
         bounds=bounds,
         strides=registered(sensors, bounds, settings),
-        leg=leg_of(sensors, used, corner, confirmed(evidence, parameters), parameters),
+        leg=leg_of(sensors, seen, used, corner, confirmed(evidence, parameters), parameters),
         evidence=evidence,
-        verdict=verdict_on(
-            experiment, judged, left_out, overlap, together.at_edge, together.other_lag, len(strikes.time),
-            frequency.value, evidence, parameters,
-        ),
-    )  # fmt: skip
+    )
+    return dataclasses.replace(trial, verdict=verdict_on(trial, together, left_out, parameters))

@@ -16,11 +16,11 @@ import numpy as np
 from scipy.signal import fftconvolve
 from scipy.special import fdtri
 
-from stages.imu.clock.resample import resample
+from stages.imu.clock.clock import resample
 from stages.imu.judgement.evidence import agreement_of
 from stages.imu.parameters import Limits, Settings
 from stages.imu.strikes.heel_strikes import filled, step_period
-from stages.imu.trial.places import LATERAL, MOVING, PLACES, BodySensor, common_grid, longest_step, on_grid
+from stages.imu.trial.body import LATERAL, MOVING, PLACES, BodySensor, common_grid, on_grid
 
 PASSES = 3  # of least squares: from half a row of the grid to its rounding
 COVERED = 0.5  # of one sensor's motion: less of it, laid over the other's, is no ground to bring them together
@@ -159,5 +159,16 @@ def _power(signal: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarra
 def _rate(sensor: BodySensor, dt: float, settings: Settings) -> tuple[float, np.ndarray]:
     """First time and lateral rate (n,) of a sensor on an even grid of its own, holes drawn over."""
     grid = np.arange(sensor.time[0], sensor.time[-1], dt)
-    seen = resample(sensor.time, sensor.rate[:, [LATERAL]], grid, longest_step(sensor, settings))[:, 0]
+    seen = resample(sensor.time, sensor.rate[:, [LATERAL]], grid, sensor.longest_step(settings))[:, 0]
     return float(sensor.time[0]), filled(seen)
+
+
+def overlap_of(first: BodySensor, second: BodySensor) -> float:
+    """Share of the longer motion that both cover, from where each begins to turn to where it ends."""
+    spans = []
+    for sensor in (first, second):
+        size = np.abs(np.nan_to_num(sensor.rate[:, LATERAL]))
+        moving = sensor.time[size > MOVING * size.max()]
+        spans.append((moving[0], moving[-1]) if len(moving) else (sensor.time[0], sensor.time[-1]))
+    (a, b), (c, d) = spans
+    return float(max(0.0, min(b, d) - max(a, c)) / max(b - a, d - c, 1e-9))

@@ -12,10 +12,10 @@ import numpy as np
 
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.imu.clock.clock import packet_arrivals
-from stages.imu.clock.indexed import arrival_stamp
-from stages.imu.reports.run_report import Evidence, RunReport, StepTimes
+from stages.imu.clock.packet_index import arrival_stamp
+from stages.imu.result import Evidence, RunReport, StepTimes
 from stages.imu.strikes.step_times import INNER, OUTER
-from stages.imu.trial.places import FORWARD, LATERAL, UP
+from stages.imu.trial.body import FORWARD, LATERAL, UP
 from stages.imu.trial.trial import Trial
 
 if TYPE_CHECKING:

@@ -1,0 +1,107 @@
+"""Sensors in body axes, and those of one leg on a common grid: what they see together, and the leg's angle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.biped.between_steps import running_integral
+from stages.imu.clock.clock import resample
+from stages.imu.parameters import Settings
+from stages.imu.strikes.heel_strikes import filled
+from stages.imu.trial.frames import Frame, find_frame
+from stages.imu.trial.sensor import SensorTrace
+
+PLACES = ("hip", "foot")
+FORWARD, UP, LATERAL = 0, 1, 2
+MOVING = 0.1  # of the largest rate
+ROUNDED = 1e-3  # of a step of the grid: stamps since 1970 are rounded to a tenth of it
+
+
+def frame_of(trace: SensorTrace, settings: Settings) -> Frame | None:
+    """The frame of a sensor; None without a still stand or without motion after it."""
+    moving, static = ~trace.rest & np.isfinite(trace.angular_rate).all(axis=1), trace.static_force()
+    if not trace.rest.any() or moving.sum() < 3 or not np.linalg.norm(static) > 0:
+        return None
+    return find_frame(
+        static,
+        trace.angular_rate[moving] - trace.bias(),
+        trace.indexed.recording.device,
+        math.radians(trace.indexed.recording.experiment.slope_deg or 0.0),
+        math.radians(settings.rest_leg_angle_deg),
+    )
+
+
+@dataclass(frozen=True)
+class BodySensor:
+    """A sensor in body axes: time (n,) [s], force (n, 3) [m/s^2], rate (n, 3) [rad/s] without bias."""
+
+    trace: SensorTrace
+    frame: Frame
+    time: np.ndarray
+    force: np.ndarray
+    rate: np.ndarray
+
+    def longest_step(self, settings: Settings) -> float:
+        """Longest time between two samples that is interpolated [s]."""
+        return settings.bridged_samples / self.trace.rate_hz
+
+    def bias_error(self) -> float:
+        """Standard error of the lateral bias, from the scatter of the still stand [rad/s]; 0 without one."""
+        still = self.rate[self.trace.rest, LATERAL]
+        still = still[np.isfinite(still)]
+        return float(np.std(still) / math.sqrt(len(still))) if len(still) else 0.0
+
+
+def on_grid(sensor: BodySensor, grid: np.ndarray, settings: Settings) -> np.ndarray:
+    """Force and rate (m, 6) on a grid (m,); force and rate keep holes of their own."""
+    step = sensor.longest_step(settings)
+    return np.hstack([resample(sensor.time, part, grid, step) for part in (sensor.force, sensor.rate)])
+
+
+def common_grid(sensors: Mapping[str, BodySensor], settings: Settings) -> np.ndarray:
+    """Even grid over the time all sensors cover; empty without any."""
+    first = max((sensor.time[0] for sensor in sensors.values()), default=0.0)
+    last = min((sensor.time[-1] for sensor in sensors.values()), default=0.0)
+    count = max(0, int((last - first) * settings.grid_rate_hz + ROUNDED) + 1) if sensors else 0
+    return np.asarray(first + np.arange(count) / settings.grid_rate_hz)
+
+
+def leg_angle(time: np.ndarray, lateral_rate: np.ndarray, rest: np.ndarray, rest_angle: float) -> np.ndarray:
+    """Angle of the leg from the slope normal (n,) [rad], foot ahead positive.
+
+    lateral_rate (n,) [rad/s] is that of the leg, its bias removed; holes are drawn over. `rest` (n,) marks the still
+    stand, in whose mean the angle is `rest_angle` [rad].
+    """
+    turned = running_integral(filled(lateral_rate), time)
+    return np.asarray(turned - (turned[rest].mean() if rest.any() else turned[0]) + rest_angle)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What the sensors of one leg see while all of them record, on an even grid `time` (m,) [s].
+
+    By place `signals` (m, 6), force and rate on body axes, and the leg's `angle` (m,) [rad] from the rate there; the
+    other place, on the same leg, fills the rate's holes.
+    """
+
+    time: np.ndarray
+    signals: Mapping[str, np.ndarray]
+    angle: Mapping[str, np.ndarray]
+
+
+def seen_by(sensors: Mapping[str, BodySensor], settings: Settings) -> Seen:
+    """What these sensors see together; of too short a time there are no angles."""
+    grid, angles = common_grid(sensors, settings), {}
+    seen = {place: on_grid(sensor, grid, settings) for place, sensor in sensors.items()}
+    for place, sensor in sensors.items() if len(grid) else ():
+        rate = seen[place][:, 3 + LATERAL]
+        for other in seen.values():
+            rate = np.where(np.isfinite(rate), rate, other[:, 3 + LATERAL])
+        still = sensor.time[sensor.trace.rest]
+        rest = (grid >= still[0]) & (grid <= still[-1]) if len(still) else np.zeros(len(grid), dtype=bool)
+        angles[place] = leg_angle(grid, rate, rest, math.radians(settings.rest_leg_angle_deg))
+    return Seen(grid, seen, angles)

@@ -1,0 +1,195 @@
+"""What the sensors of a run say of the walk: heel strikes, the leg's motion, and its strides laid over each other.
+
+Leg angle, step length and hip path come from one integration: the lateral rate, and the foot that rolls. Integrating
+the acceleration twice drifts with the square of time; the rate less its bias at rest, integrated once, does not. While
+the inner leg stands, its foot rolls without slip, so with theta = -phi the hip is at
+
+    x = r theta + (L - r) sin theta,    y = r + (L - r) cos theta
+
+from where the leg would stand upright (paper, eq. 3). Over the other leg's stance nothing carries the sensors' leg, and
+nothing is said.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from stages.biped.walk import SENSOR_SIGNALS
+from stages.imu.clock.clock import resample
+from stages.imu.judgement.evidence import Confirmed
+from stages.imu.parameters import Drawing, Reading, Settings
+from stages.imu.result import Ensemble, LegMotion, StepTimes
+from stages.imu.strikes.heel_strikes import NO_STRIKES, find_heel_strikes
+from stages.imu.strikes.impact_onset import Samples, at_onsets, lift_after
+from stages.imu.strikes.step_times import OUTER, UNKNOWN, HeelStrikes, stances_of, step_times
+from stages.imu.trial.body import FORWARD, LATERAL, PLACES, UP, BodySensor, Seen, common_grid, on_grid
+from stages.imu.trial.sensor import filter_delay
+
+PATH_POINTS = 51
+#: For Table 1's robot; others have their own time.
+ROUNDED_S = 0.012  # how far a low pass rounds the corner of a landing off
+CONTINUED_S = 0.08  # from how far inside the angle is continued to a landing
+FEWEST_POINTS = 8
+
+
+def strikes_of(
+    sensors: Mapping[str, BodySensor], settings: Settings, quick: float = 1.0
+) -> tuple[HeelStrikes, float]:
+    """Heel strikes of the run, and the corner of the low pass they show [Hz], NaN if they show none.
+
+    From the hip sensor, which seldom clips, with the foot's help; else from the foot's. They are found in the time of a
+    robot that is so `quick` as Table 1's, for which windows were chosen.
+    """
+    present = [place for place in PLACES if place in sensors]
+    if not present:
+        return NO_STRIKES, math.nan
+    first, *rest = present
+    grid = common_grid({first: sensors[first]}, settings)
+    values = on_grid(sensors[first], grid, settings)
+    others = [values[:, [3 + LATERAL]]]
+    others += [on_grid(sensors[place], grid, settings)[:, [FORWARD, UP, 3 + LATERAL]] for place in rest]
+    band = (settings.slowest_step_hz / quick, settings.fastest_step_hz / quick)
+    found = find_heel_strikes(quick * grid, values[:, [FORWARD, UP]], values[:, 3 + LATERAL], np.hstack(others), band)
+    begun, corner = at_onsets(found, samples_of(sensors[first], [FORWARD, UP], quick), settings.skipped_steps)
+    return HeelStrikes(begun.time / quick, begun.leg), corner * quick
+
+
+def samples_of(sensor: BodySensor, axes: list[int], quick: float) -> Samples:
+    """The sensor's samples of the force on these axes, in the time of a robot that is so `quick` as Table 1's."""
+    taken = filter_delay(sensor.trace.indexed.recording.device.bandwidth_hz)
+    return Samples(quick * sensor.time, sensor.force[:, axes], sensor.trace.rate_hz / quick, quick * taken)
+
+
+def hip_at(angle: np.ndarray, drawing: Drawing) -> np.ndarray:
+    """Hip (..., 2) [m] along and above the slope, from where a leg at these angles (...) [rad] would stand upright."""
+    theta, r = -angle, drawing.foot_radius
+    above = drawing.leg_length - r
+    return np.stack([r * theta + above * np.sin(theta), r + above * np.cos(theta)], axis=-1)
+
+
+def stance_angle(time: np.ndarray, angle: np.ndarray, start: float, end: float) -> np.ndarray:
+    """The angle [rad] at `PATH_POINTS` even times from one landing to the next, as if nothing were beside.
+
+    A landing changes the rate at once, and a sensor's low pass rounds that corner off: what is near to a landing is
+    continued, by a cubic, from the stance's inside.
+    """
+    at = np.linspace(start, end, PATH_POINTS)
+    found = np.asarray(np.interp(at, time, angle))
+    for landing, inward in ((start, 1.0), (end, -1.0)):
+        depth = inward * (time - landing)
+        inside, near = (depth >= ROUNDED_S) & (depth <= CONTINUED_S), inward * (at - landing) < ROUNDED_S
+        if inside.sum() >= FEWEST_POINTS and 0.5 * (end - start) > CONTINUED_S:
+            cubic = np.polynomial.Polynomial.fit(depth[inside], angle[inside], 3)
+            found[near] = cubic(inward * (at[near] - landing))
+    return found
+
+
+def leg_motion(
+    time: np.ndarray,
+    angle: np.ndarray,
+    rest_angle: float,
+    bias_error: float,
+    confirmed: Confirmed,
+    strikes: HeelStrikes,
+    times: StepTimes,
+    drawing: Drawing,
+    quick: float = 1.0,
+) -> LegMotion:
+    """The motion of the leg from its angle (m,) on an even grid (m,) [s].
+
+    The angle's error is that of the stand, of the gyroscopes' gain on what was turned since, and of the bias,
+    `bias_error` [rad/s], on the time since the grid began. A step's is that of the gain, of the leg's length, of when
+    each leg's impacts begin and of both landings' own times, and what rolling on a compliant leg departs from a rigid
+    one. The robot is so `quick` as Table 1's.
+    """
+    gain = confirmed.gain_error
+    since = time - time[0] if len(time) else time
+    stand = math.radians(drawing.stand_error_deg)
+    error = np.sqrt(stand**2 + (gain * (angle - rest_angle)) ** 2 + (bias_error * since) ** 2)
+    start, end = stances_of(strikes)
+    inside = (start >= time[0]) & (end <= time[-1]) if len(time) else np.zeros(len(start), dtype=bool)
+    start, end = start[inside], end[inside]
+    swept = [stance_angle(quick * time, angle, quick * one, quick * other) for one, other in zip(start, end)]
+    path = hip_at(np.array(swept).reshape(-1, PATH_POINTS), drawing)
+    length = path[:, -1, 0] - path[:, 0, 0]
+    share = math.sqrt(gain**2 + confirmed.length_error**2 + drawing.rolling_error**2)
+    apart = (end - start) / (PATH_POINTS - 1)
+    ends = (path[:, [1, -1], 0] - path[:, [0, -2], 0]) / apart[:, None]  # speeds at both landings
+    late = math.hypot(drawing.onset_error_s, drawing.strike_scatter_s)
+    said = np.sqrt((share * length) ** 2 + late**2 * (ends**2).sum(axis=1))
+    path[:, :, 0] -= path[:, :1, 0]
+    drawn = confirmed.length_error * length
+    return LegMotion(time, angle, error, start, end, length, said, drawn, path, times)
+
+
+def leg_of(
+    sensors: Mapping[str, BodySensor], seen: Seen, strikes: HeelStrikes, corner_hz: float, confirmed: Confirmed,
+    parameters: Reading,
+) -> LegMotion:
+    """The leg's motion from the rates of all sensors, where several see it from their mean; toe-off from the foot's."""
+    quick, none = parameters.quick, np.empty(0)
+    if len(seen.time) < 2:
+        return LegMotion(none, none, none, none, none, none, none, none, np.empty((0, PATH_POINTS, 2)), UNKNOWN)
+    errors = [sensor.bias_error() for sensor in sensors.values()]
+    lift = math.nan
+    if "foot" in sensors:
+        landed = quick * strikes.time[strikes.leg == OUTER]
+        lift = lift_after(landed, samples_of(sensors["foot"], [UP], quick), corner_hz / quick) / quick
+    return leg_motion(
+        seen.time,
+        np.mean(list(seen.angle.values()), axis=0),
+        math.radians(parameters.settings.rest_leg_angle_deg),
+        math.sqrt(sum(error**2 for error in errors)) / len(errors),
+        confirmed,
+        strikes,
+        step_times(strikes, lift, parameters.drawing),
+        parameters.drawing,
+        quick,
+    )
+
+
+def register(time: np.ndarray, signals: np.ndarray, bounds: np.ndarray, points: int, longest_step: float) -> np.ndarray:
+    """Signals (n, k) at times (n,) cut into strides (s, 2) and stretched to `points` phases: (s, points, k).
+
+    Holes longer than `longest_step` [s] stay NaN. Each column has its own holes.
+    """
+    phase = np.linspace(0.0, 1.0, points)
+    grid = bounds[:, :1] + (bounds[:, 1:] - bounds[:, :1]) * phase
+    columns = [resample(time, signals[:, [i]], grid.ravel(), longest_step)[:, 0] for i in range(signals.shape[1])]
+    return np.stack(columns, axis=-1).reshape(len(bounds), points, signals.shape[1])
+
+
+def registered(sensors: Mapping[str, BodySensor], bounds: np.ndarray, settings: Settings) -> np.ndarray:
+    """Signals of all strides (s, p, 6) in the order of `SENSOR_SIGNALS`; NaN for a sensor that is missing."""
+    strides = np.full((len(bounds), settings.phase_points, len(SENSOR_SIGNALS)), np.nan)
+    for first, place in ((0, "hip"), (3, "foot")):
+        if place in sensors and len(bounds):
+            sensor = sensors[place]
+            signals = np.column_stack((sensor.force[:, [FORWARD, UP]], sensor.rate[:, LATERAL]))
+            strides[:, :, first : first + 3] = register(
+                sensor.time, signals, bounds, settings.phase_points, sensor.longest_step(settings)
+            )
+    return strides
+
+
+def ensemble_of(strides: np.ndarray) -> Ensemble:
+    """The ensemble of strides (s, p, k). A phase no stride covers is NaN; the spread needs two strides."""
+    known = np.isfinite(strides)
+    count = known.sum(axis=0)
+    total = np.where(known, strides, 0.0).sum(axis=0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = total / count
+        square = np.where(known, (strides - mean) ** 2, 0.0).sum(axis=0)
+        spread = np.sqrt(square / (count - 1))
+    seen = count > 0
+    return Ensemble(
+        phase=np.linspace(0.0, 1.0, strides.shape[1]),
+        mean=mean,
+        spread=np.where(count > 1, spread, np.nan),
+        lower=np.where(seen, np.where(known, strides, np.inf).min(axis=0, initial=np.inf), np.nan),
+        upper=np.where(seen, np.where(known, strides, -np.inf).max(axis=0, initial=-np.inf), np.nan),
+        count=count,
+    )
