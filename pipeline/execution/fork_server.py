@@ -1,9 +1,10 @@
 """A process that loads what stages import from other packages, once, and forks their workers, which then have it.
 
-It is asked by `forked` over the socket that is its standard input: a length, then JSON with the package of stages, its
-folder, and the source files that the worker's key was made from with what they mean; with them come the worker's
-standard input, output and error, and a pipe on which its process id and, at its end, its exit code are told. Without
-these it only loads what a worker will need. Whoever asked is gone when the socket ends; then this process ends as well.
+It is asked by `forked` over the socket that is its standard input, by files alone: the first has JSON with the package
+of stages, its folder, and the source files that the worker's key was made from with what they mean; then come the
+worker's standard input, output and error, and a pipe on which its process id and, at its end, its exit code are told.
+Without these it only loads what a worker will need. Whoever asked is gone when the socket ends; then this process ends
+as well.
 
 It never runs code of the stages: a worker imports that itself, under observation, so that its result's key stays true.
 Sources are only compiled here. It computes nothing and starts no thread, as a forked process has none of its parent's;
@@ -23,6 +24,7 @@ import subprocess
 import sys
 import traceback
 from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -37,8 +39,6 @@ from pipeline.execution.observed_import import Compiled
 from pipeline.execution.process import continue_when_parent_ends
 from pipeline.stage_modules import home_of
 
-#: Bytes of a request's length.
-HEAD = 8
 _THREADS = Path("/proc/self/task")
 
 
@@ -67,12 +67,9 @@ class _Server:
         signal.set_wakeup_fd(wake)
         self.own = (self.line.fileno(), self.nothing, self.woken, wake)
         self.compiled = Compiled(SyntaxMemo(None))
-        self.heads: dict[str, dict[str, Imports]] = {}
-        self.meanings: dict[str, str] = {}
-        self.asked: set[tuple[str, ...]] = set()
+        self.heads: dict[str, dict[str, tuple[str, Imports]]] = {}
         self.seen: set[tuple[str, tuple[str, ...]]] = set()
         self.workers: dict[int, int] = {}
-        self.numba_is_ready = False
 
     def serve(self) -> bool:
         """Wait for a request, or the end of a worker. False if nobody can ask any more."""
@@ -82,19 +79,15 @@ class _Server:
             self._take_leave()
         if self.line.fileno() not in ready:
             return True
-        head, ends, _, _ = socket.recv_fds(self.line, HEAD, 4)
-        if len(head) < HEAD:
+        said, ends, _, _ = socket.recv_fds(self.line, 1, 5)
+        if not said:
             return False
-        with self.line.makefile("rb", buffering=0) as stream:
-            text = b""
-            while len(text) < int.from_bytes(head, "big"):
-                part = stream.read(int.from_bytes(head, "big") - len(text))
-                if not part:
-                    return False
-                text += part
+        with open(ends.pop(0), "rb") as request:
+            request.seek(0)
+            wanted = json.load(request)
         if ends:
             os.dup2(ends[2], 2)  # what packages say while they are loaded
-        self._load(**json.loads(text))
+        self._load(**wanted)
         if ends:
             self._begin(ends)
         return True
@@ -105,31 +98,19 @@ class _Server:
         """
         with contextlib.suppress(StudyError):
             home = home_of(package, Path(code_root))
-            heads, asked = self.heads.setdefault(str(home), {}), (str(home), *modules)
-            places = {file: str(home / file) for file in code if file.endswith(".py")}
-            fresh = [file for file, place in places.items() if self.meanings.get(place) != code[file]]
-            if asked in self.asked and not fresh:
-                return
-            self.asked.add(asked)
+            heads = self.heads.setdefault(str(home), {})
             self.compiled.memo = beside(home / package)  # with what whoever asked has just found in the sources
-            for file in fresh:
-                self.meanings[places[file]] = code[file]
-                source = durable.read(home / file)
-                heads[file] = self.compiled.take(home / file, source) if source else ()
-            for module, names in foreign(package, modules, heads):
+            for file, meaning in code.items():
+                if file.endswith(".py") and heads.get(file, ("", ()))[0] != meaning:
+                    source = durable.read(home / file)
+                    heads[file] = meaning, self.compiled.take(home / file, source) if source else ()
+            for module, names in foreign(package, modules, {file: found for file, (_, found) in heads.items()}):
                 if (module, names) not in self.seen:
                     self.seen.add((module, names))
                     with contextlib.suppress(BaseException):
                         __import__(module, fromlist=names)
             with contextlib.suppress(Exception):
-                self._ready_numba()
-
-    def _ready_numba(self) -> None:
-        """Let numba take in what it knows of Python and NumPy, which it leaves to the first function it loads: .2 s."""
-        numba: Any = sys.modules.get("numba")
-        if numba is not None and not self.numba_is_ready:
-            numba.njit("int64()")(_zero)
-            self.numba_is_ready = True
+                ready_numba(sys.modules.get("numba"))
 
     def _begin(self, ends: list[int]) -> None:
         """Start a worker with the four files that came for it."""
@@ -199,6 +180,13 @@ def foreign(
                     waiting += [target, *(f"{target}.{name}" for name in names)]
                 else:
                     yield target, names
+
+
+@cache
+def ready_numba(numba: Any) -> None:
+    """Let numba take in what it knows of Python and NumPy, which it leaves to the first function it compiles: .2 s."""
+    if numba is not None:
+        numba.njit("int64()")(_zero)
 
 
 def _zero() -> int:

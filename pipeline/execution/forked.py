@@ -57,16 +57,13 @@ class Forked:
             return self._server.process.wait(1.0)
         return 1
 
-    def kill(self) -> None:
-        """As `Popen.kill`, which is called where there are no groups of processes."""
-        raise NotImplementedError
-
     def _lines(self, count: int, timeout: float | None) -> bool:
         """Read what the server told until it has so many lines. False if it does not tell any more."""
         end = None if timeout is None else time.monotonic() + timeout
+        poll = select.poll()
+        poll.register(self._told, select.POLLIN)
         while self._text.count(b"\n") < count:
-            left = None if end is None else max(0.0, end - time.monotonic())
-            if not _readable(self._told, left):
+            if not poll.poll(None if end is None else 1000.0 * max(0.0, end - time.monotonic())):
                 raise subprocess.TimeoutExpired("worker", timeout or 0.0)
             part = os.read(self._told, 64)
             if not part:
@@ -76,19 +73,17 @@ class Forked:
 
 
 class _Server:
+    """The process that workers are forked from."""
+
     def __init__(self, environment: Mapping[str, str]) -> None:
         self.fits = _traits(environment)
         self.line, other = socket.socketpair()
         with other:
             self.process: subprocess.Popen[bytes] = subprocess.Popen(
-                [sys.executable, "-m", "pipeline.execution.fork_server"],
-                stdin=other.fileno(),
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                cwd=engine(),
-                env=dict(environment),
+                [sys.executable, "-m", "pipeline.execution.fork_server"], stdin=other.fileno(),
+                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=engine(), env=dict(environment),
                 start_new_session=True,
-            )
+            )  # fmt: skip
         atexit.register(self.close)
 
     def start(self, wanted: bytes, errors: IO[bytes]) -> Forked:
@@ -104,8 +99,10 @@ class _Server:
 
     def ask(self, wanted: bytes, *ends: int) -> None:
         """Let it load what is wanted, and start a worker with the four files that it is given, or none."""
-        socket.send_fds(self.line, [len(wanted).to_bytes(8, "big")], [*ends])
-        self.line.sendall(wanted)
+        with open(os.memfd_create("wanted"), "wb") as request:
+            request.write(wanted)
+            request.flush()
+            socket.send_fds(self.line, [b"?"], [request.fileno(), *ends])
 
     def close(self) -> None:
         """Let the server end."""
@@ -117,24 +114,17 @@ class _Server:
 
 def started(environment: Mapping[str, str], errors: IO[bytes], job: Job) -> Forked:
     """A worker process for a job; it writes its errors to the open file `errors`."""
-    global _server
     wanted = _wanted(job.package, job.code_root, job.code, job.modules)
     with _lock:
-        if _server is not None and _server.fits == _traits(environment):
-            with contextlib.suppress(OSError):
-                return _server.start(wanted, errors)
-        if _server is not None:
-            _server.close()
-        _server = _Server(environment)
-        return _server.start(wanted, errors)
+        with contextlib.suppress(OSError):
+            return _serving(environment, anew=False).start(wanted, errors)
+        return _serving(environment, anew=True).start(wanted, errors)
 
 
 def get_ready(environment: Mapping[str, str]) -> None:
     """Start the server, unless there is one."""
-    global _server
     with _lock:
-        if _server is None:
-            _server = _Server(environment)
+        _serving(environment, anew=False)
 
 
 def prepare(package: str, code_root: str, code: Mapping[str, str], modules: Sequence[str]) -> None:
@@ -144,14 +134,18 @@ def prepare(package: str, code_root: str, code: Mapping[str, str], modules: Sequ
             _server.ask(_wanted(package, code_root, code, modules))
 
 
+def _serving(environment: Mapping[str, str], anew: bool) -> _Server:
+    """The server, another one in its place where it does not fit the environment or shall be `anew`."""
+    global _server
+    if anew or _server is None or _server.fits != _traits(environment):
+        if _server is not None:
+            _server.close()
+        _server = _Server(environment)
+    return _server
+
+
 def _wanted(package: str, code_root: str, code: Mapping[str, str], modules: Sequence[str]) -> bytes:
     return json.dumps({"package": package, "code_root": code_root, "code": {**code}, "modules": modules}).encode()
-
-
-def _readable(file: int, timeout: float | None) -> bool:
-    poll = select.poll()
-    poll.register(file, select.POLLIN)
-    return bool(poll.poll(None if timeout is None else 1000.0 * timeout))
 
 
 def _traits(environment: Mapping[str, str]) -> tuple[Any, ...]:

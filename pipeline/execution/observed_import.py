@@ -1,29 +1,22 @@
 """Imports the stages' modules from their source and remembers which text was used.
 
 A source can be edited while a stage runs, and a compiled file beside it can be older than an edit made within the same
-second. So the worker reads the source itself, takes compiled code only for exactly that text, and the run checks
-afterwards that this is what the key says.
+second. So the worker reads the source itself and compiles that text, and the run checks afterwards that this is what
+the key says.
 """
 
 from __future__ import annotations
 
-import contextlib
 import importlib.abc
 import importlib.machinery
 import importlib.util
-import marshal
-import py_compile
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from types import CodeType, ModuleType
 
-from pipeline.cache import durable
 from pipeline.cache.closure import Sources
 from pipeline.cache.syntax import Imports, SyntaxMemo, beside
-
-#: First bytes of a compiled file that holds for the text whose hash follows, whatever the files' times are (PEP 552).
-_CHECKED = importlib.util.MAGIC_NUMBER + b"\3\0\0\0"
 
 
 class Compiled:
@@ -48,30 +41,8 @@ class Compiled:
         """The code of the source at `path`. Raises SyntaxError or ValueError where it cannot be compiled."""
         place = path, source
         if place not in self._code:
-            head = _CHECKED + importlib.util.source_hash(source)
-            code = _kept(path, head) or _written(path, head)
-            self._code[place] = code or compile(source, path, "exec", dont_inherit=True)
+            self._code[place] = compile(source, path, "exec", dont_inherit=True)
         return self._code[place]
-
-
-def _kept(path: str, head: bytes) -> CodeType | None:
-    """The code in the compiled file beside a source, if it begins with `head` and was compiled at this place."""
-    with contextlib.suppress(OSError, ValueError, EOFError, TypeError):
-        content = durable.read(Path(importlib.util.cache_from_source(path))) or b""
-        if content.startswith(head):
-            code = marshal.loads(content[len(head) :])
-            if isinstance(code, CodeType) and code.co_filename == path:
-                return code
-    return None
-
-
-def _written(path: str, head: bytes) -> CodeType | None:
-    """The same, after the file was written anew; a folder that cannot be written costs only time."""
-    if sys.dont_write_bytecode:
-        return None
-    with contextlib.suppress(OSError, py_compile.PyCompileError):
-        py_compile.compile(path, doraise=True, invalidation_mode=py_compile.PycInvalidationMode.CHECKED_HASH)
-    return _kept(path, head)
 
 
 class ObservedSources(importlib.abc.MetaPathFinder):

@@ -81,7 +81,7 @@ class Worker:
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(timeout=_DYING_S if dying else 0)
         with contextlib.suppress(OSError):
-            if os.name == "posix":
+            if os.name == "posix" or not isinstance(self._process, subprocess.Popen):
                 os.killpg(self._process.pid, signal.SIGKILL)
             else:
                 self._process.kill()
