@@ -11,8 +11,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import FixedPoint
 from stages.analytic.model.walker import Vector, Walker
-from stages.analytic.phases.flow import RIGID, SINGLE_STANCE
-from stages.analytic.walk.recording import Segment, crossing_state, is_last, record
+from stages.analytic.walk.recording import crossing_state, is_last, walk_on
 from stages.analytic.walk.sampling import signals_at
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
@@ -70,8 +69,7 @@ class ConstraintWalk:
     def __init__(self, walker: Walker, point: FixedPoint, tolerance: float, start: Vector | None = None) -> None:
         self.walker, self.point = walker, point
         self.start = crossing_state(walker, point.z, tolerance) if start is None else start
-        phase = RIGID if walker.rigid else SINGLE_STANCE
-        self.segments: list[Segment] = record(walker, self.start, 2, tolerance, phase)
+        self.segments = walk_on(walker, self.start, 1, tolerance)
 
     @property
     def mid_stance(self) -> StanceState:
@@ -127,7 +125,7 @@ LIMITS: tuple[frozenset[str], ...] = (frozenset(), *(frozenset({effect}) for eff
 
 
 class Limits:
-    """The penalty model with some effects on and the others in their limit; every node is computed once.
+    """The penalty model with some effects on and the others in their limit.
 
     `outcome` walks with a contact law at a tolerance; `share` is the part left of an effect that is off.
     """
@@ -140,22 +138,16 @@ class Limits:
         tolerance: float,
         limit_tolerance: float,
     ) -> None:
-        self.law, self.share, self.outcome = law, share, outcome
-        self.tolerance, self.limit_tolerance = tolerance, limit_tolerance
-        self.shares: dict[frozenset[str], Shares] = {}
-        self.whole: Outcome | None = None
+        self.share = share
+        self.shares = {
+            on: Shares(*(outcome(switched(law, on, part * share), limit_tolerance) for part in (4, 2, 1)))
+            for on in LIMITS  # the nodes first, so that each search of a cycle starts close to it
+        }
+        self.whole = outcome(law, tolerance)
 
     def at(self, on: frozenset[str]) -> Outcome:
         """Outcome with the effects `on`, the others in their limit."""
-        if on == frozenset(CONTACT):
-            if self.whole is None:
-                self.whole = self.outcome(self.law, self.tolerance)
-            return self.whole
-        if on not in self.shares:
-            self.shares[on] = Shares(
-                *(self.outcome(switched(self.law, on, part * self.share), self.limit_tolerance) for part in (4, 2, 1))
-            )
-        return self.shares[on].limit
+        return self.whole if on == frozenset(CONTACT) else self.shares[on].limit
 
     def convergence(self, curves: Callable[[Outcome], Outcome], compared: np.ndarray) -> Convergence:
         """How the limits were approached; `curves` takes the hip (n, 4) out of an outcome."""
@@ -228,7 +220,6 @@ class OneStep:
 def step_budget(scene: OneStep) -> StepBudget:
     """The budget over one step. Raises NotWalked, NoGait, StepFailed."""
     parameters, settings, law = scene.parameters, scene.parameters.settings, scene.parameters.contact
-    limits = Limits(law, settings.step_share, scene.penalty, parameters.penalty_tolerance, settings.limit_tolerance)
     coarse = scene.coarse_or_fine(parameters.constraint_tolerance)
     fine = scene.coarse_or_fine(settings.constraint_fine_tolerance)
     coulomb = scene.coarse_or_fine(settings.constraint_fine_tolerance, coulomb=True)
@@ -237,6 +228,7 @@ def step_budget(scene: OneStep) -> StepBudget:
         scene.coarse_or_fine(settings.paper_constraint_tolerance) - fine,
         scene.exudyn(law, settings.paper_penalty_tolerance) - fine_penalty,
     )
+    limits = Limits(law, settings.step_share, scene.penalty, parameters.penalty_tolerance, settings.limit_tolerance)
     parts, interaction = contributions(coarse, fine, coulomb, limits, fine_penalty)
     compared = scene.compared()
     largest = np.array(
@@ -327,9 +319,6 @@ def cycle_budget(parameters: Parameters, coarse: ConstraintWalk) -> CycleBudget:
     """
     cycles, settings, law = Cycles(parameters), parameters.settings, parameters.contact
     limits = Limits(law, settings.cycle_share, cycles.penalty, parameters.penalty_tolerance, settings.limit_tolerance)
-    for on in LIMITS:  # the nodes first, so that each search starts close to its cycle
-        limits.at(on)
-    limits.at(frozenset(CONTACT))
     fine_penalty = cycles.penalty(law, settings.penalty_fine_tolerance)
     start = cycles.constraint(coarse)
     rolling, coulomb = cycles.constraint(cycles.rolling), cycles.constraint(cycles.coulomb)

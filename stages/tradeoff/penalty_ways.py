@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from stages.biped.design import Biped
-from stages.biped.gait import StanceState
 from stages.biped.largest import largest
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
@@ -20,8 +19,6 @@ from stages.multibody.parameters import Settings
 from stages.multibody.walking.limit_cycle import limit_cycle
 from stages.multibody.walking.walk import build, simulate
 from stages.penalty.settings import Settings as CompiledSettings
-from stages.penalty.step_map import PenaltyStepper
-from stages.penalty.walk import simulate as compiled_walk
 from stages.planar.cycle import LimitCycle
 from stages.planar.events import find_events
 from stages.planar.limit_cycle import gait_near
@@ -29,7 +26,8 @@ from stages.planar.peaks import peaks
 from stages.planar.run import Run
 from stages.planar.section import mid_stance_after, section_scales, section_state
 from stages.planar.signals import GROUND_REACTION
-from stages.planar.state import PlanarState, rolling_state
+from stages.planar.state import PlanarState
+from stages.studies.walks import Upright
 from stages.tradeoff.way import Walked, Way, WayFailed, grid
 from stages.twin.machine import machine as spatial
 from stages.twin.machine.contact import X, Y, along, point_law
@@ -51,30 +49,33 @@ TWIN, SPACE, CONNECTORS = "twin", "Exudyn tree in space, DOPRI5", "Exudyn tree i
 
 @dataclass(frozen=True)
 class Scene:
-    """The biped on one ground, its mid-stance, and how far it walks."""
+    """A model on ground with one contact law: where its walks begin, and settings of how they are integrated."""
 
     model: str
-    biped: Biped
-    slope: Slope
+    upright: Upright
     contact: ContactLaw
-    settings: Settings
-    state: PlanarState
+    planar: Settings
+    twin: TwinSettings
     steps: int
+
+    @property
+    def ground(self) -> tuple[Biped, Slope, ContactLaw]:
+        """The biped, and what it walks on."""
+        return self.upright.biped, self.upright.slope, self.contact
+
+    @property
+    def state(self) -> PlanarState:
+        """The mid-stance in the plane."""
+        return self.upright.start(self.contact)
 
     @cached_property
     def gait(self) -> tuple[LimitCycle, np.ndarray, np.ndarray]:
         """The gait at mid-stance, and its leading right and left eigenvectors with w v = 1."""
-        solver = dataclasses.replace(self.settings, assembly="tree", tolerance=GAIT_TOLERANCE, largest_step=2e-3)
-        cycle = limit_cycle(self.biped, self.slope, self.contact, self.state, solver, ALONG)
+        solver = dataclasses.replace(
+            self.planar, scene="ideal", assembly="tree", tolerance=GAIT_TOLERANCE, largest_step=2e-3)
+        cycle = limit_cycle(*self.ground, self.state, solver, ALONG)
         right, left = leading_pair(cycle.monodromy_matrix)
         return cycle, right, left
-
-
-def scene(model: str, biped: Biped, slope: Slope, contact: ContactLaw, settings: Settings, start: StanceState,
-          force: float, steps: int) -> Scene:
-    """The scene that starts from the constraint model's mid-stance, pressed into this ground by `force` [N]."""
-    plain = dataclasses.replace(settings, scene="ideal")
-    return Scene(model, biped, slope, contact, plain, rolling_state(biped, contact, start, force), steps)
 
 
 def leading_pair(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -89,35 +90,32 @@ def leading_pair(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def tree_way(at: Scene, tolerance: float, largest_step: float, *, multiplier: bool = False, mark: str = "") -> Way:
     """Minimal coordinates with the adaptive explicit solver."""
-    settings = dataclasses.replace(at.settings, assembly="tree", tolerance=tolerance, largest_step=largest_step)
-    return way(at, TREE, settings, {"tolerance": tolerance, "largest_step": largest_step}, multiplier, mark)
+    setting: dict[str, Any] = {"tolerance": tolerance, "largest_step": largest_step}
+    return way(at, TREE, dataclasses.replace(at.planar, assembly="tree", **setting), setting, multiplier, mark)
 
 
 def joints_way(at: Scene, solver: str, rolling: float, impact: float, *, multiplier: bool = False,
                mark: str = "") -> Way:
     """Bodies and joints with fixed implicit steps, finer around heel strike, as in the paper's script."""
-    settings = dataclasses.replace(
-        at.settings, assembly="joints", implicit_solver=solver, rolling_step=rolling, impact_step=impact)
-    setting = {"rolling_step": rolling, "impact_step": impact}
+    setting: dict[str, Any] = {"rolling_step": rolling, "impact_step": impact}
+    settings = dataclasses.replace(at.planar, assembly="joints", implicit_solver=solver, **setting)
     return way(at, f"{JOINTS}, {solver.replace('_', ' ')}", settings, setting, multiplier, mark)
 
 
 def penalty_way(at: Scene, tolerance: float, *, multiplier: bool = False) -> Way:
     """The compiled penalty walker, with the exact derivative of its own step."""
     settings = CompiledSettings(tolerance, BETWEEN)
-    model = at.biped, at.slope, at.contact
 
     def integrate() -> Run:
         bare = dataclasses.replace(settings, between=0)
-        return finished(compiled_walk(*model, at.state, bare, steps=at.steps, signals=()))
+        return finished(at.upright.walk(at.contact, bare, steps=at.steps, signals=()))
 
     def walk() -> Walked:
-        recorded = compiled_walk(*model, at.state, settings, steps=at.steps, signals=(GROUND_REACTION,))
-        return measured(at, finished(recorded))
+        return measured(at, finished(
+            at.upright.walk(at.contact, settings, steps=at.steps, signals=(GROUND_REACTION,))))  # fmt: skip
 
     def leading() -> float:
-        stepper = PenaltyStepper(*model, at.state, settings)
-        found = gait_near(stepper, at.state)
+        found = gait_near(at.upright.stepper(at.contact, settings), at.state)
         return float(np.hypot(*found.floquet_multipliers[0]))
 
     return Way(at.model, COMPILED, {"tolerance": tolerance}, integrate, walk, leading if multiplier else None)
@@ -132,20 +130,21 @@ def finished(run: Run) -> Run:
 
 def measured(at: Scene, run: Run) -> Walked:
     """What is compared of a run."""
-    strikes = find_events(run.trajectory, at.biped.foot_radii).heel_strike_time
+    radii = at.upright.biped.foot_radii
+    strikes = find_events(run.trajectory, radii).heel_strike_time
     hip = run.trajectory.at(grid(float(run.trajectory.time[-1])))[0][:, :2]
     ends = run.trajectory.time[[0, -1]].tolist()
-    peak = float(peaks(run.trajectory, at.contact, at.biped.foot_radii, *ends)[0].max())
+    peak = float(peaks(run.trajectory, at.contact, radii, *ends)[0].max())
     return Walked(hip, float(strikes[-1]), float(strikes[-1] - strikes[-2]), peak, run.evaluations / at.steps)
 
 
 def way(at: Scene, name: str, settings: Settings, setting: dict[str, Any], multiplier: bool, mark: str) -> Way:
     """A way whose assembly is built once, so that a second walk costs integration only."""
-    model = at.biped, at.slope, at.contact
-    built = cache(partial(build, *model, settings))
+    settings = dataclasses.replace(settings, scene="ideal")
+    built = cache(partial(build, *at.ground, settings))
 
     def run(state: PlanarState, steps: int) -> Run:
-        return finished(simulate(*model, state, settings, steps=steps, assembly=built()))
+        return finished(simulate(*at.ground, state, settings, steps=steps, assembly=built()))
 
     integrate = partial(run, at.state, at.steps)
 
@@ -155,7 +154,7 @@ def way(at: Scene, name: str, settings: Settings, setting: dict[str, Any], multi
     def leading() -> float:
         """w (P(z + e v) - P(z - e v)) / 2e: exact to second order in what the eigenvectors are off."""
         cycle, right, left = at.gait
-        size = ALONG / float(np.abs(right / section_scales(at.biped, at.slope)).max())
+        size = ALONG / float(np.abs(right / section_scales(at.upright.biped, at.upright.slope)).max())
         ends = [mid_stance_after(run(section_state(cycle.section_state + sign * size * right, at.state), 1)).numbers
                 for sign in (1.0, -1.0)]
         return abs(float(left @ (ends[0] - ends[1]) / (2 * size)))
@@ -163,29 +162,16 @@ def way(at: Scene, name: str, settings: Settings, setting: dict[str, Any], multi
     return Way(at.model, name, setting, integrate, walk, leading if multiplier else None, mark)
 
 
-@dataclass(frozen=True)
-class Space:
-    """The twin's machine on its ground, the mid-stance that it walks from, pressed by `force` [N], and how far."""
-
-    biped: Biped
-    slope: Slope
-    contact: ContactLaw
-    settings: TwinSettings
-    stance: StanceState
-    force: float
-    steps: int
-
-
-def twin_way(at: Space, tolerance: float, largest_step: float, kind: type[SpatialTree] = SpatialTree,
+def twin_way(at: Scene, tolerance: float, largest_step: float, kind: type[SpatialTree] = SpatialTree,
              mark: str = "") -> Way:
     """The twin at one tolerance and largest step [s]. Raises ValueError if its parts do not add up to the design."""
-    settings = dataclasses.replace(at.settings, tolerance=tolerance, largest_step=largest_step)
-    machine = spatial.build(at.biped, at.settings)
-    start = rolling_start(machine, at.contact, at.stance, at.force)
-    built = cache(partial(kind, machine, at.slope, at.contact))
+    settings = dataclasses.replace(at.twin, tolerance=tolerance, largest_step=largest_step)
+    machine, ground = spatial.build(at.upright.biped, at.twin), (at.upright.slope, at.contact)
+    start = rolling_start(machine, at.contact, at.upright.mid_stance, at.upright.standing_force)
+    built = cache(partial(kind, machine, *ground))
 
     def integrate() -> Record:
-        return simulate_twin(machine, at.slope, at.contact, start, settings, steps=at.steps, tree=built())
+        return simulate_twin(machine, *ground, start, settings, steps=at.steps, tree=built())
 
     def walk() -> Walked:
         record = integrate()
@@ -197,7 +183,7 @@ def twin_way(at: Space, tolerance: float, largest_step: float, kind: type[Spatia
         return Walked(hip, float(strikes[-1]), float(strikes[-1] - strikes[-2]), peak, cost)
 
     name = SPACE if kind is SpatialTree else CONNECTORS
-    return Way(TWIN, name, {"tolerance": tolerance, "largest_step": largest_step}, integrate, walk, None, mark)
+    return Way(at.model, name, {"tolerance": tolerance, "largest_step": largest_step}, integrate, walk, None, mark)
 
 
 def peak_force(record: Record) -> float:

@@ -22,10 +22,11 @@ from stages.analytic.result import Result as Analytic
 from stages.biped.design import BeyondModel, Biped, require_own_strikes
 from stages.biped.progress import Progress, ignore
 from stages.studies.result import COMPLETED
+from stages.studies.walks import Upright
 from stages.tradeoff import constraint_ways
 from stages.tradeoff.constraint_ways import compiled_way, readable_rates, scipy_way
 from stages.tradeoff.parameters import Parameters
-from stages.tradeoff.penalty_ways import PENALTY, Space, joints_way, penalty_way, scene, tree_way, twin_way
+from stages.tradeoff.penalty_ways import PENALTY, TWIN, Scene, joints_way, penalty_way, tree_way, twin_way
 from stages.tradeoff.result import ERRORS, UNKNOWN, Errors, Reference, Result, Row
 from stages.tradeoff.way import Walked, Way, WayFailed, hip_error
 from stages.twin.machine.connectors import ConnectorTree
@@ -191,13 +192,18 @@ def scipy_ways(at: constraint_ways.Scene, resolution: str) -> list[Way]:
     return ways + [scipy_way(at, DOP853, value, readable_rates) for value in readable]
 
 
+def scene(model: str, parameters: Parameters, analytic: Analytic) -> Scene:
+    """A model on the study's ground, where the constraint model's mid-stance is pressed into it."""
+    upright = Upright(parameters.biped, parameters.slope, analytic.mid_stance, analytic.walk.standing_force)
+    steps = parameters.settings.walked_steps
+    return Scene(model, upright, parameters.contact, parameters.planar, parameters.twin, steps)
+
+
 def penalty_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
     """The study's ground with all ways; in full other grounds as well, with the tree."""
-    resolution, steps = parameters.settings.resolution, parameters.settings.walked_steps
-    full, few, force = resolution == "full", resolution == "few", analytic.walk.standing_force
-    settings, ground = parameters.planar, parameters.contact
-    start = parameters.biped, parameters.slope
-    at = scene(PENALTY, *start, ground, settings, analytic.mid_stance, force, steps)
+    resolution = parameters.settings.resolution
+    full, few, settings, ground = resolution == "full", resolution == "few", parameters.planar, parameters.contact
+    at = scene(PENALTY, parameters, analytic)
     loose, rolling, impact = parameters.twin.largest_step, settings.rolling_step, settings.impact_step
     by_phase = joints_way(at, TRAPEZOIDAL, rolling, impact, multiplier=full, mark=PAPER)
     powers = range(3, 10) if full else (4, 6) if few else (3, 4, 6, 8)
@@ -219,8 +225,7 @@ def penalty_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
         ("k_c x 10", {"contact_stiffness": ground.contact_stiffness * 10}),
         ("restitution", {"normal_force": "restitution"}),
     ):
-        other = dataclasses.replace(ground, **change)
-        at = scene(f"{PENALTY}, {name}", *start, other, settings, analytic.mid_stance, force, steps)
+        at = dataclasses.replace(at, model=f"{PENALTY}, {name}", contact=dataclasses.replace(ground, **change))
         yield Plan(tree_way(at, 1e-10, loose), tree_way(at, 1e-9, loose), penalty_way(at, TIGHT),
                    (*(tree_way(at, value, loose) for value in (1e-4, 1e-6, 1e-8)),
                     *(penalty_way(at, value) for value in (1e-4, 1e-6, 1e-8))))
@@ -229,8 +234,7 @@ def penalty_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
 def twin_plan(parameters: Parameters, analytic: Analytic) -> Plan:
     """The twin; independent is a ground of Exudyn's own connectors, on the same solver: there is no other for it."""
     full, settings = parameters.settings.resolution == "full", parameters.twin
-    at = Space(parameters.biped, parameters.slope, parameters.contact, settings, analytic.mid_stance,
-               analytic.walk.standing_force, parameters.settings.walked_steps)
+    at = scene(TWIN, parameters, analytic)
     usual, loose = (settings.tolerance, settings.largest_step), settings.largest_step
     powers = range(4, 10) if full else range(3, 8)
     chosen = {(10.0**-n, loose) for n in powers} | {usual}

@@ -212,11 +212,11 @@ class Search:
         found = fixed_point(self, near.plane, near.derivative)
         first, second = found.step.first, found.step.second
         rough = found.derivative * self.scales / self.scales[:, None]
-        walked = self._in_plane(found.numbers, found.step)
+        walked = self._changes(found.numbers, found.step)
         plane, in_plane, known = leading(walked, near.in_plane, self.settled, rough)
         side, sideways = np.zeros(0), near.sideways
         if self.sideways:
-            side, sideways, _ = leading(self._sideways(found.numbers), near.sideways, self.settled)
+            side, sideways, _ = leading(self._changes(found.numbers), near.sideways, self.settled)
         period = 0.5 * (first.duration + second.duration)
         return Gait(
             stride=found.step,
@@ -231,22 +231,19 @@ class Search:
             solver_steps=first.solver_steps + second.solver_steps,
         )
 
-    def _in_plane(self, plane: np.ndarray, base: Stride) -> Changes:
-        def changes(change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            after = self.step(plane + self.difference * self.scales * change)
-            ends = (after.first.end.plane - base.first.end.plane, after.numbers - base.numbers)
-            first, second = (end / (self.difference * self.scales) for end in ends)
-            return first, second
+    def _changes(self, plane: np.ndarray, base: Stride | None = None) -> Changes:
+        """In the plane, from the stride `base`, or without it out of the plane.
 
-        return changes
-
-    def _sideways(self, plane: np.ndarray) -> Changes:
-        """The mirrored run is not walked: it would give the mirrored motion, and the motion in the plane stays."""
+        There the mirrored run is not walked: it would give the mirrored motion, and the motion in the plane stays.
+        """
+        sizes = self.difference * (self.side_scales if base is None else self.scales)
 
         def changes(change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            sizes = self.difference * self.side_scales
-            after = self.step(plane, sizes * change)
-            return after.first.end.side / sizes, after.second.end.side / sizes
+            if base is None:
+                after = self.step(plane, sizes * change)
+                return after.first.end.side / sizes, after.second.end.side / sizes
+            after = self.step(plane + sizes * change)
+            return (after.first.end.plane - base.first.end.plane) / sizes, (after.numbers - base.numbers) / sizes
 
         return changes
 

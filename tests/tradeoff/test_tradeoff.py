@@ -15,7 +15,7 @@ from stages.biped.accuracy.tolerances import LEVELS
 from stages.biped.design import BeyondModel
 from stages.tradeoff import penalty_ways
 from stages.tradeoff.result import Errors, Result, Row, cells, cost_at, front, gain
-from stages.tradeoff.run import Plan, constraint_plans, measure, plans, projected_plan, row_of
+from stages.tradeoff.run import Plan, constraint_plans, measure, plans, projected_plan, row_of, scene
 from stages.tradeoff.way import Walked, Way, WayFailed
 from tests.analytic.test_detailed import LAME, LAME_RIGID
 
@@ -176,11 +176,8 @@ def compared_with(kept, rows):
 
 def penalty_and_twin_rows(parameters, analytic, tolerances=(1e-6,)):
     """Rows of Exudyn's ways; the reference of those in the plane is the compiled walker, which is quicker."""
-    force = analytic.walk.standing_force
-    start = parameters.biped, parameters.slope
-    at = penalty_ways.scene(penalty_ways.PENALTY, *start, parameters.contact, parameters.planar, analytic.mid_stance,
-                            force, 4)  # fmt: skip
-    twin = penalty_ways.Space(*start, parameters.contact, parameters.twin, analytic.mid_stance, force, 4)
+    four = dataclasses.replace(parameters, settings=dataclasses.replace(parameters.settings, walked_steps=4))
+    at, twin = (scene(model, four, analytic) for model in (penalty_ways.PENALTY, penalty_ways.TWIN))
     tree, space = penalty_ways.tree_way, penalty_ways.twin_way
     pairs = (
         (penalty_ways.penalty_way(at, 1e-10), [tree(at, tolerance, 2e-3) for tolerance in tolerances]),
@@ -191,8 +188,8 @@ def penalty_and_twin_rows(parameters, analytic, tolerances=(1e-6,)):
 
 def test_a_way_that_falls_is_a_row_with_the_reason(parameters, analytic):
     slow = dataclasses.replace(analytic.mid_stance, stance_rate=-0.4, swing_rate=0.0)
-    at = penalty_ways.scene("slow", parameters.biped, parameters.slope, parameters.contact, parameters.planar, slow,
-                            9.4, 2)  # fmt: skip
+    falling = SimpleNamespace(mid_stance=slow, walk=SimpleNamespace(standing_force=9.4))
+    at = scene("slow", dataclasses.replace(parameters, settings=a_stride(parameters)), falling)
     with pytest.raises(WayFailed):
         penalty_ways.tree_way(at, 1e-5, 2e-3).walk()
     row = row_of(penalty_ways.tree_way(at, 1e-5, 2e-3), None, NAN)
