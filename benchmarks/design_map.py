@@ -65,7 +65,7 @@ def searched(task: tuple[Box, int, str]) -> tuple[float, float]:
     box, number, how = task
     design = box.design(BASE, box.values(number, number + 1)[0])
     walker, began = design.walker(), time.process_time()
-    found = search(design, walker, TOLERANCE, how)
+    found = search(design, walker, Task(box, BASE, TOLERANCE, how))
     return time.process_time() - began, by_stability(found[1]) if found else np.nan
 
 

@@ -22,7 +22,7 @@ import numpy as np
 from penalty_step import STANDING_FORCE, START, parameters
 
 from stages.ground.contact_law import ContactLaw
-from stages.ground.operations import SCALARS
+from stages.ground.friction import SCALARS
 from stages.multibody.assembly.contact import disc_force
 from stages.multibody.parameters import Parameters
 from stages.multibody.walking.walk import build, simulate

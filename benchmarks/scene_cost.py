@@ -24,7 +24,7 @@ from pipeline.parameters.loading import load
 from stages.biped.gait import StanceState
 from stages.extremes.parameters import Parameters
 from stages.extremes.penalty_points import mid_stance
-from stages.ground.blocks import lanes
+from stages.ground.friction import lanes
 from stages.multibody.assembly.inventory import Inventory, take_inventory
 from stages.multibody.walking.walk import build, simulate
 from stages.planar.sampling import sample

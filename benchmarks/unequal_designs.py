@@ -32,8 +32,7 @@ from stages.analytic.gait.gait_report import limp_of
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import fixed_point as fixed_gait
 from stages.analytic.model.walker import build_walker
-from stages.biped.design import Biped
-from stages.biped.leg import Leg
+from stages.biped.design import Biped, Leg
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings

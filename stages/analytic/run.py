@@ -48,7 +48,7 @@ from stages.biped.accuracy.tolerances import FINEST
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.biped.outsole.rubber import FEET, Rubber, soled
-from stages.biped.progress import Progress, ignore
+from stages.biped.processes import Progress, ignore
 from stages.biped.walk import Walk
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope

@@ -1,4 +1,4 @@
-"""Independent calls of one function, spread over a process for each core."""
+"""Independent calls of one function, spread over a process for each core, and how far a stage has come."""
 
 from __future__ import annotations
 
@@ -50,3 +50,11 @@ def _keep(function: Callable[..., Any], shared: tuple[Any, ...]) -> None:
 def _call(argument: Any) -> Any:
     function, shared = _kept
     return function(*shared, argument)
+
+
+Progress = Callable[[float, str], None]
+"""Called with the fraction done (0 to 1) and a few words on what is being computed."""
+
+
+def ignore(fraction: float, what: str) -> None:
+    """Report to no one: the default of every stage's `run`."""

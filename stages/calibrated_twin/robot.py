@@ -12,8 +12,8 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import gait_near
 from stages.analytic.model.walker import Vector
+from stages.biped.between_steps import uniform_times
 from stages.biped.gait import StanceState
-from stages.biped.sampling_times import uniform_times
 from stages.biped.walk import Walk
 from stages.calibration.information.plan import FINE
 from stages.calibration.observation.beliefs import Beliefs

@@ -15,7 +15,7 @@ from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.model.walker import Vector
-from stages.biped.progress import Progress, ignore
+from stages.biped.processes import Progress, ignore
 from stages.biped.walk import Walk
 from stages.calibrated_twin.parameters import Parameters
 from stages.calibrated_twin.result import CORRECTED, Check, Result

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from stages.analytic.gait.design_point import DesignPoint
-from stages.biped.progress import Progress, ignore
+from stages.biped.processes import Progress, ignore
 from stages.calibration.estimation.equations import Model
 from stages.calibration.information.experiments import weighed
 from stages.calibration.information.identifiability import identifiability

@@ -12,11 +12,10 @@ from pathlib import Path
 import numpy as np
 
 from stages.biped.accuracy.scales import scales_of
+from stages.biped.between_steps import refined_times
 from stages.biped.design import require_plain
 from stages.biped.gait import StanceState
-from stages.biped.processes import each_in_a_process
-from stages.biped.progress import Progress, ignore
-from stages.biped.sampling_times import refined_times
+from stages.biped.processes import Progress, each_in_a_process, ignore
 from stages.campaign.parameters import Parameters
 from stages.campaign.radio import Transmitted, transmit
 from stages.campaign.result import BARE, Result, RunTruth, SensorTruth, SetSpike
@@ -31,7 +30,7 @@ from stages.campaign.virtual_sensor import (
     low_pass,
     read,
 )
-from stages.ground.hardening import family_member
+from stages.ground.contact_law import family_member
 from stages.imu.sources.database import DatabaseWriter, Row
 from stages.imu.sources.schema import Device, Experiment
 from stages.imu.trial.sensor import filter_delay

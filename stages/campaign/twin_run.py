@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.accuracy.scales import scales_of
+from stages.biped.between_steps import uniform_times
 from stages.biped.gait import StanceState
-from stages.biped.sampling_times import uniform_times
 from stages.biped.walk import Walk, require
 from stages.campaign.parameters import Parameters
 from stages.campaign.result import LegTruth

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.analytic.result import Result as Analytic
-from stages.biped.largest import largest_magnitudes, sampled_at
+from stages.biped.between_steps import largest_magnitudes, sampled_at
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.comparison.claims.paper import ACCELEROMETER_G, STANDARD_GRAVITY

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.analytic.result import Uncertainty
-from stages.biped.largest import largest_sampled, sampled_at
+from stages.biped.between_steps import largest_sampled, sampled_at
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 

@@ -14,8 +14,7 @@ from stages.campaign.parameters import RadioSettings, RunSettings, SensorSetting
 from stages.comparison.limits import Limits
 from stages.contact_study.parameters import Settings as StudySettings
 from stages.error_budget.parameters import Settings as BudgetSettings
-from stages.ground.contact_law import ContactLaw
-from stages.ground.default_set import DefaultSet
+from stages.ground.contact_law import ContactLaw, DefaultSet
 from stages.ground.slope import Slope
 from stages.imu.parameters import Drawing
 from stages.imu.parameters import Limits as IngestLimits

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from stages.biped.progress import Progress, ignore
+from stages.biped.processes import Progress, ignore
 from stages.biped.walk import require
 from stages.comparison.claims.judge import judge
 from stages.comparison.claims.numerics import constraints_reduce_effort

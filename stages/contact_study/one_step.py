@@ -20,9 +20,9 @@ from stages.analytic.gait.gait_search import find_gait, step_length
 from stages.analytic.model.walker import Walker
 from stages.analytic.walk.recording import Segment, crossing_state, walk_on
 from stages.analytic.walk.sampling import sample_segment, sample_walk, signal_scales
+from stages.biped.between_steps import SAME, largest_magnitudes, sampled_at
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
-from stages.biped.largest import SAME, largest_magnitudes, sampled_at
 from stages.biped.walk import Walk
 from stages.contact_study.result import OneStep
 from stages.ground.contact_law import ContactLaw

@@ -9,8 +9,7 @@ from typing import ClassVar
 from stages.biped.accuracy.tolerances import ConstraintTolerance, Level, PenaltyTolerance, checked
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
-from stages.ground.contact_law import ContactLaw
-from stages.ground.default_set import DefaultSet
+from stages.ground.contact_law import ContactLaw, DefaultSet
 from stages.ground.slope import Slope
 
 

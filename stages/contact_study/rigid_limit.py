@@ -8,7 +8,7 @@ of sets that differ in v_s alone none below the first that is too dear is walked
 Of the sets that keep the limit, the few nearest to the rigid limit over one step are compared between their cycles too.
 Chosen is the least sum of both distances. In that measure errors of opposite sign do not cancel. Creep holds the hip
 back and an impact of finite stiffness sends it on, so a set can be tuned until they cancel over one step; the next
-design, slope or step shows them again. Therefore each part is measured by itself, see `stages.ground.hardening`. The
+design, slope or step shows them again. Therefore each part is measured by itself, see `stages.ground.contact_law`. The
 part of creep is twice what half of it changes, that of the impact twice what half of it changes (both are of first
 order); the rest is what the two leave. The parts add up to the difference, and the sum of their sizes is the distance:
 never less than the difference itself.
@@ -46,9 +46,8 @@ from stages.contact_study.result import (
     HardLimit,
     RigidLimit,
 )
-from stages.ground.contact_law import ContactLaw
+from stages.ground.contact_law import ContactLaw, family_member, with_creep, with_impact
 from stages.ground.friction_coefficients import Friction
-from stages.ground.hardening import family_member, with_creep, with_impact
 from stages.planar.limit_cycle import fixed_point
 from stages.planar.run import STEP_FLOOR
 from stages.planar.section import NoLimitCycle, section_numbers

@@ -21,7 +21,7 @@ from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.design import require_alike, require_own_strikes
-from stages.biped.progress import Progress, ignore
+from stages.biped.processes import Progress, ignore
 from stages.contact_study.one_step import Scene, landing_force, measure, take_step
 from stages.contact_study.parameters import Parameters, Settings
 from stages.contact_study.result import VARIED, FrictionVariation, OneStep, Result, Variations

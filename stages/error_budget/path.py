@@ -27,10 +27,9 @@ from stages.error_budget.result import (
     StepBudget,
     telescoped,
 )
-from stages.ground.contact_law import ContactLaw
+from stages.ground.contact_law import ContactLaw, with_impact
 from stages.ground.friction import static_penetration
 from stages.ground.friction_coefficients import Friction
-from stages.ground.hardening import with_impact
 from stages.ground.slope import Slope
 from stages.penalty.settings import Settings
 from stages.penalty.walk import simulate
@@ -53,7 +52,7 @@ def switched(law: ContactLaw, on: Collection[str], share: float) -> ContactLaw:
     - creep: a foot at rest slips below v_s; off, s v_s. The fall from static to dynamic friction over the slip speed up
       to v_d goes with it; off, v_d = 2 s v_s. Alone it moves the hip by less than 1e-5 mm.
     - an impact of finite stiffness: the landing foot sinks in and comes back, and a standing foot sinks in as the force
-      on it grows. Stiffness and damping are one effect, not two, see `stages.ground.hardening`.
+      on it grows. Stiffness and damping are one effect, not two, see `stages.ground.contact_law`.
     """
     if CREEP not in on:
         stiction = share * law.stiction_velocity

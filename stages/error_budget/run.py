@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from stages.analytic.errors import NoGait, StepFailed
 from stages.biped.design import require_alike, require_own_strikes
-from stages.biped.progress import Progress, ignore
+from stages.biped.processes import Progress, ignore
 from stages.error_budget.parameters import Parameters
 from stages.error_budget.path import LIMITS, NotWalked, OneStep, cycle_budget, step_budget, switched
 from stages.error_budget.result import CONTACT, Result

@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Sequence
 
 from stages.analytic.errors import NoGait
 from stages.biped.design import BeyondModel
-from stages.biped.progress import Progress, ignore
+from stages.biped.processes import Progress, ignore
 from stages.extremes import constraint_points, penalty_points
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import BLOCK, KINDS, Point, detailed_draw, points

@@ -14,8 +14,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from stages.biped.processes import each_in_a_process
-from stages.biped.progress import Progress, ignore
+from stages.biped.processes import Progress, each_in_a_process, ignore
 from stages.comparison.measurement import MeasurementAgreement
 from stages.comparison.stride import NoEvidence
 from stages.figures.drawn import NAMES, draw, figure

@@ -18,8 +18,7 @@ from numba.extending import overload, overload_method
 
 from stages.biped import quantity
 from stages.biped.machine_code import MachineCode, folder_of
-from stages.ground.friction import friction_slope, signed_coefficient
-from stages.ground.operations import Operations
+from stages.ground.friction import Operations, friction_slope, signed_coefficient
 
 F = TypeVar("F", bound=Callable[..., Any])
 GROUND = Path(__file__).parent

@@ -1,4 +1,18 @@
-"""Parameters of the ground contact: normal force (eq. 9) and friction (eq. 10)."""
+"""Parameters of the ground contact: normal force (eq. 9) and friction (eq. 10), Adams' set, and sets nearer to rigid.
+
+In the sets nearer to the rigid limit the ground neither gives way nor lets a standing foot creep. With the share s an
+effect of penalty contact keeps about the part s of its size:
+
+- creep: a foot at rest slips at a speed ~ v_s. The fall from static to dynamic friction, up to v_d, shrinks with it;
+- an impact of finite stiffness: static penetration is ~ k_c^(-1/e), so k_c grows as s^-e. An impact stops where damping
+  has taken the momentum, at a depth ~ (m v d^2 / c_max)^(1/3), so c_max grows as 1/s and d shrinks as s. What is left
+  of the speed is ~ k_c p^e over the damping at depth p, so that it is ~ s too: the limit's impact is plastic, as the
+  constraint model's is. (The law Restitution returns at most a speed ~ its impact_speed, which shrinks as s.)
+
+Stiffness and damping are one effect, not two: with the damping as it was, a stiffer contact throws the foot back. If
+damping grows only as the depth of an undamped impact shrinks, by s^(-e/(e+1)), the foot is as elastic in the limit as
+in the law itself; it then flies for a time that no share shortens, and nothing falls as a power of s.
+"""
 
 from __future__ import annotations
 
@@ -75,4 +89,64 @@ class ContactLaw:
             self,
             contact_stiffness=self.contact_stiffness / feet,
             contact_damping=self.contact_damping / feet,
+        )
+
+
+def with_impact(law: ContactLaw, share: float) -> ContactLaw:
+    """The law with the part `share` of what its finite stiffness does."""
+    return dataclasses.replace(
+        law,
+        contact_stiffness=law.contact_stiffness * share**-law.contact_exponent,
+        contact_damping=law.contact_damping / share,
+        damping_depth=law.damping_depth * share,
+        impact_speed=law.impact_speed * share,
+    )
+
+
+def with_creep(law: ContactLaw, share: float) -> ContactLaw:
+    """The law with the part `share` of its creep."""
+    return dataclasses.replace(
+        law, stiction_velocity=law.stiction_velocity * share, friction_velocity=law.friction_velocity * share
+    )
+
+
+def family_member(law: ContactLaw, share: float) -> ContactLaw:
+    """The law with the part `share` of both: a member of its family towards the rigid limit, which is share 0."""
+    return with_creep(with_impact(law, share), share)
+
+
+@dataclass(frozen=True)
+class DefaultSet:
+    """The numbers of Adams' default contact set, from which the paper starts.
+
+    Laws and friction coefficients are those of ground.yaml.
+    """
+
+    FILE: ClassVar[str] = "contact_study"
+
+    default_stiffness: float = parameter("N/mm^e", "stiffness of the starting set", symbol="k_c", bound=Bound(above=0))
+    default_exponent: float = parameter("1", "force exponent of the starting set", symbol="e", bound=Bound(minimum=1))
+    default_damping: float = parameter(
+        "N s/m", "largest damping of the starting set", symbol="c_max", bound=Bound(above=0)
+    )
+    default_depth: float = parameter(
+        "m", "depth of complete damping of the starting set", symbol="d", bound=Bound(above=0)
+    )
+    default_stiction_velocity: float = parameter(
+        "m/s", "stiction velocity of the starting set", symbol="v_s", bound=Bound(above=0)
+    )
+    default_friction_velocity: float = parameter(
+        "m/s", "friction velocity of the starting set", symbol="v_d", bound=Bound(above=0)
+    )
+
+    def law(self, contact: ContactLaw) -> ContactLaw:
+        """The default set with the laws and the friction coefficients of `contact`."""
+        return dataclasses.replace(
+            contact,
+            contact_stiffness=self.default_stiffness,
+            contact_exponent=self.default_exponent,
+            contact_damping=self.default_damping,
+            damping_depth=self.default_depth,
+            stiction_velocity=self.default_stiction_velocity,
+            friction_velocity=self.default_friction_velocity,
         )

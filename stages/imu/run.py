@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stages.biped.progress import Progress, ignore
+from stages.biped.processes import Progress, ignore
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.imu.errors import SourceRefused
 from stages.imu.parameters import Parameters, Reading

@@ -10,9 +10,9 @@ import numpy as np
 from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.estimate import ErrorEstimate, to_accuracy, walk_differences
 from stages.biped.design import require_own_strikes
-from stages.biped.progress import Progress, ignore
+from stages.biped.processes import Progress, ignore
 from stages.biped.walk import Walk
-from stages.ground.blocks import lanes
+from stages.ground.friction import lanes
 from stages.multibody.assembly.inventory import bytes_of, take_inventory
 from stages.multibody.assembly.quiet_exudyn import VERSION
 from stages.multibody.assembly.solver import Assembly

@@ -7,7 +7,7 @@ from math import nan
 
 import numpy as np
 
-from stages.biped.largest import largest
+from stages.biped.between_steps import largest
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import normal_force
 from stages.planar.trajectory import Trajectory, foot_kinematics

@@ -6,9 +6,9 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from stages.biped.accuracy.scales import scales_of
+from stages.biped.between_steps import refined_times
 from stages.biped.design import Biped
-from stages.biped.frames import specific_force
-from stages.biped.sampling_times import refined_times
+from stages.biped.kinematics import specific_force
 from stages.biped.walk import Walk
 from stages.ground.slope import Slope
 from stages.planar.events import find_events

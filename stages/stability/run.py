@@ -19,7 +19,7 @@ from stages.analytic.phases.section import section_coordinates
 from stages.analytic.result import Basin, RecordedFamily
 from stages.analytic.result import Result as Analytic
 from stages.biped.gait import StanceState
-from stages.biped.progress import Progress, ignore
+from stages.biped.processes import Progress, ignore
 from stages.stability.parameters import Parameters, Settings
 from stages.stability.result import Result
 

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from stages.biped.between_steps import largest
 from stages.biped.design import Biped
-from stages.biped.largest import largest
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings

@@ -20,7 +20,7 @@ import numpy as np
 
 from stages.analytic.result import Result as Analytic
 from stages.biped.design import BeyondModel, Biped, require_own_strikes
-from stages.biped.progress import Progress, ignore
+from stages.biped.processes import Progress, ignore
 from stages.studies.result import COMPLETED
 from stages.studies.walks import Upright
 from stages.tradeoff import constraint_ways

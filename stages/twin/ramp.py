@@ -10,8 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from stages.ground.blocks import Lane, lanes
-from stages.ground.operations import SCALARS
+from stages.ground.friction import SCALARS, Lane, lanes
 from stages.twin.parameters import Settings, block_fault
 
 

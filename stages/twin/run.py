@@ -9,8 +9,8 @@ import numpy as np
 from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.estimate import finer_explicit, to_accuracy, walk_differences
 from stages.biped.accuracy.scales import scales_of
-from stages.biped.progress import Progress, ignore
-from stages.biped.sampling_times import refined_times
+from stages.biped.between_steps import refined_times
+from stages.biped.processes import Progress, ignore
 from stages.biped.walk import Walk
 from stages.multibody.assembly.inventory import bytes_of, take_inventory
 from stages.twin.machine.machine import build

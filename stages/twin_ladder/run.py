@@ -23,7 +23,7 @@ from stages.analytic.walk.recording import crossing, is_last, up_to_mid_stance, 
 from stages.analytic.walk.sampling import signals_at
 from stages.biped.design import Biped, require_plain
 from stages.biped.gait import StanceState
-from stages.biped.progress import Progress, ignore
+from stages.biped.processes import Progress, ignore
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 from stages.multibody.result import Result as Multibody

@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stages.analytic.result import Result as Analytic
-from stages.biped.progress import Progress, ignore
-from stages.biped.sampling_times import uniform_times
+from stages.biped.between_steps import uniform_times
+from stages.biped.processes import Progress, ignore
 from stages.twin.machine.contact import ROLL, YAW, Z
 from stages.twin.machine.machine import Machine, build
 from stages.twin.machine.tree import SpatialTree

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stages.biped.frames import leg_axes, specific_force
+from stages.biped.kinematics import leg_axes, specific_force
 from stages.ground.slope import Slope
 
 

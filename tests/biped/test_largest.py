@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stages.biped.largest import largest, largest_magnitudes, largest_sampled, sampled_at, spans_above
+from stages.biped.between_steps import largest, largest_magnitudes, largest_sampled, sampled_at, spans_above
 
 TIMES = np.linspace(0.0, 1.0, 41)
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stages.biped.sampling_times import IMPACT_RATE, SPIKE_RATE, refined_times, uniform_times
+from stages.biped.between_steps import IMPACT_RATE, SPIKE_RATE, refined_times, uniform_times
 
 #: As that of a leg of a third of a metre [s].
 PENDULUM_TIME = 0.18

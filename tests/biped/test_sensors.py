@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from pipeline.parameters.loading import load
-from stages.biped.frames import specific_force
 from stages.biped.kinematics import (
     Coordinate,
     Motion,
     hip_motion,
     shifted,
+    specific_force,
     stance_mass_motion,
     swing_point_motion,
 )

@@ -7,8 +7,7 @@ import dataclasses
 import numpy as np
 
 from stages.contact_study.result import SEARCHED, Candidates, Distance, HardLimit, RigidLimit
-from stages.ground.contact_law import ContactLaw
-from stages.ground.hardening import family_member
+from stages.ground.contact_law import ContactLaw, family_member
 from stages.studies.result import COMPLETED
 
 

@@ -8,7 +8,7 @@ import pytest
 from stages.contact_study import rigid_limit
 from stages.contact_study.one_step import constraint_model, measure, take_step
 from stages.contact_study.rigid_limit import cycle_score, hard_limit, parts, step_score
-from stages.ground.hardening import family_member
+from stages.ground.contact_law import family_member
 from stages.planar.section import NoLimitCycle
 from stages.studies.result import COMPLETED
 

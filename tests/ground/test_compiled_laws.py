@@ -9,9 +9,8 @@ import pytest
 
 from stages.ground.compiled import COMPILED, TANGENTS, compiled_coefficient, compiled_slope, kept_with_ground
 from stages.ground.contact_law import ContactLaw
-from stages.ground.friction import friction_slope, signed_coefficient
+from stages.ground.friction import ARRAYS, SCALARS, friction_slope, signed_coefficient
 from stages.ground.laws import FRICTIONS, NORMAL_FORCES, PointLaw
-from stages.ground.operations import ARRAYS, SCALARS
 
 LAW = ContactLaw(1e5, 2.2, 1e4, 1e-4, 1.1, 1.0, 0.1, 1.0)
 DEPTHS = (-1e-5, 0.0, 1e-6, 3e-5, 1e-4, 5e-4)

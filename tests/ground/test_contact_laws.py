@@ -10,10 +10,15 @@ from scipy.integrate import solve_ivp
 
 from stages.biped.quantity import faults
 from stages.ground.contact_law import ContactLaw
-from stages.ground.friction import friction_coefficient, friction_slope, normal_force, static_penetration
-from stages.ground.laws import FRICTIONS, NORMAL_FORCES
-from stages.ground.laws.restitution import damping_factor
-from stages.ground.operations import ARRAYS, SCALARS
+from stages.ground.friction import (
+    ARRAYS,
+    SCALARS,
+    friction_coefficient,
+    friction_slope,
+    normal_force,
+    static_penetration,
+)
+from stages.ground.laws import FRICTIONS, NORMAL_FORCES, damping_factor
 
 ADAMS = ContactLaw(
     contact_stiffness=1e5,

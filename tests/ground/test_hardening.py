@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from stages.ground.contact_law import ContactLaw
+from stages.ground.contact_law import ContactLaw, family_member, with_creep, with_impact
 from stages.ground.friction import friction_coefficient, normal_force, static_penetration
-from stages.ground.hardening import family_member, with_creep, with_impact
 
 LAW = ContactLaw(3e5, 2.2, 3e4, 1e-4, 1.1, 1.0, 0.03, 1.0)
 MASS, SPEED = 0.3, 0.26

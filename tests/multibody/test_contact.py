@@ -5,9 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.ground.friction import static_penetration
+from stages.ground.friction import ARRAYS, SCALARS, static_penetration
 from stages.ground.laws import FRICTIONS, NORMAL_FORCES
-from stages.ground.operations import ARRAYS, SCALARS
 from stages.multibody.assembly.contact import SYMBOLS, disc_force, symbolic
 from stages.multibody.walking.walk import build, simulate
 from stages.planar.state import PlanarState

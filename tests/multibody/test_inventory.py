@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stages.biped.gait import StanceState
-from stages.ground.blocks import Lane
+from stages.ground.friction import Lane
 from stages.multibody.assembly.inventory import take_inventory
 from stages.multibody.walking.walk import build, simulate
 from stages.planar.state import rolling_state

@@ -5,8 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.ground.blocks import Lane, lanes
-from stages.ground.operations import SCALARS
+from stages.ground.friction import SCALARS, Lane, lanes
 from stages.multibody.walking.walk import simulate
 from stages.planar.run import FELL
 from stages.planar.sampling import sample

@@ -9,7 +9,7 @@ from benchmarks.unequal_designs import compared
 from pipeline.parameters.loading import load
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
-from stages.ground.hardening import family_member
+from stages.ground.contact_law import family_member
 from stages.multibody.parameters import Parameters
 from stages.multibody.walking.cycle import Model, solve
 from stages.multibody.walking.limit_cycle import SectionWalker

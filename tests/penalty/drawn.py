@@ -7,8 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from stages.biped.design import Biped
-from stages.biped.leg import Leg
+from stages.biped.design import Biped, Leg
 from stages.ground.contact_law import ContactLaw
 from stages.ground.laws import NORMAL_FORCES
 

@@ -10,7 +10,7 @@ from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.derivatives.multipliers import SURE
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
-from stages.ground.hardening import family_member
+from stages.ground.contact_law import family_member
 from stages.penalty.model.changes import changes_of
 from stages.penalty.response import changed, of_multipliers, responses
 from stages.penalty.settings import Settings

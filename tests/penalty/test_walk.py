@@ -10,9 +10,9 @@ from stages.analytic.phases.flow import SINGLE_STANCE
 from stages.analytic.walk.recording import crossing_state, record
 from stages.analytic.walk.sampling import sample_walk
 from stages.biped.gait import StanceState
+from stages.ground.contact_law import family_member
 from stages.ground.friction import static_penetration
 from stages.ground.friction_coefficients import Friction
-from stages.ground.hardening import family_member
 from stages.penalty.model.walker import build_penalty
 from stages.penalty.motion import feet
 from stages.penalty.settings import Settings

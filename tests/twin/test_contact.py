@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
+from stages.ground.friction import SCALARS
 from stages.ground.laws import FRICTIONS, NORMAL_FORCES
-from stages.ground.operations import SCALARS
 from stages.multibody.assembly.contact import disc_force
 from stages.twin.machine.connectors import ConnectorTree
 from stages.twin.machine.contact import COUNT, PITCH, SLIDE, X, Y, along, clearances, feet_forces, point_law

@@ -137,14 +137,15 @@ class Problem:
 
     def start(self) -> Vector:
         """The design's own values in relative units."""
-        values: Vector = np.array([self.design.value(name) for name in self.names]) / self.scale
-        return values
+        return np.asarray(self.values(self) / self.scale)
+
+    def values(self, of: Candidate | Problem) -> Vector:
+        """Values (n,) of the parameters in the design of a candidate, or in that of the problem."""
+        return np.array([of.design.value(name) for name in self.names])
 
     def candidate(self, x: Vector, z: Vector) -> Candidate | None:
         """The gait near `z` of the design at `x`; None if the design is illegal or has no gait there."""
-        design = self.design
-        for name, value in zip(self.names, x * self.scale, strict=True):
-            design = design.with_value(name, value)
+        design = self.design.with_values(dict(zip(self.names, x * self.scale, strict=True)))
         if not design.is_legal():
             return None
         walker = design.walker()
@@ -166,8 +167,13 @@ class Problem:
 
     def position(self, here: Candidate) -> Vector:
         """Where a candidate is, in relative units."""
-        x: Vector = np.array([here.design.value(name) for name in self.names]) / self.scale
-        return x
+        return np.asarray(self.values(here) / self.scale)
+
+    def met_bounds(self, here: Candidate) -> dict[str, str]:
+        """The parameters that are at their "lower" or "upper" bound."""
+        x = self.position(here)
+        room = zip(self.names, x - self.lower, self.upper - x, strict=True)
+        return {name: "lower" if below < MET else "upper" for name, below, above in room if min(below, above) < MET}
 
     def follow(self, here: Candidate, x: Vector) -> Candidate | None:
         """The gait of `here` followed to the design at `x`."""
@@ -343,19 +349,17 @@ def search_from(
     if left_to_gain(problem, path.taken[-1]) > STATIONARY:
         lost = linear_steps(problem, path, NEAR, BESIDE)
     here, gain = path.taken[-1], left_to_gain(problem, path.taken[-1])
-    x = problem.position(here)
-    at = {name: "lower" if x[i] - problem.lower[i] < MET else "upper" for i, name in enumerate(problem.names)
-          if min(x[i] - problem.lower[i], problem.upper[i] - x[i]) < MET}
+    at = problem.met_bounds(here)
     if gain <= STATIONARY:
-        ending = "kink" if is_kink(problem, here) else "bound" if at else "maximum" if problem.sign < 0 else "minimum"
+        optimum = "bound" if at else "maximum" if problem.sign < 0 else "minimum"
+        ending = "kink" if is_kink(problem, here) else optimum
     elif lost:
         ending = "fold" if np.abs(here.point.floquet_multipliers - 1.0).min() < FOLD else "edge"
     else:
         ending = "coalescence" if meeting(problem, here) and len(path.taken) <= iterations else "unfinished"
     return DesignSearch(
-        start, here, tuple(each.value for each in path.taken),
-        np.array([[each.design.value(name) for name in problem.names] for each in path.taken]), ending, at, gain,
-        problem.gaits - before[0], problem.derivatives - before[1])
+        start, here, tuple(each.value for each in path.taken), np.array([problem.values(each) for each in path.taken]),
+        ending, at, gain, problem.gaits - before[0], problem.derivatives - before[1])
 
 
 def left_to_gain(problem: Problem, here: Candidate) -> float:

@@ -9,15 +9,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.gait.poincare import FixedPoint, fixed_point, iterate, multipliers_of, poincare_map
+from stages.analytic.gait.poincare import FixedPoint, fixed_point, iterate, multipliers_of, poincare_map, repeated
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.result import RecordedFamily, Turn
-from stages.biped.progress import Progress, ignore
+from stages.biped.processes import Progress, ignore
 
 KINDS = TURNING_POINT, PERIOD_DOUBLING, TORUS = "turning point", "period doubling", "torus"
 LARGEST_CORRECTIONS = 12
@@ -63,12 +64,6 @@ class Branch:
     ended: str
 
 
-def closes(points: Sequence[BranchPoint], span: float, step: float) -> bool:
-    """Whether the last point of a branch is back at its first one, or has just passed it, in the same direction."""
-    away = coordinates(points[-1], span) - coordinates(points[0], span)
-    return bool(len(points) > 4 and np.linalg.norm(away) <= step and points[-1].tangent @ points[0].tangent > 0.9)
-
-
 class Curve:
     """The zero set of P^cycle(z; value) - z in (z, value / span), one dimension more than equations.
 
@@ -83,18 +78,19 @@ class Curve:
         self.steps = cycle * max(design.with_value(name, value).walker().gait_steps for value in values)
         self.enough = max(1e-12, tolerance / 100)
 
+    def walker(self, u: Vector) -> Walker:
+        """The walker at u = (z, value / span)."""
+        return self.design.with_value(self.name, u[-1] * self.span).walker()
+
     def residual(self, u: Vector) -> tuple[Vector, np.ndarray, float]:
         """P^cycle(z) - z at u = (z, value / span), the derivative of P^cycle and the duration of the cycle."""
-        walker = self.design.with_value(self.name, u[-1] * self.span).walker()
+        walker = self.walker(u)
         steps, derivative = iterate(walker, u[:-1], self.steps, self.tolerance)
         return steps[-1].z - u[:-1], derivative, sum(step.period for step in steps) * walker.time
 
     def image(self, u: Vector) -> Vector:
         """P^cycle(z) at u = (z, value / span)."""
-        walker, z = self.design.with_value(self.name, u[-1] * self.span).walker(), u[:-1]
-        for _ in range(self.steps):
-            z, walker = poincare_map(walker, z, self.tolerance).z, walker.exchanged
-        return z
+        return repeated(self.walker(u), u[:-1], self.steps, self.tolerance)
 
     def jacobian(self, u: Vector, derivative: np.ndarray) -> np.ndarray:
         """Derivative of the residual, (j, j + 1); the last column by central differences in the parameter."""
@@ -111,7 +107,7 @@ class Curve:
     def correct(self, guess: Vector, along: Vector) -> tuple[Vector, np.ndarray, float] | None:
         """The point of the curve in the plane through `guess` normal to `along`; None if Newton's method fails."""
         u, best = guess.copy(), np.inf
-        try:
+        with suppress(StepFailed, np.linalg.LinAlgError):
             gap, derivative, period = self.residual(u)
             matrix = np.vstack([self.jacobian(u, derivative), along])
             for _ in range(LARGEST_CORRECTIONS):
@@ -122,8 +118,6 @@ class Curve:
                 u = u - np.linalg.solve(matrix, np.append(gap, along @ (u - guess)))
                 gap, derivative, period = self.residual(u)
                 matrix[:-1, :-1] = derivative - np.eye(len(u) - 1)
-        except (StepFailed, np.linalg.LinAlgError):
-            return None
         return None
 
     def neighbour(self, points: Sequence[BranchPoint], step: float) -> BranchPoint | None:
@@ -145,10 +139,8 @@ class Curve:
         """Change of the gait after half its cycle: zero for one of half the cycle; infinite for one step."""
         if self.cycle == 1:
             return np.full(len(u) - 1, np.inf)
-        walker = self.design.with_value(self.name, u[-1] * self.span).walker()
-        steps, _ = iterate(walker, u[:-1], self.steps // 2, self.tolerance)
-        move: Vector = steps[-1].z - u[:-1]
-        return move
+        steps, _ = iterate(self.walker(u), u[:-1], self.steps // 2, self.tolerance)
+        return np.asarray(steps[-1].z - u[:-1])
 
     def point(self, u: Vector, derivative: np.ndarray, period: float, along: Vector) -> BranchPoint:
         """The gait at a corrected point of the curve."""
@@ -259,51 +251,79 @@ def continue_gait(
     start = fixed_point(design.walker(), z, tolerance, cycle)
     if start is None:
         raise ValueError(f"no gait of {cycle} steps to start from")
-    span = limits[1] - limits[0]
-    curve = Curve(design, name, span, cycle, tolerance)
-    along = np.zeros(len(z) + 1)
-    along[-1] = 1.0 if upward else -1.0
-    u = np.append(start.z, design.value(name) / span)
-    _, derivative, period = curve.residual(u)
-    points = [curve.point(u, derivative, period, along)]
-    way = abs(limits[upward] - points[0].value) or span
-    special: list[SpecialPoint] = []
-    ended = ""
-    move = curve.half_cycle_move(u)
-    step = min(largest_step, np.abs(move).max()) / 4
-    since_refused = 2
-    while len(points) < most_points:
-        if step < SMALLEST_STEP:
-            return Branch(name, cycle, tuple(points), tuple(special), ended)
-        last = points[-1]
+    curve = Curve(design, name, limits[1] - limits[0], cycle, tolerance)
+    return Follower(curve, start.z, limits, upward, largest_step, until_fold).branch(most_points, progress)
+
+
+class Follower:
+    """A branch as it grows: its points, the special ones, the step, and why it was refused last."""
+
+    def __init__(
+        self, curve: Curve, z: Vector, limits: tuple[float, float], upward: bool, largest_step: float, until_fold: bool
+    ) -> None:
+        self.curve, self.limits, self.largest_step, self.until_fold = curve, limits, largest_step, until_fold
+        along = np.zeros(len(z) + 1)
+        along[-1] = 1.0 if upward else -1.0
+        u = np.append(z, curve.design.value(curve.name) / curve.span)
+        _, derivative, period = curve.residual(u)
+        self.points = [curve.point(u, derivative, period, along)]
+        self.special: list[SpecialPoint] = []
+        self.way = abs(limits[upward] - self.points[0].value) or curve.span
+        self.move = curve.half_cycle_move(u)
+        self.step = min(largest_step, np.abs(self.move).max()) / 4
+        self.ended, self.since_refused = "", 2
+
+    def branch(self, most_points: int, progress: Progress) -> Branch:
+        """Follow the branch to its end."""
+        ended, curve = "", self.curve
+        while not ended and self.step >= SMALLEST_STEP and len(self.points) < most_points:
+            ended = self.next(progress)
+        why = f"{most_points} points" if len(self.points) >= most_points else self.ended
+        return Branch(curve.name, curve.cycle, tuple(self.points), tuple(self.special), ended or why)
+
+    def next(self, progress: Progress) -> str:
+        """Take the next point, or a shorter step after a refusal; why the branch ends there, if it does."""
+        curve, last = self.curve, self.points[-1]
         try:
-            point = curve.neighbour(points, step)
-            new = curve.half_cycle_move(coordinates(point, span)) if point is not None else move
+            point = curve.neighbour(self.points, self.step)
+            new = self.move if point is None else curve.half_cycle_move(coordinates(point, curve.span))
         except StepFailed:
-            point, new = None, move
+            point = None
         if point is None:
-            step, ended, since_refused = step / 2, "the gait ends: no step map beyond", 0
-            continue
-        if np.abs(new).max() < 0.3 * np.abs(move).max():  # about to fall onto, or on, the family of half the cycle
-            step, ended, since_refused = step / 2, "joins the family of half the cycle", 0
-            continue
-        kinds = (TURNING_POINT,) if until_fold else KINDS
-        crossed = special_between(curve, last, point, kinds, passes=cycle > 1 and float(new @ move) < 0.0)
-        special += [one for one in crossed if limits[0] <= one.point.value <= limits[1]]
-        if not limits[0] <= point.value <= limits[1]:
-            points += on_limit(curve, last, point, limits[0] if point.value < limits[0] else limits[1])
-            return Branch(name, cycle, tuple(points), tuple(special), "the limit of the parameter")
-        points.append(point)
-        if closes(points, span, step):
-            return Branch(name, cycle, tuple(points), tuple(special), "closes on itself")
-        if until_fold and crossed:
-            return Branch(name, cycle, tuple(points), tuple(special), TURNING_POINT)
-        move = new
-        progress(abs(point.value - points[0].value) / way, f"cycle of {cycle}, {name} = {point.value:.4g}")
-        since_refused += 1
-        if since_refused > 1:  # towards an end of the family steps are halved: a longer one would be refused again
-            step = min(1.5 * step, largest_step)
-    return Branch(name, cycle, tuple(points), tuple(special), f"{most_points} points")
+            return self.refused("the gait ends: no step map beyond")
+        if np.abs(new).max() < 0.3 * np.abs(self.move).max():  # about to fall onto, or on, that family
+            return self.refused("joins the family of half the cycle")
+        kinds = (TURNING_POINT,) if self.until_fold else KINDS
+        passes = curve.cycle > 1 and float(new @ self.move) < 0.0
+        crossed = special_between(curve, last, point, kinds, passes=passes)
+        self.special += [one for one in crossed if self.limits[0] <= one.point.value <= self.limits[1]]
+        limit = min(max(point.value, self.limits[0]), self.limits[1])
+        if limit != point.value:
+            self.points += on_limit(curve, last, point, limit)
+            return "the limit of the parameter"
+        self.points.append(point)
+        if self.closes():
+            return "closes on itself"
+        if self.until_fold and crossed:
+            return TURNING_POINT
+        self.move = new
+        gone = abs(point.value - self.points[0].value) / self.way
+        progress(gone, f"cycle of {curve.cycle}, {curve.name} = {point.value:.4g}")
+        self.since_refused += 1
+        if self.since_refused > 1:  # towards an end of the family steps are halved: a longer one would be refused again
+            self.step = min(1.5 * self.step, self.largest_step)
+        return ""
+
+    def refused(self, why: str) -> str:
+        """Halve the step; the branch does not end yet."""
+        self.step, self.ended, self.since_refused = self.step / 2, why, 0
+        return ""
+
+    def closes(self) -> bool:
+        """Whether the last point is back at the first one, or has just passed it, in the same direction."""
+        first, last, span = self.points[0], self.points[-1], self.curve.span
+        near = np.linalg.norm(coordinates(last, span) - coordinates(first, span)) <= self.step
+        return bool(len(self.points) > 4 and near and last.tangent @ first.tangent > 0.9)
 
 
 #: Just beyond its doubling a family has a multiplier this near to 1; other cycles may lie close by.
@@ -312,35 +332,34 @@ NEWBORN = 0.3
 LARGEST_STEP = 0.02
 
 
-def leaves(point: FixedPoint, cycle: int) -> bool:
-    """Whether a gait of twice `cycle` steps is one of the family that leaves its doubling, with a multiplier near 1."""
-    moves = np.abs(point.steps[len(point.steps) // 2 - 1].z - point.z).max() > 1e-6
-    return bool(moves and np.abs(point.floquet_multipliers - 1).min() < NEWBORN)
+def is_born(point: FixedPoint) -> bool:
+    """Whether a gait of twice the cycle is one of the family that leaves its doubling, with a multiplier near 1."""
+    return bool(point.half_cycle_move > 1e-6 and np.abs(point.floquet_multipliers - 1).min() < NEWBORN)
 
 
-def doubled_start(design: DesignPoint, branch: Branch, special: SpecialPoint, tolerance: float) -> tuple[float, Vector]:
-    """Parameter value and section coordinates on the family of twice the cycle that leaves a period doubling.
+def doubled_family(
+    design: DesignPoint, branch: Branch, special: SpecialPoint, limits: tuple[float, float], tolerance: float,
+    progress: Progress, largest_step: float,
+) -> Branch:  # fmt: skip
+    """The family of twice the cycle that leaves a period doubling, followed away from it.
 
-    The start lies a little beyond, displaced along the eigenvector of the multiplier -1, where Newton's method on the
+    It starts a little beyond, displaced along the eigenvector of the multiplier -1, where Newton's method on the
     doubled map finds a gait that is not the old one. Raises ValueError if it finds none on either side.
     """
-    span = max(abs(point.value) for point in branch.points)
-
-    def walker_at(value: float) -> Walker:
-        return design.with_value(branch.name, value).walker()
-
-    there = walker_at(special.point.value)
-    _, derivative = iterate(there, special.point.z, branch.cycle * there.gait_steps, tolerance)
+    span, cycle, z = max(abs(point.value) for point in branch.points), 2 * branch.cycle, special.point.z
+    there = design.with_value(branch.name, special.point.value).walker()
+    _, derivative = iterate(there, z, branch.cycle * there.gait_steps, tolerance)
     values, vectors = np.linalg.eig(derivative)
     direction = np.real(vectors[:, int(np.argmin(np.abs(values + 1)))])
     direction /= np.linalg.norm(direction)
-    for shift in (1e-4, 1e-3, 1e-5, 3e-6):
-        for sign in (1, -1):
-            value = special.point.value + sign * shift * span
-            for size in (1e-2, 3e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5):
-                point = fixed_point(walker_at(value), special.point.z + size * direction, tolerance, 2 * branch.cycle)
-                if point is not None and leaves(point, branch.cycle):
-                    return value, point.z
+    for shift, sign in product((1e-4, 1e-3, 1e-5, 3e-6), (1, -1)):
+        beyond = design.with_value(branch.name, special.point.value + sign * shift * span)
+        for size in (1e-2, 3e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5):
+            point = fixed_point(beyond.walker(), z + size * direction, tolerance, cycle)
+            if point is not None and is_born(point):
+                return continue_gait(
+                    beyond, branch.name, limits, point.z, tolerance, cycle=cycle, upward=sign > 0,
+                    largest_step=largest_step / cycle, progress=progress)
     raise ValueError("no gait of twice the cycle was found next to the period doubling")
 
 
@@ -356,68 +375,39 @@ def follow_family(
         continue_gait(design, name, limits, z, tolerance, upward=upward, largest_step=largest_step, progress=progress)
         for upward in (False, True)
     )
-    points = (*reversed(down.points), *up.points[1:])
-    family = Branch(name, 1, points, (*reversed(down.special), *up.special), f"{down.ended}; {up.ended}")
-    branches = [family]
+    points, special = (*reversed(down.points), *up.points[1:]), (*reversed(down.special), *up.special)
+    branches = [Branch(name, 1, points, special, f"{down.ended}; {up.ended}")]
     for _ in range(doublings):
         newest = [known for known in branches if known.cycle == branches[-1].cycle]
-        for branch, special in [(known, special) for known in newest for special in known.special]:
-            if special.kind == PERIOD_DOUBLING:
-                # a doubling whose new gaits no longer walk has no family to follow
-                with suppress(ValueError):
-                    branches.append(
-                        doubled_family(design, branch, special, limits, tolerance, progress, largest_step))
+        doublings_of = ((known, one) for known in newest for one in known.special if one.kind == PERIOD_DOUBLING)
+        for branch, doubling in doublings_of:
+            with suppress(ValueError):  # a doubling whose new gaits no longer walk has no family to follow
+                branches.append(doubled_family(design, branch, doubling, limits, tolerance, progress, largest_step))
         if branches[-1].cycle == newest[-1].cycle:
             break
     return branches
 
 
-def doubled_family(
-    design: DesignPoint, branch: Branch, special: SpecialPoint, limits: tuple[float, float], tolerance: float,
-    progress: Progress = ignore, largest_step: float = LARGEST_STEP,
-) -> Branch:  # fmt: skip
-    """The family of twice the cycle that leaves a period doubling, followed away from it.
-
-    Raises ValueError if no gait of twice the cycle is found.
-    """
-    value, start = doubled_start(design, branch, special, tolerance)
-    there, cycle = design.with_value(branch.name, value), 2 * branch.cycle
-    return continue_gait(
-        there, branch.name, limits, start, tolerance,
-        cycle=cycle, upward=value > special.point.value, largest_step=largest_step / cycle, progress=progress,
-    )  # fmt: skip
-
-
 def recorded(design: DesignPoint, branch: Branch, tolerance: float) -> RecordedFamily:
     """A family with every step of its gaits, which are walked once more; its turns are among the gaits."""
-    points = _with_turns(branch)
-    durations, angles, double = _steps(design, branch, points, tolerance)
-    multipliers = np.array([point.floquet_multipliers for point in points])
-    turns = tuple(
-        Turn(special.kind, special.point.value, _nearest(special.kind, special.point),
-             *(steps[0] for steps in _steps(design, branch, [special.point], tolerance)[:2]))
-        for special in branch.special
-    )  # fmt: skip
-    return RecordedFamily(
-        branch.cycle, branch.ended, np.array([point.value for point in points]), durations, angles, double,
-        np.stack([multipliers.real, multipliers.imag], axis=-1), turns,
-    )  # fmt: skip
-
-
-def _with_turns(branch: Branch) -> list[BranchPoint]:
-    """The gaits of a branch with its special points, each between the neighbours that it is nearest to."""
     points = list(branch.points)
-    for special in branch.special:
+    for special in branch.special:  # each between the neighbours that it is nearest to
         away = [float(np.abs(special.point.z - point.z).max()) for point in points]
         if len(points) > 1:
             before = min(range(len(points) - 1), key=lambda i: away[i] + away[i + 1])
             points.insert(before + 1, special.point)
-    return points
-
-
-def _nearest(kind: str, point: BranchPoint) -> float:
-    wanted = -1.0 if kind == "period doubling" else 1.0
-    return float(point.floquet_multipliers[np.abs(point.floquet_multipliers - wanted).argmin()].real)
+    durations, angles, double = _steps(design, branch, points, tolerance)
+    multipliers = np.array([point.floquet_multipliers for point in points])
+    turns = []
+    for special in branch.special:
+        at_turn, wanted = special.point.floquet_multipliers, -1.0 if special.kind == PERIOD_DOUBLING else 1.0
+        nearest = float(at_turn[np.abs(at_turn - wanted).argmin()].real)
+        lengths, leans, _ = _steps(design, branch, [special.point], tolerance)
+        turns.append(Turn(special.kind, special.point.value, nearest, lengths[0], leans[0]))
+    return RecordedFamily(
+        branch.cycle, branch.ended, np.array([point.value for point in points]), durations, angles, double,
+        np.stack([multipliers.real, multipliers.imag], axis=-1), tuple(turns),
+    )  # fmt: skip
 
 
 def _steps(

@@ -12,19 +12,19 @@ from contextlib import suppress
 from copy import deepcopy
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import islice
 from typing import Any
 
 import numpy as np
 
 from stages.analytic.errors import NoGait, StepFailed
-from stages.analytic.gait.continuation import TURNING_POINT, Branch, continue_gait
+from stages.analytic.gait.continuation import TURNING_POINT, continue_gait
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.poincare import (
     FEW_STARTS,
     SEARCH_TOLERANCE,
     FixedPoint,
     converge,
-    first_gait,
     fixed_point,
     is_new,
     is_walking,
@@ -92,18 +92,23 @@ class Followed:
 
 def from_neighbours(design: DesignPoint, tolerance: float) -> FixedPoint | list[Followed]:
     """The design's gait that a neighbour's leads to, or else how far each family followed gets, up to a first fold."""
-    followed = []
+    followed: list[Followed] = []
     for name, neighbour, point in neighbours(design):
+        start, wanted = neighbour.value(name), design.value(name)
         try:
-            branch = approach(neighbour, name, design.value(name), point)
+            branch = continue_gait(
+                neighbour, name, (min(start, wanted), max(start, wanted)), point.z, SEARCH_TOLERANCE,
+                upward=wanted > start, largest_step=APART, most_points=MOST_GAITS, until_fold=True)
         except StepFailed:
             continue
         last = branch.points[-1]
-        if last.value == design.value(name):
-            found = fixed_point(design.walker(), last.z, tolerance)
-            if found is not None and is_walking(found):
-                return found
-        followed.append(nearest(branch, design))
+        found = fixed_point(design.walker(), last.z, tolerance) if last.value == wanted else None
+        if found is not None and is_walking(found):
+            return found
+        folds = [special.point.value for special in branch.special if special.kind == TURNING_POINT]
+        values = [*folds, *(point.value for point in branch.points)]
+        end = min(values, key=lambda value: abs(value - wanted))
+        followed.append(Followed(name, design.unit(name), branch.points[0].value, end, end in folds))
         if followed[-1].folds:
             break
     return followed
@@ -112,33 +117,17 @@ def from_neighbours(design: DesignPoint, tolerance: float) -> FixedPoint | list[
 def neighbours(design: DesignPoint) -> Iterator[tuple[str, DesignPoint, FixedPoint]]:
     """For each parameter, the nearest value tried at which the design has a gait, with that gait."""
     for name, factors in ELSEWHERE.items():
-        if name != "ground.slope_deg" and design.biped.legs == "rigid":
-            continue
-        for factor in factors:
-            neighbour = design.with_value(name, factor * design.value(name))
-            if not neighbour.is_legal() or not is_searched((walker := neighbour.walker()).p):
-                continue
-            point = first_gait(walker, ranked_starts(walker, thinned=2)[0])
-            if point is not None:
-                yield name, neighbour, point
-                break
+        if name == "ground.slope_deg" or design.biped.legs != "rigid":
+            beside = (design.with_value(name, factor * design.value(name)) for factor in factors)
+            found = ((each, first_gait(each.walker())) for each in beside if each.is_legal())
+            yield from islice(((name, each, point) for each, point in found if point is not None), 1)
 
 
-def approach(neighbour: DesignPoint, name: str, wanted: float, point: FixedPoint) -> Branch:
-    """The neighbour's family on the way to the wanted value."""
-    start = neighbour.value(name)
-    return continue_gait(
-        neighbour, name, (min(start, wanted), max(start, wanted)), point.z, SEARCH_TOLERANCE,
-        upward=wanted > start, largest_step=APART, most_points=MOST_GAITS, until_fold=True)
-
-
-def nearest(branch: Branch, design: DesignPoint) -> Followed:
-    """How near to the design the family comes, and whether it turns back there."""
-    wanted = design.value(branch.name)
-    folds = [special.point.value for special in branch.special if special.kind == TURNING_POINT]
-    values = [*folds, *(point.value for point in branch.points)]
-    end = min(values, key=lambda value: abs(value - wanted))
-    return Followed(branch.name, design.unit(branch.name), branch.points[0].value, end, end in folds)
+def first_gait(walker: Walker) -> FixedPoint | None:
+    """The first gait that Newton's method reaches from a few starts on a coarse grid; None where that costs much."""
+    starts = ranked_starts(walker, thinned=2)[0][:FEW_STARTS] if is_searched(walker.p) else ()
+    found = (fixed_point(walker, start, SEARCH_TOLERANCE) for start in starts)
+    return next((point for point in found if point is not None and is_walking(point)), None)
 
 
 #: Largest share by which the time of a step is changed at once.
@@ -150,10 +139,8 @@ STAGE = 3.0
 def softer(p: Compliant, rate: float) -> Compliant:
     """The walker with springs and dampers weakened, same damping ratio, to a fastest axial rate of `rate`."""
     factor = rate / fastest_rate(p)
-    if isinstance(p, Detailed):
-        other = {"k_2": p.k_2 * factor**2, "b_2": p.b_2 * factor}
-        return compliant(p._replace(k=p.k * factor**2, b=p.b * factor, **other))
-    return compliant(p._replace(k=p.k * factor**2, b=p.b * factor))
+    other = {"k_2": p.k_2 * factor**2, "b_2": p.b_2 * factor} if isinstance(p, Detailed) else {}
+    return compliant(p._replace(k=p.k * factor**2, b=p.b * factor, **other))
 
 
 def stiffen(walker: Walker, p: Compliant, gaits: list[FixedPoint], rate: float) -> list[FixedPoint]:

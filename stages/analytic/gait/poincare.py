@@ -7,9 +7,11 @@ legs differ.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from itertools import islice
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -101,9 +103,21 @@ def poincare_map(walker: Walker, z: Vector, tolerance: float) -> Step:
 
     Raises StepFailed if the walker falls or stands still.
     """
-    y = start_state(walker, z)
+    return step_from(walker, start_state(walker, z), tolerance)
+
+
+def step_from(walker: Walker, y: Vector, tolerance: float) -> Step:
+    """The step from a state with or without variations, which are advanced in place. Raises StepFailed."""
     double, period, evaluations = advance(walker, y, tolerance)
-    return Step(section_coordinates(y, walker.exchanged.p), y, period, double, evaluations)
+    end = y[: walker.size].copy()
+    return Step(section_coordinates(end, walker.exchanged.p), end, period, double, evaluations)
+
+
+def repeated(walker: Walker, z: Vector, steps: int, tolerance: float) -> Vector:
+    """Section coordinates after so many steps from `z`. Raises StepFailed like `poincare_map`."""
+    for _ in range(steps):
+        z, walker = poincare_map(walker, z, tolerance).z, walker.exchanged
+    return z
 
 
 def poincare_derivative(walker: Walker, z: Vector, tolerance: float) -> tuple[Step, np.ndarray]:
@@ -113,10 +127,8 @@ def poincare_derivative(walker: Walker, z: Vector, tolerance: float) -> tuple[St
     """
     start = start_state(walker, z)
     y = np.concatenate([start, section_tangent(np.asarray(z, dtype=float), start, walker.p)])
-    double, period, evaluations = advance(walker, y, tolerance)
-    end, after = y[: walker.size].copy(), walker.exchanged.p
-    step = Step(section_coordinates(end, after), end, period, double, evaluations)
-    return step, section_derivative(y, after)
+    step = step_from(walker, y, tolerance)
+    return step, section_derivative(y, walker.exchanged.p)
 
 
 def iterate(walker: Walker, z: Vector, steps: int, tolerance: float) -> tuple[list[Step], np.ndarray]:
@@ -149,6 +161,11 @@ class FixedPoint:
         """Eigenvalues of the monodromy matrix, largest first, shape (j,); conjugates stay together."""
         return multipliers_of(self.monodromy_matrix)
 
+    @property
+    def half_cycle_move(self) -> float:
+        """Largest change of a coordinate over the first half of the steps: none if the gait repeats after these."""
+        return float(np.abs(self.steps[len(self.steps) // 2 - 1].z - self.z).max())
+
 
 def multipliers_of(monodromy_matrix: np.ndarray) -> np.ndarray:
     """Eigenvalues of a monodromy matrix (j, j), largest first, shape (j,); conjugates stay together."""
@@ -163,10 +180,9 @@ def largest_first(multipliers: np.ndarray) -> np.ndarray:
     return order
 
 
-def attainable_residual(walker: Walker, tolerance: float) -> float:
-    """How well a fixed point can close: the map's accuracy, or the round-off of a length times the stiffness."""
-    round_off = 0.0 if isinstance(walker.p, Rigid) else 8 * np.finfo(float).eps * walker.p.k
-    return max(1e-10, 10 * tolerance, round_off)
+def round_off(walker: Walker) -> float:
+    """Residual that round-off leaves: of a length times the stiffness."""
+    return 0.0 if isinstance(walker.p, Rigid) else float(8 * np.finfo(float).eps * walker.p.k)
 
 
 def damped_change(
@@ -177,19 +193,15 @@ def damped_change(
     Deuflhard's natural monotonicity test: corrections are compared, with the same matrix, not residuals.
     """
     size = float(np.abs(change).max())
+    if size > HOPELESS:
+        return None
     factor = min(1.0, LONGEST_CHANGE / max(size, 1e-300))
     for _ in range(HALVINGS):
-        image = z + factor * change
-        try:
-            standing = walker
-            for _ in range(cycle * walker.gait_steps):
-                image, standing = poincare_map(standing, image, tolerance).z, standing.exchanged
-        except StepFailed:
-            factor /= 2
-            continue
-        following = np.linalg.solve(matrix, image - z - factor * change)
-        if np.abs(following).max() <= (1 - factor / 4) * size:
-            return factor * change
+        with suppress(StepFailed):
+            image = repeated(walker, z + factor * change, cycle * walker.gait_steps, tolerance)
+            following = np.linalg.solve(matrix, image - z - factor * change)
+            if np.abs(following).max() <= (1 - factor / 4) * size:
+                return factor * change
         factor /= 2
     return None
 
@@ -202,37 +214,32 @@ def fixed_point(
 
     P is the step map, or the stride map, two steps, of a walker whose legs differ.
 
-    Converged means that the residual no longer falls and is within the accuracy of the map itself. With `known`, a
-    residual within that accuracy will do, and there is no answer where known(z, size), at each point z that a
-    correction of this size leads to, says that the point ahead is known.
+    Converged means that the residual no longer falls and is within the accuracy of the map itself, or within round-off.
+    With `known`, a residual within that accuracy will do, and there is no answer where known(z, size), at each point z
+    that a correction of this size leads to, says that the point ahead is known.
     """
     best: FixedPoint | None = None
     z = np.asarray(z, dtype=float)
-    good_enough = attainable_residual(walker, tolerance)
-    try:
+    good_enough = max(1e-10, 10 * tolerance, round_off(walker))
+    with suppress(StepFailed, np.linalg.LinAlgError):
         for _ in range(iterations):
             steps, derivative = iterate(walker, z, cycle * walker.gait_steps, tolerance)
             gap = steps[-1].z - z
             residual = float(np.abs(gap).max())
-            if best is not None and residual >= best.residual and best.residual <= good_enough:
-                break
             if best is None or residual < best.residual:
                 best = FixedPoint(z, tuple(steps), derivative, residual)
+            elif best.residual <= good_enough:
+                break
             matrix = np.eye(z.size) - derivative
-            change = np.linalg.solve(matrix, gap)
-            if known is not None and (residual <= good_enough or known(z + change, float(np.abs(change).max()))):
+            change: Vector = np.linalg.solve(matrix, gap)
+            size = float(np.abs(change).max())
+            if known is not None and (residual <= good_enough or known(z + change, size)):
                 break
-            if residual <= good_enough or np.abs(change).max() <= SURE_CHANGE:
-                z = z + change
-                continue
-            if np.abs(change).max() > HOPELESS:
+            sure = residual <= good_enough or size <= SURE_CHANGE
+            taken = change if sure else damped_change(walker, z, change, matrix, cycle, tolerance)
+            if taken is None:
                 break
-            shortened = damped_change(walker, z, change, matrix, cycle, tolerance)
-            if shortened is None:
-                break
-            z = z + shortened
-    except (StepFailed, np.linalg.LinAlgError):
-        pass
+            z = z + taken
     return best if best is not None and best.residual <= good_enough else None
 
 
@@ -246,6 +253,8 @@ MOST_STARTS, FEW_STARTS = 80, 12
 #: When a stable gait is enough, so many starts in a row that lead to nothing new are the last: the best came first.
 #: Fewer are once a gait is known.
 PATIENCE, LESS_PATIENCE = 16, 8
+#: Cycles that are looked for, after so many steps: transients of stable cycles have died out by then.
+CYCLES, TRANSIENT_STEPS = (2, 4, 8), 400
 
 
 def is_new(found: list[FixedPoint], candidate: FixedPoint) -> bool:
@@ -256,6 +265,11 @@ def is_new(found: list[FixedPoint], candidate: FixedPoint) -> bool:
 def is_walking(point: FixedPoint) -> bool:
     """Whether a fixed point moves forward: the stance leg starts behind upright and every step takes time."""
     return bool(point.z[0] < -1e-4) and all(step.period > 1e-3 for step in point.steps)
+
+
+def is_gait(point: FixedPoint | None, found: list[FixedPoint]) -> TypeGuard[FixedPoint]:
+    """Whether Newton's method came to a point that walks and is none of those found."""
+    return point is not None and is_walking(point) and is_new(found, point)
 
 
 def by_stability(point: FixedPoint) -> float:
@@ -280,58 +294,29 @@ def converge(
     """
     found: list[FixedPoint] = []
     met, newest = [] if met is None else met, 0
-    for count, start in enumerate(starts):
-        if count >= MOST_STARTS:
-            break
-        if not unstable and count >= FEW_STARTS and any(by_stability(point) < 1 for point in found):
-            break
-        if not unstable and count > newest + (LESS_PATIENCE if met else PATIENCE):
+    for count, start in enumerate(islice(starts, MOST_STARTS)):
+        shown = count >= FEW_STARTS and any(by_stability(point) < 1 for point in found)
+        if not unstable and (shown or count > newest + (LESS_PATIENCE if met else PATIENCE)):
             break
         point = fixed_point(walker, start, max(tolerance, SEARCH_TOLERANCE), known=partial(is_ahead, met))
         if point is not None:
             met.append(point.z)
             newest = count
-        if point is None or not is_walking(point) or not is_new(found, point):
-            continue
-        point = fixed_point(walker, point.z, tolerance)
-        if point is not None and is_walking(point) and is_new(found, point):
-            found.append(point)
+        if is_gait(point, found):
+            point = fixed_point(walker, point.z, tolerance)
+            found += [point] if is_gait(point, found) else []
     return found
 
 
-def first_gait(walker: Walker, starts: Iterable[Vector]) -> FixedPoint | None:
-    """The first gait that Newton's method reaches from a few of `starts`."""
-    for _, start in zip(range(FEW_STARTS), starts, strict=False):
-        point = fixed_point(walker, start, SEARCH_TOLERANCE)
-        if point is not None and is_walking(point):
-            return point
-    return None
-
-
-CYCLES = (2, 4, 8)
-#: Steps walked before a cycle is looked for: transients of stable cycles have died out by then.
-TRANSIENT_STEPS = 400
-
-
-def closes_early(point: FixedPoint) -> bool:
-    """Whether the gait repeats after half its cycle."""
-    return bool(np.abs(point.steps[len(point.steps) // 2 - 1].z - point.z).max() < DISTINCT)
-
-
-def find_cycle(walker: Walker, start: Vector, tolerance: float) -> tuple[int, FixedPoint] | None:
+def find_cycle(walker: Walker, start: Vector, tolerance: float) -> FixedPoint | None:
     """The stable cycle of two, four or eight steps that a walk displaced from an unstable gait `start` settles on.
 
     None if the walk falls, or settles on no such cycle.
     """
-    z = np.asarray(start, dtype=float) * (1.0 + 1e-4)
-    try:
-        standing = walker
-        for _ in range(TRANSIENT_STEPS):
-            z, standing = poincare_map(standing, z, tolerance).z, standing.exchanged
-    except StepFailed:
-        return None
-    for cycle in CYCLES:
-        point = fixed_point(walker, z, tolerance, cycle)
-        if point is not None and np.abs(point.z - z).max() < 1e-2 and not closes_early(point):
-            return cycle, point
+    with suppress(StepFailed):
+        z = repeated(walker, np.asarray(start, dtype=float) * (1.0 + 1e-4), TRANSIENT_STEPS, tolerance)
+        for cycle in CYCLES:
+            point = fixed_point(walker, z, tolerance, cycle)
+            if point is not None and np.abs(point.z - z).max() < 1e-2 and point.half_cycle_move >= DISTINCT:
+                return point
     return None

@@ -21,9 +21,9 @@ from stages.analytic.derivatives.step_map import walk_derivatives
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import record_steps
-from stages.analytic.gait.gait_search import find_gait, find_gaits, step_length
+from stages.analytic.gait.gait_search import Followed, find_gait, find_gaits, step_length
 from stages.analytic.gait.gait_search import search as search_gait
-from stages.analytic.gait.poincare import FixedPoint, by_stability, is_new, is_walking, iterate, poincare_map
+from stages.analytic.gait.poincare import FixedPoint, by_stability, is_new, is_walking, iterate, repeated, round_off
 from stages.analytic.maps.box import Box
 from stages.analytic.model.kinds import Plain, Rigid
 from stages.analytic.model.stiffness import attainable_tolerance, compliant
@@ -44,7 +44,7 @@ PARTS = (1 / 2, 1 / 6)
 
 def closes(walker: Walker, tolerance: float) -> float:
     """The residual that an answer may have: the tolerance, or the round-off of a length times the stiffness."""
-    return tolerance if isinstance(walker.p, Rigid) else max(tolerance, 8 * np.finfo(float).eps * walker.p.k)
+    return max(tolerance, round_off(walker))
 
 
 def corrected(walker: Walker, z: Vector, tolerance: float) -> FixedPoint | None:
@@ -56,14 +56,14 @@ def corrected(walker: Walker, z: Vector, tolerance: float) -> FixedPoint | None:
     good_enough, unit = closes(walker, tolerance), np.eye(z.size)
     size, renewals = np.inf, 0
     inverse: np.ndarray | None = None
-    try:
+    with suppress(StepFailed, np.linalg.LinAlgError):
         for _ in range(CORRECTIONS):
             if inverse is None:
                 renewals += 1
                 steps, by_state = iterate(walker, z, walker.gait_steps, max(ROUGH, fine))
                 image, inverse = steps[-1].z, np.linalg.inv(unit - by_state)
             else:
-                image = repeated(walker, z, fine)
+                image = repeated(walker, z, walker.gait_steps, fine)
             change = inverse @ (image - z)
             before, size = size, float(np.abs(change).max())
             if size > LONGEST or not size <= max(2 * before, 1e-12):
@@ -79,8 +79,6 @@ def corrected(walker: Walker, z: Vector, tolerance: float) -> FixedPoint | None:
                 if renewals == RENEWALS:
                     return None
                 inverse = None
-    except (StepFailed, np.linalg.LinAlgError):
-        pass
     return None
 
 
@@ -88,13 +86,6 @@ def exact(walker: Walker, z: Vector, tolerance: float) -> FixedPoint:
     """The point `z` with its steps and derivative. Raises StepFailed like `poincare_map`."""
     steps, by_state = iterate(walker, z, walker.gait_steps, tolerance)
     return FixedPoint(z, tuple(steps), by_state, float(np.abs(steps[-1].z - z).max()))
-
-
-def repeated(walker: Walker, z: Vector, tolerance: float) -> Vector:
-    """Image of section coordinates `z` after the steps of a gait. Raises StepFailed like `poincare_map`."""
-    for _ in range(walker.gait_steps):
-        z, walker = poincare_map(walker, z, tolerance).z, walker.exchanged
-    return z
 
 
 def along_tangent(walker: Walker, known: Anchor, tolerance: float) -> FixedPoint | None:
@@ -219,24 +210,18 @@ def block(task: Task, first: int, end: int) -> list[list[float]]:
     """The rows of `COLUMNS` of the designs `first` to before `end` of the box."""
     designs = [task.box.design(task.base, values) for values in task.box.values(first, end)]
     walkers = [design.walker() if design.is_legal() else None for design in designs]
-    answers: dict[int, tuple[Way, FixedPoint]] = {}
     far = Anchors([Anchor.of(plain) for plain in task.anchors])
-    for index, walker in enumerate(walkers):
-        answer = None if walker is None or walker.p.g_x <= 0 else followed(walker, far, task.tolerance)
-        if answer is not None:
+    answers: dict[int, tuple[Way, FixedPoint]] = {}
+    legal = [(index, walker) for index, walker in enumerate(walkers) if walker is not None]
+    for index, walker in legal:
+        if walker.p.g_x > 0 and (answer := followed(walker, far, task.tolerance)):
             answers[index] = answer
-    waiting = [index for index, walker in enumerate(walkers) if walker is not None and index not in answers]
-    for index in waiting:
-        walker = walkers[index]
-        assert walker is not None
-        answer = None
-        if walker.p.g_x > 0:
-            near = beside(walker, walkers, answers, far, task.tolerance)
-            answer = followed(walker, near, task.tolerance, Way.NEIGHBOUR)
-        if answer is None and task.search != "none":
-            answer = searched(designs[index], walker, task.tolerance, task.search)
-        if answer is not None:
-            answers[index] = answer
+    for index, walker in legal:
+        if index not in answers:
+            near = beside(walker, walkers, answers, far, task.tolerance) if walker.p.g_x > 0 else Anchors([])
+            answer = followed(walker, near, task.tolerance, Way.NEIGHBOUR) or searched(designs[index], walker, task)
+            if answer is not None:
+                answers[index] = answer
     return [row(walker, answers.get(index), task) for index, walker in enumerate(walkers)]
 
 
@@ -279,17 +264,16 @@ def beside(
     return Anchors([each for each in found if each is not None])
 
 
-def searched(design: DesignPoint, walker: Walker, tolerance: float, search: str) -> tuple[Way, FixedPoint] | None:
-    """The design's gait by a search from no guess."""
-    if search == "complete":
-        found = search_gait(design, walker, tolerance)
-        point = found if isinstance(found, FixedPoint) else None
-    else:
-        point = next(iter(find_gaits(walker, tolerance, unstable=False)), None)
-    if point is None:
-        return None
-    closed = point if point.residual <= closes(walker, tolerance) else corrected(walker, point.z, tolerance)
-    return None if closed is None else (Way.SEARCH, closed)
+def searched(design: DesignPoint, walker: Walker, task: Task) -> tuple[Way, FixedPoint] | None:
+    """The design's gait by a search from no guess, as far as that is the task's."""
+    found: FixedPoint | list[Followed] | None = None
+    if task.search == "complete":
+        found = search_gait(design, walker, task.tolerance)
+    elif task.search == "limited":
+        found = next(iter(find_gaits(walker, task.tolerance, unstable=False)), None)
+    if isinstance(found, FixedPoint) and found.residual > closes(walker, task.tolerance):
+        found = corrected(walker, found.z, task.tolerance)
+    return (Way.SEARCH, found) if isinstance(found, FixedPoint) else None
 
 
 def row(walker: Walker | None, answer: tuple[Way, FixedPoint] | None, task: Task) -> list[float]:

@@ -25,9 +25,8 @@ from stages.analytic.model.kinds import (
 )
 from stages.analytic.model.stiffness import compliant
 from stages.biped.accuracy.scales import scales_of
-from stages.biped.design import BeyondModel, Biped
+from stages.biped.design import BeyondModel, Biped, Leg
 from stages.biped.gait import StanceState
-from stages.biped.leg import Leg
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 

@@ -45,11 +45,11 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     )
 
     def draw(save: Any) -> None:
-        from stages.analytic.pictures import basin_map
+        from stages.analytic.pictures import families
         from stages.drawing import style
 
         with style.drawing():
-            save(basin_map.draw(mapped))
+            save(families.draw_basin(mapped))
 
     rows = [
         {"stance_angle_rad": angle, "stance_rate_rad_s": rate, "steps": int(mapped.steps[i, j]),

@@ -48,12 +48,12 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
 
     def draw(save: Any) -> None:
         from stages.analytic.gait.continuation import recorded
-        from stages.analytic.pictures import bifurcation
+        from stages.analytic.pictures import families
         from stages.drawing import style
 
-        families = [recorded(design, branch, tolerance) for branch in branches]
+        found = [recorded(design, branch, tolerance) for branch in branches]
         with style.drawing():
-            save(bifurcation.draw(families, f"{name} [{design.unit(name)}]", here))
+            save(families.draw_families(found, f"{name} [{design.unit(name)}]", here))
 
     lines = [line for branch in branches for line in branch_lines(branch)]
     rows = [{"cycle": branch.cycle, **point_as_plain(point)} for branch in branches for point in branch.points]

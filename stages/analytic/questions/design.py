@@ -67,11 +67,11 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         progress=lambda step, value: asking.note(f"iteration {step + 1}: {goal.title} {value:.6g} {goal.unit}"))
 
     def draw(save: Any) -> None:
-        from stages.analytic.pictures import design_path
+        from stages.analytic.pictures import gaits
         from stages.drawing import style
 
         with style.drawing():
-            save(design_path.draw(searches, bounds, goal))
+            save(gaits.draw_searches(searches, bounds, goal))
 
     found = searches[0].best
     ground = report_gait(found.walker, found.point, tolerance, parameters.friction.static_friction).validity
@@ -149,11 +149,11 @@ def told(
     searches: Sequence[DesignSearch], bounds: Bounds, held: Mapping[str, float], goal: Goal, starts: int
 ) -> Iterator[str]:
     """The searches in words."""
-    from stages.analytic.design.search import ENDINGS, HELD, SAME
+    from stages.analytic.design.search import ENDINGS, HELD
 
     found, own, unit = searches[0], own_start(searches), "" if goal.unit == "1" else f" {goal.unit}"
-    elsewhere = "" if found.own else f" from another start, which has {found.start.value:.6g}"
-    yield (f"{goal.title} {own.value:.6g} -> {found.best.value:.6g}{unit} in {len(found.history) - 1} steps{elsewhere} "
+    origin = "" if found.own else f" from another start, which has {found.start.value:.6g}"
+    yield (f"{goal.title} {own.value:.6g} -> {found.best.value:.6g}{unit} in {len(found.history) - 1} steps{origin} "
            f"({found.gaits} gaits, {found.gradients} gradients)")
     for name, (low, high) in bounds.items():
         at = f" (at its {found.bounds[name]} bound)" if name in found.bounds else f" (from {low:g} to {high:g})"
@@ -171,11 +171,18 @@ def told(
     yield f"{ending}. Left to gain for a share of the parameters: {found.gain:.1g} of the start's value."
     if not found.best.gait.stable:
         yield f"The gait is unstable: its largest multiplier is {found.best.largest_multiplier:.6g}."
+    yield from elsewhere(searches, starts)
+
+
+def elsewhere(searches: Sequence[DesignSearch], starts: int) -> Iterator[str]:
+    """Where the searches from several starts ended, in words."""
+    from stages.analytic.design.search import SAME
+
+    best, met = searches[0].best.value, searches[0].met
+    same = sum(abs(search.best.value - best) <= SAME * best and search.met == met for search in searches)
+    others = ", ".join(f"{search.best.value:.6g} ({search.ending if search.met else 'target missed'})"
+                       for search in searches[same:])  # fmt: skip
     if starts > 1:
-        same = sum(abs(search.best.value - found.best.value) <= SAME * found.best.value and search.met == found.met
-                   for search in searches)
-        others = ", ".join(f"{search.best.value:.6g} ({search.ending if search.met else 'target missed'})"
-                           for search in searches[same:])
         yield (f"Of {starts} starts {starts - len(searches)} have no gait to follow; {same} end at this value"
                + (f", others worse: {others}" if others else ""))
 

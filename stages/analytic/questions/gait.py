@@ -6,12 +6,15 @@ import dataclasses
 import textwrap
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 from stages.biped.question import Answer, Asking, Question, as_plain, option
 
 if TYPE_CHECKING:
+    from stages.analytic.gait.gait_report import GaitReport
     from stages.analytic.parameters import Parameters
+    from stages.analytic.walk.error_estimate import GaitError
 
 
 #: Columns of the words, and of the number beside them.
@@ -32,81 +35,82 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     from stages.analytic.gait.gait_search import find_gait, find_gaits
     from stages.analytic.gait.poincare import by_stability, find_cycle, is_new
     from stages.analytic.walk.error_estimate import gait_error
-    from stages.analytic.walk.validity import on_a_ramp
 
     tolerance = parameters.settings.tolerance
     walker, point = find_gait(parameters.biped, parameters.slope, tolerance, parameters.limited_friction)
-    points = [point]
+    points, cycle = [point], None
     if options.every:
         every = find_gaits(walker, tolerance, unstable=True)
         points = sorted([point, *(each for each in every if is_new([point], each))], key=by_stability)
-    found = [report_gait(walker, each, tolerance, parameters.friction.static_friction) for each in points]
-    errors = [gait_error(walker, each, tolerance) for each in points]
-    cycle = None
-    if options.every and not found[0].gait.stable:
-        cycle = find_cycle(walker, points[0].z, tolerance)
-    lines = []
-    for number, (each, error) in enumerate(zip(found, errors, strict=True), 1):
-        if options.every:
-            lines.append(f"gait {number} of {len(found)}, {'stable' if each.gait.stable else 'unstable'}")
-        lines += textwrap.wrap(on_a_ramp(each.validity, each.gait.stable).sentence, WORDS + NUMBER)
-        own = [record for record in (each.limp, each.put_down) if record]
-        records = (each.gait, *own, error, each.energy, each.validity)
-        lines += [line for record in records for line in field_lines(record)]
-    plain: list[dict[str, Any]] = [
-        {"on_a_ramp": as_plain(on_a_ramp(each.validity, each.gait.stable)), **as_plain(each.gait),
-         "numerical_error": as_plain(error), "energy": as_plain(each.energy),
-         "validity": as_plain(each.validity), **({"limp": as_plain(each.limp)} if each.limp else {}),
-         **({"put_down": as_plain(each.put_down)} if each.put_down else {})}
-        for each, error in zip(found, errors, strict=True)
-    ]
+        cycle = find_cycle(walker, points[0].z, tolerance) if by_stability(points[0]) >= 1 else None
+    lines: list[str] = []
+    plain: list[dict[str, Any]] = []
+    for number, each in enumerate(points, 1):
+        found = report_gait(walker, each, tolerance, parameters.friction.static_friction)
+        stable = "stable" if found.gait.stable else "unstable"
+        lines += [f"gait {number} of {len(points)}, {stable}"] if options.every else []
+        more, about = told(found, gait_error(walker, each, tolerance))
+        lines += more
+        plain.append(about)
     cycle_plain = None
     if cycle is not None:
-        _, around = cycle
-        period = sum(step.period for step in around.steps) * walker.time
-        lines.append(f"stable cycle of {len(around.steps)} steps, period {period:.9g} s")
-        multipliers = [[float(value.real), float(value.imag)] for value in around.floquet_multipliers]
-        cycle_plain = {"steps": len(around.steps), "period_s": period, "floquet_multipliers": multipliers}
+        period = sum(step.period for step in cycle.steps) * walker.time
+        lines.append(f"stable cycle of {len(cycle.steps)} steps, period {period:.9g} s")
+        multipliers = [[float(value.real), float(value.imag)] for value in cycle.floquet_multipliers]
+        cycle_plain = {"steps": len(cycle.steps), "period_s": period, "floquet_multipliers": multipliers}
 
     def draw(save: Any) -> None:
-        from stages.analytic.pictures import gait_portrait
+        from stages.analytic.pictures import gaits
         from stages.drawing import style
 
         with style.drawing():
-            save(gait_portrait.draw(walker, points, tolerance))
+            save(gaits.draw_gaits(walker, points, tolerance))
 
     return Answer(lines, {"gaits": plain, "cycle": cycle_plain} if options.every else plain[0], draw=draw,
                   rows=[{"gait": number, **each} for number, each in enumerate(plain, 1)])  # fmt: skip
 
 
+def told(found: GaitReport, error: GaitError) -> tuple[list[str], dict[str, Any]]:
+    """A gait in words and as JSON."""
+    from stages.analytic.walk.validity import on_a_ramp
+
+    judged = on_a_ramp(found.validity, found.gait.stable)
+    own = {"limp": found.limp, "put_down": found.put_down}
+    parts = {"numerical_error": error, "energy": found.energy, "validity": found.validity,
+             **{name: record for name, record in own.items() if record}}  # fmt: skip
+    lines = textwrap.wrap(judged.sentence, WORDS + NUMBER)
+    for record in (found.gait, found.limp, found.put_down, error, found.energy, found.validity):
+        lines += field_lines(record) if record else []
+    plain = {"on_a_ramp": as_plain(judged), **as_plain(found.gait)}
+    return lines, plain | {name: as_plain(record) for name, record in parts.items()}
+
+
 def field_lines(record: Any, room: int = WORDS) -> Iterator[str]:
     """The fields of a result: description, folded to `room` columns, value, unit."""
     for field in dataclasses.fields(record):
-        value = getattr(record, field.name)
-        about = field.metadata["description"]
+        value, about, unit = getattr(record, field.name), field.metadata["description"], field.metadata["unit"]
         if dataclasses.is_dataclass(value):
             yield f"{about}:"
             yield from (f"  {line}" for line in field_lines(value, room - 2))
-        elif field.name == "floquet_multipliers":
-            shown = [f"{real:.6g}" if imaginary == 0 else f"{real:.6g}{imaginary:+.6g}j" for real, imaginary in value]
-            first, *others = shown
-            yield f"{'Floquet multipliers, largest first':<{room}} {first:>{NUMBER}}"
-            yield from (f"{'':<{room}} {other:>{NUMBER}}" for other in others)
-        elif getattr(value, "ndim", 0) == 1:
-            shown = [f"{one:.9g}" for one in value]
-            yield f"{about:<{room}} {shown[0]:>{NUMBER}} {field.metadata['unit']}"
-            yield from (f"{'':<{room}} {other:>{NUMBER}} {field.metadata['unit']}" for other in shown[1:])
         elif isinstance(value, str):
             yield f"{about}:"
             yield f"  {value}"
         else:
-            unit = "" if field.metadata["unit"] in ("1", "-") else field.metadata["unit"]
-            said = "not known" if value is None else f"{value:.9g}"
-            if isinstance(value, bool):
-                said = "yes" if value else "no"
-            first, *others = textwrap.wrap(about, room, subsequent_indent="  ", break_on_hyphens=False)
-            yield f"{first:<{room}} {said:>{NUMBER}} {unit}".rstrip()
-            yield from others
+            about = "Floquet multipliers, largest first" if field.name == "floquet_multipliers" else about
+            words = textwrap.wrap(about, room, subsequent_indent="  ", break_on_hyphens=False)
+            words = [about] if getattr(value, "ndim", 0) else words
+            unit = "" if unit in ("1", "-") else unit
+            for word, number in zip_longest(words, as_text(value), fillvalue=""):
+                yield f"{word:<{room}} {number:>{NUMBER}} {unit if number else ''}".rstrip()
+
+
+def as_text(value: Any) -> list[str]:
+    """A number, each of several, or each of several complex numbers in rows of real and imaginary part."""
+    if value is None or isinstance(value, bool):
+        return ["not known" if value is None else "yes" if value else "no"]
+    if getattr(value, "ndim", 0) == 2:
+        return [f"{real:.6g}" + (f"{imaginary:+.6g}j" if imaginary else "") for real, imaginary in value]
+    return [f"{one:.9g}" for one in (value if getattr(value, "ndim", 0) else [value])]
 
 
 QUESTION = Question(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -69,11 +69,11 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     found = Sensitivity(gait, multipliers, measures, what_is_left(gait) if names == every else None, open_to)
 
     def draw(save: Any) -> None:
-        from stages.analytic.pictures import elasticities
+        from stages.analytic.pictures import gaits
         from stages.drawing import style
 
         with style.drawing():
-            save(elasticities.draw(gait, found.multipliers))
+            save(gaits.draw_elasticities(gait, found.multipliers))
 
     plain = as_plain(found)
     rows = [{"parameter": name, **told} for name, told in plain["parameters"].items()]
@@ -120,7 +120,12 @@ def lines(found: Sensitivity) -> Iterator[str]:
     if found.left is not None:
         yield f"dimensions: masses, lengths and times add up as they must, to {found.left:.1g}"
     yield from multipliers.refused
-    of_gait = [one for one in found.uncertainties if one.name in UNITS or one.name.startswith("multiplier")]
+    yield from open_lines(found.uncertainties)
+
+
+def open_lines(uncertainties: Sequence[Uncertainty]) -> Iterator[str]:
+    """What rounded or uncertain values leave open, in words."""
+    of_gait = [one for one in uncertainties if one.name in UNITS or one.name.startswith("multiplier")]
     if of_gait:
         yield ""
         yield "What rounded or uncertain values leave open: +- for all at their worst, and as"

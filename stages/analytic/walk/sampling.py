@@ -31,7 +31,7 @@ from stages.analytic.phases.flow import (
 )
 from stages.analytic.phases.succession import in_contact
 from stages.analytic.walk.recording import Segment, crossing, in_single_stance, is_last, states_at, walk_on
-from stages.biped.frames import specific_force
+from stages.biped.between_steps import uniform_times
 from stages.biped.gait import StanceState
 from stages.biped.kinematics import (
     Coordinate,
@@ -39,10 +39,10 @@ from stages.biped.kinematics import (
     constant,
     hip_motion,
     shifted,
+    specific_force,
     stance_mass_motion,
     swing_point_motion,
 )
-from stages.biped.sampling_times import uniform_times
 from stages.biped.walk import Walk
 
 #: Columns of `accelerations_and_forces`: qdd (4), stance foot's force (tangential, normal), swing foot's force.

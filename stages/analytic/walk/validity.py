@@ -24,8 +24,7 @@ from stages.analytic.phases.transitions import heel_strike_reset, landing_impuls
 from stages.analytic.result import ROUND_OFF, Validity
 from stages.analytic.walk.recording import Segment, in_single_stance, is_last, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
-from stages.biped.between_steps import quadrature
-from stages.biped.largest import largest, spans_above
+from stages.biped.between_steps import largest, quadrature, spans_above
 from stages.biped.quantity import quantity
 
 #: Times at which a phase is looked at first, in each of the integrator's steps.

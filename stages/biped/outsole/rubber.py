@@ -7,8 +7,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
-from stages.biped.design import Biped
-from stages.biped.leg import Leg
+from stages.biped.design import Biped, Leg
 from stages.biped.quantity import Bound, parameter
 
 

@@ -15,8 +15,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import poincare_map
 from stages.analytic.model.walker import Vector
-from stages.biped.processes import each_in_a_process
-from stages.biped.progress import Progress, ignore
+from stages.biped.processes import Progress, each_in_a_process, ignore
 from stages.calibration.estimation.campaign import fit_campaign
 from stages.calibration.estimation.equations import Model, eliminated, run_equations
 from stages.calibration.estimation.first_guess import guessed_mid_stance

@@ -45,7 +45,7 @@ def felt(q: Any, qd: Any, qdd: Any, stands: bool, n: Numbers) -> np.ndarray:
     """Signals (5, ...) of sensors on the stance leg (`stands`) or on the swing leg, dimensionless.
 
     `q`, `qd`, `qdd` are theta, L_1, psi, L_2 and their rates. The specific force is acceleration less gravity, on the
-    leg's axes forward and up; see `stages.biped.frames`, eqs. (7) and (8).
+    leg's axes forward and up; see `stages.biped.kinematics`, eqs. (7) and (8).
     """
     theta, stance, psi, swing = q
     turn, stance_rate, swing_turn, swing_rate = qd

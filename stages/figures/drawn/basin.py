@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from stages.analytic.pictures import basin_map
+from stages.analytic.pictures import families
 from stages.analytic.result import NO_START, REACHES
 from stages.drawing import style
 
@@ -24,7 +24,7 @@ INPUTS = ("stability",)
 def draw(given: Given) -> Figure:
     """The picture that `bipedstudy basin` draws; of an unstable gait none."""
     if given.stability.basin is not None:
-        return basin_map.draw(given.stability.basin)
+        return families.draw_basin(given.stability.basin)
     figure, axes = plt.subplots(figsize=(style.TWO_COLUMNS, 1.0))
     axes.set_axis_off()
     axes.text(0.5, 0.5, "the gait is unstable: it has no basin", ha="center")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from stages.analytic.pictures import bifurcation
+from stages.analytic.pictures import families
 from stages.analytic.result import RecordedFamily, Turn
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ STEPS = {1: "one step", 2: "two steps"}
 
 def draw(given: Given) -> Figure:
     """The picture that `bipedstudy continue` draws."""
-    return bifurcation.draw(given.stability.families, "slope [°]", given.stability.slope_deg)
+    return families.draw_families(given.stability.families, "slope [°]", given.stability.slope_deg)
 
 
 def caption(given: Given) -> str:

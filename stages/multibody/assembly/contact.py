@@ -12,10 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from stages.ground.blocks import Lane
 from stages.ground.contact_law import ContactLaw
-from stages.ground.friction import friction_coefficient, normal_force
-from stages.ground.operations import SCALARS, Operations, with_single_terms
+from stages.ground.friction import SCALARS, Lane, Operations, friction_coefficient, normal_force, with_single_terms
 from stages.multibody.assembly.quiet_exudyn import CreateSymbolicUserFunction, items, symbolic
 
 Lanes = tuple[Lane, Lane] | None

@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from stages.biped.design import BeyondModel, Biped
-from stages.biped.leg import Leg
+from stages.biped.design import BeyondModel, Biped, Leg
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.assembly.contact import Lanes, add_ground, reactions

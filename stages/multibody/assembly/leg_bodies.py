@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from stages.biped.design import Biped
-from stages.biped.leg import Leg
+from stages.biped.design import Biped, Leg
 from stages.ground.slope import Slope
 from stages.multibody.assembly.quiet_exudyn import items
 from stages.planar.state import hip_creep

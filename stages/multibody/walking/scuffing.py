@@ -13,8 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from stages.ground.blocks import Lane
-from stages.ground.operations import SCALARS
+from stages.ground.friction import SCALARS, Lane
 from stages.planar.run import COMPLETED, DIVERGED, FALLEN, FELL, RUNNING, STALLED, STEP_FLOOR
 
 Pose = tuple[float, float, tuple[float, float], tuple[float, float]]

@@ -8,9 +8,8 @@ import sys
 from collections.abc import Collection
 
 from stages.biped.design import Biped
-from stages.ground.blocks import Lane
 from stages.ground.contact_law import ContactLaw
-from stages.ground.operations import SCALARS
+from stages.ground.friction import SCALARS, Lane
 from stages.ground.slope import Slope
 from stages.multibody.assembly.solver import Assembly, integrate
 from stages.multibody.parameters import Settings

@@ -40,7 +40,7 @@ class Penalty(NamedTuple):
 
 
 class LegNumbers(NamedTuple):
-    """One leg of a detailed walker, by the symbols of `stages.biped.leg`, and gravity, which its parts feel."""
+    """One leg of a detailed walker, by the symbols of `stages.biped.design`, and gravity, which its parts feel."""
 
     m: float
     L_nat: float

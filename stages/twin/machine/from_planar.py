@@ -6,8 +6,7 @@ import dataclasses
 
 import numpy as np
 
-from stages.biped.design import Biped
-from stages.biped.leg import Leg
+from stages.biped.design import Biped, Leg
 from stages.twin.machine.bill import Body, join
 from stages.twin.machine.machine import FRAME_BODY, Machine
 from stages.twin.machine.projection import project

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from stages.biped.design import Biped
-from stages.biped.leg import Leg
+from stages.biped.design import Biped, Leg
 from stages.twin.machine.bill import join
 from stages.twin.machine.machine import FRAME_BODY, Machine
 

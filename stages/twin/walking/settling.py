@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from stages.biped.largest import largest
+from stages.biped.between_steps import largest
 from stages.biped.walk import Walk
 from stages.twin.machine.contact import ROLL
 from stages.twin.result import Settling
