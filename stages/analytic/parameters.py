@@ -10,7 +10,7 @@ from stages.biped.accuracy.asked import Accuracy, accuracy
 from stages.biped.accuracy.tolerances import ConstraintTolerance, Level
 from stages.biped.design import Biped
 from stages.biped.outsole.rubber import Rubber
-from stages.biped.quantity import Bound, Broken, half_widths, parameter
+from stages.biped.quantity import Bound, Broken, broken, half_widths, parameter
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 
@@ -37,8 +37,8 @@ class Settings(ConstraintTolerance):
 
     def broken_rules(self) -> Iterator[Broken]:
         """The readable path knows rolling feet only."""
-        if self.transition == "coulomb" and self.integrator == "scipy":
-            yield Broken("integrator", "compiled with transition = coulomb (the SciPy path knows rolling feet only)")
+        return broken((self.transition == "coulomb" and self.integrator == "scipy", "integrator",
+                       "compiled with transition = coulomb (the SciPy path knows rolling feet only)"))  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -74,12 +74,14 @@ class Parameters:
 
     def broken_rules(self) -> Iterator[Broken]:
         """The readable path knows Table 1's biped only; a hip with Coulomb friction goes with feet that roll."""
-        if self.biped.hip_friction > 0 and self.biped.legs == "compliant" and self.limited_friction:
-            yield Broken("biped.hip_friction", "0 N m with analytic.transition = coulomb (Coulomb friction at the hip "
-                         "is known with a trailing foot that rolls)")  # fmt: skip
-        if self.settings.integrator == "scipy" and self.biped.detailed:
-            yield Broken("analytic.integrator", f"compiled with biped.{self.biped.details[0]} (the SciPy path knows "
-                         "Table 1's biped only)")  # fmt: skip
+        biped, scipy = self.biped, self.settings.integrator == "scipy"
+        return broken(
+            (biped.hip_friction > 0 and biped.legs == "compliant" and self.limited_friction is not None,
+             "biped.hip_friction",
+             "0 N m with analytic.transition = coulomb (Coulomb friction at the hip is known with a trailing foot that "
+             "rolls)"),
+            (scipy and biped.detailed, "analytic.integrator", f"compiled with biped.{''.join(biped.details[:1])} (the "
+             "SciPy path knows Table 1's biped only)"))
 
     @property
     def half_widths(self) -> dict[str, float]:

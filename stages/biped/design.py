@@ -7,7 +7,51 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stages.biped.quantity import Bound, Broken, parameter
+from stages.biped.quantity import Bound, Broken, broken, parameter
+
+
+@dataclass(frozen=True)
+class Leg:
+    """The numbers of one leg under their names in `Biped`, SI units.
+
+    Below the spring: `foot_mass` at `foot_com` above the foot's bottom and `foot_offset` forward of the leg's line,
+    with `leg_inertia` about it. Above: `frame_mass` at `frame_com` below the hip and `frame_offset` forward, with
+    `frame_inertia`. The foot's centre is on the leg's line.
+    """
+
+    foot_mass: float
+    leg_length: float
+    foot_radius: float
+    foot_com: float
+    stiffness: float
+    damping: float
+    leg_inertia: float
+    foot_offset: float
+    frame_mass: float
+    frame_com: float
+    frame_offset: float
+    frame_inertia: float
+
+
+def leg_rules(leg: Leg, prefix: str, given: Collection[str] = ()) -> Iterator[Broken]:
+    """Rules between a leg's values; a key to blame is one of those that are `given`, if not all are."""
+
+    def to_blame(*names: str) -> str:
+        return prefix + next(name for name in names if not given or name in given)
+
+    def at_fault(*names: str) -> bool:
+        return not given or bool({*names} & {*given})
+
+    for name in ("foot_radius", "foot_com"):
+        if getattr(leg, name) >= leg.leg_length and at_fault(name, "leg_length"):
+            key = to_blame(name, "leg_length")
+            limit = (f"< {prefix if 'leg_length' in given else ''}leg_length = {leg.leg_length:g} m"
+                     if key.endswith(name) else f"> {name} = {getattr(leg, name):g} m")
+            yield Broken(key, limit)
+    if leg.frame_mass == 0:
+        for name in ("frame_com", "frame_offset"):
+            if getattr(leg, name) != 0 and at_fault(name):
+                yield Broken(prefix + name, "0 m without frame_mass")
 
 
 def _alike(key: str, description: str, unit: str, symbol: str, bound: Bound | None = None) -> float | None:
@@ -160,24 +204,17 @@ class Biped:
         given = [field.name for field in dataclasses.fields(Leg) if getattr(self, f"other_{field.name}") is not None]
         if given:
             yield from leg_rules(self.leg(1), "other_", given)
-        frames = self.leg(0).frame_mass + self.leg(1).frame_mass
-        if self.legs == "compliant" and self.hip_mass + frames <= 0:
-            yield Broken(
-                "hip_mass", "> 0 kg with compliant legs (a massless hip between two springs has no equation of motion)"
-            )
-        if self.hip_rest_angle != 0 and self.hip_stiffness == 0:
-            yield Broken("hip_rest_angle", "0 rad without hip_stiffness (no spring is there to rest)")
-        if self.strike_time is not None:
-            yield from self._of_timed_strike()
-
-    def _of_timed_strike(self) -> Iterator[Broken]:
-        """What a strike at a given time goes with."""
-        if not self.feet_retract:
-            yield Broken("strike_time", "none without feet_retract: true (a foot is drawn in until it is put down)")
-        if self.legs != "rigid":
-            yield Broken("strike_time", "none with compliant legs (rigid legs can be put down at any time)")
-        if self.hip_friction > 0:
-            yield Broken("strike_time", "none with hip_friction (not known together)")
+        frames, timed = self.leg(0).frame_mass + self.leg(1).frame_mass, self.strike_time is not None
+        yield from broken(
+            (self.legs == "compliant" and self.hip_mass + frames <= 0, "hip_mass",
+             "> 0 kg with compliant legs (a massless hip between two springs has no equation of motion)"),
+            (self.hip_rest_angle != 0 and self.hip_stiffness == 0, "hip_rest_angle",
+             "0 rad without hip_stiffness (no spring is there to rest)"),
+            (timed and not self.feet_retract, "strike_time",
+             "none without feet_retract: true (a foot is drawn in until it is put down)"),
+            (timed and self.legs != "rigid", "strike_time",
+             "none with compliant legs (rigid legs can be put down at any time)"),
+            (timed and self.hip_friction > 0, "strike_time", "none with hip_friction (not known together)"))
 
     @property
     def total_mass(self) -> float:
@@ -220,47 +257,3 @@ def require_plain(biped: Biped, model: str) -> None:
     if biped.detailed:
         keys = ", ".join(biped.details)
         raise BeyondModel(f"{model} does not know {keys}; only {KNOWING} do")
-
-
-@dataclass(frozen=True)
-class Leg:
-    """The numbers of one leg under their names in `Biped`, SI units.
-
-    Below the spring: `foot_mass` at `foot_com` above the foot's bottom and `foot_offset` forward of the leg's line,
-    with `leg_inertia` about it. Above: `frame_mass` at `frame_com` below the hip and `frame_offset` forward, with
-    `frame_inertia`. The foot's centre is on the leg's line.
-    """
-
-    foot_mass: float
-    leg_length: float
-    foot_radius: float
-    foot_com: float
-    stiffness: float
-    damping: float
-    leg_inertia: float
-    foot_offset: float
-    frame_mass: float
-    frame_com: float
-    frame_offset: float
-    frame_inertia: float
-
-
-def leg_rules(leg: Leg, prefix: str, given: Collection[str] = ()) -> Iterator[Broken]:
-    """Rules between a leg's values; a key to blame is one of those that are `given`, if not all are."""
-
-    def to_blame(*names: str) -> str:
-        return prefix + next(name for name in names if not given or name in given)
-
-    def at_fault(*names: str) -> bool:
-        return not given or bool({*names} & {*given})
-
-    for name in ("foot_radius", "foot_com"):
-        if getattr(leg, name) >= leg.leg_length and at_fault(name, "leg_length"):
-            key = to_blame(name, "leg_length")
-            limit = (f"< {prefix if 'leg_length' in given else ''}leg_length = {leg.leg_length:g} m"
-                     if key.endswith(name) else f"> {name} = {getattr(leg, name):g} m")
-            yield Broken(key, limit)
-    if leg.frame_mass == 0:
-        for name in ("frame_com", "frame_offset"):
-            if getattr(leg, name) != 0 and at_fault(name):
-                yield Broken(prefix + name, "0 m without frame_mass")

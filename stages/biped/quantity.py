@@ -44,6 +44,11 @@ class Broken:
     allowed: str
 
 
+def broken(*rules: tuple[bool, str, str]) -> Iterator[Broken]:
+    """The rules that do not hold, of rows of whether one is broken, the key to blame, and what is allowed."""
+    return (Broken(key, allowed) for is_broken, key, allowed in rules if is_broken)
+
+
 def faults(section: Any) -> Iterator[Broken]:
     """What is wrong with an instance of a parameter class: values out of bounds or not among the choices, then rules.
 

@@ -21,6 +21,13 @@ class WrongOption(ValueError):
     """An option's value is not allowed; the message is one sentence that names the option."""
 
 
+def refuse(*rows: tuple[bool, str]) -> None:
+    """Refuse an option for the first of the rows that holds: whether it does, and the sentence. Raises WrongOption."""
+    for holds, sentence in rows:
+        if holds:
+            raise WrongOption(sentence)
+
+
 def option(
     unit: str,
     description: str,

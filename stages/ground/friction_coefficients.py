@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from stages.biped.quantity import Bound, Broken, parameter
+from stages.biped.quantity import Bound, Broken, broken, parameter
 
 
 def static_friction() -> Any:
@@ -33,5 +33,5 @@ class Friction:
 
     def broken_rules(self) -> Iterator[Broken]:
         """Dynamic friction does not exceed static friction."""
-        if self.dynamic_friction > self.static_friction:
-            yield Broken("dynamic_friction", f"<= static_friction = {self.static_friction:g}")
+        return broken((self.dynamic_friction > self.static_friction, "dynamic_friction",
+                       f"<= static_friction = {self.static_friction:g}"))  # fmt: skip

@@ -9,7 +9,7 @@ from typing import ClassVar
 from stages.analytic.parameters import Settings as AnalyticSettings
 from stages.biped.accuracy.tolerances import Level
 from stages.biped.design import Biped
-from stages.biped.quantity import Bound, Broken, parameter
+from stages.biped.quantity import Bound, Broken, broken, parameter
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 
@@ -38,9 +38,8 @@ class Settings:
 
     def broken_rules(self) -> Iterator[Broken]:
         """Ranges rise."""
-        for axis in ("angle", "rate"):
-            if not getattr(self, f"{axis}_from") < getattr(self, f"{axis}_to"):
-                yield Broken(f"{axis}_to", f"more than {axis}_from")
+        return broken((not self.angle_from < self.angle_to, "angle_to", "more than angle_from"),
+                      (not self.rate_from < self.rate_to, "rate_to", "more than rate_from"))  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from stages.analytic.gait.design_point import DesignPoint
-from stages.biped.question import WrongOption
+from stages.biped.question import WrongOption, refuse
 
 KINDS = ("sobol", "grid")
 KEYS = ("kind", "count", "seed", "vary")
@@ -91,19 +91,15 @@ def read(given: Mapping[str, Any], base: DesignPoint) -> Box:
     """The map that a file describes. Raises WrongOption, a sentence with key, value and what is allowed."""
     known(given, KEYS, "a map")
     kind = given.get("kind", KINDS[0])
-    if kind not in KINDS:
-        raise WrongOption(f"kind = {kind!r} is not allowed; allowed: {' or '.join(KINDS)}")
-    vary = given.get("vary")
-    if not isinstance(vary, Mapping) or not vary:
-        raise WrongOption("vary: allowed are names like ground.slope_deg, each with {low: ..., high: ...}")
+    vary: Any = given.get("vary")
+    refuse((kind not in KINDS, f"kind = {kind!r} is not allowed; allowed: {' or '.join(KINDS)}"),
+           (not isinstance(vary, Mapping) or not vary,
+            "vary: allowed are names like ground.slope_deg, each with {low: ..., high: ...}"))
     axes = tuple(axis(str(name), about, base, kind) for name, about in vary.items())
     if kind == "grid":
-        for key in ("count", "seed"):
-            if key in given:
-                raise WrongOption(f"{key} = {given[key]!r} is not allowed; a grid has none")
         size = math.prod(each.steps for each in axes)
-        if size > MOST:
-            raise WrongOption(f"vary: {size} designs; at most {MOST} are allowed")
+        refuse(*((key in given, f"{key} = {given.get(key)!r} is not allowed; a grid has none") for key in KEYS[1:3]),
+               (size > MOST, f"vary: {size} designs; at most {MOST} are allowed"))
         return Box(axes, size, None)
     count = whole(given.get("count"), "count", 1, MOST)
     return Box(axes, count, whole(given.get("seed", 1), "seed", 0, 2**31))
@@ -116,22 +112,18 @@ def axis(name: str, about: Any, base: DesignPoint, kind: str) -> Axis:
     except KeyError as error:
         raise WrongOption(f"vary: {error.args[0]}") from None
     where = f"vary: {name}"
-    if not isinstance(about, Mapping):
-        raise WrongOption(f"{where} = {about!r} is not allowed; allowed: {{low: ..., high: ...}}")
+    refuse((not isinstance(about, Mapping), f"{where} = {about!r} is not allowed; allowed: {{low: ..., high: ...}}"))
     known(about, ("low", "high", "scale", "steps"), where)
     low, high = (number(about.get(key), f"{where}: {key}") for key in ("low", "high"))
-    for key, value in (("low", low), ("high", high)):
-        if not bound.holds(value):
-            raise WrongOption(f"{where}: {key} = {value:g} is not allowed; allowed: {bound}")
-    if not low < high:
-        raise WrongOption(f"{where}: high = {high:g} is not allowed; allowed: > low = {low:g}")
     scale = about.get("scale", "linear")
-    if scale not in ("linear", "log"):
-        raise WrongOption(f"{where}: scale = {scale!r} is not allowed; allowed: linear or log")
-    if scale == "log" and low <= 0:
-        raise WrongOption(f"{where}: low = {low:g} is not allowed; allowed: > 0 where the scale is log")
-    if kind != "grid" and "steps" in about:
-        raise WrongOption(f"{where}: steps = {about['steps']!r} is not allowed; only a grid has steps")
+    refuse(
+        *((not bound.holds(value), f"{where}: {key} = {value:g} is not allowed; allowed: {bound}")
+          for key, value in (("low", low), ("high", high))),
+        (not low < high, f"{where}: high = {high:g} is not allowed; allowed: > low = {low:g}"),
+        (scale not in ("linear", "log"), f"{where}: scale = {scale!r} is not allowed; allowed: linear or log"),
+        (scale == "log" and low <= 0, f"{where}: low = {low:g} is not allowed; allowed: > 0 where the scale is log"),
+        (kind != "grid" and "steps" in about,
+         f"{where}: steps = {about.get('steps')!r} is not allowed; only a grid has steps"))
     steps = whole(about.get("steps"), f"{where}: steps", 2, MOST) if kind == "grid" else 0
     return Axis(name, unit, low, high, scale == "log", steps)
 
@@ -157,6 +149,7 @@ def number(value: Any, where: str) -> float:
 
 def whole(value: Any, where: str, least: int, most: int) -> int:
     """A whole number within limits. Raises WrongOption."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or value % 1 or not least <= value <= most:
-        raise WrongOption(f"{where} = {value!r} is not allowed; allowed: a whole number from {least} to {most}")
+    is_whole = isinstance(value, int | float) and not isinstance(value, bool) and not value % 1
+    refuse((not is_whole or not least <= value <= most,
+            f"{where} = {value!r} is not allowed; allowed: a whole number from {least} to {most}"))
     return int(value)

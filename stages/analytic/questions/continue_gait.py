@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from stages.biped.quantity import Bound
-from stages.biped.question import Answer, Asking, Question, WrongOption, interval, option
+from stages.biped.question import Answer, Asking, Question, WrongOption, interval, option, refuse
 
 if TYPE_CHECKING:
     from stages.analytic.gait.continuation import Branch, BranchPoint
@@ -37,12 +37,10 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         here, bound = design.value(name), design.bound(name)
     except KeyError as error:
         raise WrongOption(error.args[0]) from None
-    if not low <= here <= high:
-        where = f"the design's {name} = {here:g}, where the family starts"
-        raise WrongOption(f"LIMITS {low:g}:{high:g} do not hold {where}")
-    for limit in (low, high):
-        if not bound.holds(limit):
-            raise WrongOption(f"LIMITS: {name} = {limit:g} is not allowed; allowed is {bound}")
+    where = f"the design's {name} = {here:g}, where the family starts"
+    refuse((not low <= here <= high, f"LIMITS {low:g}:{high:g} do not hold {where}"),
+           *((not bound.holds(limit), f"LIMITS: {name} = {limit:g} is not allowed; allowed is {bound}")
+             for limit in (low, high)))
     _, point = find_gait(parameters.biped, parameters.slope, tolerance, friction)
     branches = follow_family(design, name, (low, high), point.z, tolerance, options.doublings, asking.progress)
 

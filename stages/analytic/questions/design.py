@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from stages.biped.quantity import Bound
-from stages.biped.question import Answer, Asking, Question, WrongOption, interval, option
+from stages.biped.question import Answer, Asking, Question, WrongOption, interval, option, refuse
 
 if TYPE_CHECKING:
     from stages.analytic.design.goals import Goal
@@ -55,8 +55,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     design = DesignPoint(parameters.biped, parameters.slope, friction)
     known = sensitive_names(design)
     vary = options.vary or tuple(name for name in VARIED if name in known)
-    if options.goal == "scuff" and parameters.biped.feet_retract:
-        raise WrongOption("--goal scuff: biped.feet_retract is true, and feet that retract touch nothing in swing")
+    refuse((options.goal == "scuff" and parameters.biped.feet_retract,
+            "--goal scuff: biped.feet_retract is true, and feet that retract touch nothing in swing"))
     bounds = dict(bounds_of(design, text, options.share, known) for text in vary)
     held = dict(target_of(text, TARGETS) for text in options.target)
     _, point = find_gait(parameters.biped, parameters.slope, tolerance, friction)
@@ -89,14 +89,11 @@ def bounds_of(design: DesignPoint, text: str, share: float, known: Collection[st
         value, allowed = design.value(name), design.bound(name)
     except KeyError as error:
         raise WrongOption(error.args[0]) from None
-    if name not in known:
-        raise WrongOption(f"--vary {name}: this design's gait does not depend on it, but on {', '.join(known)}")
+    refuse((name not in known, f"--vary {name}: this design's gait does not depend on it, but on {', '.join(known)}"))
     low, high = interval(limits, f"--vary {name}") if given else ((1 - share) * value, (1 + share) * value)
-    for limit in (low, high):
-        if not allowed.holds(limit):
-            raise WrongOption(f"--vary {name}: {limit:g} is not allowed; allowed is {allowed}")
-    if not low < high:
-        raise WrongOption(f"--vary {name}: its value is 0, so its range needs bounds, as {name}=0:0.001")
+    refuse(*((not allowed.holds(limit), f"--vary {name}: {limit:g} is not allowed; allowed is {allowed}")
+             for limit in (low, high)),
+           (not low < high, f"--vary {name}: its value is 0, so its range needs bounds, as {name}=0:0.001"))
     return name, (low, high)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from stages.biped.question import Answer, Asking, Question, WrongOption, option
+from stages.biped.question import Answer, Asking, Question, option, refuse
 from stages.biped.question import as_plain as plain
 
 if TYPE_CHECKING:
@@ -55,9 +55,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     design = DesignPoint(parameters.biped, parameters.slope, friction)
     every = sensitive_names(design)
     names = tuple(dict.fromkeys(options.parameters)) or every
-    for name in names:
-        if name not in every:
-            raise WrongOption(f"--parameters {name}: this gait depends on {', '.join(every)}")
+    refuse(*((name not in every, f"--parameters {name}: this gait depends on {', '.join(every)}") for name in names))
     walker, point = find_gait(parameters.biped, parameters.slope, tolerance, friction)
     asking.progress(0.5, "derivatives")
     gait = gait_derivatives(design, point, names, tolerance)

@@ -270,22 +270,22 @@ def on_a_ramp(validity: Validity, stable: bool) -> OnARamp:
     under the trailing foot, which is about to leave, and below ground in mid-swing can be had in other ways.
     """
     there_is, pull = validity.friction_there_is * (1.0 + ROUND_OFF), min(0.0, validity.least_normal_force_stance)
-    against = [] if stable else ["a step enlarges what disturbs it"]
-    if pull < 0.0:
-        against.append(f"the ground would have to pull the stance foot with {-pull:.3g} N")
-    for needed, where in ((validity.friction_single_stance, "the stance foot"),
-                          (validity.impulse_friction_landing, "the impulse on the landing foot")):  # fmt: skip
-        if needed > there_is:
-            against.append(f"{where} needs friction {needed:.3g}, the ground has {validity.friction_there_is:.3g}")
-    trailing, pulled = validity.impulse_friction_trailing, validity.impulse_normal_trailing < 0.0
-    conditions = []
-    if validity.deepest_scuff > 0.0:
-        conditions.append(f"it has stepping blocks or feet that retract, as the swing foot passes "
-                          f"{1e3 * validity.deepest_scuff:.2g} mm below ground")  # fmt: skip
-    if pulled:
-        conditions.append("the trailing foot may lift at heel strike, as the ground would have to pull it")
-    elif trailing > there_is or validity.time_outside_cone > 0.0:
-        conditions.append(f"the trailing foot may slip, as the impulse there needs friction {trailing:.3g} and the "
-                          f"ground has {validity.friction_there_is:.3g}")  # fmt: skip
-    return OnARamp(DOES_NOT, tuple(against)) if against else (
-        OnARamp(WALKS_IF, tuple(conditions)) if conditions else OnARamp(WALKS, ()))
+    alone, landing, trailing = (
+        validity.friction_single_stance, validity.impulse_friction_landing, validity.impulse_friction_trailing)
+    ground, pulled = f"the ground has {validity.friction_there_is:.3g}", validity.impulse_normal_trailing < 0.0
+    slips = trailing > there_is or validity.time_outside_cone > 0.0
+    against = (
+        (not stable, "a step enlarges what disturbs it"),
+        (pull < 0.0, f"the ground would have to pull the stance foot with {-pull:.3g} N"),
+        (alone > there_is, f"the stance foot needs friction {alone:.3g}, {ground}"),
+        (landing > there_is, f"the impulse on the landing foot needs friction {landing:.3g}, {ground}"))
+    conditions = (
+        (validity.deepest_scuff > 0.0, "it has stepping blocks or feet that retract, as the swing foot passes "
+         f"{1e3 * validity.deepest_scuff:.2g} mm below ground"),
+        (pulled, "the trailing foot may lift at heel strike, as the ground would have to pull it"),
+        (slips and not pulled, f"the trailing foot may slip, as the impulse there needs friction {trailing:.3g} and "
+         f"{ground}"))
+    for verdict, rows in ((DOES_NOT, against), (WALKS_IF, conditions)):
+        if because := tuple(sentence for holds, sentence in rows if holds):
+            return OnARamp(verdict, because)
+    return OnARamp(WALKS, ())
