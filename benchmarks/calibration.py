@@ -11,7 +11,6 @@ table into docs/calibration.md.
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import json
 import os
 import resource
@@ -21,17 +20,16 @@ from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a fit's matrices are small: threads only wait for each other
 
-import numpy as np
 
 from benchmarks.marked import put
 from pipeline.study import Study
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
-from stages.calibration.blind.score import Scored, as_plain, draw, from_plain, model_of, score, summary
-from stages.calibration.estimation import equations
+from stages.calibration.blind_score import Scored, as_plain, draw, from_plain, model_of, score, summary
+from stages.calibration.estimation import run_fit
 from stages.calibration.estimation.campaign import alone, fit_campaign, side_by_side
-from stages.calibration.observation.prediction import Predicted, Sampling, predict
-from stages.calibration.observation.unknowns import SIDES, Layout
+from stages.calibration.observation.measured_run import SIDES, Layout, Sampling
+from stages.calibration.observation.prediction import Predicted, predict
 from stages.calibration.parameters import Parameters
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -44,28 +42,22 @@ def differenced(
 ) -> Predicted:
     """`predict` with derivatives by design and start as differences: a walk more for each. Sensors' stay exact."""
     base = predict(design, (), unknowns, layout, sampling, tolerance)
-    by_run = {side: base.by_run[side].copy() for side in SIDES}
-    strikes_by_run = base.strikes_by_run.copy()
-    by_design = {side: np.empty((*base.samples[side].shape, len(names))) for side in SIDES}
-    strikes_by_design = np.empty((len(base.strikes), len(names)))
-    for number in range(layout.free + len(names)):
+    exact = predict(design, names, unknowns, layout, sampling, tolerance)  # shapes, and the sensors' own columns
+    d = len(names)
+    for number in range(d + layout.free):
         there, moved = design, unknowns.copy()
-        if number < layout.free:
-            step = SMALL * layout.sizes[number]
-            moved[number] += step
+        if number < d:
+            step = SHARE * abs(design.value(names[number]))
+            there = design.with_value(names[number], design.value(names[number]) + step)
         else:
-            name = names[number - layout.free]
-            step = SHARE * abs(design.value(name))
-            there = design.with_value(name, design.value(name) + step)
+            step = SMALL * layout.sizes[number - d]
+            moved[number - d] += step
         found = predict(there, (), moved, layout, sampling, tolerance)
         both = min(len(found.strikes), len(base.strikes))
-        column = number if number < layout.free else number - layout.free
-        samples, strikes = (by_run, strikes_by_run) if number < layout.free else (by_design, strikes_by_design)
         for side in SIDES:
-            samples[side][:, :, column] = (found.samples[side] - base.samples[side]) / step
-        strikes[:both, column] = (found.strikes[:both] - base.strikes[:both]) / step
-    return dataclasses.replace(base, by_design=by_design, by_run=by_run, strikes_by_design=strikes_by_design,
-                               strikes_by_run=strikes_by_run)
+            exact.samples[side][:, :, 1 + number] = (found.samples[side] - base.samples[side])[:, :, 0] / step
+        exact.strikes[:both, 1 + number] = (found.strikes[:both, 0] - base.strikes[:both, 0]) / step
+    return exact
 
 
 def campaigns(first: int, count: int, runs: int, parameters: Parameters, keep: Path | None) -> list[Scored]:
@@ -100,7 +92,7 @@ def table(all_scored: list[Scored]) -> str:
 def timed(counts: list[int], seed: int, parameters: Parameters, differences: bool) -> str:
     """A row for each number of runs; with differences in this process alone."""
     if differences:
-        equations.predict = differenced
+        run_fit.predict = differenced
     drawing, model = model_of(parameters)
     rows = ["| runs | seconds | processor seconds | walks | converged |", "|---|---|---|---|---|"]
     for count in counts:

@@ -28,17 +28,14 @@ from benchmarks.mujoco_sysid import Robots
 from pipeline.cache import artefact
 from pipeline.study import Study
 from stages.analytic.errors import StepFailed
-from stages.calibration.estimation.first_guess import guessed_mid_stance
-from stages.calibration.estimation.known import TOTAL_MASS, Known
-from stages.calibration.information.plan import SLOPE, first_model
-from stages.calibration.observation.measured_run import MeasuredRun, usable
-from stages.calibration.observation.prediction import Sampling
-from stages.calibration.observation.unknowns import SIDES
+from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
+from stages.calibration.information.planned import SLOPE, first_model
+from stages.calibration.intervals.model_error import judged
+from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling, usable
 from stages.calibration.parameters import Parameters
-from stages.calibration.reports.sensor_report import judged
+from stages.calibration.recordings import Recorded, drawn_design, first_steps, guessed_mid_stance, looked_for
 from stages.calibration.result import HALF_WIDTH, Failed, FittedRun, Result
-from stages.calibration.study.blind_fit import fitted_run
-from stages.calibration.study.drawing import Recorded, drawn_design, first_steps, looked_for
+from stages.calibration.run import fitted_run
 from stages.campaign.virtual_sensor import low_pass
 from stages.imu.trial.body import FORWARD, LATERAL, UP
 from stages.imu.trial.sensor import filter_delay
@@ -109,7 +106,7 @@ def measured(
         samples[side] = shown + np.asarray(parameters.noise) * rng.normal(size=shown.shape)
     sampling = Sampling(times, times, filter_delay(sensor.bandwidth_hz), sensor.bandwidth_hz, first_leg,
                         below_hip=parameters.limits.lever_arm)
-    used = {side: np.repeat(mask[:, None], 3, axis=1) for side in SIDES}
+    used = dict.fromkeys(SIDES, mask)
     return MeasuredRun("MuJoCo's", sampling, samples, used, strikes,
                        {SLOPE: (parameters.slope.slope_deg, settings.slope_reading_sd_deg)})
 

@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from stages.calibration.estimation.equations import Equations, Model
-from stages.calibration.estimation.known import Known, information_of
-from stages.calibration.observation.measured_run import MeasuredRun
-from stages.calibration.observation.unknowns import SIDES
+from stages.calibration.estimation.least_squares import Known, information_of
+from stages.calibration.estimation.run_fit import Equations, Model
+from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 
 
 def inverse(matrix: np.ndarray) -> np.ndarray:
@@ -31,19 +30,17 @@ def sandwich_covariance(
     run: MeasuredRun, equations: Equations, model: Model, known: tuple[Known, ...]
 ) -> np.ndarray:
     """Covariance (n, n) of all unknowns of a run from the scatter of its half steps (Huber; White)."""
-    d, n = len(model.shared), len(model.names)
+    n = len(model.names)
     edges = np.sort(np.concatenate([run.strikes, 0.5 * (run.strikes[1:] + run.strikes[:-1])]))
     scores, told = np.zeros((len(edges) + 1, n)), np.zeros((n, n))
     for side in SIDES:
-        by_design, by_run = equations.predicted.by_design[side], equations.predicted.by_run[side]
-        rows = np.concatenate([by_design[:, :, :d], by_run, by_design[:, :, d:]], axis=2)
-        rows = rows / np.asarray(model.noise)[:, None]
+        rows = equations.predicted.samples[side][:, :, 1:] / np.asarray(model.noise)[:, None]
         left = equations.residuals[side]
         seen = np.isfinite(left)
         size = np.abs(left)
         pull = np.where(seen, left * np.minimum(1.0, model.robust / np.maximum(size, 1e-300)), 0.0)
         asked = np.einsum("mi,min->mn", pull, rows)
-        np.add.at(scores, np.searchsorted(edges, getattr(run.sampling, side)), asked)
+        np.add.at(scores, np.searchsorted(edges, run.sampling.of(side)), asked)
         told += np.einsum("min,mik->nk", np.where(seen[:, :, None], rows, 0.0), rows)
     groups = scores[np.abs(scores).any(axis=1)]
     spread = groups.T @ groups * (len(groups) / max(len(groups) - 1, 1))

@@ -34,17 +34,13 @@ from stages.analytic.run import run as run_analytic
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.biped.processes import each_in_a_process
-from stages.calibration.estimation.each_run import guess
-from stages.calibration.estimation.first_guess import guessed_mid_stance
-from stages.calibration.estimation.fit import fit_run
-from stages.calibration.estimation.known import TOTAL_MASS, Known
-from stages.calibration.information.plan import first_model
-from stages.calibration.intervals.discrepancy import Discrepancy
-from stages.calibration.intervals.residual_structure import structure
+from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
+from stages.calibration.estimation.run_fit import fit_run
+from stages.calibration.information.planned import first_model
+from stages.calibration.intervals.model_error import Discrepancy, structure
 from stages.calibration.parameters import Parameters as CalibrationParameters
-from stages.calibration.recordings.from_ingest import run_of
+from stages.calibration.recordings import drawn_design, guess, guessed_mid_stance, run_of, table_value
 from stages.calibration.result import HALF_WIDTH
-from stages.calibration.study.drawing import drawn_design, table_value
 from stages.campaign.parameters import Parameters as CampaignParameters
 from stages.campaign.twin_run import NoWalk, TwinRun, first_state, walk_twin
 from stages.campaign.variation import generator

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,11 +16,17 @@ from stages.analytic.model.walker import Vector
 from stages.biped.between_steps import uniform_times
 from stages.biped.gait import StanceState
 from stages.biped.walk import Walk
-from stages.calibration.information.plan import FINE
-from stages.calibration.observation.beliefs import Beliefs
-from stages.calibration.observation.measured_run import MeasuredRun, usable
+from stages.calibration.information.planned import FINE
+from stages.calibration.observation.measured_run import (
+    SIDES,
+    STRETCHES,
+    Layout,
+    MeasuredRun,
+    layout_of,
+    mid_stance,
+    usable,
+)
 from stages.calibration.observation.prediction import as_sensed, sample_times
-from stages.calibration.observation.unknowns import SIDES, STRETCHES, Layout, layout_of, mid_stance
 from stages.calibration.parameters import Settings
 from stages.campaign.virtual_sensor import low_pass
 from stages.ground.contact_law import ContactLaw
@@ -69,11 +76,8 @@ class TwinRobot:
                 raise StepFailed("the twin does not get to the run's end")
             true = np.column_stack([np.interp(taken[side], felt.walk.time, column) for column in smooth.T])
             samples[side] = as_sensed(true, value, side)
-            clock = getattr(like.sampling, side)
-            settings = self.settings
-            mask = usable(
-                clock, strikes, began + settings.settling_s, settings.before_strike_s, settings.after_strike_s)
-            used[side] = np.repeat(mask[:, None], 3, axis=1)
+            used[side] = usable(like.sampling.of(side), strikes, began + self.settings.settling_s,
+                                self.settings.before_strike_s, self.settings.after_strike_s)
         return dataclasses.replace(like, samples=samples, used=used, strikes=strikes[: len(like.strikes)])
 
     def walk(self, design: DesignPoint, unknowns: Vector, steps: int) -> Record:
@@ -97,15 +101,13 @@ class TwinRobot:
             raise StepFailed(f"the twin does not walk to the end: {record.reason}")
         return record
 
-    def settled(self, design: DesignPoint, near: Vector, steps: int, beliefs: Beliefs) -> Walk:
+    def settled(self, design: DesignPoint, near: Vector, steps: int, priors: Mapping[str, float]) -> Walk:
         """A walk of the twin begun at the mid-stance of the design's gait, as its sensors at hip and feet feel it.
 
-        `near` are section coordinates of the gait of a similar design.
-
-        Raises NoGait, StepFailed.
+        `near` are section coordinates of the gait of a similar design. Raises NoGait, StepFailed.
         """
         walker, point = gait_near(design, near, FINE)
-        start = layout_of(walker, mid_stance(walker, point.z, FINE), beliefs).middle
+        start = layout_of(walker, mid_stance(walker, point.z, FINE), priors).middle
         record = self.walk(design, start, steps)
         times = uniform_times(float(record.time[-1]), self.twin.sampling_rate_hz)
         return sample(record, times, dataclasses.replace(self.twin, signals=(IMU,))).walk

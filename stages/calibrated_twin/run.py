@@ -21,16 +21,12 @@ from stages.calibrated_twin.parameters import Parameters
 from stages.calibrated_twin.result import CORRECTED, Check, Result
 from stages.calibrated_twin.robot import TwinRobot
 from stages.calibrated_twin.told import Fitted, design_of, pairs_of, robot_of
-from stages.calibration.estimation.equations import Model, run_equations
-from stages.calibration.estimation.fit import fit_near
-from stages.calibration.estimation.foretold import Corrected, corrected, rms_of
-from stages.calibration.information.plan import FINE, SLOPE, first_model
-from stages.calibration.intervals.discrepancy import Discrepancy
-from stages.calibration.observation.unknowns import SIDES
-from stages.calibration.result import HeldOut
-from stages.calibration.result import Result as Calibration
-from stages.calibration.study.blind_fit import as_fit
-from stages.calibration.study.drawing import (
+from stages.calibration.estimation.held_out import Corrected, corrected, rms_of
+from stages.calibration.estimation.run_fit import Model, RunFit, fit_near, run_equations
+from stages.calibration.information.planned import FINE, SLOPE, first_model
+from stages.calibration.intervals.model_error import Discrepancy
+from stages.calibration.observation.measured_run import SIDES
+from stages.calibration.recordings import (
     LAB,
     WITH_OUTSOLE,
     WITHOUT,
@@ -40,6 +36,8 @@ from stages.calibration.study.drawing import (
     looked_for,
     recorded,
 )
+from stages.calibration.result import HeldOut
+from stages.calibration.result import Result as Calibration
 from stages.campaign.result import Result as Campaign
 from stages.twin.machine.machine import build
 
@@ -128,14 +126,13 @@ class _Work:
             if len(corrections) == self.parameters.settings.corrected:
                 break
             one = self.runs[fit.name]
-            at = drawn.with_values(dict(zip(self.model.shared, fit.design.tolist(), strict=True)))
-            equations = run_equations(at, fit.own, fit.unknowns, one.run, self.model)
+            at = self.model.robot(drawn, fit.design)
+            stored = RunFit(fit.design, fit.own, fit.unknowns, run_equations(
+                at, fit.own, fit.unknowns, one.run, self.model), fit.walks, fit.converged, fit.why)
             try:
-                found = corrected(drawn, as_fit(fit, equations), one.run, self.model, one.known, self.robot.run)
+                corrections[place] = corrected(drawn, stored, one.run, self.model, one.known, self.robot.run)
             except StepFailed as reason:
                 reasons.append(f"{fit.name}: not corrected: {reason}")
-                continue
-            corrections[place] = found
         told = self.inputs.calibration
         pull = float(np.mean([self.model.layout.pull(fit.unknowns) for fit in fits]))
         return Fitted(kind, drawn, fits, corrections, told.drawn, pull,
@@ -149,13 +146,13 @@ class _Work:
         one = self.runs[held.name]
         own = np.mean([fit.own for fit in fitted.fits], axis=0)
         own[list(self.model.own).index(SLOPE)] = held.own[0]
-        found = self._design(fitted, fitted.found, own)
+        found = self.model.robot(fitted.drawn, fitted.found, own)
         done: list[Check] = []
         try:
             done.append(self._check(AS_FOUND, found, held.unknowns, held, one))
             if fitted.corrections:
                 own_bias = np.mean([each.own_bias for each in fitted.corrections.values()], axis=0)
-                better = self._design(fitted, fitted.found - fitted.by_twin, own - own_bias)
+                better = self.model.robot(fitted.drawn, fitted.found - fitted.by_twin, own - own_bias)
                 made = self.robot.run(better, held.unknowns, one.run)
                 alone = replace(self.model, shared=(), own=(SLOPE,))
                 sure = {SLOPE: (better.value(SLOPE), SURE_DEG)}
@@ -165,11 +162,6 @@ class _Work:
         except StepFailed as reason:
             return done, [f"{held.name}: {reason}"]
         return done, []
-
-    def _design(self, fitted: Fitted, shared: Vector, own: Vector) -> DesignPoint:
-        """The robot of a run."""
-        names = (*self.model.shared, *self.model.own)
-        return fitted.drawn.with_values(dict(zip(names, (*shared.tolist(), *own.tolist()), strict=True)))
 
     def _check(
         self, numbers: str, design: DesignPoint, unknowns: Vector, held: HeldOut, one: Recorded
@@ -186,7 +178,7 @@ class _Work:
         """The twin's walk on the nominal ramp with a robot's corrected numbers, begun in that robot's gait."""
         design = design_of(fitted.drawn, self.model.shared, fitted.found - fitted.bias)
         try:
-            steps, beliefs = self.parameters.settings.fitted_steps, self.parameters.beliefs
-            return self.robot.settled(design, self.near, steps, beliefs), []
+            steps, priors = self.parameters.settings.fitted_steps, self.parameters.priors
+            return self.robot.settled(design, self.near, steps, priors), []
         except (NoGait, StepFailed) as reason:
             return None, [f"the calibrated twin: {reason}"]

@@ -15,9 +15,9 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import gait_near
 from stages.analytic.model.walker import Vector
 from stages.calibrated_twin.result import Number, Pair, Robot
-from stages.calibration.estimation.foretold import Corrected
-from stages.calibration.information.plan import FINE
-from stages.calibration.intervals.discrepancy import SPARE, Discrepancy
+from stages.calibration.estimation.held_out import Corrected
+from stages.calibration.information.planned import FINE
+from stages.calibration.intervals.model_error import SPARE, Discrepancy
 from stages.calibration.result import FittedRun
 from stages.campaign.result import BARE
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from stages.analytic.compiled import SOURCES, kept_in
 from stages.biped.machine_code import MachineCode
 
-CODE = MachineCode("calibration", Path(__file__).parent / "motion", *SOURCES)
+CODE = MachineCode("calibration", Path(__file__).parent / "observation", *SOURCES)
 #: What is worth saying while nothing is compiled yet.
 COMPILING = "compiling the equations of motion: about half a minute, once after an install or an edit"
 

@@ -9,7 +9,6 @@ from stages.biped.accuracy.scales import Following, followed, quickness, size
 from stages.biped.accuracy.tolerances import Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
-from stages.calibration.observation.beliefs import Beliefs
 from stages.campaign.parameters import Fitted, SensorSettings
 from stages.ground.slope import Slope
 from stages.imu.parameters import Cover, Drawing, Limits
@@ -24,7 +23,7 @@ NOISE_BANDWIDTH = math.pi / (2 * math.sqrt(2))
 
 @dataclass(frozen=True)
 class Settings(Fitted):
-    """Which samples are used, how, and what is believed before the fit."""
+    """Which samples are used, how, and the priors of a fit."""
 
     tolerance: float = parameter(
         "1", "tolerance of a walk, in leg lengths and pendulum times", bound=Bound(minimum=1e-12, maximum=1e-4))
@@ -100,23 +99,24 @@ class Parameters:
             outsole=self.cover.of(self.biped)))  # fmt: skip
 
     @property
-    def beliefs(self) -> Beliefs:
-        """What is believed of a sensor before the fit."""
+    def priors(self) -> dict[str, float]:
+        """Standard deviations of a run's unknowns before the fit, about zero, by kind; infinite: nothing is known.
+
+        `clock` relative error of the sampling rate; `tilt` [rad] of the mounting in the plane of walking; gains
+        relative; biases [m/s^2] and [rad/s]; `foot_lag` [s] what the foot's times are off against the hip's;
+        `mid_stance` [s] the time from the first heel strike to mid-stance. There legs are longer by `stretch` [m], at
+        `stretch_rate` [m/s], than in the gait. `foot_place` [m] of the foot sensor along the leg; `bandwidth` relative.
+        """
         sensor, settings = self.sensor, self.settings
-        return Beliefs(
-            clock=settings.clock_sd,
-            tilt=math.radians(settings.tilt_sd_deg),
-            acceleration_gain=sensor.acceleration_gain_sd,
-            rate_gain=sensor.angular_rate_gain_sd,
-            acceleration_bias=sensor.acceleration_bias_sd,
-            rate_bias=math.radians(sensor.angular_rate_bias_sd_deg_s),
-            foot_lag=settings.foot_lag_sd_s,
-            mid_stance=settings.mid_stance_sd_s,
-            length=settings.start_length_sd,
-            length_rate=settings.start_length_rate_sd,
-            place=settings.lever_arm_sd,
-            bandwidth=settings.bandwidth_sd,
-        )
+        gain, bias = sensor.acceleration_gain_sd, sensor.acceleration_bias_sd
+        return {
+            "stretch": settings.start_length_sd, "stretch_rate": settings.start_length_rate_sd,
+            "mid_stance": settings.mid_stance_sd_s, "foot_lag": settings.foot_lag_sd_s,
+            "foot_place": settings.lever_arm_sd, "bandwidth": settings.bandwidth_sd, "clock": settings.clock_sd,
+            "tilt": math.radians(settings.tilt_sd_deg), "forward_gain": gain, "up_gain": gain,
+            "rate_gain": sensor.angular_rate_gain_sd, "forward_bias": bias, "up_bias": bias,
+            "rate_bias": math.radians(sensor.angular_rate_bias_sd_deg_s),
+        }  # fmt: skip
 
     @property
     def ingest(self) -> IngestParameters:

@@ -1,31 +1,34 @@
 """The calibration stage: what the campaign's sensors can tell, and some of its runs fitted blind.
 
 Inputs: the databases of the campaign, or a lab's own; the campaign itself is read for what its scale showed, and
-for the truth once all is fitted. Settings: params/calibration.yaml, the sensors of params/campaign.yaml. Output:
-`Result`.
+for the truth once all is fitted. Robots are fitted from what the databases hold, the drawing and the scale, and from
+nothing else. Settings: params/calibration.yaml, the sensors of params/campaign.yaml. Output: `Result`.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
+from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
-from stages.biped.processes import Progress, ignore
-from stages.calibration.estimation.equations import Model
-from stages.calibration.information.experiments import weighed
-from stages.calibration.information.identifiability import identifiability
-from stages.calibration.information.plan import first_model, plan_of, planned_equations
-from stages.calibration.information.words import described
+from stages.biped.processes import Progress, each_in_a_process, ignore
+from stages.calibration.estimation.held_out import explained, trace
+from stages.calibration.estimation.least_squares import covariance_of, information_of
+from stages.calibration.estimation.run_fit import Model, design_sizes, fit_run
+from stages.calibration.information.identifiability import described, identifiability, weighed
+from stages.calibration.information.planned import SLOPE, first_model, plan_of, planned_equations
+from stages.calibration.intervals.model_error import widening
+from stages.calibration.observation.measured_run import SIDES
 from stages.calibration.parameters import Parameters
-from stages.calibration.result import Failed, FittedRun, HeldOut, Result, Told
-from stages.calibration.study.blind_fit import fitted_run, held_out, misses_of, side_by_side
-from stages.calibration.study.drawing import (
+from stages.calibration.recordings import (
     LAB,
     WITH_OUTSOLE,
     WITHOUT,
@@ -36,6 +39,7 @@ from stages.calibration.study.drawing import (
     recorded,
     table_value,
 )
+from stages.calibration.result import Failed, FittedRun, HeldOut, Misses, Result, Told
 from stages.campaign.result import Result as Campaign
 from stages.campaign.result import RunTruth
 
@@ -54,58 +58,48 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     """Say what runs can tell, fit some of them blind, and put the truth beside. Raises NoGait, SourceRefused."""
     progress(0.1, "what the sensors can tell")
     parameters = as_mounted(parameters)
+    settings = parameters.settings
     told, not_seen = _told(parameters)
     design = drawn_design(parameters)
     model = first_model(design, looked_for(design), parameters)
-    fits: list[FittedRun] = []
-    out: list[HeldOut] = []
-    missed: list[FittedRun] = []
     truths = {one.name: one for one in (*inputs.campaign.runs, *inputs.campaign.bare)}
-    failed: list[Failed] = []
+    found: list[FittedRun | HeldOut | Failed] = []
+    missed: list[FittedRun] = []
     robots = list(_robots(parameters, inputs, design, model))
     for number, runs in enumerate(robots):
         progress(0.2 + 0.8 * number / len(robots), f"fitting blind, robot {number + 1} of {len(robots)}")
-        mine: list[FittedRun] = []
-        for one in islice(runs, parameters.settings.fitted_runs):
-            fit = fitted_run(drawn_design(parameters, one.kind), one, model)
-            if isinstance(fit, Failed):
-                failed.append(fit)
-            else:
-                mine.append(fit)
-        fits += mine
-        for one in islice(runs, parameters.settings.held_out_runs if mine else 0):
-            tell = held_out(drawn_design(parameters, one.kind), mine, one, model, parameters.settings.begun_s)
-            if isinstance(tell, Failed):
-                failed.append(tell)
-            else:
-                out.append(tell)
+        mine = [fitted_run(drawn_design(parameters, one.kind), one, model)
+                for one in islice(runs, settings.fitted_runs)]  # fmt: skip
+        fits = [fit for fit in mine if isinstance(fit, FittedRun)]
+        found += mine
+        found += [held_out(drawn_design(parameters, one.kind), fits, one, model, settings.begun_s)
+                  for one in islice(runs, settings.held_out_runs if fits else 0)]  # fmt: skip
         if number == 0:  # the runs of the other robots are of the same machines
-            more = [one for one in islice(runs, parameters.settings.discrepancy_runs) if one.run.name in truths]
-            missed = [_judged(fit, truths[fit.name], model.shared) for fit in side_by_side(
+            more = [one for one in islice(runs, settings.discrepancy_runs) if one.run.name in truths]
+            missed = [_judged(fit, truths[fit.name], model.shared) for fit in _side_by_side(
                 more, drawn_design(parameters, more[0].kind), model)] if more else []
     return Result(
-        parameters.settings.planned_runs, told, not_seen, model.shared,
-        tuple(design.unit(name) for name in model.shared),
+        settings.planned_runs, told, not_seen, model.shared, tuple(design.unit(name) for name in model.shared),
         np.array([design.value(name) for name in model.shared]), model.own, model.layout.names,
-        tuple(_judged(fit, truths.get(fit.name), model.shared) for fit in fits), tuple(out),
-        misses_of(missed, design, model), tuple(failed))
+        tuple(_judged(one, truths.get(one.name), model.shared) for one in found if isinstance(one, FittedRun)),
+        tuple(one for one in found if isinstance(one, HeldOut)), _misses_of(missed, design, model),
+        tuple(one for one in found if isinstance(one, Failed)))
 
 
 def _told(parameters: Parameters) -> tuple[tuple[Told, ...], tuple[str, ...]]:
     """What a run on the design's own gait can tell, and which combinations no sensor sees."""
     plan = plan_of(parameters)
     equations, model = planned_equations(plan, parameters)
-    names = (*model.shared, *model.own)
-    units = [plan.design.unit(name) for name in names]
+    units = [plan.design.unit(name) for name in model.of_design]
     plain = identifiability(plan.design, equations, model, ())
     known, runs = (weighed(plan),), parameters.settings.planned_runs
     one, all_runs = (identifiability(plan.design, equations, model, known, count) for count in (1, runs))
     told = tuple(
         Told(name, units[row], float(one.values[row]), float(one.sd[row]), float(all_runs.sd[row]),
              all_runs.partners[row].name, all_runs.partners[row].correlation)
-        for row, name in enumerate(names)
+        for row, name in enumerate(model.of_design)
     )
-    return told, tuple(described(each, names, units, plain.values) for each in plain.unseen)
+    return told, tuple(described(each, model.of_design, units, plain.values) for each in plain.unseen)
 
 
 def _robots(
@@ -119,6 +113,51 @@ def _robots(
                                (inputs.without_outsole, WITHOUT, inputs.campaign.bare)):
         weights = {one.name: one.weighed for one in made}
         yield recorded(source, kind, design, model, parameters, weights)
+
+
+def fitted_run(design: DesignPoint, one: Recorded, model: Model) -> FittedRun | Failed:
+    """A run's own fit, without a look at any truth."""
+    try:
+        fit = fit_run(design, one.run, model, one.known)
+    except StepFailed as reason:
+        return Failed(one.run.name, one.kind, str(reason))
+    sigmas, wider = widening([fit.equations])
+    seen = fit.equations.eliminated(len(model.shared))[0] + information_of(one.known, model.shared)
+    hip, foot = (trace(one.run, fit.equations, model, side) for side in SIDES)
+    return FittedRun(
+        name=one.run.name, kind=one.kind, design=fit.design, own=fit.own, unknowns=fit.unknowns,
+        covariance=wider**2 * covariance_of(seen, design_sizes(design, model.shared)),
+        truth=np.full(len(fit.design), math.nan), sigmas=sigmas, wider=wider, walks=fit.evaluations,
+        converged=fit.converged, why=fit.why, hip=hip, foot=foot, strikes=one.run.strikes)  # fmt: skip
+
+
+def _side_by_side(runs: Sequence[Recorded], design: DesignPoint, model: Model) -> list[FittedRun]:
+    """Those of the runs' own fits that came to rest, in their order, each made in a process of its own."""
+    done = dict(each_in_a_process(partial(fitted_run, design, model=model), runs))
+    return [fit for _, fit in sorted(done.items()) if isinstance(fit, FittedRun) and fit.converged]
+
+
+def held_out(
+    design: DesignPoint, fits: Sequence[FittedRun], one: Recorded, model: Model, begun: float
+) -> HeldOut | Failed:
+    """How well the robot of other runs' fits explains a run, and foretells it from its beginning."""
+    shared, own = (np.mean(rows, axis=0) for rows in ([fit.design for fit in fits], [fit.own for fit in fits]))
+    robot = model.robot(design, shared, own).with_value(SLOPE, design.value(SLOPE))
+    try:
+        tell = explained(robot, one.run, model, begun)
+    except StepFailed as reason:
+        return Failed(one.run.name, one.kind, str(reason))
+    hip, foot = (trace(one.run, tell.ahead or tell.own.equations, model, side) for side in SIDES)
+    return HeldOut(one.run.name, one.kind, begun, tell.sigmas, *tell.fit, *tell.foretold, model.noise[0],
+                   model.noise[2], tell.own.own, tell.own.unknowns, hip, foot, one.run.strikes)
+
+
+def _misses_of(fits: Sequence[FittedRun], design: DesignPoint, model: Model) -> Misses:
+    """By how much fits miss the truth that stands beside them, in shares of a design's values."""
+    drawn = np.array([design.value(name) for name in model.shared])
+    shares = [(fit.design - fit.truth) / drawn for fit in fits]
+    pulls = [model.layout.pull(fit.unknowns) for fit in fits]
+    return Misses(tuple(fit.name for fit in fits), np.array(shares).reshape(-1, len(drawn)), np.array(pulls))
 
 
 def _judged(fit: FittedRun, truth: RunTruth | None, names: Sequence[str]) -> FittedRun:

@@ -15,8 +15,7 @@ from stages.calibration.angles.fit import fit_robot
 from stages.calibration.angles.recording import DrivenStep, read_steps
 from stages.calibration.angles.robot import OF_ROBOT, Robot, late, show
 from stages.calibration.angles.setup import SIZES, USUAL, setup_of
-from stages.calibration.errors import NotIdentified
-from stages.calibration.estimation.known import Known
+from stages.calibration.estimation.least_squares import Known, NotIdentified
 from stages.calibration.reports.angle_report import calibrated
 from stages.ground.slope import Slope
 from tests.calibration.runs import BIPED

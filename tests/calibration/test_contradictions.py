@@ -10,12 +10,11 @@ from pipeline.parameters import yaml_text
 from pipeline.questions.command import Described
 from stages.biped.question import WrongOption
 from stages.calibration.angles.contradictions import Contradiction, contradictions, refuted
-from stages.calibration.angles.fit import fit_robot
-from stages.calibration.angles.prediction import HeldOut, correlation_length
+from stages.calibration.angles.fit import HeldOut, fit_robot
 from stages.calibration.angles.recording import bridged, read_steps
 from stages.calibration.angles.setup import FARTHEST_ZERO, setup_of
-from stages.calibration.errors import NotIdentified
-from stages.calibration.estimation.known import Known
+from stages.calibration.estimation.least_squares import Known, NotIdentified
+from stages.calibration.intervals.model_error import correlation_length
 from stages.calibration.reports.angle_report import Calibrated, answered, calibrated
 from tests.calibration.runs import BIPED
 from tests.calibration.test_angles import LEVEL, ROBOT, driven, sizes
@@ -121,7 +120,7 @@ def test_samples_count_as_what_they_are_worth(tmp_path):
     text = "held_out: []\nfree: [torque_constant]\nrecording: {left_out_samples: 0}\ndesign: {legs: rigid}"
     told = calibrated(dataclasses.replace(ROBOT.design.biped), LEVEL,
                       Described(yaml_text.parse(text, "robot.yaml"), "robot.yaml"), path)  # fmt: skip
-    length = correlation_length(told.fit.residuals)
+    length = correlation_length(list(told.fit.residuals.values()))
     assert length > 2.0
     rms = math.sqrt(np.mean(np.concatenate(list(told.fit.residuals.values())) ** 2))
     assert told.fit.noise == pytest.approx(rms * math.sqrt(length), rel=0.05)

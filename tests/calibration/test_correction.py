@@ -5,13 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.calibration.estimation import fit as fitting
-from stages.calibration.estimation.fit import fit_near, fit_run, least_squares
-from stages.calibration.estimation.foretold import corrected, explained, rms_of
-from stages.calibration.estimation.known import information_of
+from stages.calibration.estimation import run_fit as fitting
+from stages.calibration.estimation.held_out import corrected, explained, rms_of
+from stages.calibration.estimation.least_squares import Rule, information_of, least_squares
+from stages.calibration.estimation.run_fit import fit_near, fit_run
+from stages.calibration.observation.measured_run import SIDES
 from stages.calibration.observation.prediction import predict
-from stages.calibration.observation.unknowns import SIDES
-from stages.calibration.study.drawing import first_steps
+from stages.calibration.recordings import first_steps
 from tests.calibration import runs
 from tests.calibration.runs import fitted
 
@@ -52,7 +52,7 @@ def constraint(model, change=1.0):
     def run(design, unknowns, like):
         stiffer = design.with_value("biped.stiffness", change * design.value("biped.stiffness"))
         found = predict(stiffer, (), unknowns, model.layout, like.sampling, 1e-9)
-        return dataclasses.replace(like, samples=found.samples)
+        return dataclasses.replace(like, samples={side: one[:, :, 0] for side, one in found.samples.items()})
 
     return run
 
@@ -81,7 +81,7 @@ def test_a_fit_begun_where_none_walks_or_that_finds_no_rest_is_begun_anew(drawin
     lost = fit.unknowns.copy()
     lost[model.layout.place("start_theta_rate")] = 0.0  # from there no walker gets to the first heel strike
     assert fits_anew(drawing, model, drawn, fit, lost)
-    monkeypatch.setattr(fitting, "least_squares", lambda *begun: least_squares(*begun[:4], most=2))
+    monkeypatch.setattr(fitting, "least_squares", lambda *begun: least_squares(*begun[:4], Rule(2)))
     assert fits_anew(drawing, model, drawn, fit, fit.unknowns)
 
 

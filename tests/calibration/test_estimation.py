@@ -9,13 +9,11 @@ from pipeline.parameters import yaml_text
 from pipeline.questions.command import Described
 from stages.analytic.errors import StepFailed
 from stages.biped.question import WrongOption
-from stages.calibration.blind.score import draw, scored, summary
-from stages.calibration.estimation.asked import asked_of
-from stages.calibration.estimation.campaign import Joint, fit_campaign
-from stages.calibration.estimation.each_run import as_plain, from_plain
-from stages.calibration.estimation.equations import run_equations
-from stages.calibration.estimation.fit import fit_near, horizons
-from stages.calibration.information.plan import free_names
+from stages.calibration.blind_score import draw, scored, summary
+from stages.calibration.estimation.campaign import Joint, as_plain, fit_campaign, from_plain
+from stages.calibration.estimation.request import request_of
+from stages.calibration.estimation.run_fit import fit_near, horizons, run_equations
+from stages.calibration.information.planned import free_names
 from tests.calibration.runs import DESIGN, SHORT, fitted
 
 #: As many fits are made of them.
@@ -101,7 +99,7 @@ def test_together_the_runs_begin_where_their_own_unknowns_go_along(campaign, own
     assert len(begun) == 3  # what they agree on, then each one's own
     for number, fit in enumerate(fits):
         design, own, unknowns = begun[0]
-        moved = np.concatenate([design - fit.design, unknowns[number] - fit.unknowns, own[number] - fit.own])
+        moved = np.concatenate([design - fit.design, own[number] - fit.own, unknowns[number] - fit.unknowns])
         left = fit.equations.right - fit.equations.matrix @ moved
         scale = np.sqrt(np.diag(fit.equations.matrix))
         assert np.abs(left / scale)[len(design) :].max() < 1e-3
@@ -151,7 +149,7 @@ def test_a_run_is_the_same_in_plain_values(campaign):
 ])
 def test_a_wrong_file_is_refused_with_line_and_key(text, message):
     with pytest.raises(WrongOption) as refused:
-        asked_of(Described(yaml_text.parse(text, "known.yaml"), "known.yaml"))
+        request_of(Described(yaml_text.parse(text, "known.yaml"), "known.yaml"))
     assert str(refused.value).startswith(message)
 
 
@@ -165,5 +163,5 @@ def test_a_wrong_file_is_refused_with_line_and_key(text, message):
 ])
 def test_what_cannot_be_fitted_is_refused_before_anything_is(text, words):
     with pytest.raises(WrongOption, match=words):
-        asked = asked_of(Described(yaml_text.parse(text, "known.yaml"), "known.yaml"))
-        asked.check(asked.looked_for(free_names(DESIGN)), DESIGN)
+        request = request_of(Described(yaml_text.parse(text, "known.yaml"), "known.yaml"))
+        request.check(request.looked_for(free_names(DESIGN)), DESIGN)

@@ -8,7 +8,7 @@ import pytest
 from stages.analytic.errors import StepFailed
 from stages.analytic.model.walker import build_walker
 from stages.calibration.estimation import first_guess as first_guess_module
-from stages.calibration.estimation import fit
+from stages.calibration.estimation import run_fit
 from stages.calibration.estimation.first_guess import first_guess, other_guesses
 from tests.calibration.runs import drawn, fitted
 
@@ -50,9 +50,9 @@ def test_where_a_guess_leads_nowhere_one_parameter_is_changed_until_steps_last_a
         tried.append(design.value("biped.leg_length"))
         if len(tried) < 2:
             raise StepFailed("the first guess does not walk")
-        return fit.RunFit(np.zeros(1), np.zeros(1), np.zeros(1), SimpleNamespace(chi2=1.0, count=1), 7, True, "")
+        return run_fit.RunFit(np.zeros(1), np.zeros(1), np.zeros(1), SimpleNamespace(chi2=1.0, count=1), 7, True, "")
 
-    monkeypatch.setattr(fit, "_from_guess", attempt)
+    monkeypatch.setattr(run_fit, "_from_guess", attempt)
     run = drawn(1054).runs[0]
-    assert fit.fit_run(short, run, model, ()).evaluations == 7
+    assert run_fit.fit_run(short, run, model, ()).evaluations == 7
     assert tried[0] == short.value("biped.leg_length") < tried[1]

@@ -7,16 +7,21 @@ import os
 import numpy as np
 import pytest
 
-from stages.calibration.estimation.known import Known
-from stages.calibration.information.experiments import experiments, gains, weighed
-from stages.calibration.information.identifiability import identifiability
-from stages.calibration.information.plan import plan_of, planned_equations
-from stages.calibration.information.words import described, is_scale_of_mass
+from stages.calibration.estimation.least_squares import Known
+from stages.calibration.information.identifiability import (
+    described,
+    experiments,
+    gains,
+    identifiability,
+    is_scale_of_mass,
+    weighed,
+)
+from stages.calibration.information.planned import plan_of, planned_equations
 from tests import commands, warm
 from tests.calibration.runs import PARAMETERS, ROOT
 
 #: The foot sensor's place is known, as in the trial.
-PLAN = dataclasses.replace(plan_of(PARAMETERS), beliefs=dataclasses.replace(PARAMETERS.beliefs, place=1e-6))
+PLAN = dataclasses.replace(plan_of(PARAMETERS), priors={**PARAMETERS.priors, "foot_place": 1e-6})
 #: Shares in % that an independent trial found for the same run (hip weighed; the study's own Fisher information).
 TRIAL = {"biped.foot_mass": 0.053, "biped.leg_length": 0.041, "biped.foot_radius": 0.063, "biped.foot_com": 0.064,
          "biped.stiffness": 0.071, "biped.damping": 0.066, "ground.slope_deg": 0.057}
@@ -52,7 +57,7 @@ def test_once_the_hip_is_weighed_the_shares_are_those_of_the_trial(planned):
 
 
 def test_a_worse_clock_limits_the_leg_length_and_runs_do_not_mend_what_is_common(planned):
-    worse = dataclasses.replace(PLAN, beliefs=dataclasses.replace(PLAN.beliefs, clock=2e-3))
+    worse = dataclasses.replace(PLAN, priors={**PLAN.priors, "clock": 2e-3})
     known = (weighed(PLAN),)
     row = of(planned, known).names.index("biped.leg_length")
     good = of(planned, known)
@@ -91,7 +96,7 @@ def test_the_command_asks_for_recordings(tmp_path):
 
 def test_a_lever_arm_that_is_not_measured_leaves_the_inertia_open_and_the_length_as_it_is(planned):
     """Where the foot sensor sits and the lower legs' inertia show nearly the same."""
-    drawn = dataclasses.replace(PLAN, beliefs=dataclasses.replace(PLAN.beliefs, place=PARAMETERS.beliefs.place))
+    drawn = dataclasses.replace(PLAN, priors=PARAMETERS.priors)
     known = (weighed(PLAN),)
     measured = of(planned, known)
     open_ = identifiability(PLAN.design, *planned_equations(drawn, PARAMETERS), known)

@@ -8,12 +8,11 @@ import pytest
 from pipeline.cache import artefact
 from pipeline.questions.asking import Asked
 from pipeline.study import Study
-from stages.calibration.estimation.known import TOTAL_MASS, Known
-from stages.calibration.information.plan import first_model
-from stages.calibration.intervals.discrepancy import Discrepancy
-from stages.calibration.reports.sensor_report import ALONE, judged
+from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
+from stages.calibration.information.planned import first_model
+from stages.calibration.intervals.model_error import ALONE, Discrepancy, judged
+from stages.calibration.recordings import drawn_design, looked_for
 from stages.calibration.result import Misses, Result
-from stages.calibration.study.drawing import drawn_design, looked_for
 from tests.calibration.runs import PARAMETERS
 
 DRAWN = drawn_design(PARAMETERS)

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from scipy.special import ndtr
 
-from stages.calibration.blind import score
+from stages.calibration import blind_score
 from stages.calibration.estimation.campaign import Joint, fit_campaign
-from stages.calibration.estimation.known import TOTAL_MASS, Known
-from stages.calibration.information.plan import SLOPE
+from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
+from stages.calibration.information.planned import SLOPE
 from stages.calibration.intervals import left_out
 from stages.calibration.intervals.left_out import LEVEL, Cause, candidates, causes, in_words, limit, scores, widened
-from stages.calibration.observation.measured_run import MeasuredRun, usable
+from stages.calibration.intervals.model_error import Judged
+from stages.calibration.observation.measured_run import SIDES, MeasuredRun, usable
 from stages.calibration.observation.prediction import predict
-from stages.calibration.observation.unknowns import SIDES
 from stages.calibration.reports import sensor_report
 from tests.calibration.runs import BIPED, DESIGN, PARAMETERS, SETTINGS, disturbed, fitted
 
@@ -31,10 +31,11 @@ def made(changes, seed=1, bandwidth=0.0):
     robot = DESIGN.with_values({name: DESIGN.value(name) * share for name, share in changes.items()})
     shown, rng = predict(robot, (), unknowns, layout, sampling, 1e-8), np.random.default_rng(seed)
     noise = np.asarray(model.noise)
-    samples = {side: one + noise * rng.normal(size=one.shape) for side, one in shown.samples.items()}
-    strikes = np.concatenate([[0.0], shown.strikes])
-    used = {side: np.repeat(usable(getattr(sampling, side), strikes, 0.0, SETTINGS.before_strike_s,
-                                   SETTINGS.after_strike_s)[:, None], 3, axis=1) for side in SIDES}  # fmt: skip
+    values = {side: one[:, :, 0] for side, one in shown.samples.items()}
+    samples = {side: one + noise * rng.normal(size=one.shape) for side, one in values.items()}
+    strikes = np.concatenate([[0.0], shown.strikes[:, 0]])
+    used = {side: usable(sampling.of(side), strikes, 0.0, SETTINGS.before_strike_s, SETTINGS.after_strike_s)
+            for side in SIDES}  # fmt: skip
     run = MeasuredRun("made", sampling, samples, used, strikes, {SLOPE: (2.0, 0.05)})
     start = np.array([DESIGN.value(name) for name in model.shared])
     fit = Joint(DESIGN, [run], model, KNOWN).from_point(start, np.array([[2.0]]), unknowns[None], {}, 0)
@@ -85,8 +86,8 @@ def test_runs_that_are_fitted_anew_name_the_same(unlike, monkeypatch):
 @pytest.mark.parametrize(("name", "value"), [("biped.hip_friction", 0.003), ("biped.other_foot_mass", 0.345)])
 def test_of_a_fit_that_is_lost_the_cause_is_found_from_its_score(name, value, monkeypatch):
     """A run of another robot than the drawing's, fitted from the drawing, tried with all that may be left out."""
-    monkeypatch.setattr(score, "drawn_robot", lambda design, names, rng: design.with_value(name, value))
-    campaign, (design, model) = score.draw(21, 1, PARAMETERS), score.model_of(PARAMETERS)
+    monkeypatch.setattr(blind_score, "drawn_robot", lambda design, names, rng: design.with_value(name, value))
+    campaign, (design, model) = blind_score.draw(21, 1, PARAMETERS), blind_score.model_of(PARAMETERS)
     fit = fit_campaign(design, campaign.runs, model, campaign.known)
     assert left_out.is_lost(fit)
     best, *others = causes(design, fit, model, campaign.known)
@@ -97,14 +98,14 @@ def test_of_a_fit_that_is_lost_the_cause_is_found_from_its_score(name, value, mo
 @pytest.mark.slow
 def test_a_fit_that_its_cause_led_far_off_is_made_anew(monkeypatch):
     """A foot of 1.05 times the radius: from where the one without it ended no fit finds back."""
-    drawn_robot = score.drawn_robot
+    drawn_robot = blind_score.drawn_robot
 
     def robot(design, names, rng):
         other = drawn_robot(design, names, rng)
         return other.with_value(RADIUS, 1.05 * other.value(RADIUS))
 
-    monkeypatch.setattr(score, "drawn_robot", robot)
-    campaign, (design, model) = score.draw(21006, 1, PARAMETERS), score.model_of(PARAMETERS)
+    monkeypatch.setattr(blind_score, "drawn_robot", robot)
+    campaign, (design, model) = blind_score.draw(21006, 1, PARAMETERS), blind_score.model_of(PARAMETERS)
     fit = fit_campaign(design, campaign.runs, model, campaign.known)
     assert not left_out.is_lost(fit)
     (best,) = causes(design, fit, model, campaign.known)
@@ -154,9 +155,9 @@ def test_a_low_pass_that_is_not_the_declared_one_is_found_by_the_fit():
 @pytest.mark.parametrize("converged", [True, False])
 def test_a_fit_of_sensors_that_is_not_at_rest_has_no_intervals_and_ends_with_3(unlike, converged):
     model, fit = unlike
-    told = sensor_report.Judged(fit.design, np.sqrt(np.diag(fit.covariance)), "as it is")
-    answer = sensor_report._answer(DESIGN, dataclasses.replace(fit, converged=converged, why="lost"), model, [], [], [],
-                                   (1.0, 1.0), told, [], {"biped.leg_length": 0.3})  # fmt: skip
+    told = Judged(fit.design, np.sqrt(np.diag(fit.covariance)), "as it is")
+    ended = dataclasses.replace(fit, converged=converged, why="lost")
+    answer = sensor_report.answered(sensor_report.Calibrated(DESIGN, model, ended, told))
     assert answer.no is not converged
     assert bool(answer.tables) is bool(answer.parameters) is converged
     assert all((row["sd"] is not None) is converged for row in answer.plain["parameters"].values())

@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 
 from stages.analytic.errors import StepFailed
-from stages.calibration.estimation import fit
-from stages.calibration.estimation.fit import ENOUGH, Point, horizons, least_squares
+from stages.calibration.estimation import run_fit
+from stages.calibration.estimation.least_squares import ENOUGH, Point, Rule, least_squares
+from stages.calibration.estimation.run_fit import horizons
 from tests.calibration.runs import drawn, fitted
 
 
 def valley(spread):
     """Half the squares of Rosenbrock's residuals, `spread` times a noise of which each is one."""
 
-    def evaluate(x):
+    def evaluate(x, *_):
         residuals = np.array([10.0 * (x[1] - x[0] ** 2), 1.0 - x[0]])
         jacobian = np.array([[-20.0 * x[0], 10.0], [-1.0, 0.0]])
         cost, matrix, right = 0.5 * float(residuals @ residuals), jacobian.T @ jacobian, -jacobian.T @ residuals
@@ -33,12 +34,12 @@ def bowl(lowest, low):
     """Half the squares of two residuals that hang together, with the first unknown bounded below by `low`."""
     jacobian = np.array([[1.0, 0.5], [0.0, 1.0]])
 
-    def evaluate(x):
+    def evaluate(x, *_):
         assert x[0] >= low
         residuals = jacobian @ (lowest - x)
         return Point(x, 0.5 * float(residuals @ residuals), jacobian.T @ jacobian, jacobian.T @ residuals, None)
 
-    return least_squares(evaluate, np.array([1.0, 1.0]), np.ones(2), np.array([low, -np.inf]), enough=1e-9)
+    return least_squares(evaluate, np.array([1.0, 1.0]), np.ones(2), np.array([low, -np.inf]), Rule(enough=1e-9))
 
 
 def test_an_unknown_at_its_bound_stays_there_and_the_others_come_to_rest():
@@ -50,10 +51,10 @@ def test_an_unknown_at_its_bound_stays_there_and_the_others_come_to_rest():
 
 def test_no_step_is_taken_that_brings_the_residuals_up():
     """Not by a millionth: the slack is for round-off alone."""
-    def evaluate(x):
+    def evaluate(x, *_):
         return Point(x, 100.0 + 1e-4 * (x[0] != 0.0), np.eye(1), np.array([1.0]), None)
 
-    ended = least_squares(evaluate, np.zeros(1), np.ones(1), np.full(1, -np.inf), enough=1e-12)
+    ended = least_squares(evaluate, np.zeros(1), np.ones(1), np.full(1, -np.inf), Rule(enough=1e-12))
     assert not ended.converged
     assert ended.point.x[0] == 0.0
     assert "no step" in ended.why
@@ -68,11 +69,11 @@ def test_on_the_way_the_design_is_held_by_the_first_guess_with_its_usual_change(
         begun.append((evaluate, begin))
         raise StepFailed("seen enough")
 
-    monkeypatch.setattr(fit, "least_squares", first_horizon)
+    monkeypatch.setattr(run_fit, "least_squares", first_horizon)
     campaign = drawn(1054)
     run, drawing = campaign.runs[0], campaign.design
     with pytest.raises(StepFailed):
-        fit._fit(drawing, campaign.unknowns[0], horizons(run), run, model, ())
+        run_fit._fit(drawing, campaign.unknowns[0], horizons(run), run, model, ())
     ((evaluate, begin),) = begun
     held, free = evaluate(begin, held=True), evaluate(begin, held=False)
     d = len(model.shared)

@@ -7,20 +7,18 @@ import pytest
 from scipy.special import ndtr
 
 from benchmarks.sandwich import noise_covariance, sandwich_covariance
-from stages.calibration.estimation.equations import Equations, run_equations
-from stages.calibration.information.plan import plan_of, planned_equations
-from stages.calibration.intervals.discrepancy import Discrepancy
-from stages.calibration.intervals.residual_structure import (
+from stages.calibration.estimation.run_fit import Equations, run_equations
+from stages.calibration.information.planned import plan_of, planned_equations
+from stages.calibration.intervals.model_error import (
     PARTS,
+    Discrepancy,
     step_parts,
     structure,
     told_structure,
     whiteness,
     widening,
 )
-from stages.calibration.observation.measured_run import MeasuredRun, usable
-from stages.calibration.observation.prediction import Sampling
-from stages.calibration.observation.unknowns import SIDES
+from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling, usable
 from tests.calibration.runs import PARAMETERS, SETTINGS, gait
 
 STEPS = 7
@@ -32,14 +30,14 @@ def planned():
     plan = dataclasses.replace(plan_of(PARAMETERS), steps=STEPS)
     equations, model = planned_equations(plan, PARAMETERS)
     shown = equations.predicted
-    strikes = np.concatenate([[0.0], shown.strikes])
-    sides = {side: shown.samples[side] for side in SIDES}
+    strikes = np.concatenate([[0.0], shown.strikes[:, 0]])
+    sides = {side: shown.samples[side][:, :, 0] for side in SIDES}
     first = model.layout.middle[model.layout.place("mid_stance")] + SETTINGS.settling_s
     times = np.arange(0.0, gait_period() * STEPS, 1.0 / PARAMETERS.sensor.rate_hz)
     times = times[times >= first]
     late = np.sqrt(2.0) / (2.0 * np.pi * PARAMETERS.sensor.bandwidth_hz)
     mask = usable(times, strikes, first, SETTINGS.before_strike_s, SETTINGS.after_strike_s)
-    used = {side: np.repeat(mask[:, None], 3, axis=1) for side in SIDES}
+    used = dict.fromkeys(SIDES, mask)
     rng = np.random.default_rng(3)
     samples = {side: value + np.asarray(model.noise) * rng.normal(size=value.shape) for side, value in sides.items()}
     run = MeasuredRun("planned", Sampling(times, times, late, PARAMETERS.sensor.bandwidth_hz, 1), samples, used,

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from stages.biped.question import WrongOption
-from stages.calibration.angles.motion_capture import MOST_HIDDEN, captured
-from stages.calibration.angles.recording import read_steps
+from stages.calibration.angles.recording import MOST_HIDDEN, captured, read_steps
 
 RATE, LENGTH, FRAMES = 200.0, 400.0, 240
 TIME = np.arange(FRAMES) / RATE

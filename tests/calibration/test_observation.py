@@ -10,11 +10,11 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.phases.flow import SINGLE_STANCE
 from stages.analytic.walk.recording import record
 from stages.analytic.walk.sampling import sample_walk
-from stages.calibration.information.plan import free_names
-from stages.calibration.motion import stretches
-from stages.calibration.observation.low_pass import Piece, filtered
+from stages.calibration.information.planned import free_names
+from stages.calibration.observation import stretches
+from stages.calibration.observation.measured_run import mid_stance
 from stages.calibration.observation.prediction import predict
-from stages.calibration.observation.unknowns import mid_stance
+from stages.calibration.observation.signals import Piece, filtered
 from tests.calibration.runs import DESIGN, disturbed, gait
 
 #: A little longer on the other leg, with frames, and the plain one with legs that may differ.
@@ -37,7 +37,7 @@ def test_a_sensor_without_errors_shows_the_walk_behind_its_low_pass():
     y = np.concatenate([[0.0], begin.state])
     rate = 50_000.0
     walk = sample_walk(walker, record(walker, y, 1, 1e-10, SINGLE_STANCE), rate)
-    first_strike = found.strikes[0]
+    first_strike = found.strikes[0, 0]
     for side in ("hip", "foot"):
         signals = np.column_stack([getattr(walk, f"{side}_specific_force"), getattr(walk, f"{side}_angular_velocity")])
         sections = butter(2, 40.0, fs=rate, output="sos")
@@ -47,7 +47,7 @@ def test_a_sensor_without_errors_shows_the_walk_behind_its_low_pass():
         seen = (times > 0.05) & (times < first_strike)
         expected = np.column_stack([np.interp(times[seen], walk.time, axis) for axis in smooth.T])
         assert seen.sum() > 8
-        np.testing.assert_allclose(found.samples[side][seen], expected, atol=2e-3 * np.abs(expected).max())
+        np.testing.assert_allclose(found.samples[side][seen, :, 0], expected, atol=2e-3 * np.abs(expected).max())
 
 
 @pytest.fixture(scope="module")
@@ -79,8 +79,7 @@ def worst_of(derived, columns, signs):
     """
     drawn, layout, unknowns, sampling, exact = derived
     assert len(NAMES) + len(layout.names) == COUNT
-    by_all = np.concatenate([np.concatenate([exact.by_design[side], exact.by_run[side]], axis=2)
-                             for side in ("hip", "foot")])  # fmt: skip
+    by_all = np.concatenate([exact.samples[side][:, :, 1:] for side in ("hip", "foot")])
     sizes = np.array([*(DESIGN.value(name) for name in NAMES), *100 * layout.sizes])
     shown_by = sizes * np.abs(by_all).max(axis=(0, 1))
     chosen = np.argsort(shown_by)[columns]
@@ -91,7 +90,7 @@ def worst_of(derived, columns, signs):
     def at(change):
         design = drawn.with_values({name: drawn.value(name) + change * one for name, one in zip(NAMES, move)})
         found = predict(design, (), unknowns + change * move[len(NAMES) :], layout, sampling, 1e-11)
-        return np.concatenate([found.samples["hip"], found.samples["foot"]])
+        return np.concatenate([found.samples["hip"], found.samples["foot"]])[:, :, 0]
 
     step = 2e-6
     first, second = ((at(h) - at(-h)) / (2 * h) for h in (step, step / 2))
@@ -121,10 +120,10 @@ def test_a_foot_sensor_is_told_of_from_the_hip_or_from_the_foots_mass():
     biped = DESIGN.biped
     hung = dataclasses.replace(sampling, below_hip=biped.leg_length - biped.foot_com - 0.004)
     put = dataclasses.replace(sampling, place=0.004)
-    shown, other = (predict(DESIGN, (), unknowns, layout, one, 1e-9).samples["foot"] for one in (hung, put))
+    shown, other = (predict(DESIGN, (), unknowns, layout, one, 1e-9).samples["foot"][:, :, 0] for one in (hung, put))
     np.testing.assert_allclose(shown, other, atol=1e-12 * np.abs(other).max())
     heavier_above = DESIGN.with_value("biped.foot_com", 0.104)
-    shown, other = (predict(heavier_above, (), unknowns, layout, one, 1e-9).samples["foot"]
+    shown, other = (predict(heavier_above, (), unknowns, layout, one, 1e-9).samples["foot"][:, :, 0]
                     for one in (hung, dataclasses.replace(sampling)))
     np.testing.assert_allclose(shown, other, atol=1e-12 * np.abs(other).max())
 
@@ -133,10 +132,11 @@ def test_an_impact_is_felt_as_its_impulse():
     """The integral of the specific force through a heel strike, behind a filter that keeps integrals: the jump."""
     edges, nodes = np.linspace(0.0, 0.5, 11), 60
     signals = np.zeros((nodes, 1, 1))
-    piece = Piece(0.0, edges, signals, np.zeros(0), np.zeros(0), np.array([[0.7]]))
-    after = Piece(0.5, edges, signals, np.zeros(0), np.zeros(0), np.zeros((1, 1)))
+    start, lasting = np.zeros(1), np.full(1, 0.5)
+    piece = Piece(start, lasting, edges, signals, np.array([[0.7]]))
+    after = Piece(lasting, lasting, edges, signals, np.zeros((1, 1)))
     times = np.arange(0.4, 0.95, 4e-6)
-    shown = filtered([piece, after], 40.0, times).value[:, 0]
+    shown = filtered([piece, after], [0], 40.0, times)[0][:, 0, 0]
     assert np.abs(shown[times < 0.5]).max() == 0.0
     assert np.trapezoid(shown, times) == pytest.approx(0.7, rel=1e-6)
 
@@ -147,14 +147,14 @@ def test_a_hip_that_rubs_is_walked_and_derived():
     name = "biped.hip_friction"
     rubbing = DESIGN.with_value(name, 3e-3)
     exact = predict(rubbing, (name,), unknowns, layout, sampling, 1e-10)
-    ends = [predict(rubbing.with_value(name, 3e-3 + step), (), unknowns, layout, sampling, 1e-11).samples["hip"]
-            for step in (1e-6, -1e-6)]
+    ends = [predict(rubbing.with_value(name, 3e-3 + step), (), unknowns, layout, sampling, 1e-11)
+            .samples["hip"][:, :, 0] for step in (1e-6, -1e-6)]
     expected = (ends[0] - ends[1]) / 2e-6
-    by = exact.by_design["hip"][:, :, 0]
+    by = exact.samples["hip"][:, :, 1]
     np.testing.assert_allclose(by, expected, atol=2e-4 * np.abs(expected).max())
     none = predict(DESIGN.with_value(name, 1e-9), (name,), unknowns, layout, sampling, 1e-10)
-    little = predict(DESIGN.with_value(name, 1e-6), (), unknowns, layout, sampling, 1e-11).samples["hip"]
-    by = none.by_design["hip"][:, :, 0]
-    np.testing.assert_allclose(by, (little - none.samples["hip"]) / (1e-6 - 1e-9), atol=2e-3 * np.abs(by).max())
-    without = predict(DESIGN, (), unknowns, layout, sampling, 1e-11).samples["hip"]
-    np.testing.assert_allclose(none.samples["hip"], without, atol=1e-3)
+    little = predict(DESIGN.with_value(name, 1e-6), (), unknowns, layout, sampling, 1e-11).samples["hip"][:, :, 0]
+    shown, by = none.samples["hip"][:, :, 0], none.samples["hip"][:, :, 1]
+    np.testing.assert_allclose(by, (little - shown) / (1e-6 - 1e-9), atol=2e-3 * np.abs(by).max())
+    without = predict(DESIGN, (), unknowns, layout, sampling, 1e-11).samples["hip"][:, :, 0]
+    np.testing.assert_allclose(shown, without, atol=1e-3)

@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.calibration.blind.score import model_of
-from stages.calibration.estimation.equations import run_equations
-from stages.calibration.intervals.residual_structure import widening
-from stages.calibration.study.drawing import drawn_design, first_steps, looked_for, table_value
+from stages.calibration.blind_score import model_of
+from stages.calibration.estimation.run_fit import run_equations
+from stages.calibration.intervals.model_error import widening
+from stages.calibration.recordings import drawn_design, first_steps, looked_for, table_value
 from tests.calibration.runs import DESIGN, PARAMETERS, drawn
 
 

@@ -12,8 +12,8 @@ from stages.calibration.angles.fit import AngleFit
 from stages.calibration.angles.recording import DrivenStep
 from stages.calibration.angles.robot import ZEROS
 from stages.calibration.angles.setup import FARTHEST_ZERO, AngleSetup
-from stages.calibration.estimation.campaign import covariance_of
-from stages.calibration.information.words import short
+from stages.calibration.estimation.least_squares import covariance_of
+from stages.calibration.information.identifiability import short
 
 #: From how many of its standard errors on a value is said to be contradicted, and from how many it settles the matter.
 SAID, SETTLED = 3.0, 10.0
@@ -46,7 +46,7 @@ def _known(setup: AngleSetup, fit: AngleFit) -> Iterator[Contradiction]:
     covariance = covariance_of(fit.information, size)
     for one in setup.known:
         row = one.row(fit.names)
-        value = sum(share * fit.robot.value(name) for name, share in one.parts().items())
+        value = fit.robot.value(one.name)
         variance = one.sd**2 - float(row @ np.where(np.isfinite(covariance), covariance, 0.0) @ row)
         off = abs(value - one.value) / math.sqrt(max(variance, 1e-6 * one.sd**2))
         if row.any() and off > SAID:

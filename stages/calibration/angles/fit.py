@@ -1,4 +1,4 @@
-"""A robot from many steps: its numbers by least squares, each step's start solved for within it.
+"""A robot from many steps: its numbers by least squares, each step's start solved for within it; and other steps.
 
 A step's start touches that step alone, so its four values are eliminated from each step's equations (variable
 projection to first order), and what is left are equations for the robot.
@@ -6,7 +6,6 @@ projection to first order), and what is left are equations for the robot.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -15,14 +14,24 @@ import numpy as np
 from stages.analytic.model.walker import Vector
 from stages.calibration.angles.recording import DrivenStep
 from stages.calibration.angles.robot import Robot, show
-from stages.calibration.errors import NotIdentified
-from stages.calibration.estimation.campaign import covariance_of
-from stages.calibration.estimation.known import Known, information_of
+from stages.calibration.estimation.least_squares import (
+    Known,
+    NotIdentified,
+    Point,
+    Rule,
+    covariance_of,
+    information_of,
+    known_equations,
+    least_squares,
+)
 
-#: Iterations, the share of the cost at which it rests, and samples that a first guess of a start is drawn through.
-MOST, RESTS, GUESS = 60, 1e-7, 40
-#: Longest move at once, in usual changes; and the fall of the cost that is no fall.
-LONGEST, AT_REST = 3.0, 0.1
+#: Of fits: they rest by a share of the cost.
+ANGLES = Rule(61, rests=1e-7, at_rest=0.1, longest=3.0)
+#: Samples that a first guess of a start is drawn through.
+GUESS = 40
+#: Rounds in which the start of a step that was not fitted is fitted at most, and the move, in rad and rad/s, after
+#: which it rests.
+ROUNDS, AT_REST = 8, 1e-9
 
 
 @dataclass(frozen=True)
@@ -61,17 +70,34 @@ class AngleFit:
 
     def rms(self) -> tuple[float, float]:
         """Root mean square residual of the angle between the legs and of the stance angle [rad]."""
-        every = np.concatenate(list(self.residuals.values()))
-        stance, between = np.sqrt((every**2).mean(axis=0))
-        return float(between), float(stance)
+        return _rms(np.concatenate(list(self.residuals.values())))
 
 
-def guess(step: DrivenStep) -> Vector:
-    """A start from cubics through the first samples, (4,)."""
-    n = min(GUESS, len(step.stance))
-    time = step.interval * np.arange(n)
-    stance, between = np.polyfit(time, step.stance[:n], 3), np.polyfit(time, step.between[:n], 3)
+def _rms(residuals: np.ndarray) -> tuple[float, float]:
+    stance, between = np.sqrt((residuals**2).mean(axis=0))
+    return float(between), float(stance)
+
+
+def guess(step: DrivenStep, samples: int = GUESS, order: int = 3) -> Vector:
+    """A start (4,) from polynomials through the first samples."""
+    seen = step.angles[:samples]
+    stance, between = np.polyfit(step.interval * np.arange(len(seen)), seen, order).T
     return np.array([stance[-1], between[-1] - stance[-1], stance[-2], between[-2] - stance[-2]])
+
+
+@dataclass(frozen=True)
+class _Steps:
+    """Of each step its start and residuals, and the equations for its start: right side, by the numbers, matrix."""
+
+    starts: dict[int, Vector]
+    residuals: dict[int, np.ndarray]
+    pulls: np.ndarray
+    solved: dict[int, tuple[Vector, np.ndarray, np.ndarray]]
+
+    def moved(self, move: Vector) -> dict[int, Vector]:
+        """The starts that go with a move of the numbers."""
+        return {number: self.starts[number] + np.linalg.lstsq(triangle, right - cross @ move, rcond=1e-12)[0]
+                for number, (right, cross, triangle) in self.solved.items()}  # fmt: skip
 
 
 def fit_robot(
@@ -85,98 +111,87 @@ def fit_robot(
     Where it does not come to rest it begins `again` so often, with fresh starts: a step's own can be lost for good.
     Raises NotIdentified where the robot's angles do not stay finite from the first guess on.
     """
-    size = np.array([sizes[name] for name in names])
-    least = np.array([low.get(name, -np.inf) for name in names])
-    x = np.array([robot.value(name) for name in names])
     own = {step.number: (starts or {}).get(step.number, guess(step)) for step in steps}
-    damping, iterations, converged = 1e-3, 0, False
-    at = _equations(robot.with_values(dict(zip(names, x, strict=True))), steps, own, names, known, noise)
-    if not np.isfinite(at.cost):
+
+    def evaluate(x: Vector, before: Point[_Steps] | None, _: float) -> Point[_Steps] | None:
+        begin = own if before is None else before.state.moved(x - before.x)
+        return _equations(robot.with_values(dict(zip(names, x, strict=True))), steps, begin, names, known, noise)
+
+    try:
+        ended = least_squares(
+            evaluate, np.array([robot.value(name) for name in names]), np.array([sizes[name] for name in names]),
+            np.array([low.get(name, -np.inf) for name in names]), ANGLES)
+    except ValueError:
         raise NotIdentified("the robot as drawn does not follow these angles through one step: check the columns' "
-                            "units and signs, and the design's values")
-    while iterations < MOST:
-        iterations += 1
-        free = ~((x <= least) & (at.right <= 0.0))
-        matrix = (at.matrix * size * size[:, None])[np.ix_(free, free)]
-        move = np.zeros(len(names))
-        if free.any():
-            damped = matrix + damping * np.diag(np.diag(matrix)) + 1e-9 * np.eye(len(matrix))
-            move[free] = np.linalg.lstsq(damped, (at.right * size)[free], rcond=1e-13)[0] * size[free]
-        move /= max(1.0, float(np.abs(move / size).max(initial=0.0)) / LONGEST)
-        there = np.maximum(x + move, least)
-        moved = {number: own[number] + at.start_step(number, there - x) for number in own}
-        tried = _equations(robot.with_values(dict(zip(names, there, strict=True))), steps, moved, names, known, noise)
-        if not tried.cost <= at.cost:  # written so that NaN is refused
-            damping *= 10.0
-            if damping > 1e8:
-                converged = at.foreseen(names, least, x) < AT_REST
-                break
-            continue
-        rests = at.cost - tried.cost < RESTS * at.cost
-        x, own, at, damping = there, moved, tried, max(damping / 10.0, 1e-9)
-        if rests:
-            converged = True
-            break
-    final = robot.with_values(dict(zip(names, x, strict=True)))
-    if not converged and again:
+                            "units and signs, and the design's values") from None
+    at = ended.point
+    final = robot.with_values(dict(zip(names, at.x, strict=True)))
+    if not ended.converged and again:
         return fit_robot(final, steps, names, sizes, low, known, noise, None, again - 1)
-    return AngleFit(final, names, noise, at.matrix, information_of(known, names), at.pulls, own, at.residuals,
-                    converged, iterations)
-
-
-@dataclass(frozen=True)
-class _At:
-    cost: float
-    matrix: np.ndarray
-    right: Vector
-    pulls: np.ndarray
-    residuals: dict[int, np.ndarray]
-    solved: dict[int, tuple[Vector, np.ndarray, np.ndarray]]
-
-    def foreseen(self, names: tuple[str, ...], least: Vector, x: Vector) -> float:
-        """By how much the cost should fall with an undamped step."""
-        free = ~((x <= least) & (self.right <= 0.0))
-        return 0.5 * float(self.right[free] @ np.linalg.lstsq(
-            self.matrix[np.ix_(free, free)], self.right[free], rcond=1e-13)[0]) if names and free.any() else 0.0
-
-    def start_step(self, number: int, move: Vector) -> Vector:
-        """How a step's start moves with the numbers."""
-        right, cross, triangle = self.solved[number]
-        return np.asarray(np.linalg.lstsq(triangle, right - cross @ move, rcond=1e-12)[0])
+    return AngleFit(final, names, noise, at.matrix, information_of(known, names), at.state.pulls, at.state.starts,
+                    at.state.residuals, ended.converged, ended.evaluations - 1)
 
 
 def _equations(
-    robot: Robot, steps: Sequence[DrivenStep], starts: Mapping[int, Vector], names: tuple[str, ...],
+    robot: Robot, steps: Sequence[DrivenStep], starts: dict[int, Vector], names: tuple[str, ...],
     known: Sequence[Known], noise: float,
-) -> _At:
-    """The equations for the numbers, starts eliminated."""
-    m = len(names)
-    matrix, right, cost = np.zeros((m, m)), np.zeros(m), 0.0
+) -> Point[_Steps] | None:
+    """The equations for the numbers, starts eliminated; None where a walk runs away."""
+    m, eliminated = len(names), 0.0
+    matrix, right, cost = known_equations(known, [robot.value(one.name) for one in known], names)
     pulls, residuals = [], {}
     solved: dict[int, tuple[Vector, np.ndarray, np.ndarray]] = {}
     for step in steps:
         shown = show(robot, step, starts[step.number], names)
         n = len(shown.angles)
-        left = np.column_stack([step.stance[:n], step.between[:n]]) - shown.angles
-        if n < len(step.stance):
-            cost += 1e6 * (len(step.stance) - n)
+        left = step.angles[:n] - shown.angles
+        if not np.isfinite(left).all():
+            return None
         residuals[step.number] = left
-        if not np.isfinite(left).all():  # the walk ran away, so the try is refused
-            return _At(math.inf, matrix, right, np.zeros((len(steps), m)), residuals, solved)
         r, jacobian = left.ravel() / noise, shown.by.reshape(2 * n, m) / noise
         q, triangle = np.linalg.qr(shown.by_start.reshape(2 * n, 4) / noise)
         solved[step.number] = q.T @ r, q.T @ jacobian, triangle
         reduced = jacobian - q @ (q.T @ jacobian)
-        rest = r - q @ (q.T @ r)
+        pulls.append(reduced.T @ (r - q @ (q.T @ r)))
         matrix += reduced.T @ reduced
-        pull = reduced.T @ rest
-        right += pull
-        pulls.append(pull)
-        cost += 0.5 * float(r @ r)
-    for one in known:
-        row = one.row(names)
-        off = (sum(share * robot.value(name) for name, share in one.parts().items()) - one.value) / one.sd
-        matrix += np.outer(row, row) / one.sd**2
-        right -= row * off / one.sd
-        cost += 0.5 * off**2
-    return _At(cost, matrix, right, np.array(pulls).reshape(len(steps), m), residuals, solved)
+        right += pulls[-1]
+        cost += 0.5 * float(r @ r) + 1e6 * (len(step.stance) - n)
+        eliminated += 0.5 * float(((q.T @ r) ** 2).sum())
+    return Point(np.array([robot.value(name) for name in names]), cost, matrix, right,
+                 _Steps(starts, residuals, np.array(pulls).reshape(len(steps), m), solved), cost, eliminated)
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Root mean square errors [rad] on steps that were not fitted, between the legs and of the stance angle: `fit` with
+    the start fitted on the whole step, `foretold` with the start from the first `begun` seconds and errors over the
+    rest."""
+
+    steps: int
+    begun: float
+    fit: tuple[float, float]
+    foretold: tuple[float, float]
+    residuals: Mapping[int, np.ndarray]
+
+
+def held_out(robot: Robot, steps: Sequence[DrivenStep], begun: float) -> HeldOut:
+    """Errors on steps that were not fitted."""
+    fitted = fit_robot(robot, steps, (), {}, {}, (), 1e-3)
+    foretold = np.concatenate([_foretold(robot, step, begun) for step in steps])
+    return HeldOut(len(steps), begun, fitted.rms(), _rms(foretold), fitted.residuals)
+
+
+def _foretold(robot: Robot, step: DrivenStep, begun: float) -> np.ndarray:
+    """Errors (n, 2) after the beginning."""
+    samples = round(begun / step.interval)
+    start = guess(step, samples, 2)
+    for _ in range(ROUNDS):
+        shown = show(robot, step, start, (), samples)
+        n = len(shown.angles)
+        left = (step.angles[:n] - shown.angles).ravel()
+        move = np.linalg.lstsq(shown.by_start.reshape(2 * n, 4), left, rcond=1e-12)[0]
+        start = start + move
+        if np.abs(move).max() < AT_REST:
+            break
+    shown = show(robot, step, start, ())
+    return np.asarray((step.angles[: len(shown.angles)] - shown.angles)[samples:])

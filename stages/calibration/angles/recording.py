@@ -1,21 +1,22 @@
-"""Steps of a driven compass walker as its encoders saw them, from a CSV file, or markers, from C3D."""
+"""Steps of a driven compass walker as its encoders saw them, from a CSV file, or markers at hip and feet, from C3D."""
 
 from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stages.analytic.model.walker import Vector
 from stages.biped.question import WrongOption
-from stages.calibration.angles.motion_capture import captured
+from stages.imu.errors import SourceRefused
+from stages.imu.sources.files.optional import library
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
@@ -28,8 +29,12 @@ COLUMNS = {
     "signal": "motor_signal",
     "stands": "outer_pair_stands",
 }
-
-
+#: Labels of the markers and of the analog channel with the motor's signal, and the axes of the laboratory, where a file
+#: does not say others. Axes are x, y, z, or -x, -y, -z; "up" is normal to the ground.
+MARKERS = {"hip": "HIP", "leg_0": "LEG0", "leg_1": "LEG1", "signal": "MOTOR", "forward": "x", "up": "z"}
+AXES = ("x", "y", "z", "-x", "-y", "-z")
+#: Frames in a row that a marker may be hidden for: they are bridged by a straight line.
+MOST_HIDDEN = 3
 #: Samples that a step needs.
 FEWEST = 9
 #: What nine of ten samples of an angle stay below while a robot walks [rad].
@@ -62,6 +67,11 @@ class DrivenStep:
     def turn(self) -> float:
         """1 while leg 0 stands, -1 while leg 1 does."""
         return 1.0 if self.leg == 0 else -1.0
+
+    @cached_property
+    def angles(self) -> np.ndarray:
+        """Stance angle and angle between the legs, (n, 2)."""
+        return np.column_stack([self.stance, self.between])
 
     @cached_property
     def spline(self) -> CubicSpline:
@@ -132,24 +142,11 @@ def _table(path: Path, columns: Mapping[str, str]) -> dict[str, Vector]:
     """The columns that are needed, by what they hold. Raises WrongOption."""
     try:
         with path.open(encoding="utf-8", newline="") as file:
-            rows = csv.reader(file)
-            head = next(rows, [])
-            for what, name in columns.items():
-                if name not in head:
-                    raise WrongOption(f"{path}:1: no column {name} for {what}; there are {', '.join(head)}")
-            places = {what: head.index(name) for what, name in columns.items()}
-            found: dict[str, list[float]] = {what: [] for what in columns}
-            for line, row in enumerate(rows, 2):
-                for what, place in places.items():
-                    try:
-                        found[what].append(float(row[place]))
-                    except (ValueError, IndexError):
-                        cell = row[place] if place < len(row) else "nothing"
-                        raise WrongOption(f"{path}:{line}: {columns[what]}: {cell!r} is no number") from None
+            rows = list(_numbers(file, path, columns))
     except (OSError, UnicodeDecodeError) as error:
         raise WrongOption(f"{path}: cannot be read: {getattr(error, 'strerror', error)}") from None
-    table = {what: np.array(values) for what, values in found.items()}
-    if not all(np.isfinite(values).all() for values in table.values()) or len(table["time"]) < 8:
+    table = dict(zip(columns, np.array(rows).reshape(-1, len(columns)).T, strict=True))
+    if len(rows) < 8 or not np.isfinite(rows).all():
         raise WrongOption(f"{path}: needs at least 8 rows of finite numbers")
     for what, largest in LARGEST.items():
         if (usual := float(np.quantile(np.abs(table[what]), 0.9))) > largest:
@@ -157,3 +154,89 @@ def _table(path: Path, columns: Mapping[str, str]) -> dict[str, Vector]:
                               f"stays below {largest:.3g} rad in a walk; it looks like degrees, so multiply it by "
                               "pi / 180")
     return table
+
+
+def _numbers(file: Any, path: Path, columns: Mapping[str, str]) -> Iterator[list[float]]:
+    """The rows of a CSV file, in the order of `columns`. Raises WrongOption with line and column."""
+    rows = csv.reader(file)
+    head = next(rows, [])
+    for what, name in columns.items():
+        if name not in head:
+            raise WrongOption(f"{path}:1: no column {name} for {what}; there are {', '.join(head)}")
+    places = [head.index(name) for name in columns.values()]
+    for line, row in enumerate(rows, 2):
+        found = []
+        for name, place in zip(columns.values(), places, strict=True):
+            cell = row[place] if place < len(row) else "nothing"
+            try:
+                found.append(float(cell))
+            except ValueError:
+                raise WrongOption(f"{path}:{line}: {name}: {cell!r} is no number") from None
+        yield found
+
+
+def captured(path: Path, markers: Mapping[str, str]) -> dict[str, Vector]:
+    """Time [s], angles [rad], signal, and 1 while leg 0 stands, (n,) each, as the CSV file of encoders has them.
+
+    A leg's angle is that of the line from the hip's marker to its foot's from "up", foot ahead positive; the foot that
+    is slower along the ground stands. Without a channel of the signal there is none. Raises WrongOption.
+    """
+    named = {**MARKERS, **markers}
+    for axis in ("forward", "up"):
+        if named[axis] not in AXES:
+            raise WrongOption(f"{path}: {axis} is {named[axis]}, must be one of {', '.join(AXES)}")
+    rate, labels, points, channels, analog = _read(path)
+    places = {}
+    for marker in ("hip", "leg_0", "leg_1"):
+        if named[marker] not in labels:
+            raise WrongOption(f"{path}: no marker {named[marker]} for {marker}; there are {', '.join(labels)}")
+        places[marker] = _seen(points[:, labels.index(named[marker])], path, named[marker])
+    forward, up = ({name: _along(place, named[axis]) for name, place in places.items()} for axis in ("forward", "up"))
+    angles = [np.arctan2(forward[leg] - forward["hip"], up["hip"] - up[leg]) for leg in ("leg_0", "leg_1")]
+    speeds = [np.abs(np.gradient(forward[leg])) for leg in ("leg_0", "leg_1")]
+    stands = speeds[0] < speeds[1]
+    count = len(angles[0])
+    signal = analog[:, channels.index(named["signal"])] if named["signal"] in channels else np.zeros(count)
+    if count < 8:
+        raise WrongOption(f"{path}: has {count} frames, at least 8 are needed")
+    return {"time": np.arange(count) / rate, "stance": np.where(stands, angles[0], angles[1]),
+            "between": angles[1] - angles[0], "signal": signal, "stands": stands.astype(float)}  # fmt: skip
+
+
+def _read(path: Path) -> tuple[float, list[str], np.ndarray, list[str], np.ndarray]:
+    """Frames a second, labels of markers, their places and residuals (n, m, 4), labels of channels, their means over
+    each frame (n, c). Raises WrongOption."""
+    try:
+        c3d: Any = library("c3d", "files", path)
+        with path.open("rb") as handle:
+            reader = c3d.Reader(handle)
+            frames = [(points[:, :4], analog.mean(axis=1) if analog.size else np.zeros(0))
+                      for _, points, analog in reader.read_frames()]
+            labels, channels = ([str(one).strip() for one in given] for given in
+                                (reader.point_labels, reader.analog_labels if reader.analog_used else ()))
+            rate = float(reader.point_rate)
+    except SourceRefused as reason:
+        raise WrongOption(str(reason)) from None
+    except OSError as error:
+        raise WrongOption(f"{path}: cannot be read: {error.strerror}") from None
+    except Exception as error:  # a library's own: it raises assertions, struct errors and warnings of many kinds
+        raise WrongOption(f"{path}: is no C3D file that can be read: {str(error) or type(error).__name__}") from None
+    if not frames or not rate > 0:
+        raise WrongOption(f"{path}: has no frames")
+    return rate, labels, np.array([one for one, _ in frames]), channels, np.array([one for _, one in frames])
+
+
+def _seen(track: np.ndarray, path: Path, label: str) -> np.ndarray:
+    """Places (n, 3) of a marker, with short gaps bridged. Raises WrongOption where it is hidden for longer."""
+    hidden = (track[:, 3] < 0) | ~np.isfinite(track).all(axis=1)
+    longest = max((len(run) for run in "".join("x" if one else " " for one in hidden).split()), default=0)
+    if longest > MOST_HIDDEN:
+        raise WrongOption(f"{path}: marker {label} is hidden for {longest} frames in a row, at most {MOST_HIDDEN}")
+    rows = np.arange(len(track))
+    return np.column_stack([np.interp(rows, rows[~hidden], track[~hidden, axis]) for axis in range(3)])
+
+
+def _along(places: np.ndarray, axis: str) -> Vector:
+    """Places along an axis (n,)."""
+    column = places[:, "xyz".index(axis[-1])]
+    return np.asarray(-column if axis.startswith("-") else column, dtype=float)

@@ -6,19 +6,16 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 from stages.analytic.gait.design_point import DesignPoint
 from stages.biped.design import Biped
 from stages.biped.quantity import faults
 from stages.biped.question import WrongOption
-from stages.calibration.angles.motion_capture import MARKERS
-from stages.calibration.angles.recording import COLUMNS, DrivenStep
+from stages.calibration.angles.recording import COLUMNS, MARKERS, DrivenStep
 from stages.calibration.angles.robot import OF_ROBOT, ZEROS, Robot
-from stages.calibration.errors import NotIdentified
-from stages.calibration.estimation.asked import known_value, number
-from stages.calibration.estimation.known import Known
+from stages.calibration.estimation.least_squares import Known, NotIdentified
+from stages.calibration.estimation.request import Place, known_value, number, only
 from stages.ground.slope import Slope
 
 KEYS = ("design", "robot", "known", "free", "recording", "held_out")
@@ -83,68 +80,48 @@ class AngleSetup:
 
 def setup_of(about: Mapping[str, Any] | None, biped: Biped, slope: Slope) -> AngleSetup:
     """Read and check what the file says; without one the study's own design. Raises WrongOption with file and line."""
-    if about is None:
-        about = {}
-    place = getattr(about, "place", lambda *keys: ".".join(map(str, keys)))
-    for key in about:
-        if key not in KEYS:
-            raise WrongOption(f"{place(key)}: there is no such entry for angles; known are {', '.join(KEYS)}")
+    about = {} if about is None else about
+    place: Place = getattr(about, "place", lambda *keys: ".".join(map(str, keys)))
+    only(about, KEYS, place, wrong="there is no such entry for angles; known are")
     given = _design(about.get("design") or {}, biped, place)
     biped = dataclasses.replace(biped, **given)
     for broken in faults(biped):
         raise WrongOption(f"{place('design', broken.key)}: {getattr(biped, broken.key)}, must be {broken.allowed}")
-    level = dataclasses.replace(slope, slope_deg=0.0)
+    said = only(about.get("robot") or {}, OF_ROBOT, place, "robot", wrong="no such number; known are")
     numbers = dict.fromkeys(OF_ROBOT, 0.0)
-    for name, entry in (about.get("robot") or {}).items():
-        if name not in OF_ROBOT:
-            raise WrongOption(f"{place('robot', name)}: no such number; known are {', '.join(OF_ROBOT)}")
-        numbers[name] = _value(entry, OF_ROBOT[name], place, "robot", name)
-    robot = Robot(DesignPoint(biped, level), numbers)
-    free = tuple(_full(name, robot, place, row) for row, name in enumerate(about.get("free") or USUAL))
-    known = tuple(
-        known_value(_full(name, robot, place, name, "known"), entry, robot.unit, partial(place, "known", name))
-        for name, entry in (about.get("known") or {}).items())
-    known += tuple(Known(name, numbers[name], FARTHEST_ZERO / 3.0) for name in about.get("robot") or {}
-                   if name in ZEROS and name not in {one.name for one in known})  # fmt: skip
-    recording = about.get("recording") or {}
-    for key in recording:
-        if key not in RECORDING:
-            raise WrongOption(f"{place('recording', key)}: there is no such entry; known are {', '.join(RECORDING)}")
-    columns = recording.get("columns") or {}
-    for what in columns:
-        if what not in COLUMNS:
-            raise WrongOption(f"{place('recording', 'columns', what)}: no such column; known are {', '.join(COLUMNS)}")
-    markers = recording.get("markers") or {}
-    for what in markers:
-        if what not in MARKERS:
-            raise WrongOption(f"{place('recording', 'markers', what)}: no such marker or axis; known are "
-                              f"{', '.join(MARKERS)}")  # fmt: skip
+    numbers |= {name: _value(entry, OF_ROBOT[name], place, "robot", name) for name, entry in said.items()}
+    robot = Robot(DesignPoint(biped, dataclasses.replace(slope, slope_deg=0.0)), numbers)
+    free = tuple(_full(name, robot, place, "free", row) for row, name in enumerate(about.get("free") or USUAL))
+    names = {name: _full(name, robot, place, "known", name) for name in about.get("known") or {}}
+    known = [known_value(full, about["known"][name], robot.unit(full), place, name) for name, full in names.items()]
+    known += [Known(name, numbers[name], FARTHEST_ZERO / 3.0) for name in said
+              if name in ZEROS and name not in names.values()]  # fmt: skip
+    recording = only(about.get("recording") or {}, RECORDING, place, "recording")
+    columns, markers = (
+        only(recording.get(key) or {}, entries, place, "recording", key, wrong=f"no such {what}; known are")
+        for key, entries, what in (("columns", COLUMNS, "column"), ("markers", MARKERS, "marker or axis")))
     left_out = int(number(recording.get("left_out_samples", 7), place("recording", "left_out_samples"), 0, 1000))
     begun = number(recording.get("begun_s", 0.15), place("recording", "begun_s"), 0.02, 10.0)
     out = about.get("held_out", EVERY_OTHER_PAIR)
     if out != EVERY_OTHER_PAIR and not (isinstance(out, list) and all(isinstance(one, int) for one in out)):
         raise WrongOption(f'{place("held_out")}: {out}, must be "{EVERY_OTHER_PAIR}" or a list of numbers of steps')
     held_out = out if isinstance(out, str) else tuple(out)
-    return AngleSetup(robot, free, known, columns, markers, left_out, begun, held_out, given)
+    return AngleSetup(robot, free, tuple(known), columns, markers, left_out, begun, held_out, given)
 
 
-def _design(entries: Mapping[str, Any], biped: Biped, place: Any) -> dict[str, Any]:
+def _design(entries: Mapping[str, Any], biped: Biped, place: Place) -> dict[str, Any]:
     """The design's keys that the file gives."""
     fields = {field.name: field for field in dataclasses.fields(biped)}
     given: dict[str, Any] = {}
     for key, entry in entries.items():
-        if key not in fields:
-            raise WrongOption(f"{place('design', key)}: no such key of biped.yaml; it has {', '.join(fields)}")
-        if key == "legs":
-            given[key] = entry
-            if entry != "rigid":
-                raise WrongOption(f"{place('design', key)}: {entry}, must be rigid: the angles are read of such legs")
-        else:
-            given[key] = _value(entry, fields[key].metadata["unit"], place, "design", key)
+        only([key], fields, place, "design", wrong="no such key of biped.yaml; it has")
+        if key == "legs" and entry != "rigid":
+            raise WrongOption(f"{place('design', key)}: {entry}, must be rigid: the angles are read of such legs")
+        given[key] = entry if key == "legs" else _value(entry, fields[key].metadata["unit"], place, "design", key)
     return given
 
 
-def _value(entry: Any, unit: str, place: Any, *keys: str) -> float:
+def _value(entry: Any, unit: str, place: Place, *keys: str) -> float:
     """The value of {value, unit, source}."""
     if not isinstance(entry, Mapping) or not {"value", "unit"} <= set(entry):
         raise WrongOption(f"{place(*keys)}: expected {{value, unit, source}}")
@@ -153,7 +130,7 @@ def _value(entry: Any, unit: str, place: Any, *keys: str) -> float:
     return number(entry["value"], place(*keys, "value"), -1e6, 1e6)
 
 
-def _full(name: Any, robot: Robot, place: Any, row: Any, key: str = "free") -> str:
+def _full(name: Any, robot: Robot, place: Place, key: str, row: Any) -> str:
     """The full name of a number of the robot."""
     for full in (str(name), f"biped.{name}", f"ground.{name}"):
         try:

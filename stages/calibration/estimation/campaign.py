@@ -2,30 +2,44 @@
 
 Each run's own unknowns meet the others' only through the design, so the normal equations have the shape of an arrow:
 they are solved for run by run, and what is left are equations for the design alone.
+
+One run's fit is also a part of an answer, with plain argument and answer, so that it is kept and goes anywhere.
 """
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterable, Sequence
+import dataclasses
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from itertools import repeat
+from typing import Any
 
 import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
+from stages.biped.design import Biped
 from stages.biped.processes import each_in_a_process
-from stages.calibration.estimation.equations import Equations, Model, eliminated, run_equations
-from stages.calibration.estimation.fit import RunFit, design_sizes, fit_run, known_equations, lowest
-from stages.calibration.estimation.known import Known
-from stages.calibration.observation.measured_run import MeasuredRun
+from stages.calibration.estimation.least_squares import (
+    Known,
+    Point,
+    Rule,
+    covariance_of,
+    known_equations,
+    least_squares,
+)
+from stages.calibration.estimation.run_fit import Equations, Model, RunFit, design_sizes, fit_run, lowest, run_equations
+from stages.calibration.information.planned import first_model
+from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling
+from stages.calibration.parameters import Parameters
 
-#: Joint steps, when half the sum of squares is at rest, and how often a step is halved.
-MOST_STEPS, ENOUGH, HALVINGS = 25, 1e-3, 12
+#: Joint steps: whole ones or halves of them; they rest by what the cost of a run falls.
+JOINT = Rule(25, rests=1e-3, at_rest=1.0, halved=True, caution=(1.0, 1.0, 2.0**11), factors=(0.0, 2.0),
+             step="joint step", counted="joint steps")  # fmt: skip
 #: A run is left out of the joint fit if its own fit leaves so many times the square residual of the usual run.
 ODD = 3.0
 
@@ -43,7 +57,6 @@ class CampaignFit:
     names: tuple[str, ...]
     design: Vector
     covariance: np.ndarray
-    information: np.ndarray
     runs: tuple[MeasuredRun, ...]
     own: np.ndarray
     unknowns: np.ndarray
@@ -89,8 +102,7 @@ def alone(
     design: DesignPoint, runs: Sequence[MeasuredRun], model: Model, known: Sequence[Known]
 ) -> Iterable[tuple[int, RunFit | str]]:
     """Each run's own fit, or why there is none."""
-    for number, run in enumerate(runs):
-        yield number, _own_fit(run, design, model, known)
+    return enumerate(_own_fit(run, design, model, known) for run in runs)
 
 
 def side_by_side(
@@ -107,6 +119,10 @@ def _own_fit(run: MeasuredRun, design: DesignPoint, model: Model, known: Sequenc
         return str(reason)
 
 
+#: The runs' equations, and the unknowns (r, o + k) that they alone have.
+Runs = tuple[list[Equations], np.ndarray]
+
+
 class Joint:
     """All runs together."""
 
@@ -114,127 +130,138 @@ class Joint:
         self, design: DesignPoint, runs: Sequence[MeasuredRun], model: Model, known: Sequence[Known]
     ) -> None:
         self.design, self.runs, self.model, self.known = design, tuple(runs), model, known
-        self.d, self.k = len(model.shared), len(model.layout.names)
-        names = (*model.shared, *model.own)
-        self.sizes, self.low = design_sizes(design, names), lowest(design, names)
+        self.sizes, self.low = design_sizes(design, model.shared), lowest(design, model.shared)
 
     def fitted(self, fits: Sequence[RunFit], left_out: dict[str, str], walks: int) -> CampaignFit:
         """`from_point` of the design that the runs' own fits agree on, or of the first of them that walks all runs."""
+        o = len(self.model.own)
         for design in (self._together(fits), *(fit.design for fit in fits)):
             moves = np.array([_along(fit, design - fit.design) for fit in fits])
             own, unknowns = np.array([fit.own for fit in fits]), np.array([fit.unknowns for fit in fits])
             with contextlib.suppress(StepFailed):
-                return self.from_point(
-                    design, own + moves[:, self.k :], unknowns + moves[:, : self.k], left_out, walks)
+                return self.from_point(design, own + moves[:, :o], unknowns + moves[:, o:], left_out, walks)
         raise StepFailed("their own fits have no design in common that walks; runs must be of one robot")
 
     def from_point(
         self, design: Vector, own: np.ndarray, unknowns: np.ndarray, left_out: dict[str, str], walks: int,
-        most: int = MOST_STEPS,
+        rule: Rule = JOINT,
     ) -> CampaignFit:
         """Gauss-Newton from a design (d,), own parameters (r, o) and unknowns (r, k); a step that does not help is
         halved. Raises StepFailed where the robot does not walk the runs there."""
-        d = self.d
-        at = self._at(design, own, unknowns)
-        if at is None:
-            raise StepFailed("the robot does not walk the runs")
-        converged, why = False, f"{most} joint steps were not enough"
-        walks += len(self.runs)
-        for _ in range(most):
-            matrix, right = self._reduced(at, design)
-            step = _solved(matrix, right, self.sizes[:d])
-            moves = [own_step(one, step) for one in at]
-            foreseen = 0.5 * float(step @ right) + sum(0.5 * float(m @ one.right[d:]) for m, one in zip(
-                moves, at, strict=True)) + 0.5 * float(step @ sum(one.right[:d] for one in at) - step @ right)
-            share, now = 1.0, self._cost(at, design)
-            for _ in range(HALVINGS):
-                tried_design = np.maximum(design + share * step, self.low[:d])
-                tried_unknowns = unknowns + share * np.array([move[: self.k] for move in moves])
-                tried_own = own + share * np.array([move[self.k :] for move in moves])
-                tried = self._at(tried_design, tried_own, tried_unknowns)
-                walks += len(self.runs)
-                if tried is not None and self._cost(tried, tried_design) <= now + 1e-9 * abs(now):
-                    break
-                share *= 0.5
-            else:
-                converged, why = abs(foreseen) < 1.0, "no joint step brings the residuals down"
-                break
-            gain = now - self._cost(tried, tried_design)
-            design, own, unknowns, at = tried_design, tried_own, tried_unknowns, tried
-            if max(gain, 0.0 if share == 1.0 else abs(foreseen)) < ENOUGH * len(self.runs):
-                converged, why = True, ""
-                break
-        matrix, _ = self._reduced(at, design)
+        begin = np.concatenate([own, unknowns], axis=1)
+
+        def evaluate(x: Vector, before: Point[Runs] | None, share: float) -> Point[Runs] | None:
+            others = begin if before is None else self._along(x - before.x, before.state, share)
+            return self._at(x, others)
+
+        try:
+            ended = least_squares(evaluate, design, self.sizes, self.low, rule)
+        except ValueError:
+            raise StepFailed("the robot does not walk the runs") from None
+        at, o = ended.point, len(self.model.own)
+        equations, others = at.state
         return CampaignFit(
-            names=self.model.shared, design=design, covariance=covariance_of(matrix, self.sizes[:d]),
-            information=matrix, runs=self.runs, own=own, unknowns=unknowns, equations=tuple(at), left_out=left_out,
-            chi2=sum(one.chi2 for one in at), count=sum(one.count for one in at), evaluations=walks,
-            converged=converged, why="" if converged else why)  # fmt: skip
+            names=self.model.shared, design=at.x, covariance=covariance_of(at.matrix, self.sizes),
+            runs=self.runs, own=others[:, :o], unknowns=others[:, o:],
+            equations=tuple(equations), left_out=left_out, chi2=sum(one.chi2 for one in equations),
+            count=sum(one.count for one in equations), evaluations=walks + ended.evaluations * len(self.runs),
+            converged=ended.converged, why=ended.why)  # fmt: skip
 
     def _together(self, fits: Sequence[RunFit]) -> Vector:
-        """The design that the runs' own fits agree on, each weighed by what it tells."""
-        total, right = np.zeros((self.d, self.d)), np.zeros(self.d)
+        """The design that the runs' own fits agree on, each weighed by what it tells; combinations that nothing is told
+        of stay at their mean."""
+        d, unit = len(self.sizes), self.sizes
+        total, right = np.zeros((d, d)), np.zeros(d)
         for fit in fits:
-            matrix, _ = eliminated(fit.equations, self.d)
+            matrix, _ = fit.equations.eliminated(d)
             total += matrix
             right += matrix @ fit.design
         middle = np.mean([fit.design for fit in fits], axis=0)
-        return np.asarray(np.maximum(middle + _solved(total, right - total @ middle, self.sizes[: self.d]),
-                                     self.low[: self.d]))
+        left = (right - total @ middle) * unit
+        return np.asarray(np.maximum(
+            middle + np.linalg.lstsq(total * unit * unit[:, None], left, rcond=1e-13)[0] * unit, self.low))
 
-    def _at(self, design: Vector, own: np.ndarray, unknowns: np.ndarray) -> list[Equations] | None:
-        """The runs' equations, side by side; None where the robot does not walk one of them."""
-        there = self.design.with_values(dict(zip(self.model.shared, design, strict=True)))
+    def _along(self, step: Vector, runs: Runs, share: float) -> np.ndarray:
+        """The runs' own unknowns (r, o + k) after a step (d,) of the design, which is a `share` of a whole one."""
+        equations, others = runs
+        return np.asarray(others + share * np.array([one.own_step(step / share) for one in equations]))
+
+    def _at(self, x: Vector, others: np.ndarray) -> Point[Runs] | None:
+        """The equations for the design alone, with the runs' side by side; None where the robot does not walk one."""
+        there, o = self.model.robot(self.design, x), len(self.model.own)
         if not there.is_legal():
             return None
         try:
             with ThreadPoolExecutor() as pool:
-                return list(pool.map(run_equations, repeat(there), own, unknowns, self.runs, repeat(self.model)))
+                found = list(pool.map(
+                    run_equations, repeat(there), others[:, :o], others[:, o:], self.runs, repeat(self.model)))
         except StepFailed:
             return None
-
-    def _cost(self, at: Sequence[Equations], design: Vector) -> float:
-        return sum(one.cost for one in at) + self._known(design)[2]
-
-    def _known(self, design: Vector) -> tuple[np.ndarray, Vector, float]:
-        there = self.design.with_values(dict(zip(self.model.shared, design, strict=True)))
-        return known_equations(self.known, there, self.model.shared)
-
-    def _reduced(self, at: Sequence[Equations], design: Vector) -> tuple[np.ndarray, Vector]:
-        """The equations for the design alone."""
-        matrix, right, _ = self._known(design)
-        for one in at:
-            more, other = eliminated(one, self.d)
-            matrix, right = matrix + more, right + other
-        return matrix, right
-
-
-def own_step(one: Equations, step: Vector) -> Vector:
-    """A run's own unknowns' step that goes with the design's (d,)."""
-    d = len(step)
-    own = one.matrix[d:, d:]
-    scale = 1.0 / np.sqrt(np.diag(own))
-    right = (one.right[d:] - one.matrix[d:, :d] @ step) * scale
-    return np.asarray(np.linalg.lstsq(own * scale * scale[:, None], right, rcond=1e-14)[0] * scale)
+        matrix, right, cost = known_equations(self.known, [one.of(there) for one in self.known], self.model.shared)
+        eliminated = 0.0
+        for one in found:
+            more, other = one.eliminated(len(x))
+            matrix, right, cost = matrix + more, right + other, cost + one.cost
+            eliminated += 0.5 * float(one.own_step(np.zeros(len(x))) @ one.right[len(x) :])
+        return Point(x, cost, matrix, right, (found, others), len(self.runs), eliminated)
 
 
 def _along(fit: RunFit, step: Vector) -> Vector:
     """How a run's own unknowns go with a step of the design (d,); no farther where they are not at rest yet, as their
     whole step may lead off."""
-    whole = own_step(fit.equations, step)
-    return whole if fit.converged else whole - own_step(fit.equations, np.zeros_like(step))
+    whole = fit.equations.own_step(step)
+    return whole if fit.converged else whole - fit.equations.own_step(np.zeros_like(step))
 
 
-def _solved(matrix: np.ndarray, right: Vector, sizes: Vector) -> Vector:
-    """The step of a system whose unknowns have these sizes; combinations that nothing is told of stay."""
-    return np.asarray(np.linalg.lstsq(matrix * sizes * sizes[:, None], right * sizes, rcond=1e-13)[0] * sizes)
+def as_plain(run: MeasuredRun) -> dict[str, Any]:
+    """A run as JSON knows it."""
+    return {
+        "name": run.name,
+        "sampling": {"hip": run.sampling.hip.tolist(), "foot": run.sampling.foot.tolist(), "late": run.sampling.late,
+                     "bandwidth_hz": run.sampling.bandwidth_hz, "first_leg": run.sampling.first_leg,
+                     "place": run.sampling.place, "below_hip": run.sampling.below_hip,
+                     "declared": run.sampling.declared},
+        "samples": {side: run.samples[side].tolist() for side in SIDES},
+        "used": {side: run.used[side].tolist() for side in SIDES},
+        "strikes": run.strikes.tolist(),
+        "own": {name: list(value) for name, value in run.own.items()},
+    }
 
 
-def covariance_of(matrix: np.ndarray, sizes: Vector) -> np.ndarray:
-    """Inverse of an information matrix, in equal units for numerics; infinite along what nothing is told of."""
-    values, vectors = np.linalg.eigh(matrix * sizes * sizes[:, None])
-    seen = values > 1e-6
-    inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T
-    blind = (np.abs(vectors[:, ~seen]) > 1e-3).any(axis=1)
-    inverse[blind, blind] = np.inf
-    return np.asarray(inverse * sizes * sizes[:, None])
+def from_plain(plain: Mapping[str, Any]) -> MeasuredRun:
+    """The run of `as_plain`."""
+    sampling = dict(plain["sampling"])
+    sampling |= {side: np.array(sampling[side]) for side in SIDES}
+    return MeasuredRun(
+        plain["name"], Sampling(**sampling), {side: np.array(plain["samples"][side]) for side in SIDES},
+        {side: np.array(plain["used"][side], dtype=bool) for side in SIDES}, np.array(plain["strikes"]),
+        {name: (value[0], value[1]) for name, value in plain["own"].items()})
+
+
+def fitted_alone(
+    parameters: Parameters, drawn: dict[str, Any], names: list[str], known: list[list[Any]], place: float,
+    plain: Mapping[str, Any],
+) -> dict[str, Any]:
+    """The fit of one run from the design `drawn` (its biped's fields), in plain values; or why there is none.
+
+    `place` [m] is the standard error of the foot sensor's.
+    """
+    parameters = dataclasses.replace(parameters, settings=dataclasses.replace(parameters.settings, lever_arm_sd=place))
+    design = DesignPoint(Biped(**drawn), parameters.slope)
+    model = first_model(design, names, parameters)
+    try:
+        fit = fit_run(design, from_plain(plain), model, [Known(*one) for one in known])
+    except StepFailed as reason:
+        return {"why_none": str(reason)}
+    return {"design": fit.design.tolist(), "own": fit.own.tolist(), "unknowns": fit.unknowns.tolist(),
+            "evaluations": fit.evaluations, "converged": fit.converged, "why": fit.why}
+
+
+def fit_of(answer: Mapping[str, Any], run: MeasuredRun, design: DesignPoint, model: Model) -> RunFit | str:
+    """The fit of an answer, with its equations."""
+    if "why_none" in answer:
+        return str(answer["why_none"])
+    values, own, unknowns = (np.array(answer[key]) for key in ("design", "own", "unknowns"))
+    there = model.robot(design, values)
+    return RunFit(values, own, unknowns, run_equations(there, own, unknowns, run, model), answer["evaluations"],
+                  answer["converged"], answer["why"])

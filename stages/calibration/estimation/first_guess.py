@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +20,7 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import poincare_map
 from stages.analytic.model.kinds import natural_lengths
 from stages.analytic.model.walker import Vector, Walker
-from stages.calibration.observation.unknowns import STRETCHES, Layout, mid_stance, start_scales
+from stages.calibration.observation.measured_run import STRETCHES, Layout, mid_stance, start_scales
 
 #: Steps that are looked at, and tolerance of a walk whose strikes are compared with times known to milliseconds.
 STEPS, COARSE = 5, 1e-6
@@ -43,16 +43,6 @@ class Begun:
     shares: Vector
     slower: float = 1.0
     misfit: float = np.inf
-
-
-#: When mid-stance is [s] after the first of heel strikes (s,) [s] that a leg begins with.
-MidStanceOf = Callable[[Vector, int], float]
-
-
-def guessed_mid_stance(design: DesignPoint, layout: Layout) -> MidStanceOf:
-    """Mid-stance as `first_guess` has it."""
-    place = layout.place("mid_stance")
-    return lambda strikes, first_leg: float(first_guess(design, strikes, first_leg, layout)[place])
 
 
 def first_guess(design: DesignPoint, strikes: Vector, first_leg: int, layout: Layout) -> Vector:

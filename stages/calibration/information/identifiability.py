@@ -6,20 +6,27 @@ The information of a Gaussian fit is J^T W J; its inverse is the smallest covari
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stages.analytic.derivatives.numbers import changes_of
+from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
-from stages.calibration.estimation.equations import Equations, Model, eliminated
-from stages.calibration.estimation.known import Known, information_of
+from stages.biped.accuracy.scales import powers
+from stages.calibration.estimation.least_squares import TOTAL_MASS, Known, information_of
+from stages.calibration.estimation.run_fit import Equations, Model
+from stages.calibration.information.planned import SLOPE, Plan, planned_equations
+from stages.calibration.parameters import Parameters
 
 #: A combination is told nothing of if it may change by this share of its parameters, in standard deviations.
 UNSEEN = 1.0
-#: A parameter belongs to such a combination if it has this much of it.
-BELONGS = 1e-3
+#: A parameter belongs to such a combination if it has this much of it; entries that differ by less than `EQUAL` are the
+#: same.
+BELONGS, EQUAL = 1e-3, 0.01
 
 
 @dataclass(frozen=True)
@@ -37,8 +44,6 @@ class Identifiability:
     """What `runs` runs tell of the parameters `names` (n,): `values`, `scales`, standard deviations `sd` (n,), infinite
     for those in a combination that is not seen, the `unseen` combinations (u, n) in shares of `scales`, and what limits
     each parameter.
-
-    `covariance` (n, n) is without the unseen combinations.
     """
 
     names: tuple[str, ...]
@@ -46,62 +51,37 @@ class Identifiability:
     scales: Vector
     runs: int
     sd: Vector
-    covariance: np.ndarray
     unseen: np.ndarray
     partners: tuple[Partner, ...]
-
-
-def scales_of(design: DesignPoint, names: Sequence[str]) -> Vector:
-    """A whole share of each parameter: its value, or a size it could have."""
-    from stages.analytic.derivatives.numbers import changes_of
-
-    return changes_of(design, names).scales
 
 
 def identifiability(
     design: DesignPoint, equations: Equations, model: Model, known: Sequence[Known], runs: int = 1
 ) -> Identifiability:
     """What `runs` runs like the one of `equations` tell, each with sensors and ramp of its own, and `known` values."""
-    d = len(model.shared)
-    names = (*model.shared, *model.own)
-    scales = scales_of(design, names)
-    others = len(model.layout.names)
+    d, names = len(model.shared), model.of_design
+    n = len(names)
+    scales = changes_of(design, names).scales
     matrix = equations.matrix.copy()
     if runs > 1:  # the other runs' unknowns are gone already
-        more, _ = eliminated(equations, d)
-        matrix[:d, :d] += (runs - 1) * more
-    order = [*range(d), *range(d + others, d + others + len(model.own)), *range(d, d + others)]
-    matrix = matrix[np.ix_(order, order)]
-    n = len(names)
+        matrix[:d, :d] += (runs - 1) * equations.eliminated(d)[0]
     matrix[:n, :n] += information_of(known, names)
     unit = np.concatenate([scales, model.layout.sizes])
     scaled = matrix * unit * unit[:, None]
-    design_only = _without(scaled, n)
-    values, vectors = np.linalg.eigh(design_only)
+    cross, own = scaled[:n, n:], scaled[n:, n:]
+    design_only = scaled[:n, :n] - cross @ np.linalg.lstsq(own, cross.T, rcond=1e-14)[0]
+    values, vectors = np.linalg.eigh(0.5 * (design_only + design_only.T))
     is_unseen = values < 1.0 / UNSEEN**2
-    unseen = vectors[:, is_unseen].T
-    seen = vectors[:, ~is_unseen]
-    covariance = (seen / values[~is_unseen]) @ seen.T
-    part_of = (np.abs(unseen) > BELONGS).any(axis=0) if len(unseen) else np.zeros(n, dtype=bool)
-    sd = np.where(part_of, np.inf, np.sqrt(np.diag(covariance)) * scales)
-    all_names = (*names, *model.layout.names)
-    partners = _partners(scaled, unseen, n, all_names, scales)
-    return Identifiability(names, np.array([design.value(name) for name in names]), scales, runs, sd,
-                           covariance * scales * scales[:, None], unseen, partners)
+    unseen, seen = vectors[:, is_unseen].T, vectors[:, ~is_unseen]
+    told = np.sqrt(np.diag((seen / values[~is_unseen]) @ seen.T)) * scales
+    sd = np.where((np.abs(unseen) > BELONGS).any(axis=0), np.inf, told)
+    return Identifiability(names, np.array([design.value(name) for name in names]), scales, runs, sd, unseen,
+                           _partners(scaled, unseen, (*names, *model.layout.names), scales))
 
 
-def _without(matrix: np.ndarray, kept: int) -> np.ndarray:
-    """The information about the first unknowns when the others are free."""
-    cross, own = matrix[:kept, kept:], matrix[kept:, kept:]
-    left = matrix[:kept, :kept] - cross @ np.linalg.lstsq(own, cross.T, rcond=1e-14)[0]
-    return np.asarray(0.5 * (left + left.T))
-
-
-def _partners(
-    scaled: np.ndarray, unseen: np.ndarray, n: int, names: tuple[str, ...], scales: Vector
-) -> tuple[Partner, ...]:
+def _partners(scaled: np.ndarray, unseen: np.ndarray, names: tuple[str, ...], scales: Vector) -> tuple[Partner, ...]:
     """What each parameter's error goes along with, unseen combinations held."""
-    held = scaled.copy()
+    n, held = len(scales), scaled.copy()
     stiff = float(np.abs(np.diag(scaled)[:n]).max())
     held[:n, :n] += stiff * unseen.T @ unseen
     equal = 1.0 / np.sqrt(np.diag(held))
@@ -116,3 +96,101 @@ def _partners(
         r = float(correlation[row, other])
         found.append(Partner(names[other], r, float(sd[row] * scales[row] * np.sqrt(max(0.0, 1.0 - r * r)))))
     return tuple(found)
+
+
+def short(name: str) -> str:
+    """A parameter's name without its file."""
+    return name.partition(".")[2] or name
+
+
+def listed(words: Sequence[str]) -> str:
+    """a, b and c."""
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def finite(value: float) -> float | None:
+    """The value as JSON knows it: none where it is not finite."""
+    return float(value) if math.isfinite(value) else None
+
+
+def is_scale_of_mass(combination: Vector, units: Sequence[str], values: Vector) -> bool:
+    """Whether a combination of shares is that of another unit of mass, in which what is zero stays zero."""
+    masses = np.array([powers(unit)[0] for unit in units], dtype=float) * (np.asarray(values) != 0.0)
+    norm = float(np.linalg.norm(masses) * np.linalg.norm(combination))
+    return norm > 0 and abs(float(masses @ combination)) > (1 - EQUAL) * norm
+
+
+def described(combination: Vector, names: Sequence[str], units: Sequence[str], values: Vector) -> str:
+    """A sentence on a combination (n,) of shares of `values` that no measurement tells of."""
+    parts = combination / float(combination[np.argmax(np.abs(combination))])
+    rows = [row for row in np.argsort(-np.abs(parts)) if abs(parts[row]) > max(BELONGS, EQUAL)]
+    alike = all(abs(parts[row] - 1) < EQUAL for row in rows)
+    words = [short(names[row]) for row in (sorted(rows) if alike else rows)]
+    if len(rows) == 1:
+        moves = f"{words[0]} may have any value"
+    elif alike:
+        moves = f"{listed(words)} may all change by one and the same share"
+    else:
+        shares = [f"{word} by {100 * parts[row]:+.0f} %" for word, row in zip(words, rows, strict=True)]
+        moves = f"{listed(shares)} may change together"
+    if is_scale_of_mass(combination, units, values):
+        return (f"not seen: {moves}. That is the scale of mass, which leaves every acceleration and every rate as it "
+                "is: weigh the robot (known: total_mass)")
+    return f"not seen: {moves}, and the sensors show the same: measure one of them by other means"
+
+
+#: What the suggested measurements reach: scale and caliper relative, clock against its prior, ramp and hip mass.
+WEIGHED, CALIPER_M, CLOCK, STEEPER_DEG, HEAVIER = 1e-3, 1e-4, 0.1, 1.0, 1.5
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A measurement in words, and the standard deviations (n,) that the same runs have with it; NaN where there is no
+    gait to plan with, and `why`."""
+
+    what: str
+    sd: Vector
+    why: str = ""
+
+
+def weighed(plan: Plan, share: float = WEIGHED) -> Known:
+    """The robot on a scale that is right to a share."""
+    mass = plan.design.biped.total_mass
+    return Known(TOTAL_MASS, mass, share * mass, "planned")
+
+
+def experiments(plan: Plan, known: tuple[Known, ...], runs: int, parameters: Parameters) -> list[Experiment]:
+    """What each suggested measurement would make of `runs` runs and the `known` values."""
+    priors, design = plan.priors, plan.design
+    length = Known("biped.leg_length", design.biped.leg_length, CALIPER_M, "planned")
+    heavier = design.with_value("biped.hip_mass", HEAVIER * design.biped.hip_mass)
+    higher = 0.5 * (design.biped.leg_length - design.biped.foot_com)
+    steeper, clock = design.value(SLOPE) + STEEPER_DEG, CLOCK * priors["clock"]
+    share = min((one.sd / one.value for one in known if one.name == TOTAL_MASS), default=10 * WEIGHED) / 10
+    suggested: list[tuple[str, Plan, tuple[Known, ...], int]] = [
+        (f"the robot weighed to {100 * share:.2g} %", plan, (*known, weighed(plan, share)), runs),
+        (f"ten times the runs ({10 * runs})", plan, known, 10 * runs),
+        (f"leg_length measured to {1e3 * CALIPER_M:g} mm", plan, (*known, length), runs),
+        (f"clock known to {clock:g} instead of {priors['clock']:g}",
+         replace(plan, priors={**priors, "clock": clock}), known, runs),
+        (f"a ramp of {steeper:g} deg", replace(plan, design=design.with_value(SLOPE, steeper)), known, runs),
+        (f"{100 * (HEAVIER - 1):.0f} % more mass at the hip", replace(plan, design=heavier), known, runs),
+        (f"foot sensor {1e3 * higher:.0f} mm higher on the leg", replace(plan, place=higher), known, runs),
+        ("walks of twice the steps", replace(plan, steps=2 * plan.steps), known, runs),
+    ]
+    return [_experiment(*one, parameters) for one in suggested]
+
+
+def _experiment(what: str, plan: Plan, known: tuple[Known, ...], runs: int, parameters: Parameters) -> Experiment:
+    try:
+        equations, model = planned_equations(plan, parameters)
+    except (NoGait, StepFailed) as reason:
+        return Experiment(what, np.array([]), str(reason))
+    return Experiment(what, identifiability(plan.design, equations, model, known, runs).sd)
+
+
+def gains(experiment: Experiment, before: Identifiability) -> Vector:
+    """By how much standard deviations shrink, (n,): 2 is half; infinite for one that is seen now and was not."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratio = np.asarray(before.sd / experiment.sd)
+    return np.where(np.isinf(before.sd) & np.isinf(experiment.sd), 1.0, ratio)

@@ -7,7 +7,6 @@ tell most are fitted too: what that takes off the sum of squares is chi-square i
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import math
 from collections.abc import Sequence
@@ -19,13 +18,12 @@ from scipy.special import ndtri
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
-from stages.calibration.estimation.campaign import CampaignFit, Joint, fit_campaign, own_step, side_by_side
-from stages.calibration.estimation.equations import Equations, Model, eliminated, run_equations
-from stages.calibration.estimation.fit import GOOD, known_equations, lowest
-from stages.calibration.estimation.known import Known
-from stages.calibration.information.words import short
-from stages.calibration.intervals.residual_structure import told_structure, widening
-from stages.calibration.observation.unknowns import SIDES
+from stages.calibration.estimation.campaign import JOINT, CampaignFit, Joint, fit_campaign, side_by_side
+from stages.calibration.estimation.least_squares import Known, known_equations
+from stages.calibration.estimation.run_fit import GOOD, Equations, Model, lowest, run_equations
+from stages.calibration.information.identifiability import short
+from stages.calibration.intervals.model_error import told_structure, widening
+from stages.calibration.observation.measured_run import SIDES
 
 #: What is tried where a model does not have it: legs that differ, friction at the hip, frames above the springs.
 OTHER = tuple(f"biped.other_{key}" for key in (
@@ -35,8 +33,8 @@ FRICTION, FRAME = "biped.hip_friction", "biped.frame_mass"
 LEVEL = 0.02
 #: At most so many are named: those whose likelihood is not less than the best one's by this factor.
 NAMED, WORSE = 3, 20.0
-#: Joint steps of a fit with one more parameter: what explains the residuals takes four to six.
-STEPS = 10
+#: Of a fit with one more parameter: what explains the residuals takes four to six.
+WITH_ONE_MORE = dataclasses.replace(JOINT, most=10)
 
 
 @dataclass(frozen=True)
@@ -81,12 +79,12 @@ def scores(
     Sigmas are those of the residuals that would be left with it: their size, and how far neighbours hang together.
     """
     d, wide = len(model.shared), dataclasses.replace(model, shared=(*model.shared, *names))
-    there = with_all(design.with_values(dict(zip(model.shared, fit.design, strict=True))), names)
+    there = with_all(model.robot(design, fit.design), names)
     at = [run_equations(there, own, unknowns, run, wide)
           for own, unknowns, run in zip(fit.own, fit.unknowns, fit.runs, strict=True)]  # fmt: skip
-    matrix, right, _ = known_equations(known, there, wide.shared)
+    matrix, right, _ = known_equations(known, [one.of(there) for one in known], wide.shared)
     for one in at:
-        more, other = eliminated(one, len(wide.shared))
+        more, other = one.eliminated(len(wide.shared))
         matrix, right = matrix + more, right + other
     alike = np.eye(len(wide.shared))  # what the fit looks for moves the other leg as well
     for place, name in enumerate(names, d):
@@ -111,12 +109,8 @@ def scores(
 
 def _with(one: Equations, step: Vector, model: Model) -> Equations:
     """A run's equations with the residuals that a step (d,) of the shared parameters would leave."""
-    moves, k, noise = own_step(one, step), len(model.layout.names), np.asarray(model.noise)
-    residuals = {}
-    for side in SIDES:
-        by_design, by_run = one.predicted.by_design[side], one.predicted.by_run[side]
-        change = by_design @ np.concatenate([step, moves[k:]]) + by_run @ moves[:k]
-        residuals[side] = one.residuals[side] - change / noise
+    moves, shown = np.concatenate([step, one.own_step(step)]), one.predicted.samples
+    residuals = {side: one.residuals[side] - shown[side][:, :, 1:] @ moves / np.asarray(model.noise) for side in SIDES}
     changed = dataclasses.replace(one, residuals=residuals)
     return dataclasses.replace(changed, chi2=sum(float(np.nansum(changed.pulls(side) ** 2)) for side in SIDES))
 
@@ -136,10 +130,12 @@ def causes(design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[
         return []
     least = limit(len(names))
     best = [one for one in found if one.sigmas > least][:NAMED]
-    tried = [] if is_lost(fit) else _kept([_from_there(one, design, fit, model, known) for one in best], least)
+    tried = [] if is_lost(fit) else [_fitted(one, design, fit, model, known, False) for one in best]
+    tried = [one for one in tried if one.sigmas > least]
     if not any(one.explains for one in tried):  # a fit that its cause has led far off does not find back from there
         for each in best:
-            tried += _kept([_anew(each, design, fit, model, known)], least)
+            anew = _fitted(each, design, fit, model, known, True)
+            tried += [anew] if anew.sigmas > least else []
             if tried and tried[-1].explains:
                 break  # what explains all that was amiss leaves the others nothing
     tried.sort(key=lambda one: -one.sigmas)
@@ -152,43 +148,30 @@ def is_lost(fit: CampaignFit) -> bool:
     return fit.chi2 > GOOD * fit.count
 
 
-def _kept(found: Sequence[Cause | None], least: float) -> list[Cause]:
-    """Those that were fitted and take off more than chance would."""
-    return [one for one in found if one is not None and one.sigmas > least]
-
-
-def _from_there(
-    score: Cause, design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[Known]
-) -> Cause | None:
-    """The fit with that parameter looked for too, from where the fit without it is. None where there is no fit."""
+def _fitted(
+    score: Cause, design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[Known], anew: bool
+) -> Cause:
+    """The fit with that parameter looked for too, from where the fit without it is; or `anew`, from the first guess and
+    what the score says of the parameter, each run alone first. It explains nothing where there is no fit."""
     name, wide = score.name, dataclasses.replace(model, shared=(*model.shared, score.name))
     there = with_all(design, [name])
-    held = design.with_values(dict(zip(model.shared, fit.design, strict=True))).value(name)  # none, or a leg's
-    begin = np.append(fit.design, max(float(lowest(there, [name])[0]), held))
-    with contextlib.suppress(StepFailed):
-        return _cause(name, fit, Joint(there, fit.runs, wide, known).from_point(
-            begin, fit.own, fit.unknowns, {}, 0, STEPS))
-    return None
-
-
-def _anew(score: Cause, design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[Known]) -> Cause | None:
-    """The same from the first guess and what the score says of the parameter, each run alone first."""
-    name, wide = score.name, dataclasses.replace(model, shared=(*model.shared, score.name))
-    there = with_all(design, [name])
-    there = there.with_value(name, max(float(lowest(there, [name])[0]), there.value(name) + score.value))
-    with contextlib.suppress(StepFailed):
-        return _cause(name, fit, fit_campaign(
-            there, fit.runs, wide, known, lambda runs: side_by_side(there, runs, wide, known)))
-    return None
-
-
-def _cause(name: str, fit: CampaignFit, with_it: CampaignFit) -> Cause:
+    low = float(lowest(there, [name])[0])
+    try:
+        if anew:
+            there = there.with_value(name, max(low, there.value(name) + score.value))
+            with_it = fit_campaign(there, fit.runs, wide, known, lambda runs: side_by_side(there, runs, wide, known))
+        else:
+            held = model.robot(design, fit.design).value(name)  # none, or a leg's
+            with_it = Joint(there, fit.runs, wide, known).from_point(
+                np.append(fit.design, max(low, held)), fit.own, fit.unknowns, {}, 0, WITH_ONE_MORE)
+    except StepFailed:
+        return Cause(name, 0.0)
     _, wider = widening(with_it.equations)
     before, after = (sum(one.cost for one in each.equations) for each in (fit, with_it))
-    value, sd = with_it.design[-1], wider * math.sqrt(with_it.covariance[-1, -1])
     drop = 2.0 * (before - after) / wider**2
-    return Cause(name, math.sqrt(max(drop, 0.0)), float(value), float(sd),
-                 with_it.design[:-1] - fit.design, drop, not told_structure(with_it.runs, with_it.equations))
+    return Cause(name, math.sqrt(max(drop, 0.0)), float(with_it.design[-1]),
+                 float(wider * math.sqrt(with_it.covariance[-1, -1])), with_it.design[:-1] - fit.design, drop,
+                 not told_structure(with_it.runs, with_it.equations))
 
 
 def widened(sd: Vector, found: Sequence[Cause]) -> Vector:

@@ -1,4 +1,8 @@
-"""One run as the calibration takes it: samples on body axes, when they were taken, and which of them are used."""
+"""One run as the calibration takes it: its samples, when they were taken, and what is not known of it and its sensors.
+
+Samples are on body axes. What is not known has a prior: a Gaussian about the gait's mid-stance and sensors without
+errors.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +12,50 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.analytic.model.walker import Vector
-from stages.calibration.observation.prediction import Sampling
-from stages.calibration.observation.unknowns import SIDES
+from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.phases.section import section_state
+from stages.analytic.walk.recording import record, up_to_mid_stance
+
+SIDES = ("hip", "foot")
+#: The state at mid-stance without theta; rigid legs have no stretches. Of a leg's length it has what it is longer than
+#: its natural one: that is what the prior is of, however long the robot's legs turn out to be.
+START = ("start_stretch_1", "start_psi", "start_stretch_2", "start_theta_rate", "start_stretch_1_rate",
+         "start_psi_rate", "start_stretch_2_rate")  # fmt: skip
+STRETCHES = ("start_stretch_1", "start_stretch_2")
+#: Of a run, then of each sensor: by name, a change that is neither large nor small [SI].
+OF_RUN = {"mid_stance": 1e-3, "foot_lag": 1e-3, "foot_place": 1e-3, "bandwidth": 0.03}
+ERRORS = {"clock": 1e-3, "tilt": 0.01, "forward_gain": 0.01, "up_gain": 0.01, "rate_gain": 0.01, "forward_bias": 0.05,
+          "up_bias": 0.05, "rate_bias": 0.01}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """When and how a run was sampled: of each side the times (m,) [s] since its first heel strike, as its clock has it.
+
+    `late` [s] is what the samples were really taken after these times (the delay of the low pass that the ingest took
+    out); `bandwidth_hz` cuts the low pass off; leg `first_leg` (0 carries the sensors) lands at the first heel strike,
+    and no sample is earlier than the mid-stance after it. The foot sensor sits `below_hip` [m] on
+    unloaded springs; where that is not known, `place` [m] above the foot's mass. A bandwidth that is not `declared` is
+    a usual one.
+    """
+
+    hip: Vector
+    foot: Vector
+    late: float
+    bandwidth_hz: float
+    first_leg: int
+    place: float = 0.0
+    below_hip: float | None = None
+    declared: bool = True
+
+    def of(self, side: str) -> Vector:
+        """The times of one side."""
+        return self.hip if side == "hip" else self.foot
+
+    def upto(self, horizon: float) -> Sampling:
+        """The same without samples later than `horizon` [s]."""
+        hip, foot = (times[times <= horizon] for times in (self.hip, self.foot))
+        return dataclasses.replace(self, hip=hip, foot=foot)
 
 
 @dataclass(frozen=True)
@@ -30,7 +75,7 @@ class MeasuredRun:
 
     def upto(self, horizon: float) -> MeasuredRun:
         """The run without samples later than `horizon` [s]."""
-        kept = {side: getattr(self.sampling, side) <= horizon for side in SIDES}
+        kept = {side: self.sampling.of(side) <= horizon for side in SIDES}
         return dataclasses.replace(
             self,
             sampling=self.sampling.upto(horizon),
@@ -49,9 +94,74 @@ class MeasuredRun:
         return int(sum(self.used[side].sum() for side in SIDES))
 
 
-def usable(times: Vector, strikes: Vector, first: float, before: float, after: float) -> Vector:
-    """Mask (m,) of times from `first` on and not from `before` to `after` around a strike [s]."""
+def usable(times: Vector, strikes: Vector, first: float, before: float, after: float) -> np.ndarray:
+    """Mask (m, 3), alike for all channels, of times from `first` on and not from `before` to `after` around a strike
+    [s]."""
     mask = np.asarray(times >= first)
     for strike in strikes:
         mask &= (times < strike - before) | (times > strike + after)
-    return mask
+    return np.repeat(mask[:, None], 3, axis=1)
+
+
+@dataclass(frozen=True)
+class MidStance:
+    """Where a walk's samples begin, dimensionless: the state without theta (size - 1,), the time since the heel strike
+    before it, and the section coordinates after that."""
+
+    state: Vector
+    time: float
+    strike: Vector
+
+
+def mid_stance(walker: Walker, z: Vector, tolerance: float) -> MidStance:
+    """That of the step from section coordinates `z`. Raises StepFailed if the walker does not vault over its leg."""
+    single = record(walker, section_state(np.asarray(z, dtype=float), walker.p), 1, tolerance)[-1]
+    upright = up_to_mid_stance(walker, single)
+    return MidStance(upright.end[1:], single.start + upright.duration, np.asarray(z, dtype=float))
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Names of a run's unknowns, in order, and their priors: standard deviations `prior` about `middle`, (k,) each.
+
+    `sizes` (k,): changes that are neither large nor small, for numerics. The first `free` are the start's. `strike`:
+    section coordinates after the heel strike before, in the gait.
+    """
+
+    names: tuple[str, ...]
+    middle: Vector
+    prior: Vector
+    sizes: Vector
+    free: int
+    strike: Vector
+
+    def place(self, name: str) -> int:
+        """Where an unknown stands. Raises ValueError."""
+        return self.names.index(name)
+
+    def pull(self, unknowns: Vector) -> float:
+        """By how much a fit moved the sensors' clocks from what the ingest knows them to be, relative, mean of both."""
+        return float(np.mean([unknowns[self.place(f"{side}_clock")] for side in SIDES]))
+
+
+def layout_of(walker: Walker, begin: MidStance, priors: Mapping[str, float]) -> Layout:
+    """The unknowns of a run of a walker whose gait has the mid-stance `begin`; `priors` as `Parameters.priors`."""
+    scales, free = start_scales(walker), walker.size - 1
+    start = [name for name in START if free == len(START) or "stretch" not in name]
+    of_legs = ["stretch_rate" if name.endswith("rate") else "stretch" for name in start]
+    rows = [(name, priors[of_leg] if "stretch" in name else np.inf, 0.01 * scale)
+            for name, of_leg, scale in zip(start, of_legs, scales, strict=True)]
+    rows += [(name, priors[name], size) for name, size in OF_RUN.items()]
+    rows += [(f"{side}_{error}", priors[error], size) for side in SIDES for error, size in ERRORS.items()]
+    names, prior, sizes = zip(*rows, strict=True)
+    middle = np.zeros(len(names))
+    middle[:free] = begin.state * scales
+    for name in set(names) & set(STRETCHES):
+        middle[names.index(name)] -= walker.length * walker.p.L_nat
+    middle[free] = begin.time * walker.time
+    return Layout(names, middle, np.array(prior), np.array(sizes), free, begin.strike)
+
+
+def start_scales(walker: Walker) -> Vector:
+    """SI value of one dimensionless unit of each entry of the state at mid-stance but theta, (size - 1,)."""
+    return walker.scales()[1:]

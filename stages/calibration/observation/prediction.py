@@ -1,8 +1,10 @@
-"""What the sensors of one run should have shown, with exact derivatives by the design and by the run's unknowns."""
+"""What the sensors of one run should have shown, with exact derivatives by the design and by the run's unknowns.
+
+Last axes hold a value, then its derivatives: by the parameters of the design, then by the run's unknowns.
+"""
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,10 +17,9 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.kinds import natural_lengths
 from stages.analytic.model.walker import Vector, Walker
-from stages.calibration.motion.stretches import Stretch, walk_stretches
-from stages.calibration.observation.felt import SIGNALS, Sensing
-from stages.calibration.observation.low_pass import Filtered, Piece, filtered
-from stages.calibration.observation.unknowns import SIDES, STRETCHES, Layout, start_scales
+from stages.calibration.observation.measured_run import SIDES, STRETCHES, Layout, Sampling, start_scales
+from stages.calibration.observation.signals import SIGNALS, Piece, Sensing, filtered
+from stages.calibration.observation.stretches import Stretch, walk_stretches
 
 #: Columns of a sensor's samples.
 AXES = ("forward", "up", "rate")
@@ -29,44 +30,11 @@ STEP = 1e-4
 
 
 @dataclass(frozen=True)
-class Sampling:
-    """When and how a run was sampled: of each side the times (m,) [s] since its first heel strike, as its clock has it.
-
-    `late` [s] is what the samples were really taken after these times (the delay of the low pass that the ingest took
-    out); `bandwidth_hz` cuts the low pass off; leg `first_leg` (0 carries the sensors) lands at the first heel strike,
-    and no sample is earlier than the mid-stance after it. The foot sensor sits `below_hip` [m] on
-    unloaded springs; where that is not known, `place` [m] above the foot's mass. A bandwidth that is not `declared` is
-    a usual one.
-    """
-
-    hip: Vector
-    foot: Vector
-    late: float
-    bandwidth_hz: float
-    first_leg: int
-    place: float = 0.0
-    below_hip: float | None = None
-    declared: bool = True
-
-    def upto(self, horizon: float) -> Sampling:
-        """The same without samples later than `horizon` [s]."""
-        hip, foot = (times[times <= horizon] for times in (self.hip, self.foot))
-        return dataclasses.replace(self, hip=hip, foot=foot)
-
-
-@dataclass(frozen=True)
 class Predicted:
-    """Samples of each side, (m, 3), and their derivatives by design (m, 3, d) and by the run's unknowns (m, 3, k).
-
-    `strikes` (s,) [s] after the first measured one, and their derivatives (s, d) and (s, k).
-    """
+    """Samples of each side, (m, 3, 1 + n), and `strikes` (s, 1 + n) [s] after the first measured one."""
 
     samples: dict[str, np.ndarray]
-    by_design: dict[str, np.ndarray]
-    by_run: dict[str, np.ndarray]
-    strikes: Vector
-    strikes_by_design: np.ndarray
-    strikes_by_run: np.ndarray
+    strikes: np.ndarray
 
 
 def predict(
@@ -74,8 +42,7 @@ def predict(
 ) -> Predicted:
     """Walk from the run's start and sense. `names` are the parameters of the design to derive by.
 
-    Raises StepFailed where the walker does not get to the last
-    sample.
+    Raises StepFailed where the walker does not get to the last sample.
     """
     walker = design.walker()
     changes = changes_of(design, names)
@@ -88,39 +55,37 @@ def predict(
     lengths = [layout.place(name) for name in STRETCHES if name in layout.names]
     upright = unknowns[: layout.free].copy()
     upright[lengths] += walker.length * np.array(natural_lengths(walker.on(sampling.first_leg).p))[: len(lengths)]
-    longer = _longer(walker, changes, sampling.first_leg)
+    longer = _longer(walker, changes, sampling.first_leg)[: len(lengths)]
     along = np.vstack([changes.along, np.zeros(changes.along.shape[1])])  # no number moves with the foot sensor's place
     stretches = walk_stretches(walker, upright / scales, along, last / walker.time, tolerance, sampling.first_leg)
     moved = value["foot_place"]
     sensing = Sensing(walker, along, layout.free, sampling.place + moved,
                       None if sampling.below_hip is None else sampling.below_hip - moved)
-    by = np.concatenate([1.0 / scales, 1.0 / changes.scales, [1.0 / walker.length]])  # columns in SI units
+    by = np.concatenate([[1.0], 1.0 / scales, 1.0 / changes.scales, [1.0 / walker.length]])  # columns in SI units
     bandwidth = sampling.bandwidth_hz * math.exp(value["bandwidth"])
     pieces = _pieces(stretches, sensing, by, walker.time)
-    samples, by_design, by_run = {}, {}, {}
+    d, starts = len(names), [*range(1, 1 + layout.free)]
+    samples = {}
     for side in SIDES:
-        channels = list(PLACES[side])
-        chosen = [Piece(p.start, p.edges, p.signals[:, channels], p.start_by, p.duration_by, p.impulse[channels])
-                  for p in pieces]
-        found = filtered(chosen, bandwidth, taken[side])
-        samples[side], by_design[side], by_run[side] = _read(
-            found, _by_bandwidth(chosen, bandwidth, taken[side]), value, layout, side,
-            np.asarray(getattr(sampling, side)))
-        by_design[side] += by_run[side][:, :, lengths] @ longer[: len(lengths)]  # longer legs are longer there too
-    ends = [s for s in stretches if s.ends_step]
-    strikes = np.array([s.start + s.duration for s in ends]) * walker.time + value["mid_stance"]
-    strikes_by = np.array([s.start_by + s.duration_by for s in ends]).reshape(len(ends), len(by)) * by * walker.time
-    strikes_by_run = np.zeros((len(ends), len(layout.names)))
-    strikes_by_run[:, : layout.free] = strikes_by[:, : layout.free]
-    strikes_by_run[:, layout.place("mid_stance")] = 1.0
-    strikes_by_design = strikes_by[:, layout.free : -1]
-    strikes_by_design += strikes_by_run[:, lengths] @ longer[: len(lengths)]
-    return Predicted(samples, by_design, by_run, strikes, strikes_by_design, strikes_by_run)
+        shown, rate = filtered(pieces, PLACES[side], bandwidth, taken[side])
+        wide, narrow = (filtered(pieces, PLACES[side], bandwidth * (1.0 + step), taken[side], False)[0][:, :, 0]
+                        for step in (STEP, -STEP))  # by the logarithm of the bandwidth: as exact as the step squared
+        samples[side] = _read(shown, rate, (wide - narrow) / (2.0 * STEP), value, layout, side, sampling.of(side))
+    ends = np.array([s.start + s.duration for s in stretches if s.ends_step]).reshape(-1, len(by)) * by * walker.time
+    strikes = np.zeros((len(ends), 1 + d + len(layout.names)))
+    strikes[:, 0] = ends[:, 0] + value["mid_stance"]
+    strikes[:, 1 : 1 + d] = ends[:, 1 + layout.free : -1]
+    strikes[:, d + np.array(starts)] = ends[:, starts]
+    strikes[:, 1 + d + layout.place("mid_stance")] = 1.0
+    stretched = [1 + d + place for place in lengths]
+    for found in (*samples.values(), strikes):  # longer legs are longer at the start too
+        found[..., 1 : 1 + d] += found[..., stretched] @ longer
+    return Predicted(samples, strikes)
 
 
 def sample_times(value: Mapping[str, float], sampling: Sampling) -> dict[str, Vector]:
     """When the samples of each side really were taken, (m,) [s] since mid-stance, by a run's unknowns by name."""
-    return {side: (1.0 + value[f"{side}_clock"]) * getattr(sampling, side) + sampling.late - value["mid_stance"]
+    return {side: (1.0 + value[f"{side}_clock"]) * sampling.of(side) + sampling.late - value["mid_stance"]
             + (value["foot_lag"] if side == "foot" else 0.0) for side in SIDES}  # fmt: skip
 
 
@@ -150,48 +115,34 @@ def _pieces(stretches: list[Stretch], sensing: Sensing, by: Vector, unit: float)
     """The stretches as the low pass takes them, in SI units."""
     pieces = []
     for stretch, after in zip(stretches, [*stretches[1:], None], strict=True):
-        found = sensing.along(stretch)
-        signals = np.concatenate([found.value[:, :, None], found.by * by], axis=2)
-        impulse = np.zeros(signals.shape[1:])
+        impulse = np.zeros((len(SIGNALS), len(by)))
         if stretch.ends_step and after is not None:
-            old = sensing.velocities(stretch.end, stretch.end_by, stretch.stance_leg)
-            new = sensing.velocities(after.begin, after.begin_by, after.stance_leg)
-            impulse = np.concatenate([(new.value - old.value)[0, :, None], (new.by - old.by)[0] * by], axis=1)
-        pieces.append(Piece(stretch.start * unit, stretch.edges * unit, signals, stretch.start_by * by * unit,
-                            stretch.duration_by * by * unit, impulse))
+            old = sensing.velocities(stretch.end, stretch.stance_leg)
+            impulse = (sensing.velocities(after.begin, after.stance_leg) - old) * by
+        pieces.append(Piece(stretch.start * by * unit, stretch.duration * by * unit, stretch.edges * unit,
+                            sensing.along(stretch) * by, impulse))
     return pieces
 
 
-def _by_bandwidth(pieces: list[Piece], bandwidth_hz: float, times: Vector) -> np.ndarray:
-    """Derivative (m, k) of the filtered signals by the logarithm of the bandwidth: a central difference, as exact as
-    its step squared."""
-    bare = [dataclasses.replace(one, signals=one.signals[:, :, :1].copy(), start_by=one.start_by[:0],
-                                duration_by=one.duration_by[:0], impulse=one.impulse[:, :1]) for one in pieces]
-    wide, narrow = (filtered(bare, bandwidth_hz * (1.0 + step), times).value for step in (STEP, -STEP))
-    return np.asarray((wide - narrow) / (2.0 * STEP))
-
-
 def _read(
-    found: Filtered, by_bandwidth: np.ndarray, value: dict[str, float], layout: Layout, side: str, clock: Vector
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """What a sensor with its errors makes of its signals: samples (m, 3), by the design, by the run's unknowns."""
+    shown: np.ndarray, rate: np.ndarray, by_bandwidth: np.ndarray, value: dict[str, float], layout: Layout, side: str,
+    clock: Vector,
+) -> np.ndarray:
+    """What a sensor with its errors makes of signals behind the low pass, (m, 3, 1 + n)."""
     turn, gain, bias = _errors(value, side)
     turned = np.array([[turn[0, 1], -turn[0, 0], 0.0], [turn[0, 0], turn[0, 1], 0.0], [0.0, 0.0, 0.0]])
     through = gain[:, None] * turn
-    straight = found.value @ turn.T
-    samples = straight * gain + bias
-    by = np.einsum("ij,mjc->mic", through, found.by)
-    by_time = found.rate @ through.T
-    by_run = np.zeros((*samples.shape, len(layout.names)))
-    by_run[:, :, : layout.free] = by[:, :, : layout.free]
-    by_run[:, :, layout.place("mid_stance")] = -by_time
-    if side == "foot":
-        by_run[:, :, layout.place("foot_lag")] = by_time
-    by_run[:, :, layout.place("foot_place")] = by[:, :, -1]
-    by_run[:, :, layout.place("bandwidth")] = by_bandwidth @ through.T
-    by_run[:, :, layout.place(f"{side}_clock")] = by_time * clock[:, None]
-    by_run[:, :, layout.place(f"{side}_tilt")] = (found.value @ turned.T) * gain
+    straight = shown[:, :, 0] @ turn.T
+    by = np.einsum("ij,mjc->mic", through, shown[:, :, 1:])
+    by_time = rate @ through.T
+    run = np.zeros((*straight.shape, len(layout.names)))
+    run[:, :, : layout.free] = by[:, :, : layout.free]
+    of_all = {"mid_stance": -by_time, "foot_lag": by_time if side == "foot" else 0.0, "foot_place": by[:, :, -1],
+              "bandwidth": by_bandwidth @ through.T, f"{side}_clock": by_time * clock[:, None],
+              f"{side}_tilt": (shown[:, :, 0] @ turned.T) * gain}  # fmt: skip
+    for name, column in of_all.items():
+        run[:, :, layout.place(name)] = column
     for axis, name in enumerate(AXES):
-        by_run[:, axis, layout.place(f"{side}_{name}_gain")] = straight[:, axis]
-        by_run[:, axis, layout.place(f"{side}_{name}_bias")] = 1.0
-    return samples, by[:, :, layout.free : -1], by_run
+        run[:, axis, layout.place(f"{side}_{name}_gain")] = straight[:, axis]
+        run[:, axis, layout.place(f"{side}_{name}_bias")] = 1.0
+    return np.concatenate([(straight * gain + bias)[:, :, None], by[:, :, layout.free : -1], run], axis=2)

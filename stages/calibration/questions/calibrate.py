@@ -33,23 +33,22 @@ class Options:
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Fit the recordings, or say what runs can tell. Raises WrongOption, NoGait, NotIdentified."""
     recorded = "" if options.identifiability else options.source or ""
-    if recorded and not recorded.lower().endswith((".csv", ".c3d")):
-        from stages.calibration.estimation.asked import asked_of
-        from stages.calibration.reports.sensor_report import calibrated as from_sensors
-
-        return from_sensors(parameters, asked_of(options.about), Path(recorded), asking)
-    if recorded:
+    if recorded.lower().endswith((".csv", ".c3d")):
         from stages.calibration.reports.angle_report import answered, calibrated
 
         asking.progress(0.1, "the robot and each step's start")
         return answered(calibrated(parameters.biped, parameters.slope, options.about, Path(recorded)))
-    from stages.calibration.estimation.asked import asked_of
+    from stages.calibration.estimation.request import request_of
 
-    asked = asked_of(options.about)
+    if recorded:
+        from stages.calibration.reports.sensor_report import calibrated as from_sensors
+
+        return from_sensors(parameters, request_of(options.about), Path(recorded), asking)
+    request = request_of(options.about)
     if options.identifiability:
         from stages.calibration.reports.identifiability_report import told
 
-        return told(parameters, asked, options.runs or parameters.settings.planned_runs)
+        return told(parameters, request, options.runs or parameters.settings.planned_runs)
     raise WrongOption("calibrate: name the recordings, or say --identifiability")
 
 

@@ -13,11 +13,11 @@ import numpy as np
 from stages.biped.design import Biped
 from stages.biped.question import Answer
 from stages.calibration.angles.contradictions import contradictions, refuted
-from stages.calibration.angles.fit import AngleFit, fit_robot
-from stages.calibration.angles.prediction import HeldOut, correlation_length, held_out
+from stages.calibration.angles.fit import AngleFit, HeldOut, fit_robot, held_out
 from stages.calibration.angles.recording import DrivenStep, read_steps
 from stages.calibration.angles.setup import AngleSetup, setup_of
-from stages.calibration.information.words import listed, short
+from stages.calibration.information.identifiability import finite, listed, short
+from stages.calibration.intervals.model_error import correlation_length
 from stages.calibration.result import HALF_WIDTH
 from stages.ground.slope import Slope
 
@@ -50,7 +50,7 @@ def calibrated(biped: Biped, slope: Slope, about: Mapping[str, Any] | None, sour
     fitted, out = setup.split(read_steps(source, setup.columns, setup.left_out, setup.markers))
     sizes, low = setup.sizes(), setup.low()
     first = fit_robot(setup.robot, fitted, setup.free, sizes, low, setup.known, NOISE)
-    worth = NOISE * math.sqrt(max(1.0, correlation_length(first.residuals))) * first.size
+    worth = NOISE * math.sqrt(max(1.0, correlation_length(list(first.residuals.values())))) * first.size
     fit = fit_robot(first.robot, fitted, setup.free, sizes, low, setup.known, worth, first.starts)
     judged = out or fitted
     drawn, found = (held_out(robot, judged, setup.begun) for robot in (setup.robot, fit.robot))
@@ -94,26 +94,15 @@ def _friction(
 
 def _structure(found: HeldOut) -> list[str]:
     """Whether residuals are noise, and where in a step they are large."""
-    length = correlation_length(found.residuals)
-    every = np.concatenate([_by_part(one) for one in found.residuals.values()])
-    parts = np.sqrt(np.nanmean(every**2, axis=0))  # (parts, 2)
-    worst = int(np.argmax(parts[:, 1]))
-    lag = _lag_one(found.residuals)
+    every = list(found.residuals.values())
+    length = correlation_length(every)
+    lag = sum(float((one[1:] * one[:-1]).sum()) for one in every) / sum(float((one**2).sum()) for one in every)
+    by_part = np.array([[np.sqrt((part**2).mean(axis=0)) for part in np.array_split(one, PARTS)] for one in every])
+    parts = np.sqrt(np.nanmean(by_part**2, axis=0))[:, 1]
     said = [f"residuals of a step hang together (correlation {lag:.2f} from sample to sample, {length:.0f} samples are "
             f"worth one): they are the model's, not noise, and intervals count steps, not samples"] if lag > 0.3 else []
-    said.append("by fifths of a step, rms between the legs: " + ", ".join(f"{1e3 * value:.1f}" for value in parts[:, 1])
-                + f" mrad (largest in fifth {worst + 1})")
-    return said
-
-
-def _lag_one(residuals: Mapping[int, np.ndarray]) -> float:
-    products = sum(float((one[1:] * one[:-1]).sum()) for one in residuals.values())
-    return products / sum(float((one**2).sum()) for one in residuals.values())
-
-
-def _by_part(residuals: np.ndarray) -> np.ndarray:
-    """Root mean squares of one step by its parts, (1, PARTS, 2)."""
-    return np.array([[np.sqrt((part**2).mean(axis=0)) for part in np.array_split(residuals, PARTS)]])
+    return [*said, "by fifths of a step, rms between the legs: " + ", ".join(f"{1e3 * value:.1f}" for value in parts)
+            + f" mrad (largest in fifth {int(np.argmax(parts)) + 1})"]
 
 
 def answered(result: Calibrated) -> Answer:
@@ -142,7 +131,7 @@ def answered(result: Calibrated) -> Answer:
         ],
         plain={
             "numbers": {name: {"drawn": setup.robot.value(name), "found": fit.robot.value(name),
-                               "sd": result.sd[name] if math.isfinite(result.sd[name]) and fit.converged else None,
+                               "sd": finite(result.sd[name]) if fit.converged else None,
                                "unit": fit.robot.unit(name)} for name in setup.free},
             "fixed": {name: value for name, value in fit.robot.numbers.items() if name not in setup.free},
             "fitted_steps": sorted(fit.starts), "held_out_steps": tell.steps, "begun_s": tell.begun,

@@ -1,102 +1,35 @@
-"""A robot calibrated from the sensors on its leg, as text and JSON."""
+"""A robot calibrated from the sensors on its leg, as text, JSON and a picture."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from stages.analytic.derivatives.numbers import changes_of
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
 from stages.biped.question import Answer, Asking, WrongOption
-from stages.calibration.errors import NotIdentified
-from stages.calibration.estimation import each_run
-from stages.calibration.estimation.asked import PARTS, Asked, unit_of
-from stages.calibration.estimation.campaign import CampaignFit, fit_campaign
-from stages.calibration.estimation.equations import Model
-from stages.calibration.estimation.first_guess import guessed_mid_stance
-from stages.calibration.estimation.foretold import Explained, explained
-from stages.calibration.estimation.known import TOTAL_MASS, Known
-from stages.calibration.information.identifiability import scales_of
-from stages.calibration.information.plan import SLOPE, first_model, free_names
-from stages.calibration.information.words import described, listed, short
-from stages.calibration.intervals import left_out
-from stages.calibration.intervals.discrepancy import Discrepancy
-from stages.calibration.intervals.residual_structure import told_structure, widening
-from stages.calibration.observation.measured_run import MeasuredRun
-from stages.calibration.observation.unknowns import SIDES
+from stages.calibration.estimation.campaign import CampaignFit, as_plain, fit_campaign, fit_of, fitted_alone
+from stages.calibration.estimation.held_out import Explained, explained, trace
+from stages.calibration.estimation.least_squares import NotIdentified
+from stages.calibration.estimation.request import DECLARED, PARTS, Request
+from stages.calibration.estimation.run_fit import Model
+from stages.calibration.information.identifiability import described, finite, listed, short
+from stages.calibration.information.planned import SLOPE, first_model, free_names
+from stages.calibration.intervals.left_out import Cause, causes, in_words, widened
+from stages.calibration.intervals.model_error import Judged, judged, told_structure, widening
+from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.parameters import Parameters
-from stages.calibration.recordings.from_ingest import run_of
-from stages.calibration.result import HALF_WIDTH, Result
-from stages.calibration.study.blind_fit import trace
-from stages.calibration.study.drawing import as_mounted, drawn_design, looked_for
-
-#: Drawings whose numbers differ by less are the same.
-SAME = 1e-6
-ALONE = "intervals hold noise and residuals alone, and not what the model puts wrong in every step"
-
-
-@dataclass(frozen=True)
-class Judged:
-    """A design (d,) with standard deviations (d,), as wide as Gaussian ones of the same 95 % intervals; what to say of
-    them, and by how many runs they are told what the model puts wrong (0: they are not)."""
-
-    values: Vector
-    sd: Vector
-    words: str
-    other_runs: int = 0
-
-
-def judged(
-    names: Sequence[str], values: Vector, sd: Vector, known: Sequence[Known], design: DesignPoint,
-    pull: float, told: tuple[Any, str],
-) -> Judged:
-    """What was found (d,) with noise `sd` (d,), less what fits of the study's runs miss on average and widened by
-    their scatter, where the study has made fits of this kind; else as it is, and why.
-
-    `pull`: by how much the fit moved clocks. `told` is the study's own calibration and its file, or none and why.
-    """
-    study, source = told
-    why = source if study is None else unfit(names, known, design, study, source)
-    if why:
-        return Judged(values, sd, f"{ALONE}: {why}")
-    term = Discrepancy.of(study.names, study.misses.shares, study.misses.pulls)
-    order = [study.names.index(name) for name in names]
-    off = term.expected(study.drawn, pull)[order]
-    wide = np.sqrt(np.diag(term.spread(study.drawn, pull))[order])
-    first, last = study.misses.runs[0], study.misses.runs[-1]
-    largest = int(np.argmax(np.abs(off / values)))
-    return Judged(
-        values - off, np.hypot(sd, wide),
-        f"intervals hold what the model puts wrong, by fits of {term.count} runs of other machines made by the Exudyn "
-        f"twin ({source}, {first} to {last}): what they miss where clocks are pulled as far is taken off "
-        f"({short(names[largest])} by {-100 * off[largest] / values[largest]:+.2f} %), their scatter is in the "
-        "intervals. That holds for a robot as near to its drawing as those machines, on ground like the twin's",
-        term.count)
-
-
-def unfit(
-    names: Sequence[str], known: Sequence[Known], design: DesignPoint, study: Result, source: str
-) -> str:
-    """Why a study's fits do not tell what these miss; nothing where they do."""
-    if Discrepancy.told(study.names, study.misses) is None:
-        return (f"{source} has {len(study.misses.runs) or 'no'} fits of other machines' runs, which is too few "
-                "(calibration.discrepancy_runs)")
-    if set(names) != set(study.names):
-        return (f"{source} tells it of fits that look for {listed([short(name) for name in study.names])}; the bill of "
-                "parts begins such a fit (design: parts)")
-    if {one.name for one in known} != {TOTAL_MASS}:
-        return f"{source} tells it of robots of which the mass is known and nothing else"
-    other = [short(name) for name, drawn in zip(study.names, study.drawn, strict=True)
-             if abs(design.value(name) - drawn) > SAME * abs(drawn)]
-    return f"{source} is of a robot with another {listed(other)}" if other else ""
-
+from stages.calibration.recordings import as_mounted, drawn_design, guess, looked_for, read_runs
+from stages.calibration.result import HALF_WIDTH
+from stages.imu.errors import SourceRefused
 
 #: What is known of the sensors is said to be wrong beyond so many of its standard errors.
 FAR_OFF = 3.0
@@ -111,82 +44,89 @@ FRAME = "biped.frame_mass"
 OF_SPRINGS = ("hip_mass", "foot_mass", "stiffness", "damping", "leg_inertia")
 
 
-def calibrated(parameters: Parameters, asked: Asked, source: Path, asking: Asking) -> Answer:
+@dataclass(frozen=True)
+class Calibrated:
+    """What came out, from a `design`: the fit and why runs are left out of it, how well the robot explains those held
+    out (None where it does not walk them), residuals in noises and the factor on intervals, values with intervals, what
+    the model leaves out, and whether the bill of parts was begun with."""
+
+    design: DesignPoint
+    model: Model
+    fit: CampaignFit
+    told: Judged
+    sigmas: float = 1.0
+    wider: float = 1.0
+    refused: Sequence[str] = ()
+    held_out: dict[str, Explained | None] = field(default_factory=dict)
+    causes: Sequence[Cause] = ()
+    of_parts: bool = False
+
+
+def calibrated(parameters: Parameters, request: Request, source: Path, asking: Asking) -> Answer:
     """Fit the runs of a lab's database and see how well they explain those held out.
 
     Raises WrongOption, NoGait, NotIdentified.
     """
-    if asked.design == PARTS:
-        parameters = as_mounted(parameters)
-        design = drawn_design(parameters)
-        there: tuple[str, ...] = looked_for(design)
-    else:
-        design = each_run.guess(parameters)
-        there = (*free_names(design), *(["biped.other_leg_length"] if design.biped.detailed else []))
-    names = tuple(dict.fromkeys(asked.looked_for(there)))
-    asked.check(names, design)
+    of_parts = request.design == PARTS
+    parameters = as_mounted(parameters) if of_parts else parameters
+    design = drawn_design(parameters) if of_parts else guess(parameters)
+    there = looked_for(design) if of_parts else (
+        *free_names(design), *(["biped.other_leg_length"] if design.biped.detailed else []))
+    names = tuple(dict.fromkeys(request.looked_for(there)))
+    request.check(names, design)
     model = first_model(design, names, parameters)
     runs, refused = _runs(source, design, model, parameters, asking)
-    for name in (*asked.held_out, *asked.fitted):
-        if name not in {run.name for run in runs}:
-            usable = ", ".join(run.name for run in runs)
-            raise WrongOption(f"{name}: no run of that name can be used; there are {usable}")
-    for one in set(asked.held_out) & set(asked.fitted):
-        raise WrongOption(f"{one}: cannot be both fitted and held out")
-    out = [run for run in runs if run.name in asked.held_out]
-    fitted = [run for run in runs if run not in out and (not asked.fitted or run.name in asked.fitted)]
-    if not out and not asked.fitted and len(fitted) > 3:
-        fitted, out = fitted[::2], fitted[1::2]
-    if not fitted:
-        raise NotIdentified("every run is held out: none is left to fit")
-    known = [[one.name, one.value, one.sd, one.source] for one in asked.known]
-    answers = dict(asking.each(each_run.fitted, [each_run.as_plain(run) for run in fitted],
-                               dataclasses.asdict(design.biped), list(names), known, parameters.settings.lever_arm_sd))
+    fitted, out = _split(runs, request)
+    known = [[one.name, one.value, one.sd, one.source] for one in request.known]
+    answers = dict(asking.each(fitted_alone, [as_plain(run) for run in fitted], dataclasses.asdict(design.biped),
+                               list(names), known, parameters.settings.lever_arm_sd))
     asking.progress(0.9, "all runs together")
     try:
-        fit = fit_campaign(design, fitted, model, asked.known, lambda all_runs: (
-            (number, each_run.fit_of(answers[number], run, design, model)) for number, run in enumerate(all_runs)))
+        fit = fit_campaign(design, fitted, model, request.known, lambda all_runs: (
+            (number, fit_of(answers[number], run, design, model)) for number, run in enumerate(all_runs)))
     except StepFailed as reason:
         raise NotIdentified(f"the runs cannot be fitted: {reason}") from None
-    others = {name: float(np.mean(fit.own[:, place])) for place, name in enumerate(model.own) if name != SLOPE}
-    found = design.with_values(dict(zip(model.shared, fit.design, strict=True)) | others)
-    held = [_explained(found, run, model, parameters.settings.begun_s) for run in out]
+    found = model.robot(design, fit.design, fit.own.mean(axis=0)).with_value(SLOPE, design.value(SLOPE))
+    held = {run.name: _explained(found, run, model, parameters.settings.begun_s) for run in out}
     sigmas, wider = widening(fit.equations)
-    told = judged(fit.names, fit.design, np.sqrt(np.diag(fit.covariance)) * wider, asked.known, design,
+    told = judged(fit.names, fit.design, np.sqrt(np.diag(fit.covariance)) * wider, request.known, design,
                   float(np.mean([model.layout.pull(one) for one in fit.unknowns])), asking.result())
-    causes = left_out.causes(design, fit, model, asked.known)
-    told = dataclasses.replace(told, sd=left_out.widened(told.sd, causes))
-    left = _left(fit.names, told.values, told.sd)
-    if asked.design == PARTS:
-        left = _as_table_1(left, design)
-    elif not design.biped.frame_mass:
-        left |= PLANAR
-    return _answer(design, fit, model, refused, held, out, (sigmas, wider), told, causes, left)
+    others = causes(design, fit, model, request.known)
+    told = dataclasses.replace(told, sd=widened(told.sd, others))
+    return answered(Calibrated(design, model, fit, told, sigmas, wider, refused, held, others, of_parts))
 
 
 def _runs(
     source: Path, design: DesignPoint, model: Model, parameters: Parameters, asking: Asking
 ) -> tuple[list[MeasuredRun], list[str]]:
-    """The runs of a database, and why others cannot be used. Raises WrongOption."""
-    from stages.imu.errors import SourceRefused
-    from stages.imu.run import trials
-    from stages.imu.sources.source_sqlite import SqliteSource
-
-    mid_stance_of = guessed_mid_stance(design, model.layout)
-    runs, refused = [], []
+    """The runs of a database, and why others cannot be used. Raises WrongOption, NotIdentified."""
     try:
-        with SqliteSource(source) as opened:
-            for trial in trials(opened.runs(), parameters.ingest.read, asking.progress):
-                run = run_of(trial, mid_stance_of, parameters.settings, parameters.ingest.read.limits.lever_arm)
-                if isinstance(run, str):
-                    refused.append(run)
-                else:
-                    runs.append(run)
+        found = list(read_runs(source, design, model, parameters, asking.progress))
     except SourceRefused as reason:
         raise WrongOption(str(reason)) from None
+    runs = [run for run in found if isinstance(run, MeasuredRun)]
+    refused = [run for run in found if isinstance(run, str)]
     if not runs:
         raise NotIdentified(f"no run can be used: {'; '.join(refused[:3]) or 'there is none'}")
     return runs, refused
+
+
+def _split(runs: Sequence[MeasuredRun], request: Request) -> tuple[list[MeasuredRun], list[MeasuredRun]]:
+    """Runs that are fitted, and those held out: every other one where the file does not say. Raises WrongOption,
+    NotIdentified."""
+    for name in (*request.held_out, *request.fitted):
+        if name not in {run.name for run in runs}:
+            usable = ", ".join(run.name for run in runs)
+            raise WrongOption(f"{name}: no run of that name can be used; there are {usable}")
+    for one in set(request.held_out) & set(request.fitted):
+        raise WrongOption(f"{one}: cannot be both fitted and held out")
+    out = [run for run in runs if run.name in request.held_out]
+    fitted = [run for run in runs if run not in out and (not request.fitted or run.name in request.fitted)]
+    if not out and not request.fitted and len(fitted) > 3:
+        fitted, out = fitted[::2], fitted[1::2]
+    if not fitted:
+        raise NotIdentified("every run is held out: none is left to fit")
+    return fitted, out
 
 
 def _explained(design: DesignPoint, run: MeasuredRun, model: Model, begun: float) -> Explained | None:
@@ -197,73 +137,63 @@ def _explained(design: DesignPoint, run: MeasuredRun, model: Model, begun: float
         return None
 
 
-def _answer(
-    design: DesignPoint, fit: CampaignFit, model: Model, refused: Sequence[str], held: Sequence[Explained | None],
-    out: Sequence[MeasuredRun], widened: tuple[float, float], told: Judged, causes: Sequence[left_out.Cause],
-    left: dict[str, Any],
-) -> Answer:
-    """The answer; `widened` the residuals' size in noises and the factor on intervals, `told` values with intervals,
-    `left` what a folder of parameters keeps."""
-    (sigmas, wider), values, sd = widened, told.values, told.sd
-    units = [unit_of(name) for name in fit.names]
-    lines = [f"{len(fit.runs)} runs fitted, residuals {sigmas:.2f} times the sensors' noise"
-             + ("" if fit.converged else f"; not at rest, so there are no intervals: {fit.why}")]
-    lines += [f"left out: {name}: {why}" for name, why in fit.left_out.items()] + list(refused)
-    blind = np.flatnonzero(np.isinf(sd))
-    if len(blind):
-        share = np.zeros(len(fit.names))
-        share[blind] = 1.0
-        lines.append(described(share, fit.names, units, values))
-    if wider > NOISY:
-        lines.append(f"residuals are not noise alone (size {sigmas:.2f}, and neighbours hang together): intervals are "
-                     f"{wider:.1f} times as wide as noise would have them")
-    lines += told_structure(fit.runs, fit.equations)
-    lines += [*_of_sensors(fit, model), *left_out.in_words(causes, design)]
-    lines.append(told.words)
-    if not design.biped.frame_mass:
-        springs = [short(name) for name in fit.names if short(name) in OF_SPRINGS]
-        if springs:
-            lines.append(f"the model has no frames above the springs: where the robot has, {listed(springs)} come out "
-                         "wrong by several percent though the fit is good, and their intervals do not hold that. Give "
-                         "frame_mass, frame_com and frame_inertia in biped.yaml")
-    if held:
-        known = [one.sigmas for one in held if one is not None]
-        fell = f"; {len(held) - len(known)} could not be walked" if len(known) < len(held) else ""
-        lines.append(f"{len(out)} runs held out: residuals {np.median(known):.2f} times the noise (median), their own "
-                     f"start and sensors fitted{fell}" if known else "no run held out could be walked")
-    scales = scales_of(design, fit.names)
-    rows: list[list[Any]] = []
-    for row, name in enumerate(fit.names if fit.converged else ()):
-        half = HALF_WIDTH * sd[row]
-        rows.append([short(name), f"{design.value(name):.6g}", f"{values[row]:.6g}",
-                     f"+- {half:.2g}" if math.isfinite(half) else "not seen",
-                     f"{100 * (values[row] - design.value(name)) / scales[row]:+.2f} %", units[row]])
-    slopes = fit.own[:, 0]
-    lines.append(f"ramp: {slopes.mean():.3f} deg on average, {slopes.std():.3f} deg apart")
-    for place, name in enumerate(model.own[1:], 1):
-        lines.append(f"{short(name)}, for each run: {fit.own[:, place].mean():.6g} on average, "
-                     f"{fit.own[:, place].std():.2g} {design.unit(name)} apart")
+def answered(result: Calibrated) -> Answer:
+    """The answer to `calibrate`."""
+    fit, told, design, model = result.fit, result.told, result.design, result.model
+    units = [str(DECLARED[name]["unit"]) for name in fit.names]
+    found = {name: {"drawn": design.value(name), "found": float(told.values[row]),
+                    "sd": finite(told.sd[row]) if fit.converged else None, "unit": units[row]}
+             for row, name in enumerate(fit.names)}  # fmt: skip
     return Answer(
-        lines=lines,
-        tables=[*([("The robot, 95 % intervals", ["parameter", "drawn", "found", "interval", "change", "unit"], rows)]
-                  if rows else []), *_tables(held, out, model)],
+        lines=_lines(result, units),
+        tables=[*_robot_table(result, units), *_held_out_table(result.held_out, model)],
         plain={
-            "parameters": {name: {"drawn": design.value(name), "found": float(values[row]),
-                                  "sd": float(sd[row]) if math.isfinite(sd[row]) and fit.converged else None,
-                                  "unit": units[row]}
-                           for row, name in enumerate(fit.names)},
-            "runs": [run.name for run in fit.runs], "left_out": fit.left_out, "refused": list(refused),
+            "parameters": found,
+            "runs": [run.name for run in fit.runs], "left_out": fit.left_out, "refused": list(result.refused),
             "model_error": told.words, "model_error_runs": told.other_runs,
             "left_out_causes": {one.name: {"found": one.value, "sd": one.sd, "standard_errors": one.sigmas,
-                                           "explains": one.explains} for one in causes},
-            "residuals_in_sigmas": sigmas, "intervals_widened": wider, "converged": fit.converged, "why": fit.why,
-            "slopes_deg": slopes.tolist(), "walks": fit.evaluations,
-            "held_out": {run.name: _plain(one) for run, one in zip(out, held, strict=True)},
+                                           "explains": one.explains} for one in result.causes},
+            "residuals_in_sigmas": result.sigmas, "intervals_widened": result.wider, "converged": fit.converged,
+            "why": fit.why, "slopes_deg": fit.own[:, 0].tolist(), "walks": fit.evaluations,
+            "held_out": {name: _plain(one) for name, one in result.held_out.items()},
         },
         draw=lambda save: _draw(fit, model, save),
-        parameters=left if fit.converged else {},
+        parameters=_left(result) if fit.converged else {},
         no=not fit.converged,
     )  # fmt: skip
+
+
+def _lines(result: Calibrated, units: Sequence[str]) -> list[str]:
+    """What is to be said beside the tables."""
+    fit, told, design, model = result.fit, result.told, result.design, result.model
+    lines = [f"{len(fit.runs)} runs fitted, residuals {result.sigmas:.2f} times the sensors' noise"
+             + ("" if fit.converged else f"; not at rest, so there are no intervals: {fit.why}")]
+    lines += [f"left out: {name}: {why}" for name, why in fit.left_out.items()] + list(result.refused)
+    blind = np.isinf(told.sd).astype(float)
+    if blind.any():
+        lines.append(described(blind, fit.names, units, told.values))
+    if result.wider > NOISY:
+        lines.append(f"residuals are not noise alone (size {result.sigmas:.2f}, and neighbours hang together): "
+                     f"intervals are {result.wider:.1f} times as wide as noise would have them")
+    lines += [*told_structure(fit.runs, fit.equations), *_of_sensors(fit, model), *in_words(result.causes, design),
+              told.words]  # fmt: skip
+    springs = [short(name) for name in fit.names if short(name) in OF_SPRINGS and not design.biped.frame_mass]
+    if springs:
+        lines.append(f"the model has no frames above the springs: where the robot has, {listed(springs)} come out "
+                     "wrong by several percent though the fit is good, and their intervals do not hold that. Give "
+                     "frame_mass, frame_com and frame_inertia in biped.yaml")
+    known = [one.sigmas for one in result.held_out.values() if one is not None]
+    if result.held_out and not known:
+        lines.append("no run held out could be walked")
+    elif known:
+        fell = len(result.held_out) - len(known)
+        lines.append(f"{len(result.held_out)} runs held out: residuals {np.median(known):.2f} times the noise "
+                     "(median), their own start and sensors fitted" + (f"; {fell} could not be walked" if fell else ""))
+    slopes = fit.own[:, 0]
+    lines.append(f"ramp: {slopes.mean():.3f} deg on average, {slopes.std():.3f} deg apart")
+    return lines + [
+        f"{short(name)}, for each run: {fit.own[:, place].mean():.6g} on average, "
+        f"{fit.own[:, place].std():.2g} {design.unit(name)} apart" for place, name in enumerate(model.own[1:], 1)]
 
 
 def _of_sensors(fit: CampaignFit, model: Model) -> list[str]:
@@ -271,7 +201,6 @@ def _of_sensors(fit: CampaignFit, model: Model) -> list[str]:
     said = []
     places = [model.layout.place(name) for name in ("bandwidth", "foot_place")]
     share, higher = fit.unknowns[:, places].mean(axis=0)
-    of_place = model.layout.believed[places[1]]
     drawn = float(np.mean([run.sampling.bandwidth_hz for run in fit.runs]))
     cut = f"{drawn * math.exp(share):.1f} Hz"
     if not all(run.sampling.declared for run in fit.runs):
@@ -279,38 +208,58 @@ def _of_sensors(fit: CampaignFit, model: Model) -> list[str]:
                     "may be wrong where the model is. Give it (bandwidth_hz of the devices)")
     elif abs(share) > OTHER_CUT:
         said.append(f"bandwidth: the sensors' low pass cuts off at {cut}, where {drawn:.1f} Hz is declared")
-    if abs(higher) > FAR_OFF * of_place:
+    if abs(higher) > FAR_OFF * model.layout.prior[places[1]]:
         said.append(f"lever arm: the foot sensor sits {1e3 * higher:+.1f} mm higher on the leg than imu.lever_arm "
                     "has it; measure it")
     return said
 
 
-def _left(names: Sequence[str], values: np.ndarray, sd: np.ndarray) -> dict[str, Any]:
-    """Parameters as a folder keeps them: with their standard errors, where these are finite."""
-    return {name: {"value": float(value), **({"uncertainty": float(own)} if math.isfinite(own) else {})}
-            for name, value, own in zip(names, values, sd, strict=True)}
+def _left(result: Calibrated) -> dict[str, Any]:
+    """Parameters as a folder keeps them: with their standard errors, where these are finite.
+
+    A robot from the bill of parts is left as Table 1 counts it, which all stages take: frames are the hip's.
+    """
+    biped, told = result.design.biped, result.told
+    left: dict[str, Any] = {name: _with_error(value, own)
+                            for name, value, own in zip(result.fit.names, told.values, told.sd, strict=True)}
+    if not result.of_parts:
+        return left if biped.frame_mass else left | PLANAR
+    frame = left.pop(FRAME, {"value": biped.frame_mass})
+    hip = _with_error(biped.hip_mass + 2.0 * frame["value"], 2.0 * frame.get("uncertainty", math.inf))
+    return {"biped.leg_inertia": biped.leg_inertia, "biped.hip_mass": hip, **left, **PLANAR}
 
 
-def _as_table_1(left: dict[str, Any], design: DesignPoint) -> dict[str, Any]:
-    """The same of a robot from the bill of parts as Table 1 counts it, which all stages take: frames are the hip's."""
-    frame = left.pop(FRAME, {"value": design.biped.frame_mass})
-    hip = {"value": design.biped.hip_mass + 2.0 * frame["value"]}
-    hip |= {"uncertainty": 2.0 * frame["uncertainty"]} if "uncertainty" in frame else {}
-    return {"biped.leg_inertia": design.biped.leg_inertia, "biped.hip_mass": hip, **left, **PLANAR}
+def _with_error(value: float, sd: float) -> dict[str, float]:
+    return {"value": float(value), **({"uncertainty": float(sd)} if math.isfinite(sd) else {})}
 
 
-def _tables(
-    held: Sequence[Explained | None], out: Sequence[MeasuredRun], model: Model
+def _robot_table(result: Calibrated, units: Sequence[str]) -> list[tuple[str, list[str], list[list[Any]]]]:
+    """The robot with its intervals; none of a fit that is not at rest."""
+    names, design, values = result.fit.names, result.design, result.told.values
+    if not result.fit.converged:
+        return []
+    half: Vector = HALF_WIDTH * result.told.sd
+    changes = 100 * (values - [design.value(name) for name in names]) / changes_of(design, names).scales
+    rows: list[list[Any]] = [
+        [short(name), f"{design.value(name):.6g}", f"{values[row]:.6g}",
+         f"+- {half[row]:.2g}" if math.isfinite(half[row]) else "not seen", f"{changes[row]:+.2f} %", units[row]]
+        for row, name in enumerate(names)
+    ]
+    return [("The robot, 95 % intervals", ["parameter", "drawn", "found", "interval", "change", "unit"], rows)]
+
+
+def _held_out_table(
+    held: dict[str, Explained | None], model: Model
 ) -> list[tuple[str, list[str], list[list[Any]]]]:
     """Errors on runs that were held out."""
-    rows: list[list[Any]] = [
-        [run.name, f"{one.fit[0]:.3f}", f"{1e3 * one.fit[1]:.2f}", f"{one.foretold[0]:.3f}",
-         f"{1e3 * one.foretold[1]:.2f}"]
-        for run, one in zip(out, held, strict=True) if one is not None
-    ]
-    if not rows:
+    walked = {name: one for name, one in held.items() if one is not None}
+    if not walked:
         return []
-    begun = next(one.begun for one in held if one is not None)
+    rows: list[list[Any]] = [
+        [name, *(text for force, rate in (one.fit, one.foretold) for text in (f"{force:.3f}", f"{1e3 * rate:.2f}"))]
+        for name, one in walked.items()
+    ]
+    begun = next(iter(walked.values())).begun
     title = (f"Errors on runs held out, rms: start and sensors fitted, and foretold from the first {begun:g} s; noise "
              f"is {model.noise[0]:.3f} m/s^2 and {1e3 * model.noise[2]:.2f} mrad/s")
     return [(title, ["run", "fit, m/s^2", "fit, mrad/s", "foretold, m/s^2", "foretold, mrad/s"], rows)]
@@ -320,12 +269,9 @@ def _plain(one: Explained | None) -> dict[str, Any] | None:
     """Errors as JSON knows them; none where the robot does not walk the run."""
     if one is None:
         return None
-
-    def pair(values: tuple[float, float]) -> dict[str, float | None]:
-        force, rate = (value if math.isfinite(value) else None for value in values)
-        return {"force_m_s2": force, "rate_rad_s": rate}
-
-    return {"sigmas": one.sigmas, "fit": pair(one.fit), "foretold": pair(one.foretold), "begun_s": one.begun}
+    fit, foretold = (
+        dict(zip(("force_m_s2", "rate_rad_s"), map(finite, pair), strict=True)) for pair in (one.fit, one.foretold))
+    return {"sigmas": one.sigmas, "fit": fit, "foretold": foretold, "begun_s": one.begun}
 
 
 def _draw(fit: CampaignFit, model: Model, save: Any) -> None:

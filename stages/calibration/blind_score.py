@@ -17,15 +17,15 @@ from stages.analytic.gait.poincare import poincare_map
 from stages.analytic.model.walker import Vector
 from stages.biped.processes import Progress, each_in_a_process, ignore
 from stages.calibration.estimation.campaign import fit_campaign
-from stages.calibration.estimation.equations import Model, eliminated, run_equations
-from stages.calibration.estimation.first_guess import guessed_mid_stance
-from stages.calibration.estimation.known import TOTAL_MASS, Known, information_of
-from stages.calibration.information.plan import SLOPE, first_model, free_names
-from stages.calibration.observation.measured_run import MeasuredRun, usable
-from stages.calibration.observation.prediction import Sampling, predict
-from stages.calibration.observation.unknowns import SIDES, layout_of, mid_stance
+from stages.calibration.estimation.least_squares import TOTAL_MASS, Known, information_of
+from stages.calibration.estimation.run_fit import Model, run_equations
+from stages.calibration.information.planned import SLOPE, first_model, free_names
+from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling, layout_of, mid_stance, usable
+from stages.calibration.observation.prediction import predict
 from stages.calibration.parameters import Parameters
+from stages.calibration.recordings import guessed_mid_stance
 from stages.calibration.result import HALF_WIDTH
+from stages.imu.trial.sensor import filter_delay
 
 #: Spread of each parameter about the drawing's, relative; of the inertia; of a run's start about its gait; of a ramp
 #: that is set again for each run and of its reading [deg]; error of the scale, relative; of detected strikes, in
@@ -89,30 +89,29 @@ def _run(
     slope = robot.value(SLOPE) + RAMP_DEG * rng.normal()
     there = robot.with_value(SLOPE, slope)
     walker, point = find_gait(there.biped, there.slope, 1e-9, None)
-    unknowns = np.where(np.isfinite(layout.believed), layout.believed, 0.0) * rng.normal(size=len(layout.names))
+    unknowns = np.where(np.isfinite(layout.prior), layout.prior, 0.0) * rng.normal(size=len(layout.names))
     pushed = point.z * (1 + SPREAD_OF_START * rng.normal(size=point.z.size))
     pushed[1:3] = point.z[1:3]  # a hand moves angles and speeds; legs are as long as their springs have them
     begin = mid_stance(walker, poincare_map(walker, pushed, FINER).z, FINER)
-    truth = layout_of(walker, begin, parameters.beliefs).middle
+    truth = layout_of(walker, begin, parameters.priors).middle
     unknowns[: layout.free] = truth[: layout.free]
     unknowns[layout.place("mid_stance")] = truth[layout.place("mid_stance")] - late_by * rng.normal()
     period = point.steps[0].period * walker.time
-    late = float(np.sqrt(2.0) / (2.0 * np.pi * sensor.bandwidth_hz))
+    late = filter_delay(sensor.bandwidth_hz)
     first_leg, shift = int(rng.integers(2)), rng.uniform(0, 0.5 / sensor.rate_hz)
     end = np.array([(settings.planned_steps - 0.2) * period])
     walked = predict(there, (), unknowns, layout, Sampling(end, end, late, sensor.bandwidth_hz, first_leg), FINER)
-    later = walked.strikes[walked.strikes < end]
+    later = walked.strikes[walked.strikes[:, 0] < end, 0]
     seen = np.concatenate([[0.0], later + late_by * rng.normal(size=len(later))])
     begun = guessed_mid_stance(drawing, layout)(seen, first_leg) + settings.settling_s
     times = np.arange(begun, float(end[0]), 1.0 / sensor.rate_hz)
     sampling = Sampling(times, times + shift, late, sensor.bandwidth_hz, first_leg)
     found = predict(there, (), unknowns, layout, sampling, FINER)
     noise = np.asarray(model.noise)
-    samples = {side: found.samples[side] + noise * rng.normal(size=found.samples[side].shape) for side in SIDES}
-    used = {}
-    for side in SIDES:
-        mask = usable(getattr(sampling, side), seen, begun, settings.before_strike_s, settings.after_strike_s)
-        used[side] = np.repeat(mask[:, None], 3, axis=1)
+    shown = {side: found.samples[side][:, :, 0] for side in SIDES}
+    samples = {side: shown[side] + noise * rng.normal(size=shown[side].shape) for side in SIDES}
+    used = {side: usable(sampling.of(side), seen, begun, settings.before_strike_s, settings.after_strike_s)
+            for side in SIDES}  # fmt: skip
     reading = slope + READING_DEG * rng.normal()
     run = MeasuredRun(f"blind {number + 1}", sampling, samples, used, seen, {SLOPE: (reading, READING_DEG)})
     return run, slope, unknowns
@@ -155,7 +154,7 @@ def scored(seed: int, runs: int, parameters: Parameters) -> Scored:
     information = information_of(campaign.known, names)
     for run, slope, unknowns in zip(campaign.runs, campaign.slopes, campaign.unknowns, strict=True):
         at_truth = run_equations(campaign.design, np.array([slope]), unknowns, run, model)
-        information = information + eliminated(at_truth, len(names))[0]
+        information = information + at_truth.eliminated(len(names))[0]
     bound = np.sqrt(np.diag(np.linalg.inv(information)))
     return Scored(seed, fit.converged, fit.why, names, truth, fit.design, np.sqrt(np.diag(fit.covariance)), bound,
                   fit.chi2 / fit.count, fit.evaluations)

@@ -2,15 +2,16 @@
 
 Heel strikes are spikes, and where the model's do not yet meet the measured ones least squares are lost. So the first
 step is fitted first, and each longer stretch starts from what the shorter one gave; and the noise is taken for larger
-than it is at first, so that a wrong event does not outweigh what is believed of design and sensors.
+than it is at first, so that a wrong event does not outweigh the priors of design and sensors.
+
+Unknowns stand in the order of `Model.names`: shared parameters, the run's own ones, its start and sensors.
 """
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -19,88 +20,134 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
 from stages.biped.accuracy.scales import quickness
-from stages.calibration.estimation.equations import Equations, Model, run_equations
 from stages.calibration.estimation.first_guess import first_guess, other_guesses
-from stages.calibration.estimation.known import Known, information_of
-from stages.calibration.observation.measured_run import MeasuredRun
-
-State = TypeVar("State")
-#: Damping at first, its factors, and from which on a step is given up as hopeless.
-FIRST, EASED, HARDENED, HOPELESS = 1e-3, 0.1, 10.0, 1e8
-#: A fit has come to its end where half the sum of squares would fall by less than this, times the mean square residual
-#: where that is larger than noise would have it: intervals are wider by as much, so it is the same part of them.
-ENOUGH = 1e-3
-MOST_ITERATIONS = 60
+from stages.calibration.estimation.least_squares import (
+    WHOLE_RUN,
+    Known,
+    Point,
+    Rule,
+    known_equations,
+    least_squares,
+)
+from stages.calibration.observation.measured_run import SIDES, Layout, MeasuredRun
+from stages.calibration.observation.prediction import Predicted, predict
 
 
 @dataclass(frozen=True)
-class Point(Generic[State]):
-    """Where the method stands: unknowns `x` (n,), half the sum of squares, its equations (matrix (n, n), right side
-    (n,)), and what the problem keeps of it; `spread` is the mean square residual, one where noise is all that is left.
+class Model:
+    """What is fitted: parameters `shared` by all runs and those that are each run's `own`, by their files' names.
+
+    `noise` (3,) standard deviation of a sample forward, up, rate; `robust` sigmas from which on a residual pulls less;
+    `strike` [s] standard deviation of the measured heel strikes, infinite where they are not used.
     """
 
-    x: Vector
-    cost: float
+    shared: tuple[str, ...]
+    own: tuple[str, ...]
+    layout: Layout
+    noise: tuple[float, float, float]
+    tolerance: float
+    robust: float = np.inf
+    strike: float = np.inf
+
+    @property
+    def of_design(self) -> tuple[str, ...]:
+        """The design's parameters, shared and own."""
+        return (*self.shared, *self.own)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All unknowns of one run, (n,)."""
+        return (*self.of_design, *self.layout.names)
+
+    def robot(self, design: DesignPoint, shared: Iterable[float], own: Iterable[float] = ()) -> DesignPoint:
+        """The design with values of the shared parameters, and of a run's own where they are given."""
+        return design.with_values({name: float(value) for name, value in zip(self.of_design, (*shared, *own))})
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Gauss-Newton's matrix (n, n) and right side (n,) of a run, in SI units, priors of the run included.
+
+    `cost` of Huber's, priors included; `chi2` the sum of squares of `count` readings, none of which counts for more
+    than `robust` sigmas. `residuals` by side (m, 3), in sigmas, NaN where nothing is used.
+    """
+
     matrix: np.ndarray
     right: Vector
-    state: State
-    spread: float = 1.0
+    cost: float
+    chi2: float
+    count: int
+    residuals: dict[str, np.ndarray]
+    predicted: Predicted
+    robust: float = np.inf
+
+    def pulls(self, side: str) -> np.ndarray:
+        """Residuals (m, 3) as they pull: one beyond `robust` sigmas, a spike, no more than that."""
+        return np.asarray(np.clip(self.residuals[side], -self.robust, self.robust))
+
+    def others(self, right: np.ndarray) -> np.ndarray:
+        """The unknowns (o, c) after the first of them that the last rows of the matrix give for right sides (o, c)."""
+        own = self.matrix[-len(right) :, -len(right) :]
+        scale = 1.0 / np.sqrt(np.diag(own))
+        scaled = own * scale * scale[:, None]
+        return np.asarray(np.linalg.lstsq(scaled, right * scale[:, None], rcond=1e-14)[0] * scale[:, None])
+
+    def eliminated(self, shared: int) -> tuple[np.ndarray, Vector]:
+        """What is left for the first `shared` unknowns when the others are solved for: matrix and right side."""
+        cross = self.matrix[:shared, shared:]
+        solved = self.others(np.column_stack([cross.T, self.right[shared:]]))
+        left = self.matrix[:shared, :shared] - cross @ solved[:, :-1]
+        return 0.5 * (left + left.T), self.right[:shared] - cross @ solved[:, -1]
+
+    def own_step(self, step: Vector) -> Vector:
+        """The other unknowns' step (o,) that goes with that of the shared ones (d,)."""
+        d = len(step)
+        return self.others((self.right[d:] - self.matrix[d:, :d] @ step)[:, None])[:, 0]
 
 
-@dataclass(frozen=True)
-class Ended(Generic[State]):
-    """Where the method ended, after how many evaluations, and whether it came to rest; if not, why."""
+def run_equations(
+    design: DesignPoint, own_values: Vector, unknowns: Vector, run: MeasuredRun, model: Model
+) -> Equations:
+    """The equations at a design, with the run's own parameters of it and its other unknowns.
 
-    point: Point[State]
-    evaluations: int
-    converged: bool
-    why: str
-
-
-def least_squares(
-    evaluate: Callable[[Vector], Point[State] | None], begin: Vector, sizes: Vector, low: Vector,
-    most: int = MOST_ITERATIONS, enough: float = ENOUGH,
-) -> Ended[State]:
-    """Bring the cost down from `begin` (n,) until it rests.
-
-    `evaluate` gives the point at some unknowns, None where there is none. `sizes` (n,) are changes that are neither
-    large nor small; no unknown goes below `low` (n,).
+    Raises StepFailed where the walker does not get to the run's end.
     """
-    at = evaluate(begin)
-    if at is None:
-        raise ValueError("no value at the start")
-    damping, evaluations = FIRST, 1
-    while evaluations < most:
-        if _step(at, sizes, low, 0.0)[1] < enough * max(at.spread, 1.0):
-            return Ended(at, evaluations, True, "")
-        step, foreseen = _step(at, sizes, low, damping)
-        tried = evaluate(np.maximum(at.x + step, low))
-        evaluations += 1
-        if tried is not None and tried.cost < at.cost + 1e-9 * abs(at.cost):
-            gain = (at.cost - tried.cost) / max(foreseen, 1e-300)
-            at = tried
-            if gain > 0.25:
-                damping = max(damping * EASED, 1e-9)
-            continue
-        damping *= HARDENED
-        if damping > HOPELESS:
-            return Ended(at, evaluations, False, "no step brings the residuals down")
-    return Ended(at, evaluations, False, f"{most} evaluations were not enough")
-
-
-def _step(at: Point[State], sizes: Vector, low: Vector, damping: float) -> tuple[Vector, float]:
-    """The damped step of all unknowns that are free to move, and by how much the cost should fall with it."""
-    free = ~((at.x <= low) & (at.right <= 0.0))
-    unit = sizes[free]
-    matrix = at.matrix[np.ix_(free, free)] * unit * unit[:, None]
-    right = at.right[free] * unit
-    diagonal = np.diag(matrix)
-    damped = matrix + np.diag(damping * diagonal + 1e-9)
-    equal = 1.0 / np.sqrt(np.diag(damped))
-    move = np.linalg.lstsq(damped * equal * equal[:, None], right * equal, rcond=1e-15)[0] * equal
-    step = np.zeros(len(at.x))
-    step[free] = move * unit
-    return step, float(move @ right - 0.5 * move @ matrix @ move)
+    design = design.with_values(dict(zip(model.own, own_values, strict=True)))
+    found = predict(design, model.of_design, unknowns, model.layout, run.sampling, model.tolerance)
+    n, layout, noise = len(model.names), model.layout, np.asarray(model.noise)
+    matrix, right, cost, chi2, count = np.zeros((n, n)), np.zeros(n), 0.0, 0.0, 0
+    residuals = {}
+    for side in SIDES:
+        used = run.used[side]
+        left = (run.samples[side] - found.samples[side][:, :, 0]) / noise
+        residuals[side] = np.where(used, left, np.nan)
+        r, jacobian = left[used], (found.samples[side][:, :, 1:] / noise[:, None])[used]
+        size = np.abs(r)
+        beyond = size > model.robust
+        weight = np.where(beyond, model.robust / np.maximum(size, 1e-300), 1.0)
+        matrix += jacobian.T @ (weight[:, None] * jacobian)
+        right += jacobian.T @ (weight * r)
+        cost += 0.5 * float((r[~beyond] ** 2).sum())
+        cost += float((model.robust * (size[beyond] - 0.5 * model.robust)).sum()) if beyond.any() else 0.0
+        chi2 += float((np.minimum(size, model.robust) ** 2).sum())
+        count += r.size
+    if np.isfinite(model.strike):
+        both = min(len(found.strikes), len(run.strikes) - 1)
+        late = (run.strikes[1 : both + 1] - found.strikes[:both, 0]) / model.strike
+        rows = found.strikes[:both, 1:] / model.strike
+        matrix += rows.T @ rows
+        right += rows.T @ late
+        cost += 0.5 * float(late @ late)
+    readings: list[tuple[int, float, float, float]] = [
+        (len(model.shared) + k, float(own_values[k]), *run.own[name])
+        for k, name in enumerate(model.own) if name in run.own]
+    priors = [(n - len(layout.names) + k, float(unknowns[k]), float(layout.middle[k]), float(sd))
+              for k, sd in enumerate(layout.prior) if np.isfinite(sd)]  # fmt: skip
+    for place, value, middle, sd in [*readings, *priors]:
+        matrix[place, place] += 1.0 / sd**2
+        right[place] -= (value - middle) / sd**2
+        cost += 0.5 * ((value - middle) / sd) ** 2
+    return Equations(matrix, right, cost, chi2, count, residuals, found, model.robust)
 
 
 #: Times are those for Table 1's robot, and each other's by its own quickness. Horizons end so long [s] before the heel
@@ -125,10 +172,8 @@ OTHERS = 6
 #: Where the walker falls on the way to the next horizon, the last one is fitted again and then one half way, noise so
 #: many times smaller; at most so often.
 QUIETER, MOST_AGAIN = 3.0, 5
-#: Evaluations of a horizon that is not the last.
-SOME = 12
-
-
+#: Of a horizon that is not the last.
+SHORTER = Rule(12, enough=1.0)
 #: Friction at the hip that is none, as a share of the weight times a leg's length.
 LEAST_FRICTION = 1e-9
 
@@ -182,18 +227,6 @@ def horizons(
     shorter = [(end, louder) for end, louder in found if end < run.duration]
     first = float(run.sampling.hip[0]) + least / quick if least else 0.0
     return [*(one for one in (*swing, *shorter) if one[0] > first), *((run.duration, one) for one in WHOLE)]
-
-
-def known_equations(
-    known: Sequence[Known], design: DesignPoint, names: Sequence[str]
-) -> tuple[np.ndarray, Vector, float]:
-    """What known values add to matrix, right side and cost."""
-    right, cost = np.zeros(len(names)), 0.0
-    for one in known:
-        off = one.of(design) - one.value
-        right -= one.row(names) * off / one.sd**2
-        cost += 0.5 * (off / one.sd) ** 2
-    return information_of(known, names), right, cost
 
 
 def fit_near(
@@ -268,34 +301,32 @@ def _fit(
 
     One that comes to where the last horizon of an `other` began, which came to rest, is that.
     """
-    d, k = len(model.shared), len(model.layout.names)
-    names = (*model.shared, *model.own)
+    d, o = len(model.shared), len(model.of_design)
     own = [run.own[name][0] if name in run.own else design.value(name) for name in model.own]
-    x = np.concatenate([[design.value(name) for name in model.shared], begin, own])
-    all_sizes = design_sizes(design, names)
-    sizes = np.concatenate([all_sizes[:d], model.layout.sizes, all_sizes[d:]])
-    all_low = lowest(design, names)
-    low = np.concatenate([all_low[:d], np.full(k, -np.inf), all_low[d:]])
+    x = np.concatenate([[design.value(name) for name in model.shared], own, begin])
+    sizes = np.concatenate([design_sizes(design, model.of_design), model.layout.sizes])
+    low = np.concatenate([lowest(design, model.of_design), np.full(len(begin), -np.inf)])
     first, evaluations, approach = x[:d].copy(), 0, np.nan
     waiting, reached, again = list(ends), 0.0, 0
     strike_sd = STRIKE_SD / quickness(design.biped, design.slope.gravity)
     while waiting:
         horizon, louder = waiting.pop(0)
         part, is_last = run.upto(horizon), louder == 1.0
-        noise = (louder * model.noise[0], louder * model.noise[1], louder * model.noise[2])
-        heard = model if is_last else replace(model, noise=noise, strike=strike_sd)
+        forward, up, rate = (louder * one for one in model.noise)
+        heard = model if is_last else replace(model, noise=(forward, up, rate), strike=strike_sd)
 
         def evaluate(
-            at: Vector, part: MeasuredRun = part, heard: Model = heard, held: bool = not is_last
+            at: Vector, _: Point[Equations] | None = None, __: float = 1.0, part: MeasuredRun = part,
+            heard: Model = heard, held: bool = not is_last,
         ) -> Point[Equations] | None:
-            there = design.with_values(dict(zip(model.shared, at[:d], strict=True)))
+            there = model.robot(design, at[:d])
             if not there.is_legal():
                 return None
             try:
-                found = run_equations(there, at[d + k :], at[d : d + k], part, heard)
+                found = run_equations(there, at[d:o], at[o:], part, heard)
             except StepFailed:
                 return None
-            matrix, right, cost = known_equations(known, there, model.shared)
+            matrix, right, cost = known_equations(known, [one.of(there) for one in known], model.shared)
             more, other = found.matrix.copy(), found.right.copy()
             more[:d, :d] += matrix
             other[:d] += right
@@ -307,8 +338,7 @@ def _fit(
             return Point(at, found.cost + cost, more, other, found, found.chi2 / max(found.count, 1))
 
         try:
-            ended = least_squares(evaluate, x, sizes, low) if is_last else least_squares(
-                evaluate, x, sizes, low, SOME, 1.0)
+            ended = least_squares(evaluate, x, sizes, low, WHOLE_RUN if is_last else SHORTER)
         except ValueError:
             again += 1
             if again > MOST_AGAIN or reached == 0.0:
@@ -324,4 +354,4 @@ def _fit(
             approach = ended.point.cost
             if other is not None and other.converged and abs(approach - other.approach) < ALIKE * other.approach:
                 return replace(other, evaluations=evaluations)
-    return RunFit(x[:d], x[d + k :], x[d : d + k], ended.point.state, evaluations, ended.converged, ended.why, approach)
+    return RunFit(x[:d], x[d:o], x[o:], ended.point.state, evaluations, ended.converged, ended.why, approach)

@@ -4,28 +4,36 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 from stages.analytic.gait.design_point import DesignPoint, parameter_names
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound
 from stages.biped.question import WrongOption
-from stages.calibration.estimation.known import SUMS, TOTAL_MASS, Known
-from stages.calibration.information.words import short
+from stages.calibration.estimation.least_squares import SUMS, TOTAL_MASS, Known
+from stages.calibration.information.identifiability import short
 from stages.ground.slope import Slope
 
+Given = TypeVar("Given", bound=Collection[str])
+#: Where an entry stands in the file, by its keys.
+Place = Callable[..., str]
 ENTRY = ("value", "uncertainty", "unit", "source")
 KEYS = ("known", "free", "fixed", "fitted", "held_out", "design")
 #: A known value may differ from the design's by this factor.
 FAR = 2.0
 #: What a fit begins from: the design of biped.yaml, or the bill of parts seen from the side, as the study's own fits.
 BIPED, PARTS = "biped", "parts"
+#: Unit and bound of the design's parameters and of known sums.
+DECLARED: dict[str, Mapping[str, Any]] = {
+    TOTAL_MASS: {"unit": "kg", "bound": Bound(above=0)},
+    **{f"{owner.FILE}.{field.name}": field.metadata
+       for owner in (Biped, Slope) for field in dataclasses.fields(owner)}}  # fmt: skip
 
 
 @dataclass(frozen=True)
-class Asked:
+class Request:
     """Known values; names of parameters that are looked for (all, if there are none) and that keep their value; names
     of runs that are held out, and of those that are fitted (all others, if there are none); the `design` to begin from.
     """
@@ -57,72 +65,81 @@ class Asked:
         return tuple(name for name in names if (not self.free or name in self.free) and name not in self.fixed)
 
 
-def asked_of(about: Mapping[str, Any] | None) -> Asked:
+def request_of(about: Mapping[str, Any] | None) -> Request:
     """Read and check what the file says. Raises WrongOption with file, line, key, value and what is allowed."""
     if about is None:
-        return Asked()
-    place = about.place  # type: ignore[attr-defined]
-    for key in about:
-        if key not in KEYS:
-            raise WrongOption(f"{place(key)}: there is no such entry; known are {', '.join(KEYS)}")
-    known = []
+        return Request()
+    place: Place = about.place  # type: ignore[attr-defined]
+    only(about, KEYS, place)
     entries = about.get("known") or {}
     if not isinstance(entries, dict):
         raise WrongOption(f"{place('known')}: expected names with {{{', '.join(ENTRY)}}}")
-    for name, entry in entries.items():
-        known.append(_known(name, entry, lambda *keys, name=name: place("known", name, *keys)))
+    known = tuple(_known(name, entry, place) for name, entry in entries.items())
     free, fixed = (_names(about.get(key), key, place) for key in ("free", "fixed"))
-    of_runs = {key: about.get(key) or [] for key in ("held_out", "fitted")}
-    for key, runs in of_runs.items():
-        if not isinstance(runs, list) or not all(isinstance(one, (str, int)) for one in runs):
-            raise WrongOption(f"{place(key)}: expected a list of names of runs")
+    held_out, fitted = (_runs(about.get(key) or [], key, place) for key in ("held_out", "fitted"))
     design = about.get("design") or BIPED
     if design not in (BIPED, PARTS):
         raise WrongOption(f"{place('design')}: {design}, must be {BIPED} (biped.yaml as it is) or {PARTS} (the bill of "
                           "parts in twin.yaml, with its frames)")
-    held_out, fitted = (tuple(map(str, runs)) for runs in of_runs.values())
-    return Asked(tuple(known), free, fixed, held_out, fitted, str(design))
+    return Request(known, free, fixed, held_out, fitted, str(design))
 
 
-def full_name(name: str) -> str | None:
+def only(
+    given: Given, allowed: Collection[str], place: Place, *keys: str, wrong: str = "there is no such entry; known are"
+) -> Given:
+    """What is `given` at some keys. Raises WrongOption where it has entries that are not `allowed`."""
+    for key in given:
+        if key not in allowed:
+            raise WrongOption(f"{place(*keys, key)}: {wrong} {', '.join(allowed)}")
+    return given
+
+
+def _runs(given: Any, key: str, place: Place) -> tuple[str, ...]:
+    if not isinstance(given, list) or not all(isinstance(one, (str, int)) for one in given):
+        raise WrongOption(f"{place(key)}: expected a list of names of runs")
+    return tuple(map(str, given))
+
+
+def _full_name(name: str) -> str | None:
     """The parameter's name with its file; None if there is no such parameter."""
     return next((one for one in parameter_names() if name in (one, one.partition(".")[2])), None)
 
 
-def _names(given: Any, key: str, place: Any) -> tuple[str, ...]:
+def _names(given: Any, key: str, place: Place) -> tuple[str, ...]:
     if given is not None and not isinstance(given, list):
         raise WrongOption(f"{place(key)}: expected a list of parameters")
     found = []
-    for number, name in enumerate(given or []):
-        whole = full_name(str(name))
+    for row, name in enumerate(given or []):
+        whole = _full_name(str(name))
         if whole is None:
-            raise WrongOption(f"{place(key, number)}: {name} is no parameter of the design; known are "
+            raise WrongOption(f"{place(key, row)}: {name} is no parameter of the design; known are "
                               f"{', '.join(parameter_names())}")  # fmt: skip
         found.append(whole)
     return tuple(found)
 
 
-def _known(name: str, entry: Any, place: Any) -> Known:
+def _known(name: str, entry: Any, place: Place) -> Known:
     """One known value of the design. Raises WrongOption."""
-    whole = name if name in SUMS else full_name(name)
+    whole = name if name in SUMS else _full_name(name)
     if whole is None:
-        raise WrongOption(f"{place()}: no such quantity; known are {', '.join([*SUMS, *parameter_names()])}")
-    return known_value(whole, entry, unit_of, place)
+        raise WrongOption(f"{place('known', name)}: no such quantity; known are "
+                          f"{', '.join([*SUMS, *parameter_names()])}")  # fmt: skip
+    return known_value(whole, entry, str(DECLARED[whole]["unit"]), place, name)
 
 
-def known_value(name: str, entry: Any, unit_of_name: Callable[[str], str], place: Any) -> Known:
-    """A known value from {value, uncertainty, unit, source}. Raises WrongOption."""
+def known_value(name: str, entry: Any, unit: str, place: Place, key: str) -> Known:
+    """A known value from {value, uncertainty, unit, source}, which the file calls `key`. Raises WrongOption."""
     if not isinstance(entry, dict) or set(entry) - set(ENTRY) or not {"value", "uncertainty", "unit"} <= set(entry):
-        raise WrongOption(f"{place()}: expected {{{', '.join(ENTRY)}}} (source may be left out)")
-    unit = unit_of_name(name)
+        raise WrongOption(f"{place('known', key)}: expected {{{', '.join(ENTRY)}}} (source may be left out)")
     if entry["unit"] != unit:
-        raise WrongOption(f"{place('unit')}: {entry['unit']}, must be {unit}")
-    value = number(entry["value"], place("value"), -1e9, 1e9)
-    sd = number(entry["uncertainty"], place("uncertainty"), 0.0, 1e9)
+        raise WrongOption(f"{place('known', key, 'unit')}: {entry['unit']}, must be {unit}")
+    value = number(entry["value"], place("known", key, "value"), -1e9, 1e9)
+    sd = number(entry["uncertainty"], place("known", key, "uncertainty"), 0.0, 1e9)
     if sd == 0.0:
-        raise WrongOption(f"{place('uncertainty')}: 0, must be above 0")
-    if (bound := bound_of(name)) is not None and not bound.holds(value):
-        raise WrongOption(f"{place('value')}: {value:g}, must be {bound}")
+        raise WrongOption(f"{place('known', key, 'uncertainty')}: 0, must be above 0")
+    bound: Bound | None = DECLARED[name]["bound"] if name in DECLARED else None
+    if bound is not None and not bound.holds(value):
+        raise WrongOption(f"{place('known', key, 'value')}: {value:g}, must be {bound}")
     return Known(name, value, sd, str(entry.get("source", "")))
 
 
@@ -132,20 +149,3 @@ def number(given: Any, where: str, least: float, most: float) -> float:
     if not is_number or not least <= given <= most:
         raise WrongOption(f"{where}: {given}, must be a number from {least:g} to {most:g}")
     return float(given)
-
-
-def bound_of(name: str) -> Bound | None:
-    """What a parameter of the design may be; none for other quantities."""
-    if name in SUMS:
-        return Bound(above=0)
-    fields = {f"{owner.FILE}.{field.name}": field for owner in (Biped, Slope) for field in dataclasses.fields(owner)}
-    bound: Bound | None = fields[name].metadata["bound"] if name in fields else None
-    return bound
-
-
-def unit_of(name: str) -> str:
-    """Unit of a parameter or of a known sum."""
-    if name == TOTAL_MASS:
-        return "kg"
-    owner, key = (Biped if name.startswith("biped.") else Slope), name.partition(".")[2]
-    return str(owner.__dataclass_fields__[key].metadata["unit"])

@@ -10,13 +10,12 @@ import numpy as np
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
-from stages.calibration.estimation.equations import Equations, Model, run_equations
 from stages.calibration.estimation.first_guess import first_guess
-from stages.calibration.estimation.fit import RunFit, fit_near, fit_run
-from stages.calibration.estimation.known import Known
-from stages.calibration.information.plan import SLOPE
-from stages.calibration.observation.measured_run import MeasuredRun
-from stages.calibration.observation.unknowns import SIDES
+from stages.calibration.estimation.least_squares import Known
+from stages.calibration.estimation.run_fit import Equations, Model, RunFit, fit_near, fit_run, run_equations
+from stages.calibration.information.planned import SLOPE
+from stages.calibration.observation.measured_run import SIDES, MeasuredRun
+from stages.calibration.result import Trace
 
 #: The run that a robot with a design, with a run's unknowns, makes when it is sampled like another. Raises StepFailed.
 Simulator = Callable[[DesignPoint, Vector, MeasuredRun], MeasuredRun]
@@ -41,8 +40,7 @@ def corrected(
     design: DesignPoint, fit: RunFit, run: MeasuredRun, model: Model, known: Sequence[Known], simulate: Simulator
 ) -> Corrected:
     """One correction step of a run's fit. Raises StepFailed where the simulator or the model does not walk."""
-    there = design.with_values(
-        dict(zip((*model.shared, *model.own), (*fit.design, *fit.own), strict=True)))
+    there = model.robot(design, fit.design, fit.own)
     made = simulate(there, fit.unknowns, run)
     read = {name: (there.value(name), sd) for name, (_, sd) in run.own.items()}  # its ramp and its weight are known to
     weighed = [replace(one, value=one.of(there)) for one in known]  # be what they are, as well as the robot's were
@@ -51,6 +49,12 @@ def corrected(
     unknowns_bias = again.unknowns - fit.unknowns
     return Corrected(fit.design - bias, fit.own - own_bias, fit.unknowns - unknowns_bias, np.asarray(bias),
                      np.asarray(own_bias), np.asarray(unknowns_bias), made, again)
+
+
+def trace(run: MeasuredRun, equations: Equations, model: Model, side: str) -> Trace:
+    """What a sensor showed and what the fit says it should have."""
+    residual = equations.residuals[side] * np.asarray(model.noise)
+    return Trace(run.sampling.of(side), run.samples[side], equations.predicted.samples[side][:, :, 0], residual)
 
 
 #: Columns of a sensor's samples that are forces, and that which is the rate.
@@ -80,7 +84,7 @@ def explained(design: DesignPoint, run: MeasuredRun, model: Model, begun: float)
     alone = replace(model, shared=(), own=(SLOPE,))
     begin = first_guess(design, run.strikes, run.sampling.first_leg, model.layout)
     whole = fit_run(design, run, alone, (), begin)
-    first = min(float(getattr(run.sampling, side)[0]) for side in SIDES)
+    first = min(float(run.sampling.of(side)[0]) for side in SIDES)
     ahead: Equations | None
     try:
         start = fit_run(design, run.upto(first + begun), alone, (), begin)
@@ -97,7 +101,7 @@ def rms_of(
     residuals: dict[str, np.ndarray], run: MeasuredRun, model: Model, since: float = 0.0
 ) -> tuple[float, float]:
     """Root mean squares of force [m/s^2] and rate [rad/s] from residuals in noises, of samples after `since` [s]."""
-    rows = [residuals[side][getattr(run.sampling, side) > since] * np.asarray(model.noise) for side in SIDES]
+    rows = [residuals[side][run.sampling.of(side) > since] * np.asarray(model.noise) for side in SIDES]
     every = np.concatenate(rows)
     force, rate = (float(np.sqrt(np.nanmean(every[:, columns] ** 2))) for columns in (FORCE, RATE))
     return force, rate

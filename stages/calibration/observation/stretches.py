@@ -34,7 +34,7 @@ from stages.calibration.compiled import compiled
 #: next, and the longest one in pendulum times.
 NODES, FIRST, GROWTH, LONGEST = 6, 1.2, 2.0, 0.35
 #: Panels of a walker without springs are all of the longest kind.
-POINTS, WEIGHTS = np.polynomial.legendre.leggauss(NODES)
+POINTS = np.polynomial.legendre.leggauss(NODES)[0]
 
 
 def panel_edges(duration: float, fastest: float) -> Vector:
@@ -44,24 +44,17 @@ def panel_edges(duration: float, fastest: float) -> Vector:
     while edges[-1] < duration:
         edges.append(edges[-1] + length)
         length = min(length * GROWTH, LONGEST)
-    scale = duration / edges[-1]
-    return np.array(edges) * scale
+    return np.array(edges) * (duration / edges[-1])
 
 
 def panel_nodes(edges: Vector) -> Vector:
     """The nodes of all panels, rising, shape (p * NODES,)."""
     middle, half = 0.5 * (edges[1:] + edges[:-1]), 0.5 * np.diff(edges)
-    nodes: Vector = (middle[:, None] + half[:, None] * POINTS).ravel()
-    return nodes
+    return np.asarray((middle[:, None] + half[:, None] * POINTS).ravel())
 
 
-def to_powers() -> np.ndarray:
-    """The matrix (NODES, NODES) from values at the nodes to coefficients of powers of s in [-1, 1], lowest first."""
-    return np.linalg.inv(np.vander(POINTS, increasing=True))
-
-
-TO_POWERS = to_powers()
-
+#: The matrix (NODES, NODES) from values at the nodes to coefficients of powers of s in [-1, 1], lowest first.
+TO_POWERS = np.linalg.inv(np.vander(POINTS, increasing=True))
 
 assert walking  # what a varied walker does is registered there
 
@@ -116,31 +109,22 @@ NO_NODES = np.empty((0, 10))
 
 @dataclass(frozen=True)
 class Stretch:
-    """One phase of a walk, dimensionless; derivatives are by c columns.
+    """One phase of a walk, dimensionless. Last axes hold a value, then its derivatives by c columns.
 
-    It begins at `start` since the walk's first state, with leg `stance_leg` (0 or 1) standing. `edges` (p + 1,) bound
-    its panels and `times` (p * NODES,) are the nodes in them, both since its start. `states` and `rates` (n, size) are
-    y and dy/dt there, `states_by` and `rates_by` (n, size, c) their derivatives at fixed times. `start_by` and
-    `duration_by` (c,) are those of start and duration; `end` (size,), `end_by` (size, c) the state at its event before
-    anything happens there, whose derivative moves with the event. `ends_step`: that is a heel strike.
+    It starts at `start` (1 + c,) since the walk's first state and lasts `duration` (1 + c,), with leg `stance_leg`
+    (0 or 1) standing. `edges` (p + 1,) bound its panels, since its start. `states` and `rates` (n, size, 1 + c) are y
+    and dy/dt in the panels' n nodes, derived at fixed times. `begin` and `end` (size, 1 + c) are the states after and
+    before the events, which move with them. `ends_step`: that is a heel strike.
     """
 
-    phase: int
     stance_leg: int
-    start: float
-    duration: float
+    start: Vector
+    duration: Vector
     edges: Vector
-    times: Vector
     states: np.ndarray
     rates: np.ndarray
-    states_by: np.ndarray
-    rates_by: np.ndarray
-    start_by: Vector
-    duration_by: Vector
-    begin: Vector
-    begin_by: np.ndarray
-    end: Vector
-    end_by: np.ndarray
+    begin: np.ndarray
+    end: np.ndarray
     ends_step: bool
 
 
@@ -190,11 +174,10 @@ def walk_stretches(
                 arrive(phase, end, p)
             elif sign_of(phase) != 0:  # a hip that sticks lets go without a jump of the rates
                 cross_turn(phase, end, p)
-            states, rates = states[:-1], rates[:-1]
             stretches.append(Stretch(
-                phase, leg, start, duration, edges, times, states[:, :size], rates[:, :size],
-                _columns(states, size), _columns(rates, size), before, p.delays - before, y[:size].copy(),
-                _columns(y[None], size)[0], event, _columns(end[None], size)[0], lands))
+                leg, np.append(start, before), np.append(duration, p.delays - before), edges,
+                _columns(states[:-1], size), _columns(rates[:-1], size), _columns(y, size)[0], _columns(end, size)[0],
+                lands))
         start += duration
         if start > until:
             return stretches
@@ -217,5 +200,5 @@ def _first_phase(upright: Vector, p: Any) -> int:
 
 
 def _columns(rows: np.ndarray, size: int) -> np.ndarray:
-    """The variations (n, size, c) of rows that hold a state and its variations one after another."""
-    return rows[:, size:].reshape(len(rows), -1, size).transpose(0, 2, 1).copy()
+    """Rows that hold a state and its variations one after another, as (n, size, 1 + c)."""
+    return rows.reshape(-1, rows.shape[-1] // size, size).transpose(0, 2, 1).copy()

@@ -1,0 +1,192 @@
+"""Least squares by Levenberg and Marquardt's method, for fits of sensors and of angles, and what is known beside data.
+
+Every fit brings equations of its own (matrix and right side), with what touches one run or step alone eliminated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.model.walker import Vector
+
+State = TypeVar("State")
+TOTAL_MASS = "total_mass"
+#: How much of each parameter a known sum has.
+SUMS = {TOTAL_MASS: {"biped.hip_mass": 1.0, "biped.foot_mass": 2.0, "biped.frame_mass": 2.0}}
+
+
+class NotIdentified(ValueError):
+    """The measurements cannot tell what is asked of them; the message says what is missing."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """A value with its standard deviation: of the parameter `name` ("biped.leg_length"), or of a sum ("total_mass")."""
+
+    name: str
+    value: float
+    sd: float
+    source: str = ""
+
+    def row(self, names: Sequence[str]) -> Vector:
+        """Its derivative by the parameters `names`, (n,), of a design whose legs are alike where these have no other
+        leg's."""
+        parts = dict(SUMS.get(self.name, {self.name: 1.0}))
+        for name in (name for name in names if self.name in SUMS and name.startswith("biped.other_")):
+            first = name.replace("other_", "")
+            if first in parts:
+                parts[first], parts[name] = 1.0, 1.0
+        return np.array([parts.get(name, 0.0) for name in names])
+
+    def of(self, design: DesignPoint) -> float:
+        """What a design has of it."""
+        return design.biped.total_mass if self.name == TOTAL_MASS else design.value(self.name)
+
+
+def information_of(known: Iterable[Known], names: Sequence[str]) -> np.ndarray:
+    """What known values add to the information (n, n) about the parameters `names`."""
+    total = np.zeros((len(names), len(names)))
+    for one in known:
+        row = one.row(names)
+        total += np.outer(row, row) / one.sd**2
+    return total
+
+
+def known_equations(
+    known: Sequence[Known], found: Sequence[float], names: Sequence[str]
+) -> tuple[np.ndarray, Vector, float]:
+    """What known values add to matrix, right side and cost where what was `found` of them stands."""
+    right, cost = np.zeros(len(names)), 0.0
+    for one, value in zip(known, found, strict=True):
+        off = value - one.value
+        right -= one.row(names) * off / one.sd**2
+        cost += 0.5 * (off / one.sd) ** 2
+    return information_of(known, names), right, cost
+
+
+@dataclass(frozen=True)
+class Point(Generic[State]):
+    """Where the method stands: unknowns `x` (n,), half the sum of squares, its equations (matrix (n, n), right side
+    (n,)), and what the problem keeps of it.
+
+    `spread` is the unit of a fall of the cost that counts, if it is above one: the mean square residual, where noise
+    leaves one. `eliminated` is the fall to be had from unknowns that are not in the equations.
+    """
+
+    x: Vector
+    cost: float
+    matrix: np.ndarray
+    right: Vector
+    state: State
+    spread: float = 1.0
+    eliminated: float = 0.0
+
+
+@dataclass(frozen=True)
+class Ended(Generic[State]):
+    """Where the method ended, after how many evaluations, and whether it came to rest; if not, why."""
+
+    point: Point[State]
+    evaluations: int
+    converged: bool
+    why: str
+
+
+@dataclass(frozen=True)
+class Rule:
+    """How a fit goes and when it ends.
+
+    It rests where the cost is foreseen to fall by less than `enough`, or fell by less than `rests` with a whole step,
+    in the point's own unit; and where no step helps but less than `at_rest` is foreseen. No step is longer than
+    `longest` usual changes. Steps are damped, or `halved`: `caution` is the damping, or one over the share of a step,
+    at first, at least, and from where a step is hopeless; with its factors after steps that help and that do not.
+    """
+
+    most: int = 60
+    enough: float = 0.0
+    rests: float = 0.0
+    at_rest: float = 0.0
+    longest: float = np.inf
+    halved: bool = False
+    caution: tuple[float, float, float] = (1e-3, 1e-9, 1e8)
+    factors: tuple[float, float] = (0.1, 10.0)
+    step: str = "step"
+    counted: str = "evaluations"
+
+
+#: The same part of intervals, which are wider by as much, where residuals are larger than noise would have them.
+ENOUGH = 1e-3
+WHOLE_RUN = Rule(enough=ENOUGH)
+
+
+class Evaluate(Protocol[State]):
+    """Gives the point at some unknowns, reached from another by a share of its step; None where there is none."""
+
+    def __call__(self, x: Vector, before: Point[State] | None, share: float, /) -> Point[State] | None: ...
+
+
+def least_squares(
+    evaluate: Evaluate[State], begin: Vector, sizes: Vector, low: Vector, rule: Rule = WHOLE_RUN
+) -> Ended[State]:
+    """Bring the cost down from `begin` (n,) until it rests.
+
+    `sizes` (n,) are changes that are neither large nor small; no unknown goes below `low` (n,). Raises ValueError where
+    there is no point at the start.
+    """
+    at = evaluate(begin, None, 1.0)
+    if at is None:
+        raise ValueError("no value at the start")
+    first, least, hopeless = rule.caution
+    eased, hardened = rule.factors
+    caution, evaluations = first, 1
+    while evaluations < rule.most:
+        newton, unit = _step(at, sizes, low, 0.0), max(at.spread, 1.0)
+        if newton[1] < rule.enough * unit:
+            return Ended(at, evaluations, True, "")
+        share = 1.0 / caution if rule.halved else 1.0
+        step, foreseen = newton if rule.halved else _step(at, sizes, low, caution)
+        whole = max(1.0, float(np.abs(step / sizes).max(initial=0.0)) / rule.longest)
+        tried = evaluate(np.maximum(at.x + share * step / whole, low), at, share)
+        evaluations += 1
+        if tried is not None and tried.cost < at.cost + 1e-9 * abs(at.cost):
+            gain, at = at.cost - tried.cost, tried
+            if max(gain, 0.0 if caution <= first else newton[1]) < rule.rests * unit:
+                return Ended(at, evaluations, True, "")
+            if gain / max(share * (2.0 - share) * foreseen, 1e-300) > 0.25:
+                caution = max(caution * eased, least)
+            continue
+        caution *= hardened
+        if caution > hopeless:
+            rests = newton[1] < rule.at_rest
+            return Ended(at, evaluations, rests, "" if rests else f"no {rule.step} brings the residuals down")
+    return Ended(at, evaluations, False, f"{rule.most} {rule.counted} were not enough")
+
+
+def _step(at: Point[State], sizes: Vector, low: Vector, damping: float) -> tuple[Vector, float]:
+    """The damped step of all unknowns that are free to move, and by how much the cost should fall with it."""
+    free = ~((at.x <= low) & (at.right <= 0.0))
+    unit = sizes[free]
+    matrix = at.matrix[np.ix_(free, free)] * unit * unit[:, None]
+    right = at.right[free] * unit
+    diagonal = np.diag(matrix)
+    damped = matrix + np.diag(damping * diagonal + 1e-9)
+    equal = 1.0 / np.sqrt(np.diag(damped))
+    move = np.linalg.lstsq(damped * equal * equal[:, None], right * equal, rcond=1e-15)[0] * equal
+    step = np.zeros(len(at.x))
+    step[free] = move * unit
+    return step, float(move @ right - 0.5 * move @ matrix @ move) + at.eliminated
+
+
+def covariance_of(matrix: np.ndarray, sizes: Vector) -> np.ndarray:
+    """Inverse of an information matrix, in equal units for numerics; infinite along what nothing is told of."""
+    values, vectors = np.linalg.eigh(matrix * sizes * sizes[:, None])
+    seen = values > 1e-6
+    inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T
+    blind = (np.abs(vectors[:, ~seen]) > 1e-3).any(axis=1)
+    inverse[blind, blind] = np.inf
+    return np.asarray(inverse * sizes * sizes[:, None])

@@ -1,0 +1,253 @@
+"""What sensors at the hip and at the foot of one leg feel of a walk, and what their low pass lets through.
+
+Last axes hold a value, then its exact derivatives. Those of what is felt are by the complex step: f(x + i h dx) has h
+times the derivative along dx as its imaginary part, up to h^2, which for h = 1e-30 is nothing.
+
+The low pass is Butterworth's of second order, x'' + sqrt(2) w x' + w^2 x = w^2 u. On a panel u is a polynomial, so x is
+a polynomial and a free motion: no time step is chosen. An impact adds its impulse J at once: x' grows by w^2 J. The
+filter is followed in the time since each stretch began. A derivative at a fixed time of that kind obeys the same
+equation, without any term of the events; at an event it takes over x at the end of the stretch, which moves with it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import cos, exp, sin, sqrt
+from typing import Any
+
+import numpy as np
+
+from stages.analytic.derivatives.step_map import exchanged_rows
+from stages.analytic.model.walker import Vector, Walker
+from stages.calibration.compiled import compiled
+from stages.calibration.observation.stretches import NODES, TO_POWERS, Stretch
+
+#: Signals on the body's axes, in this order.
+SIGNALS = ("hip_forward", "hip_up", "foot_forward", "foot_up", "rate")
+TINY = 1e-30
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """What the sensors need of the walker: the standing foot's radius, place of the foot sensor above its foot's
+    bottom, natural lengths of stance and swing leg, gravity in the slope frame; numbers or arrays."""
+
+    radius: Any
+    place: Any
+    length: Any
+    other_length: Any
+    g_x: Any
+    g_y: Any
+
+
+def felt(q: Any, qd: Any, qdd: Any, stands: bool, n: Numbers) -> np.ndarray:
+    """Signals (5, ...) of sensors on the stance leg (`stands`) or on the swing leg, dimensionless.
+
+    `q`, `qd`, `qdd` are theta, L_1, psi, L_2 and their rates. The specific force is acceleration less gravity, on the
+    leg's axes forward and up; see `stages.biped.kinematics`, eqs. (7) and (8).
+    """
+    theta, stance, psi, swing = q
+    turn, stance_rate, swing_turn, swing_rate = qd
+    turning, stance_growth, swing_turning, swing_growth = qdd
+    sin, cos = np.sin(theta), np.cos(theta)
+    above = stance - n.radius
+    rolling = n.radius * turning  # of the foot's centre, along x
+    forward = above * turning + 2 * stance_rate * turn + rolling * cos - (n.g_x * cos - n.g_y * sin)
+    up = stance_growth - above * turn**2 + rolling * sin - (n.g_x * sin + n.g_y * cos)
+    if stands:
+        height = n.place - n.radius
+        foot_forward = height * turning + rolling * cos - (n.g_x * cos - n.g_y * sin)
+        foot_up = -height * turn**2 + rolling * sin - (n.g_x * sin + n.g_y * cos)
+        return np.stack(np.broadcast_arrays(forward, up, foot_forward, foot_up, -turn))
+    between = theta + psi  # the swing leg's axes are those of the stance leg turned by it
+    c, s = np.cos(between), np.sin(between)
+    hip_forward, hip_up = c * forward + s * up, -s * forward + c * up
+    below = swing - n.place
+    foot_forward = hip_forward + below * swing_turning + 2 * swing_rate * swing_turn
+    foot_up = hip_up + below * swing_turn**2 - swing_growth
+    return np.stack(np.broadcast_arrays(hip_forward, hip_up, foot_forward, foot_up, swing_turn))
+
+
+class Sensing:
+    """The two sensors of leg 0 on a walker whose numbers change by `along` (n, fields) with the last n columns.
+
+    The foot sensor sits `below_hip` [m] on unloaded springs; where that is not known, `place` [m] above the foot's
+    mass centre, wherever that turns out to be. With the very last column it moves up by a leg length, and nothing else.
+    """
+
+    def __init__(
+        self, walker: Walker, along: np.ndarray, free: int, place: float = 0.0, below_hip: float | None = None
+    ) -> None:
+        self.walker = walker
+        rows = along, exchanged_rows(walker, along)
+        self._on = tuple(_numbers(walker, rows[leg], free, place, below_hip, leg) for leg in (0, 1))
+        force, rate = walker.length / walker.time**2, 1.0 / walker.time
+        self.scales = np.array([force, force, force, force, rate])
+        speed = walker.length / walker.time
+        self.impulse_scales = np.array([speed, speed, speed, speed, 0.0])
+
+    def along(self, stretch: Stretch) -> np.ndarray:
+        """What is felt at the nodes of a stretch, (n, 5, 1 + c) in the order of `SIGNALS`, SI units."""
+        half = self.walker.size // 2
+        y, rates = _as_complex(stretch.states), _as_complex(stretch.rates)
+        on = self._on[stretch.stance_leg]
+        found = self._felt(y[:, :half], y[:, half:], rates[:, half:], stretch.stance_leg, on)
+        return np.asarray(found * self.scales[:, None])
+
+    def velocities(self, y: np.ndarray, stance_leg: int) -> np.ndarray:
+        """Velocities of hip and foot on the leg's axes in a state (size, 1 + c), (5, 1 + c): what an impact changes.
+
+        Without rates and gravity, accelerations are velocities' own formulas. The rate's own row is zero.
+        """
+        half = self.walker.size // 2
+        moved = _as_complex(y[None])
+        at_rest, weightless = np.zeros_like(moved[:, :half]), replace(self._on[stance_leg], g_x=0.0, g_y=0.0)
+        found = self._felt(moved[:, :half], at_rest, moved[:, half:], stance_leg, weightless)
+        return np.asarray(found[0] * self.impulse_scales[:, None])
+
+    def _felt(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, stance_leg: int, n: Numbers) -> np.ndarray:
+        """Signals (n, 5, 1 + c)."""
+        coordinates, rates, accelerations = (_four(part, n if k == 0 else None) for k, part in enumerate((q, qd, qdd)))
+        signals = felt(coordinates, rates, accelerations, stance_leg == 0, n).transpose(1, 0, 2)
+        return np.concatenate([signals[:, :, :1].real, signals.imag / TINY], axis=2)
+
+
+def _as_complex(columns: np.ndarray) -> np.ndarray:
+    """Values with each of their derivatives as imaginary part, (..., c)."""
+    return np.asarray(columns[..., :1] + 1j * TINY * columns[..., 1:])
+
+
+def _numbers(
+    walker: Walker, along: np.ndarray, free: int, place: float, below_hip: float | None, stance_leg: int
+) -> Numbers:
+    """What the sensors need while a leg stands, with the changes as imaginary parts. They sit on leg 0."""
+    p: Any = walker.on(stance_leg).p
+    own = {field: value + 1j * TINY * np.concatenate([np.zeros(free), column])
+           for field, value, column in zip(p._fields, p, along.T, strict=True)}
+    stance, swing = own["L_nat"], own.get("L_nat_2", own["L_nat"])
+    if below_hip is None:
+        above = (own.get("l_2", own["l"]) if stance_leg == 1 else own["l"]) + place / walker.length
+    else:
+        above = (swing if stance_leg == 1 else stance) - below_hip / walker.length
+    moved = np.zeros(free + len(along))
+    moved[-1] = 1.0
+    return Numbers(own["r"], above + 1j * TINY * moved, stance, swing, own["g_x"], own["g_y"])
+
+
+def _four(part: np.ndarray, lengths: Numbers | None) -> list[Any]:
+    """theta, L_1, psi, L_2 of an array (n, size / 2, c), or their rates; rigid legs keep their lengths."""
+    if part.shape[1] == 4:
+        return [part[:, i] for i in range(4)]
+    stance, swing = (lengths.length, lengths.other_length) if lengths else (0.0, 0.0)
+    return [part[:, 0], stance, part[:, 1], swing]
+
+
+@compiled
+def follow_panels(
+    powers: np.ndarray, lengths: Vector, begin: float, start_by: Vector, w: float, times: Vector, following: int,
+    is_last: bool, x: np.ndarray, speed: np.ndarray, out: np.ndarray, rates: np.ndarray,
+) -> int:  # fmt: skip
+    """Carry the filter `x` and its rate `speed`, (k, 1 + c) each, through the panels of a stretch, in place.
+
+    `powers` (p, NODES, k, 1 + c): coefficients of powers of s in [-1, 1] on panels of these `lengths` (p,) [s], the
+    first of which begins at `begin`; c columns are derivatives at a fixed time since then, and `start_by` (c,) is that
+    of the beginning. From the sample `following` on, the rising `times` (n,) that lie in the panels are filled: `out`
+    (n, k, 1 + c) with derivatives at that time, `rates` (n, k); the last stretch takes all that are left. Returns the
+    first sample that is not filled.
+    """
+    signals, columns = x.shape
+    decay = w / sqrt(2.0)
+    answer, a, b = np.empty((NODES, signals, columns)), np.empty((signals, columns)), np.empty((signals, columns))
+    for panel in range(lengths.size):
+        length = lengths[panel]
+        scale = 2.0 / (length * w)  # d/dt = scale w d/ds
+        for k in range(signals):
+            for c in range(columns):
+                value, slope = 0.0, 0.0
+                for i in range(NODES - 1, -1, -1):
+                    term = powers[panel, i, k, c]
+                    if i + 1 < NODES:
+                        term -= sqrt(2.0) * scale * (i + 1) * answer[i + 1, k, c]
+                    if i + 2 < NODES:
+                        term -= scale * scale * (i + 1) * (i + 2) * answer[i + 2, k, c]
+                    answer[i, k, c] = term
+                    sign = 1.0 - 2.0 * (i % 2)
+                    value += sign * term
+                    slope -= sign * i * term * (2.0 / length)
+                a[k, c], b[k, c] = x[k, c] - value, speed[k, c] - slope
+        last_panel = is_last and panel == lengths.size - 1
+        while following < times.size and (last_panel or times[following] < begin + length):
+            at = times[following] - begin
+            s = 2.0 * at / length - 1.0
+            fall, turn, rise = exp(-decay * at), cos(decay * at), sin(decay * at)
+            by_a, by_b = fall * (turn + rise), fall * rise / decay
+            for k in range(signals):
+                slope = 0.0
+                for i in range(NODES - 1, 0, -1):
+                    slope = slope * s + i * answer[i, k, 0]
+                slope = slope * (2.0 / length) - 2.0 * decay * fall * rise * a[k, 0] + fall * (turn - rise) * b[k, 0]
+                rates[following, k] = slope
+                for c in range(columns):
+                    value = 0.0
+                    for i in range(NODES - 1, -1, -1):
+                        value = value * s + answer[i, k, c]
+                    value += by_a * a[k, c] + by_b * b[k, c]
+                    # a fixed time is later in a stretch that begins earlier
+                    out[following, k, c] = value if c == 0 else value - slope * start_by[c - 1]
+            following += 1
+        fall, turn, rise = exp(-decay * length), cos(decay * length), sin(decay * length)
+        for k in range(signals):
+            for c in range(columns):
+                value, slope = 0.0, 0.0
+                for i in range(NODES):
+                    value += answer[i, k, c]
+                    slope += i * answer[i, k, c] * (2.0 / length)
+                x[k, c] = value + fall * (turn + rise) * a[k, c] + fall * rise / decay * b[k, c]
+                speed[k, c] = slope - 2.0 * decay * fall * rise * a[k, c] + fall * (turn - rise) * b[k, c]
+        begin += length
+    return following
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Signals of one stretch in SI units, k of them. Last axes hold a value, then its c derivatives.
+
+    `start` and `duration` (1 + c,) [s]; `edges` (p + 1,) [s] since the start; `signals` (p * NODES, k, 1 + c), derived
+    at fixed time since the start. `impulse` (k, 1 + c) is what an impact at its end adds.
+    """
+
+    start: Vector
+    duration: Vector
+    edges: Vector
+    signals: np.ndarray
+    impulse: np.ndarray
+
+
+def filtered(
+    pieces: Sequence[Piece], chosen: Sequence[int], bandwidth_hz: float, times: Vector, derived: bool = True
+) -> tuple[np.ndarray, np.ndarray]:
+    """Signals (m, k, 1 + c) that are `chosen`, behind the low pass, and their rates (m, k).
+
+    They are read at the rising `times` (m,) [s] since the first piece began, each within the pieces, and derived at
+    fixed times; without derivatives where they are not to be `derived`. The filter has rested in the first values.
+    """
+    w = 2 * math.pi * bandwidth_hz
+    k, columns = len(chosen), pieces[0].start.size if derived else 1
+    out, rates = np.empty((len(times), k, columns)), np.empty((len(times), k))
+    first = pieces[0].signals[:NODES, chosen, :columns]
+    x, speed = np.tensordot((-1.0) ** np.arange(NODES) @ TO_POWERS, first, 1), np.zeros((k, columns))
+    following = 0
+    for number, piece in enumerate(pieces):
+        signals = piece.signals[:, chosen, :columns].reshape(-1, NODES, k, columns)
+        powers = np.einsum("ij,pjkc->pikc", TO_POWERS, signals, order="C")
+        following = follow_panels(
+            powers, np.diff(piece.edges), piece.start[0] + piece.edges[0], piece.start[1:columns], w, times, following,
+            number == len(pieces) - 1, x, speed, out, rates)
+        u = np.tensordot(np.ones(NODES), powers[-1], 1)  # at s = 1, the end
+        growth = w * w * (u[:, 0] - x[:, 0]) - math.sqrt(2) * w * speed[:, 0]
+        x[:, 1:] += speed[:, :1] * piece.duration[1:columns]
+        speed[:, 1:] += growth[:, None] * piece.duration[1:columns]
+        speed += w * w * piece.impulse[chosen, :columns]
+    return out, rates

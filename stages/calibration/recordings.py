@@ -1,0 +1,182 @@
+"""What a fit begins with: the robot as drawn, and runs of a database, from an early mid-stance to the last strike."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.model.walker import Vector
+from stages.biped.accuracy.scales import size
+from stages.biped.design import Biped
+from stages.biped.processes import Progress, ignore
+from stages.calibration.estimation.first_guess import first_guess
+from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
+from stages.calibration.estimation.run_fit import Model
+from stages.calibration.information.planned import EACH_RUNS, SLOPE, free_names
+from stages.calibration.observation.measured_run import SIDES, Layout, MeasuredRun, Sampling, usable
+from stages.calibration.parameters import Parameters, Settings
+from stages.imu.run import trials
+from stages.imu.sources.source_sqlite import SqliteSource
+from stages.imu.trial.body import FORWARD, LATERAL, UP
+from stages.imu.trial.sensor import filter_delay
+from stages.imu.trial.trial import Trial
+from stages.twin.machine.machine import Build, build
+from stages.twin.machine.projection import project
+
+Given = TypeVar("Given", bound=Parameters)
+#: Whose runs the study has.
+WITH_OUTSOLE, WITHOUT, LAB = "with outsole", "without outsole", "lab"
+#: Standard error of the foot sensor's place in the campaign [m], of Table 1's robot.
+MOUNTED = 1e-5
+#: The drawing's places and moments of frames are kept, and the lower legs' inertia: sensors tell them and the place of
+#: mass together only, so that what a model lacks goes there (an inertia twice too large, masses off by a tenth).
+KEPT = ("biped.frame_com", "biped.frame_offset", "biped.frame_inertia", "biped.leg_inertia")
+#: The walk is followed from this heel strike on: the hand has let go before the first.
+FROM = 1
+#: Where the low pass of a sensor cuts off that does not say it, in its rates, before a fit looks for it.
+USUAL_BANDWIDTH = 0.4
+FEWEST_STRIKES = 4
+#: When mid-stance is [s] after the first of heel strikes (s,) [s] that a leg begins with.
+MidStanceOf = Callable[[Vector, int], float]
+
+
+def as_mounted(parameters: Given) -> Given:
+    """The same with the foot sensor where the drawing has it, as the campaign mounts it: else what the model puts wrong
+    goes into its place."""
+    sd = MOUNTED * size(parameters.biped)
+    return dataclasses.replace(parameters, settings=dataclasses.replace(parameters.settings, lever_arm_sd=sd))
+
+
+def guess(parameters: Parameters) -> DesignPoint:
+    """The design a fit begins from: the drawing, with legs that may differ in length.
+
+    A tenth of a millimetre makes the steps of either leg differ by hundredths of a second.
+    """
+    biped = parameters.biped
+    if biped.legs == "compliant" and biped.other_leg_length is None:
+        biped = dataclasses.replace(biped, other_leg_length=biped.leg_length)
+    return DesignPoint(biped, parameters.slope)
+
+
+def drawn_design(parameters: Parameters, kind: str = "") -> DesignPoint:
+    """The design that the bill of parts makes, legs alike but for their length; a detailed biped as it is.
+
+    A robot of the `kind` with an outsole is drawn with it. Raises ValueError where the bill does not add up.
+    """
+    biped = parameters.biped
+    if not biped.detailed:
+        rubber = parameters.settings.outsole if kind == WITH_OUTSOLE else 0.0
+        whole = project(build(biped, parameters.twin, Build(outsole=rubber)))
+        first, other = (dataclasses.asdict(whole.leg(leg)) for leg in (0, 1))
+        alike = {name: 0.5 * (first[name] + other[name]) for name in first}
+        biped = Biped(legs=whole.legs, hip_mass=whole.hip_mass, hip_damping=whole.hip_damping, **alike)
+    return guess(dataclasses.replace(parameters, biped=biped))
+
+
+def looked_for(design: DesignPoint) -> tuple[str, ...]:
+    """What the fit looks for: masses, lengths and springs that are there, and of each run its `EACH_RUNS`."""
+    there = [name for name in free_names(design) if name not in KEPT and design.value(name) != 0.0]
+    own = [name for name in EACH_RUNS if name != SLOPE and design.biped.legs == "compliant"]
+    return tuple(dict.fromkeys([*there, *own]))
+
+
+def table_value(design: Biped, name: str) -> float:
+    """A parameter of a design as Table 1 counts it: what frames weigh is part of the hip."""
+    if name == "biped.hip_mass":
+        return design.hip_mass + design.leg(0).frame_mass + design.leg(1).frame_mass
+    key = name.partition(".")[2]
+    return 0.5 * (float(getattr(design.leg(0), key)) + float(getattr(design.leg(1), key)))
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A run, of what `kind` of robot, with what is known of the robot beside it."""
+
+    kind: str
+    run: MeasuredRun
+    known: tuple[Known, ...]
+
+
+def recorded(
+    source: Path, kind: str, design: DesignPoint, model: Model, parameters: Parameters, weighed: Mapping[str, float]
+) -> Iterator[Recorded]:
+    """Runs of a database that can be used, one at a time, each cut to the steps that are fitted.
+
+    `weighed` [kg] by the runs' names; for other runs the settings say it. Raises SourceRefused.
+    """
+    settings = parameters.settings
+    for run in read_runs(source, design, model, parameters):
+        if not isinstance(run, str):
+            mass, sd = weighed.get(run.name, settings.weighed_mass), settings.weighed_sd
+            known = () if mass is None else (Known(TOTAL_MASS, mass, sd * mass, "weighed"),)
+            yield Recorded(kind, first_steps(run, settings.fitted_steps), known)
+
+
+def first_steps(run: MeasuredRun, steps: int) -> MeasuredRun:
+    """The run up to the heel strike that ends so many steps, or to its last one."""
+    steps = max(steps, FEWEST_STRIKES - 1)
+    if steps >= len(run.strikes) - 1:
+        return run
+    return dataclasses.replace(run.upto(float(run.strikes[steps])), strikes=run.strikes[: steps + 1])
+
+
+def read_runs(
+    source: Path, design: DesignPoint, model: Model, parameters: Parameters, progress: Progress = ignore
+) -> Iterator[MeasuredRun | str]:
+    """Runs of a database, one at a time, or why one cannot be used. Raises SourceRefused."""
+    mid_stance_of = guessed_mid_stance(design, model.layout)
+    with SqliteSource(source) as opened:
+        for trial in trials(opened.runs(), parameters.ingest.read, progress):
+            yield run_of(trial, mid_stance_of, parameters.settings, parameters.ingest.read.limits.lever_arm)
+
+
+def guessed_mid_stance(design: DesignPoint, layout: Layout) -> MidStanceOf:
+    """Mid-stance as `first_guess` has it."""
+    place = layout.place("mid_stance")
+    return lambda strikes, first_leg: float(first_guess(design, strikes, first_leg, layout)[place])
+
+
+def run_of(
+    trial: Trial, mid_stance_of: MidStanceOf, settings: Settings, below_hip: float | None = None
+) -> MeasuredRun | str:
+    """A run of the ingest from its first mid-stance on; or why it cannot be used.
+
+    The foot sensor sits `below_hip` [m]; where that is not known, at the foot's mass centre.
+    """
+    name = trial.experiment.name
+    if not trial.accepted:
+        why = next(one.sentence for one in trial.verdict.findings if one.refused)
+        return f"{name}: turned down by the ingest: {why}"
+    if len(trial.sensors) < 2:
+        return f"{name}: has not both sensors"
+    strikes = trial.strikes.time[FROM:]
+    if len(strikes) < FEWEST_STRIKES:
+        return f"{name}: has {len(trial.strikes.time)} heel strikes, {FEWEST_STRIKES + FROM} are needed"
+    begin, end = float(strikes[0]), float(strikes[-1])
+    first_leg = int(trial.strikes.leg[FROM])
+    first = mid_stance_of(strikes - begin, first_leg) + settings.settling_s
+    times, samples, used = {}, {}, {}
+    for side in SIDES:
+        sensor = trial.sensors[side]
+        since = sensor.time - begin
+        kept = (since >= first) & (sensor.time <= end)
+        order = np.argsort(since[kept], kind="stable")
+        values = np.column_stack([sensor.force[:, FORWARD], sensor.force[:, UP], sensor.rate[:, LATERAL]])[kept][order]
+        times[side], samples[side] = since[kept][order], np.nan_to_num(values)
+        mask = usable(times[side], strikes - begin, first, settings.before_strike_s, settings.after_strike_s)
+        used[side] = mask & np.isfinite(values)
+    trace = trial.sensors["hip"].trace
+    bandwidth = trace.indexed.recording.device.bandwidth_hz
+    sampling = Sampling(times["hip"], times["foot"], filter_delay(bandwidth),
+                        bandwidth or USUAL_BANDWIDTH * trace.rate_hz, first_leg, below_hip=below_hip,
+                        declared=bandwidth is not None)  # fmt: skip
+    slope = trial.experiment.slope_deg
+    own = {} if slope is None or math.isnan(slope) else {SLOPE: (slope, settings.slope_reading_sd_deg)}
+    return MeasuredRun(name, sampling, samples, used, strikes - begin, own)
