@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stages.imu.sources.source_csv import CsvSource
+from stages.imu.sources.column_map import CsvSource
 from stages.imu.strikes.heel_strikes import filled
 from stages.imu.strikes.step_times import INNER
 from stages.imu.trial.body import FORWARD, LATERAL, UP, BodySensor, common_grid, on_grid

@@ -20,7 +20,7 @@ from pathlib import Path
 
 from stages.imu.parameters import Parameters
 from stages.imu.run import trials
-from stages.imu.sources.source_sqlite import SqliteSource
+from stages.imu.sources.databases import SqliteSource
 from tests.imu.stand_in import PARAMETERS, make_database, make_run
 
 RUNS, STEPS, REST_S = 30, 18, 3.0

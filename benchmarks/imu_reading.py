@@ -42,7 +42,7 @@ def with_pandas(path: Path) -> int:
 
 
 def with_the_ingest(path: Path) -> int:
-    from stages.imu.sources.source_csv import CsvSource
+    from stages.imu.sources.column_map import CsvSource
 
     device = {"place": "hip", "rate_hz": 100, "accelerometer_unit": "m/s^2", "gyroscope_unit": "rad/s"}
     described = {"files": [{"file": path.name, "device": device, "columns": dict(zip(NAMES, NAMES))}]}

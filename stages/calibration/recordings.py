@@ -23,7 +23,7 @@ from stages.calibration.information.planned import EACH_RUNS, SLOPE, free_names
 from stages.calibration.observation.measured_run import SIDES, Layout, MeasuredRun, Sampling, usable
 from stages.calibration.parameters import Parameters, Settings
 from stages.imu.run import trials
-from stages.imu.sources.source_sqlite import SqliteSource
+from stages.imu.sources.databases import SqliteSource
 from stages.imu.trial.body import FORWARD, LATERAL, UP
 from stages.imu.trial.sensor import filter_delay
 from stages.imu.trial.trial import Trial

@@ -31,8 +31,7 @@ from stages.campaign.virtual_sensor import (
     read,
 )
 from stages.ground.contact_law import family_member
-from stages.imu.sources.database import DatabaseWriter, Row
-from stages.imu.sources.schema import Device, Experiment
+from stages.imu.sources.schema import DatabaseWriter, Device, Experiment, Row
 from stages.imu.trial.sensor import filter_delay
 from stages.planar.signals import IMU
 from stages.twin.machine.machine import build

@@ -15,11 +15,11 @@ import numpy as np
 
 from stages.biped.processes import Progress, ignore
 from stages.biped.walk import SENSOR_SIGNALS
-from stages.imu.errors import SourceRefused
 from stages.imu.parameters import Parameters, Reading
 from stages.imu.result import Result, Run, RunReport, SensorReport, SensorSignals, origin_of
+from stages.imu.sources.databases import SqliteSource
+from stages.imu.sources.opening import SourceRefused
 from stages.imu.sources.schema import Experiment, Recording
-from stages.imu.sources.source_sqlite import SqliteSource
 from stages.imu.trial.body import BodySensor
 from stages.imu.trial.trial import Trial, read_trial
 from stages.imu.trial.walk import ensemble_of

@@ -11,8 +11,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from stages.imu.parameters import Reading
+from stages.imu.sources.column_map import CsvSource
 from stages.imu.sources.schema import Device, Recording
-from stages.imu.sources.source_csv import CsvSource
 from stages.imu.sources.units import scale_of
 from stages.imu.trial.frames import mounting
 from stages.imu.trial.trial import Trial, read_trial

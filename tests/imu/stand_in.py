@@ -22,8 +22,8 @@ from stages.ground.slope import Slope
 from stages.imu.parameters import Reading, Settings
 from stages.imu.result import Result
 from stages.imu.run import collect, trials
+from stages.imu.sources.databases import SqliteSource
 from stages.imu.sources.schema import Device, Experiment
-from stages.imu.sources.source_sqlite import SqliteSource
 from stages.imu.trial.sensor import filter_delay
 
 GRID = 1 / 5000

@@ -13,7 +13,7 @@ from stages.campaign.radio import Transmitted
 from stages.imu.clock.clock import Clock, repair_clock
 from stages.imu.clock.lateness import least_squares_line, lower_envelope, robust_line, straighten
 from stages.imu.clock.packet_index import BY_DEVICE_STAMP, IndexedRecording, index_samples, unwrap_counter
-from stages.imu.sources.columns import recording_from_columns
+from stages.imu.sources.cells import recording_from_columns
 from stages.imu.sources.schema import Experiment, Recording
 from tests.imu.stand_in import RADIO, ROUGH_RADIO, SETTINGS, Truth, device, make_run
 

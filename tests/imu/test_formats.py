@@ -14,11 +14,11 @@ import pytest
 import scipy.io
 import yaml
 
-from stages.imu.errors import SourceRefused
+from stages.imu.sources.cells import in_seconds, moment, moments, unit_of
+from stages.imu.sources.column_map import CsvSource
+from stages.imu.sources.opening import SourceRefused
 from stages.imu.sources.proposal import proposal
 from stages.imu.sources.schema import Recording
-from stages.imu.sources.source_csv import CsvSource
-from stages.imu.sources.stamps import in_seconds, moment, moments, unit_of
 from tests.imu.rewritings import UNITS
 
 ROWS, START = 200, 1_614_852_000.25

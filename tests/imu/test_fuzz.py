@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stages.imu.errors import SourceRefused
+from stages.imu.sources.opening import SourceRefused
 from tests.imu.damage import HARMFUL, NEVER_ACCEPTED, edited
 from tests.imu.stand_in import make_database, make_run, result_of
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 import yaml
 
-from stages.imu.sources.makers import MAKERS
+from stages.imu.sources.column_map import CsvSource
+from stages.imu.sources.head import MAKERS
 from stages.imu.sources.proposal import proposal
-from stages.imu.sources.source_csv import CsvSource
 from tests.imu.made_logs import Log
 from tests.imu.test_proposal import (
     Table,

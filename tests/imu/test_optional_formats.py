@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 import yaml
 
-from stages.imu.errors import SourceRefused
-from stages.imu.sources.files import bag, one_file
+from stages.imu.sources import formats
+from stages.imu.sources.column_map import CsvSource
+from stages.imu.sources.opening import SourceRefused
 from stages.imu.sources.proposal import proposal
 from stages.imu.sources.schema import Recording
-from stages.imu.sources.source_csv import CsvSource
 from tests.imu.test_formats import COLUMNS, DEVICE, NAMES, ROWS, TIME, VALUES
 
 WHY = "comes with the extra [files]"
@@ -127,12 +127,12 @@ def ros(kind: str, folder: Path) -> Path:
     path = folder / ("log.bag" if kind == "ros1" else "log")
     plugin = StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3
     with Ros1(path) if kind == "ros1" else Ros2(path, version=9, storage_plugin=plugin) as writer:
-        topic = writer.add_connection("/imu/hip", bag.IMU, typestore=types)
+        topic = writer.add_connection("/imu/hip", formats.IMU, typestore=types)
         writer.add_connection("/camera", "std_msgs/msg/String", typestore=types)
         for t, row in zip(TIME, VALUES):
             message = imu_message(types, t, row)
             packed = types.serialize_ros1 if kind == "ros1" else types.serialize_cdr
-            writer.write(topic, round(1e9 * t), packed(message, bag.IMU))
+            writer.write(topic, round(1e9 * t), packed(message, formats.IMU))
     return next(path.glob("*.mcap")) if kind == "mcap" else path
 
 
@@ -143,7 +143,7 @@ def imu_message(types: object, t: float, row: np.ndarray) -> object:
     stamp = of["builtin_interfaces/msg/Time"](sec=int(t), nanosec=round(1e9 * (t % 1)) % 1_000_000_000)
     axes = [vector(**dict(zip("xyz", map(float, part)))) for part in (row[:3], row[3:])]
     still = of["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0)
-    return of[bag.IMU](header=header(**counted, stamp=stamp, frame_id="imu"), orientation=still,
+    return of[formats.IMU](header=header(**counted, stamp=stamp, frame_id="imu"), orientation=still,
                        orientation_covariance=no, angular_velocity=axes[1], angular_velocity_covariance=no,
                        linear_acceleration=axes[0], linear_acceleration_covariance=no)  # fmt: skip
 
@@ -151,7 +151,7 @@ def imu_message(types: object, t: float, row: np.ndarray) -> object:
 @pytest.mark.parametrize("kind", ["ros1", "ros2", "mcap"])
 def test_bags(kind: str, tmp_path: Path) -> None:
     path = ros(kind, tmp_path)
-    columns = {value: f"/imu/hip:{field}" for value, field in bag.COLUMNS.items()}
+    columns = {value: f"/imu/hip:{field}" for value, field in formats.COLUMNS.items()}
     found = recording(path, columns)
     check(found)
     np.testing.assert_allclose(found.device_stamp, TIME, atol=1e-6)
@@ -185,4 +185,4 @@ def test_a_library_that_is_not_there_is_named(name: str, tmp_path: Path, monkeyp
         monkeypatch.setitem(sys.modules, library, None)
     (tmp_path / name).write_bytes(b"anything")
     with pytest.raises(SourceRefused, match=r"bipedstudy\[files\]"):
-        one_file.read(tmp_path / name, one_file.Layout(), ["t:stamp"], [])
+        formats.read(tmp_path / name, formats.Layout(), ["t:stamp"], [])

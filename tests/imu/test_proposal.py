@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 import yaml
 
-from stages.imu.errors import SourceRefused
 from stages.imu.judgement.verdict import REFUSED
+from stages.imu.sources.column_map import CsvSource
+from stages.imu.sources.opening import SourceRefused
 from stages.imu.sources.proposal import proposal
-from stages.imu.sources.source_csv import CsvSource
 from stages.imu.sources.units import scale_of
 from stages.imu.trial.trial import Trial, read_trial
 from tests.imu.made_logs import Log, made_log

@@ -12,8 +12,8 @@ from scipy.signal import find_peaks
 from stages.imu.clock.packet_index import index_samples
 from stages.imu.judgement.verdict import REFUSED
 from stages.imu.result import SensorReport
+from stages.imu.sources.column_map import CsvSource
 from stages.imu.sources.schema import Experiment, Recording
-from stages.imu.sources.source_csv import CsvSource
 from stages.imu.strikes.step_times import INNER
 from stages.imu.trial.body import BodySensor
 from stages.imu.trial.trial import read_sensor, read_trial

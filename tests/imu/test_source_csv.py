@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stages.imu.errors import SourceRefused
-from stages.imu.sources.source_csv import CsvSource
+from stages.imu.sources.column_map import CsvSource
+from stages.imu.sources.opening import SourceRefused
 
 TEXT = "made by a device\nN;X;Y;Z;P;Q;R\n1;0;0;9.81;0.1;0;0\n2;0;;9.8;0;0;0\n\n4;0;0;abc;0;0\n"
 DESCRIPTION: dict[str, Any] = {

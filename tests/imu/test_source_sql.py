@@ -12,11 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stages.imu.errors import SourceRefused
+from stages.imu.sources.databases import SqliteSource, SqlSource, TableSource
+from stages.imu.sources.opening import SourceRefused
 from stages.imu.sources.schema import TABLES, create_statements
-from stages.imu.sources.source_sql import SqlSource
-from stages.imu.sources.source_sqlite import SqliteSource
-from stages.imu.sources.source_tables import TableSource
 from tests.imu import postgres
 from tests.imu.stand_in import make_database, make_run
 

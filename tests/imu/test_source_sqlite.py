@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from stages.imu.errors import SourceRefused
-from stages.imu.sources.source_sqlite import SqliteSource
+from stages.imu.sources.databases import SqliteSource
+from stages.imu.sources.opening import SourceRefused
 from tests.imu.damage import edited
 from tests.imu.stand_in import make_database, make_run
 

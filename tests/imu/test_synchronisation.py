@@ -12,7 +12,7 @@ import pytest
 from scipy.ndimage import gaussian_filter1d
 
 from stages.imu.result import Result, RunReport
-from stages.imu.sources.source_sqlite import SqliteSource
+from stages.imu.sources.databases import SqliteSource
 from stages.imu.strikes.heel_strikes import turns
 from stages.imu.trial.trial import read_trial
 from stages.imu.trial.two_clocks import whole_lag

@@ -15,8 +15,7 @@ import numpy as np
 
 from stages.analytic.model.walker import Vector
 from stages.biped.question import WrongOption
-from stages.imu.errors import SourceRefused
-from stages.imu.sources.files.optional import library
+from stages.imu.sources.opening import SourceRefused, library
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline

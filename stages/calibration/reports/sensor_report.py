@@ -29,7 +29,7 @@ from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.parameters import Parameters
 from stages.calibration.recordings import as_mounted, drawn_design, guess, looked_for, read_runs
 from stages.calibration.result import HALF_WIDTH
-from stages.imu.errors import SourceRefused
+from stages.imu.sources.opening import SourceRefused
 
 #: What is known of the sensors is said to be wrong beyond so many of its standard errors.
 FAR_OFF = 3.0

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stages.biped.question import Answer, Asking, Question, WrongOption, as_plain, option
-from stages.imu.errors import SourceRefused
+from stages.imu.sources.opening import SourceRefused
 
 if TYPE_CHECKING:
     from stages.imu.parameters import Parameters
     from stages.imu.result import RunReport, SensorReport
-    from stages.imu.sources.database import DatabaseWriter
+    from stages.imu.sources.schema import DatabaseWriter
     from stages.imu.trial.trial import Trial
 
 VARIABLE = "env:"
@@ -42,7 +42,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     from stages.imu.export import picture
     from stages.imu.result import origin_of, tables
     from stages.imu.run import trials
-    from stages.imu.sources.database import DatabaseWriter
+    from stages.imu.sources.schema import DatabaseWriter
 
     sensors: list[SensorReport] = []
     runs: list[RunReport] = []
@@ -102,13 +102,12 @@ def proposed(options: Options, asking: Asking) -> Answer:
 
 def opened(options: Options) -> Any:
     """The source as a context manager with runs(). Raises SourceRefused, WrongOption."""
-    from stages.imu.sources.source_csv import CsvSource
-    from stages.imu.sources.source_sql import SqlSource
-    from stages.imu.sources.source_sqlite import SqliteSource
+    from stages.imu.sources.column_map import CsvSource
+    from stages.imu.sources.databases import SqliteSource, SqlSource
 
     source = options.source
     if options.column_map is not None:
-        return CsvSource(options.column_map, Path(source))
+        return nullcontext(CsvSource(options.column_map, Path(source)))
     if "://" in source:
         raise WrongOption(f"SOURCE: a connection string would stay in the shell's history; give {VARIABLE}NAME, "
                           "the environment variable that holds it")  # fmt: skip

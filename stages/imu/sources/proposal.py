@@ -13,11 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-from stages.imu.errors import SourceRefused, printable
-from stages.imu.sources.files import array_file, bag, one_file
-from stages.imu.sources.makers import APDM, Maker, maker_of
-from stages.imu.sources.stamps import UNITS, moments
-from stages.imu.sources.table_head import Head, head_of
+from stages.imu.sources.cells import UNITS, moments
+from stages.imu.sources.formats import ARRAY_FILE, BAG, COLUMNS, IMU, format_of, groups_of, read, topics
+from stages.imu.sources.head import APDM, Head, Maker, head_of, maker_of
+from stages.imu.sources.opening import SourceRefused, printable, refuse_if
+from stages.imu.sources.text_table import Layout
 
 USUAL_RATES = (10.0, 5000.0)  # Hz
 GRAVITY = {"m/s^2": 9.81, "g": 1.0, "mg": 1000.0}
@@ -25,6 +25,7 @@ STANDING = 0.4  # a moving sensor's median reading is gravity to that share
 FASTEST_RAD_S = 35.0  # 2000 deg/s: a gyroscope that reads more does not read rad/s
 FASTEST_DEG_S = 4000.0  # the widest range that is sold
 TURNS = ("deg/s", "mdps", "rad/s")
+FORCES, RATES = ("ax", "ay", "az"), ("gx", "gy", "gz")
 
 _FORCE = re.compile(r"acc(?!urac)|specific.?force", re.I)
 _RATE = re.compile(r"gyr|angular.?(vel|rate)|omega|rot.*rate", re.I)
@@ -38,6 +39,9 @@ _ARRIVED = re.compile(r"phone|host|receiv|arriv", re.I)
 _HZ = re.compile(r"(\d+(?:\.\d+)?)\s*Hz", re.I)
 
 
+Proposed = tuple[list[str], list[str]]
+
+
 def proposal(path: Path) -> tuple[str, list[str]]:
     """The text of a map of a file, and a line for each thing that was read, guessed or is to be filled in.
 
@@ -49,13 +53,8 @@ def proposal(path: Path) -> tuple[str, list[str]]:
         f"  - experiment: {{name: {_quoted(path.stem)}, origin: measured, slope_deg: null}}  # the ramp's slope ?",
         "    files:",
     ]
-    one_file.refuse_unread(path)
-    if bag.is_bag(path):
-        entries, told = _of_bag(path)
-    elif path.suffix.lower() in array_file.ENDINGS:
-        entries, told = _of_arrays(path)
-    else:
-        entries, told = _of_table(path)
+    kind = format_of(path)
+    entries, told = (_of_bag if kind is BAG else _of_arrays if kind is ARRAY_FILE else _of_table)(path)
     told.append("to be filled in: slope_deg, place, forward_axis and up_axis")
     return "\n".join(lines + entries) + "\n", told
 
@@ -76,34 +75,25 @@ def _entry(path: Path, layout: Sequence[str], rate: float, units: tuple[str, str
     ]
 
 
-def _of_table(path: Path) -> tuple[list[str], list[str]]:
+def _of_table(path: Path) -> Proposed:
     """Entries and lines for a text table, a spreadsheet or a parquet file."""
     head = head_of(path)
     maker = maker_of(head.names or (), head.before)
     columns = columns_of(head, maker=maker)
-    layout = [f"{head.delimiter}-separated"] if head.delimiter else []
-    layout += [f"{head.header_rows} rows before the names"]
-    layout += ["decimal comma"] if head.decimal_comma else []
-    layout += [] if head.names else ["no names: columns are called by number"]
-    layout += [f"sheet {head.sheet!r}"] if head.sheet else []
-    told = [", ".join(layout)]
-    if maker is not None:
-        told.append(f"names as {maker.name} writes them" + (f": {maker.note}" if maker.note else ""))
-    stamp = next((name for name in columns if name.endswith("_stamp")), None)
-    rate, said = _rate(head, columns.get(stamp) if stamp else None)
-    told.append(said)
+    stamp = next((columns[name] for name in columns if name.endswith("_stamp")), None)
+    rate, said = _rate(head, stamp)
     force, rates = (_unit(head, columns, kind, maker) for kind in ("a", "g"))
-    told += [force[1], rates[1]] if rates[0] else [force[1]]
-    missing = [name for name in ("ax", "ay", "az", "gx", "gy", "gz") if name not in columns]
-    if missing:
-        told.append(f"not found by name, fill in: {', '.join(missing)}")
-    beside = _gyroscope_beside(path) if set(missing) == {"gx", "gy", "gz"} else None
-    other = None if beside is None else head_of(beside)
-    found = {} if other is None else columns_of(other, "g", maker)
-    if other is not None and not rates[0]:
+    missing = [name for name in (*FORCES, *RATES) if name not in columns]
+    told = [
+        *_layout_said(head, maker), said, force[1], *([rates[1]] if rates[0] else []),
+        *([f"not found by name, fill in: {', '.join(missing)}"] if missing else []),
+    ]  # fmt: skip
+    beside = _gyroscope_beside(path) if tuple(missing) == RATES else None
+    other = head if beside is None else head_of(beside)
+    found = {} if beside is None else columns_of(other, "g", maker)
+    if beside is not None and not rates[0]:
         rates = _unit(other, found, "g", maker)
         told.append(rates[1])
-    units = (force[0], rates[0] or "deg/s")
     own = columns.pop("gyroscope's stamp", None)
     names = [head.name(column) for column in columns.values()]
     if head.names and any(list(head.names).count(name) > 1 for name in names):
@@ -111,9 +101,9 @@ def _of_table(path: Path) -> tuple[list[str], list[str]]:
         told.append("names stand there more than once: columns are called by number")
     if own is not None:
         beside, other = path, head
-        found = {"device_stamp": own, **{name: columns.pop(name) for name in ("gx", "gy", "gz")}}
-    entries = _entry(path, _layout(head, 8), rate, units, _columns(head, columns))
-    if beside is not None and other is not None:
+        found = {"device_stamp": own, **{name: columns.pop(name) for name in RATES}}
+    entries = _entry(path, _layout(head, 8), rate, (force[0], rates[0] or "deg/s"), _columns(head, columns))
+    if beside is not None:
         told.append("the gyroscope has times of its own" if own is not None
                     else f"the gyroscope's file beside it: {beside.name}")  # fmt: skip
         entries += ["        gyroscope:", f"          file: {_quoted(beside.name)}", *_layout(other, 10),
@@ -121,45 +111,55 @@ def _of_table(path: Path) -> tuple[list[str], list[str]]:
     return entries, told
 
 
-def _of_bag(path: Path) -> tuple[list[str], list[str]]:
+def _layout_said(head: Head, maker: Maker | None) -> list[str]:
+    """Lines on how a table is laid out, and by which maker."""
+    layout = [
+        f"{head.delimiter}-separated" if head.delimiter else "",
+        f"{head.header_rows} rows before the names",
+        "decimal comma" if head.decimal_comma else "",
+        "" if head.names else "no names: columns are called by number",
+        f"sheet {head.sheet!r}" if head.sheet else "",
+    ]
+    note = f": {maker.note}" if maker and maker.note else ""
+    return [", ".join(filter(None, layout)), *([f"names as {maker.name} writes them{note}"] if maker else [])]
+
+
+def _of_bag(path: Path) -> Proposed:
     """Entries and lines for a bag of ROS or an MCAP file: one a topic of an inertial sensor."""
     entries, told = [], []
-    for topic, count in bag.topics(path):
-        stamp = bag.read(path, [f"{topic}:stamp"])[f"{topic}:stamp"]
-        rate, said = _rate_of(stamp, ("s",), f"{topic}:stamp")
-        columns = ", ".join(f"{value}: {_quoted(f'{topic}:{field}')}" for value, field in bag.COLUMNS.items())
-        entries += _entry(path, (), rate, ("m/s^2", "rad/s"), "{" + columns + "}")
-        told += [f"{topic}: {count} messages of {bag.IMU}, m/s^2 and rad/s by its definition", said]
-    if not entries:
-        raise SourceRefused(f"{printable(path.name)} has no topic of {bag.IMU}")
+    for topic, count in topics(path):
+        name = f"{topic}:stamp"
+        rate, said = _rate_of(read(path, Layout(), [name], ())[name], ("s",), name)
+        columns = {value: f"{topic}:{field}" for value, field in COLUMNS.items()}
+        entries += _entry(path, (), rate, ("m/s^2", "rad/s"), _mapped(columns))
+        told += [f"{topic}: {count} messages of {IMU}, m/s^2 and rad/s by its definition", said]
+    refuse_if(not entries, f"{printable(path.name)} has no topic of {IMU}")
     return entries, told
 
 
-def _of_arrays(path: Path) -> tuple[list[str], list[str]]:
+def _of_arrays(path: Path) -> Proposed:
     """Entries and lines for an HDF5 or MATLAB file: one a group with an accelerometer's and a gyroscope's array."""
     entries, told = [], []
-    groups = array_file.groups_of(path)
-    for group, names in groups.items():
-        force, rates = (next((one for one in names if pattern.search(one)), "") for pattern in (_FORCE, _RATE))
-        if not force or not rates:
-            continue
-        time = next((one for one in names if _STAMP.search(one)), "")
+    for group, names in groups_of(path).items():
+        force, rates, time = (next(filter(pattern.search, names), "") for pattern in (_FORCE, _RATE, _STAMP))
         inside = f"{group}/" if group else ""
         found = {"device_stamp": f"{inside}{time}"} if time else {}
         found |= {f"{kind}{axis}": f"{inside}{name}[{i}]" for kind, name in (("a", force), ("g", rates))
                   for i, axis in enumerate("xyz", 1)}  # fmt: skip
         try:
-            read = array_file.read(path, list(found.values()))
+            arrays = dict(read(path, Layout(), list(found.values()), ())) if force and rates else {}
         except SourceRefused:
-            continue  # arrays that are not three columns as long as the others
-        rate, said = _rate_of(read.get(found.get("device_stamp", ""), np.empty(0)), tuple(UNITS), time or "no stamps")
-        units, why = zip(*(_unit_by_size(np.column_stack([read[found[f"{kind}{axis}"]] for axis in "xyz"]), kind)
-                           for kind in "ag"))  # fmt: skip
-        columns = ", ".join(f"{value}: {_quoted(name)}" for value, name in found.items())
-        entries += _entry(path, (), rate, units, "{" + columns + "}")
-        told += [f"{group or 'arrays'}: {force} and {rates}, as {APDM} has them", *why, said]
-    if not entries:
-        raise SourceRefused(f"{printable(path.name)} has no group with an accelerometer's and a gyroscope's array")
+            arrays = {}  # arrays that are not three columns as long as the others
+        if not arrays:
+            continue
+        rate, said = _rate_of(arrays.get(found.get("device_stamp", ""), np.empty(0)), tuple(UNITS), time or "no stamps")
+        kinds = (np.column_stack([arrays[found[name]] for name in kind]) for kind in (FORCES, RATES))
+        of_force, of_rate = (_unit_by_size(values, kind) for values, kind in zip(kinds, "ag"))
+        entries += _entry(path, (), rate, (of_force[0], of_rate[0]), _mapped(found))
+        told += [f"{group or 'arrays'}: {force} and {rates}, as {APDM} has them", of_force[1], of_rate[1], said]
+    refuse_if(
+        not entries, f"{printable(path.name)} has no group with an accelerometer's and a gyroscope's array"
+    )
     return entries, told
 
 
@@ -168,34 +168,42 @@ def columns_of(head: Head, alone: str = "a", maker: Maker | None = None) -> dict
 
     What the maker names in words of its own comes first.
     """
-    found: dict[str, int] = {}
-    for value, pattern in ({} if maker is None else maker.columns).items():
-        place = next((i for i, name in enumerate(head.names or ()) if re.search(pattern, name, re.I)), None)
-        if place is not None:
-            found[value] = place
-    times = [i for i, name in enumerate(head.names or ()) if (_STAMP.search(name) or _SECONDS.search(name))
-             and not _TICKS.search(name) and np.isfinite(_stamps(head, i)).mean() > 0.5 * _filled(head, i)]  # fmt: skip
-    for column, name in enumerate(head.names or ()):
-        axis = _AXIS.search(name)
-        kind = "a" if _FORCE.search(name) else "g" if _RATE.search(name) else ""
-        kind = kind or ("a" if head.said_unit(column, tuple(GRAVITY)) else "g" if head.said_unit(column, TURNS) else "")
-        if column in times:
-            found.setdefault("phone_stamp" if _ARRIVED.search(name) else "device_stamp", column)
-        elif axis and not _OTHER.search(name):
-            letter = (axis[1] or axis[2]).lower()
-            named = kind or ("g" if re.match(r"[gw][xyz]", name, re.I) else alone)
-            found.setdefault(f"{named}{letter}", column)
-        elif _PACKET.search(name):
-            found.setdefault("packet", column)
+    names, own = list(head.names or ()), {} if maker is None else maker.columns
+    places = {value: next((i for i, name in enumerate(names) if re.search(pattern, name, re.I)), -1)
+              for value, pattern in own.items()}  # fmt: skip
+    found = {value: place for value, place in places.items() if place >= 0}
+    times = [i for i, name in enumerate(names) if _names_time(name)
+             and np.isfinite(_stamps(head, i)).mean() > 0.5 * _filled(head, i)]  # fmt: skip
+    for column, name in enumerate(names):
+        value = ("phone_stamp" if _ARRIVED.search(name) else "device_stamp") if column in times else ""
+        value = value or _axis_named(head, column, alone) or ("packet" if _PACKET.search(name) else "")
+        if value:
+            found.setdefault(value, column)
     beside = {kind: found[f"{kind}x"] - 1 for kind in "ag" if found.get(f"{kind}x", 0) - 1 in times}
-    if maker is None or "device_stamp" not in maker.columns:
-        if "a" in beside and not _ARRIVED.search(head.name(beside["a"])):
+    if "a" in beside and (maker is None or "device_stamp" not in maker.columns):
+        if not _ARRIVED.search(head.name(beside["a"])):
             found["device_stamp"] = beside["a"]  # of several times the one that stands with the accelerometer
-        if "a" in beside and "g" in beside and not np.array_equal(
-            _stamps(head, beside["a"]), _stamps(head, beside["g"]), equal_nan=True
-        ):
+        first, last = (_stamps(head, beside.get(kind, beside["a"])) for kind in "ag")
+        if not np.array_equal(first, last, equal_nan=True):
             found["gyroscope's stamp"] = beside["g"]
     return found
+
+
+def _names_time(name: str) -> bool:
+    """Whether a name may be that of times."""
+    return bool((_STAMP.search(name) or _SECONDS.search(name)) and not _TICKS.search(name))
+
+
+def _axis_named(head: Head, column: int, alone: str) -> str:
+    """Which axis of which sensor a column's name tells, such as "ax"; empty for none."""
+    name = head.name(column)
+    axis = _AXIS.search(name)
+    if not axis or _OTHER.search(name):
+        return ""
+    kind = "a" if _FORCE.search(name) else "g" if _RATE.search(name) else ""
+    kind = kind or ("a" if head.said_unit(column, tuple(GRAVITY)) else "g" if head.said_unit(column, TURNS) else "")
+    kind = kind or ("g" if re.match(r"[gw][xyz]", name, re.I) else alone)
+    return f"{kind}{(axis[1] or axis[2]).lower()}"
 
 
 def _filled(head: Head, column: int) -> float:
@@ -233,13 +241,14 @@ def _rate_of(stamps: np.ndarray, units: Sequence[str], name: str) -> tuple[float
 def _unit(head: Head, columns: dict[str, int], kind: str, maker: Maker | None) -> tuple[str, str]:
     """Unit of acceleration ("a") or angular rate ("g"), and where it comes from; empty where there is no column."""
     mine = [columns[f"{kind}{axis}"] for axis in "xyz" if f"{kind}{axis}" in columns]
+    what, known = ("acceleration", tuple(GRAVITY)) if kind == "a" else ("angular rate", TURNS)
     if not mine:
         return ("m/s^2", "no accelerometer found") if kind == "a" else ("", "")
-    what = "acceleration" if kind == "a" else "angular rate"
-    known = tuple(GRAVITY) if kind == "a" else TURNS
-    if head.other_unit(mine[0]):
-        raise SourceRefused(f"the column {printable(head.name(mine[0]))} is in a unit that is not read: bring it to "
-                            f"{', '.join(known[:-1])} or {known[-1]}")  # fmt: skip
+    refuse_if(
+        head.other_unit(mine[0]),
+        f"the column {printable(head.name(mine[0]))} is in a unit that is not read: bring it to "
+        f"{', '.join(known[:-1])} or {known[-1]}",
+    )
     said = head.said_unit(mine[0], known)
     if said:
         return said, f"{what} in {said}: written in the file"
@@ -285,7 +294,11 @@ def _layout(head: Head, indent: int) -> list[str]:
 
 
 def _columns(head: Head, columns: dict[str, int]) -> str:
-    return "{" + ", ".join(f"{value}: {_quoted(head.name(column))}" for value, column in columns.items()) + "}"
+    return _mapped({value: head.name(column) for value, column in columns.items()})
+
+
+def _mapped(columns: dict[str, str]) -> str:
+    return "{" + ", ".join(f"{value}: {_quoted(name)}" for value, name in columns.items()) + "}"
 
 
 def _quoted(text: str) -> str:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from stages.imu.errors import SourceRefused
+from stages.imu.sources.opening import SourceRefused
 from stages.imu.sources.schema import ACCELERATION_UNITS, ANGULAR_RATE_UNITS, Device
 
 STANDARD_GRAVITY = ACCELERATION_UNITS["g"] or math.nan

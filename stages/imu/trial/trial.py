@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.imu.errors import printable
 from stages.imu.judgement.evidence import confirmed, evidence_of
 from stages.imu.judgement.rules import against_sensor, verdict_on
 from stages.imu.judgement.sensor_evidence import angular_rate_unit, batch_sizes, dead_axes, quantisation_step
 from stages.imu.judgement.verdict import Finding, Verdict
 from stages.imu.parameters import Limits, Reading, Settings
 from stages.imu.result import NOT_OBSERVABLE, Evidence, LegMotion, RunReport, SensorReport
+from stages.imu.sources.opening import printable
 from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.sources.units import implied_acceleration_unit
 from stages.imu.strikes.step_times import HeelStrikes, StepFrequency, step_frequency, stride_bounds

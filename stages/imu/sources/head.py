@@ -1,25 +1,27 @@
-"""The head of a table of any kind: its layout, names, units and first rows, before anything is known about it."""
+"""The head of a table of any kind, before anything is known about it: its layout, names, units, rows, and its maker.
+
+Exports of common makers are told by their names, and with them what no name in them says.
+"""
 
 from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from datetime import datetime
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from stages.imu.errors import SourceRefused, printable
-from stages.imu.sources.columns import number
-from stages.imu.sources.files import parquet, plain_file, spreadsheet
-from stages.imu.sources.files.text_table import HEAD_ROWS, encoding_of, has_decimal_commas
+from stages.imu.sources.cells import number
+from stages.imu.sources.formats import BOOK, PARQUET, format_of, parquet_file, rows_of, seconds_or_numbers, sheets_of
+from stages.imu.sources.opening import SourceRefused, blocks, check, printable, refuse_if
+from stages.imu.sources.text_table import DELIMITERS, HEAD_ROWS, encoding_of, has_decimal_commas
 
 HEAD_LINES = 2000
-DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 _UNITS = (
     ("mg", r"\bmg\b"), ("m/s^2", r"(?<![a-zµ])(m\s*/\s*\(?s\s*(\^2|2|²)|m\.s-2|ms-2)"), ("g", r"[\[(_ ]g[\])_]?$|^g$"),
     ("mdps", r"mdps|mdeg|m°|millidegree"),
@@ -45,7 +47,7 @@ class Head:
 
     def values(self, column: int) -> np.ndarray:
         """A column as numbers (n,); NaN for what is none."""
-        cells = [row[column] if column < len(row) else "" for row in self.rows]
+        cells = self.texts(column)
         return np.array([number(cell.replace(",", ".") if self.decimal_comma else cell) for cell in cells])
 
     def texts(self, column: int) -> list[str]:
@@ -56,25 +58,85 @@ class Head:
         """What a map calls the column."""
         return self.names[column] if self.names else str(column + 1)
 
+    def said(self, column: int) -> tuple[str, str]:
+        """What may say the unit of a column: the row of units, if there is one, and the name."""
+        return self.units[column] if column < len(self.units) else "", self.name(column)
+
     def other_unit(self, column: int) -> bool:
         """Whether the name or the row of units says a unit that is not read."""
-        said = (self.units[column] if column < len(self.units) else "", self.name(column))
-        return any(_OTHER_UNITS.search(text) for text in said)
+        return any(_OTHER_UNITS.search(text) for text in self.said(column))
 
     def said_unit(self, column: int, among: Sequence[str]) -> str:
         """The unit that the name or the row of units says; empty where neither does."""
-        said = (self.units[column] if column < len(self.units) else "", self.name(column))
+        said = self.said(column)
         return next((unit for text in said for unit, pattern in _UNITS
                      if unit in among and text and re.search(pattern, text, re.I)), "")  # fmt: skip
 
 
+@dataclass(frozen=True)
+class Maker:
+    """An export: `signs` are patterns that each must match a name or a line above, `without` one that must match none;
+    units where the file has none; `columns` patterns of names by value, where they are not told by the usual words;
+    `note` what to bear in mind."""
+
+    name: str
+    signs: tuple[str, ...]
+    acceleration: str
+    rate: str
+    columns: Mapping[str, str] = field(default_factory=dict)
+    note: str = ""
+    without: str = ""
+
+
+MAKERS = (
+    # Both write the same names; the one in deg/s, the other in rad/s. What is above the names tells them apart.
+    Maker("Xsens DOT (Movella)", ("^SampleTimeFine$", "^DeviceTag|^SyncStatus|^OutputRate|(Xsens|Movella) DOT"),
+          "m/s^2", "deg/s",
+          {"packet": "^PacketCounter$", "device_stamp": "^SampleTimeFine$"},
+          "SampleTimeFine counts us and starts anew after 2^32; FreeAcc columns have no gravity and are left out"),
+    Maker("Xsens MTw (MT Manager)", ("^PacketCounter$", "^Acc_X$", "^// "), "m/s^2", "rad/s",
+          {"packet": "^PacketCounter$"}, "SampleTimeFine counts ticks of 100 us and is left out"),
+    Maker("Xsens MTw (MT Manager)", ("^PacketCounter$", "^Acc_X$"), "m/s^2", "rad/s", {"packet": "^PacketCounter$"},
+          without="^SampleTimeFine$|^DeviceTag"),
+    Maker("Delsys (EMGworks, Trigno Discover)", (r"^X ?\[s\]$|Time Series \(s\)$", r"\bACC"), "g", "deg/s", {},
+          "each channel has a column of times; of several sensors the first is taken"),
+    Maker("Shimmer (Consensys)", (r"Accel_(LN|WR)_X",), "m/s^2", "deg/s", {},
+          "of two accelerometers the low-noise one (LN) is taken; its range is 2 g"),
+    Maker("phyphox", (r"^(Acceleration|Linear Acceleration|Gyroscope) x \(",), "m/s^2", "rad/s", {},
+          "export the accelerometer with g, not the linear acceleration"),
+    Maker("Sensor Logger", ("^seconds_elapsed$",), "m/s^2", "rad/s", {"device_stamp": "^seconds_elapsed$"},
+          "Accelerometer has no gravity: take TotalAcceleration, or AccelerometerUncalibrated"),
+    Maker("MetaWear (MbientLab)", (r"^epoch? ?\(ms\)", r"^elapsed \(s\)"), "g", "deg/s",
+          {"device_stamp": r"^elapsed \(s\)"}, "all its stamps are made of the sensor's ticks"),
+    Maker("Axivity AX6 (OmGui)", (r"^Accel-X \(g\)", r"^Gyro-X"), "g", "deg/s", {}),
+    Maker("Physics Toolbox", ("^gFx$", "^wx$"), "g", "rad/s",
+          {f"a{axis}": f"^gF{axis}$" for axis in "xyz"} | {f"g{axis}": f"^w{axis}$" for axis in "xyz"}),
+    Maker("Noraxon (myoRESEARCH)", ("Noraxon|MyoMotion|Ultium",), "mg", "deg/s", {},
+          "of several segments the first is taken: name the others' columns in entries of their own"),
+)  # fmt: skip
+
+#: HDF5 files of APDM: groups with these arrays, a sensor each.
+APDM = "APDM Opal"
+
+
+def maker_of(names: Sequence[str], above: str) -> Maker | None:
+    """The maker whose signs are all there; the first of several."""
+    lines = above.splitlines()
+
+    def there(pattern: str) -> bool:
+        return any(re.search(pattern, text, re.I) for text in (*names, *lines))
+
+    return next((one for one in MAKERS if all(there(sign) for sign in one.signs)
+                 and not (one.without and there(one.without))), None)  # fmt: skip
+
+
 def head_of(path: Path) -> Head:
     """What the first rows of a table show. Raises SourceRefused where they are no table of numbers."""
-    ending = path.suffix.lower()
-    if ending in spreadsheet.ENDINGS:
+    kind = format_of(path)
+    if kind is BOOK:
         return _of_book(path)
-    if ending in parquet.ENDINGS:
-        file = parquet.opened(path)
+    if kind is PARQUET:
+        file = parquet_file(path)
         batch = next(file.iter_batches(batch_size=HEAD_LINES), None)
         columns = [] if batch is None else [_texts(column) for column in batch.columns]
         return Head("", 0, list(file.schema_arrow.names), [], list(zip(*columns)), False, "")
@@ -83,8 +145,8 @@ def head_of(path: Path) -> Head:
 
 def _of_book(path: Path) -> Head:
     """The head of the first sheet with a table of numbers."""
-    for sheet in spreadsheet.sheets_of(path):
-        cells = [[_text(cell) for cell in row] for row in islice(spreadsheet.rows_of(path, sheet), HEAD_LINES)]
+    for sheet in sheets_of(path):
+        cells = [[_text(cell) for cell in row] for row in islice(rows_of(path, sheet), HEAD_LINES)]
         if any(len(row) >= 4 and _numeric(row, False) for row in cells):
             return replace(_head(path, "", cells, False, ""), sheet=sheet)
     raise SourceRefused(f"{printable(path.name)} has no sheet with a row of numbers among its first {HEAD_LINES} rows")
@@ -93,7 +155,7 @@ def _of_book(path: Path) -> Head:
 def _texts(column: Any) -> list[str]:
     """Cells of a parquet file's column; moments, which Python knows to a microsecond, in seconds since 1970."""
     values = column.to_numpy(zero_copy_only=False)
-    return [_text(cell) for cell in (parquet.numbers(values) if values.dtype.kind in "mM" else values).tolist()]
+    return [_text(cell) for cell in (seconds_or_numbers(values) if values.dtype.kind in "mM" else values).tolist()]
 
 
 def _text(cell: Any) -> str:
@@ -103,17 +165,16 @@ def _text(cell: Any) -> str:
 
 
 def _of_text(path: Path) -> Head:
-    plain_file.check(path)
+    check(path)
     with path.open(encoding=encoding_of(path), errors="replace") as file:
-        lines = list(islice(plain_file.lines(file, path.name), HEAD_LINES))
+        lines = list(islice(chain.from_iterable(blocks(file, path.name)), HEAD_LINES))
     tail = lines[len(lines) // 2 :]
     widths = {name: [len(next(csv.reader([line], delimiter=sign), [])) for line in tail] for name, sign in
               DELIMITERS.items()}  # fmt: skip
     usual = {name: int(np.median(width)) if width else 0 for name, width in widths.items()}
     # A decimal comma parts numbers as well: the sign that stands between the columns is then another one.
     order = [name for name in ("tab", "semicolon", "comma", "space") if usual[name] >= 4]
-    if not order:
-        raise SourceRefused(f"{printable(path.name)} is no table of at least four columns")
+    refuse_if(not order, f"{printable(path.name)} is no table of at least four columns")
     delimiter = order[0]
     rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=DELIMITERS[delimiter])]
     decimal = has_decimal_commas(rows[-HEAD_ROWS:], DELIMITERS[delimiter])

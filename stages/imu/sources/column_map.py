@@ -29,14 +29,12 @@ from typing import Any
 
 import numpy as np
 
-from stages.imu.errors import SourceRefused, printable
-from stages.imu.sources.columns import device_from_row, experiment_from_row, recording_from_columns
-from stages.imu.sources.files import one_file
-from stages.imu.sources.files.text_table import Layout
+from stages.imu.sources.cells import device_from_row, experiment_from_row, in_seconds, recording_from_columns
+from stages.imu.sources.formats import read
+from stages.imu.sources.opening import SourceRefused, printable, refuse_if
 from stages.imu.sources.schema import SAMPLE_VALUES, TABLES, Device, Experiment, Recording
-from stages.imu.sources.stamps import in_seconds
+from stages.imu.sources.text_table import DELIMITERS, Layout
 
-DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 NEEDED = ("ax", "ay", "az", "gx", "gy", "gz")
 RUN_KEYS = {"experiment", "files"}
 TABLE_KEYS = {"file", "delimiter", "header_rows", "header", "decimal", "sheet", "columns"}
@@ -66,21 +64,12 @@ class CsvSource:
 
     def __init__(self, description: Mapping[str, Any], folder: Path) -> None:
         self.folder = folder
-        described = description.get("runs", [description])
-        if not isinstance(described, Sequence) or isinstance(described, str) or not described:
-            raise SourceRefused("runs: must be a list of experiments with their files")
         self.maps = []
-        for one in described:
-            run = _mapping(one, "a run")
-            _only(run, RUN_KEYS, "a run")
+        runs = _list(description.get("runs", [description]), "runs: must be a list of experiments with their files")
+        for one in runs:
+            run = _mapping(one, "a run", RUN_KEYS)
             experiment = experiment_from_row(_mapping(run.get("experiment", {}), "experiment"))
             self.maps.append((experiment, column_maps(run)))
-
-    def __enter__(self) -> CsvSource:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        """Nothing is kept open."""
 
     def runs(self) -> Iterator[tuple[Experiment, tuple[Recording, ...]]]:
         """Each experiment with the recordings of all its files; one is in memory at a time."""
@@ -99,7 +88,7 @@ class CsvSource:
         wanted = list(dict.fromkeys(one.columns.values()))
         stamps = [name for value, name in one.columns.items() if value in STAMPS]
         path = self.folder / one.file
-        found = dict(one_file.read(path, one.layout, wanted, stamps))
+        found = dict(read(path, one.layout, wanted, stamps))
         table = np.full((len(next(iter(found.values()))), len(SAMPLE_VALUES)), np.nan)
         for name in wanted:
             values = found.pop(name)  # so that each is in memory once
@@ -144,63 +133,66 @@ def between(at: np.ndarray, time: np.ndarray, value: np.ndarray, farthest: float
 
 def column_maps(description: Mapping[str, Any]) -> tuple[ColumnMap, ...]:
     """The column maps of a description. Raises SourceRefused for what is missing, unknown or meaningless in it."""
-    files = description.get("files")
-    if not isinstance(files, Sequence) or isinstance(files, str) or not files:
-        raise SourceRefused("a description of CSV files needs a list of files")
-    entries = [_mapping(entry, f"files, entry {number}") for number, entry in enumerate(files, 1)]
-    return tuple(_column_map(entry, number) for number, entry in enumerate(entries, 1))
+    files = _list(description.get("files"), "a description of CSV files needs a list of files")
+    entries = {f"files, entry {number}": entry for number, entry in enumerate(files, 1)}
+    checked = {where: _mapping(entry, where) for where, entry in entries.items()}
+    return tuple(_column_map(entry, where) for where, entry in checked.items())
 
 
-def _column_map(entry: Mapping[str, Any], number: int) -> ColumnMap:
-    where = f"files, entry {number}"
-    _only(entry, FILE_KEYS, where)
-    device = _mapping(entry.get("device", {}), f"{where}, device")
-    apart = entry.get("gyroscope")
-    found = _table_map(entry, NEEDED if apart is None else ACCELERATION, where)
-    _only(device, DEVICE_KEYS, f"{where}, device")
-    made = device_from_row(device, f"{where}, device")
-    gyroscope = None
-    if apart is not None:
-        inside = f"{where}, gyroscope"
-        _only(_mapping(apart, inside), TABLE_KEYS, inside)
-        gyroscope = ColumnMap(*_table_map(apart, ANGULAR_RATE, inside)[:2], made, _table_map(apart, (), inside)[2])
-    return ColumnMap(found[0], found[1], made, found[2], gyroscope)
+def _column_map(entry: Mapping[str, Any], where: str) -> ColumnMap:
+    """The map of a file, and of its gyroscope's, which is the same sensor's."""
+    _mapping(entry, where, FILE_KEYS)
+    said, apart = _mapping(entry.get("device", {}), f"{where}, device"), entry.get("gyroscope")
+    file, layout, columns = _table_map(entry, NEEDED if apart is None else ACCELERATION, where)
+    device = device_from_row(_mapping(said, f"{where}, device", DEVICE_KEYS), f"{where}, device")
+    if apart is None:
+        return ColumnMap(file, layout, device, columns)
+    inside = f"{where}, gyroscope"
+    own, own_layout, names = _table_map(_mapping(apart, inside, TABLE_KEYS), ANGULAR_RATE, inside)
+    return ColumnMap(file, layout, device, columns, ColumnMap(own, own_layout, device, names))
 
 
 def _table_map(entry: Mapping[str, Any], needed: Sequence[str], where: str) -> tuple[str, Layout, Mapping[str, str]]:
     """File, layout and columns of an entry."""
-    if not isinstance(entry.get("file"), str):
+    usual = {"file": None, "delimiter": "comma", "header_rows": 0, "header": True, "decimal": None, "sheet": ""}
+    file, delimiter, rows, header, decimal, sheet = (entry.get(key, value) for key, value in usual.items())
+    if not isinstance(file, str):
         raise SourceRefused(f"{where}: needs the name of a file")
-    delimiter = entry.get("delimiter", "comma")
-    if delimiter not in DELIMITERS:
-        raise SourceRefused(f"{where}: delimiter is {printable(delimiter)}, must be one of {', '.join(DELIMITERS)}")
-    header_rows, header, decimal = (entry.get(*pair) for pair in (("header_rows", 0), ("header", True),
-                                                                  ("decimal", None)))  # fmt: skip
-    if not isinstance(header_rows, int) or not 0 <= header_rows <= 1000:
-        raise SourceRefused(f"{where}: header_rows is {printable(header_rows)}, must be a whole number from 0 to 1000")
-    if not isinstance(header, bool):
-        raise SourceRefused(f"{where}: header is {printable(header)}, must be true or false")
-    if decimal not in (None, "point", "comma") or decimal == delimiter:
-        raise SourceRefused(f"{where}: decimal is {printable(decimal)}, must be point, or comma with another delimiter")
+    refuse_if(
+        delimiter not in DELIMITERS,
+        f"{where}: delimiter is {printable(delimiter)}, must be one of {', '.join(DELIMITERS)}",
+    )
+    refuse_if(
+        not isinstance(rows, int) or not 0 <= rows <= 1000,
+        f"{where}: header_rows is {printable(rows)}, must be a whole number from 0 to 1000",
+    )
+    refuse_if(not isinstance(header, bool), f"{where}: header is {printable(header)}, must be true or false")
+    refuse_if(
+        decimal not in (None, "point", "comma") or decimal == delimiter,
+        f"{where}: decimal is {printable(decimal)}, must be point, or comma with another delimiter",
+    )
     columns = {str(key): str(name) for key, name in _mapping(entry.get("columns", {}), f"{where}, columns").items()}
-    _only(columns, set(SAMPLE_VALUES), f"{where}, columns")
+    _mapping(columns, f"{where}, columns", set(SAMPLE_VALUES))
     missing = [value for value in needed if value not in columns]
-    if missing:
-        raise SourceRefused(f"{where}: columns lack {', '.join(missing)}")
-    sheet = entry.get("sheet", "")
-    if not isinstance(sheet, str):
-        raise SourceRefused(f"{where}: sheet is {printable(sheet)}, must be the name of a sheet of the book")
+    refuse_if(bool(missing), f"{where}: columns lack {', '.join(missing)}")
+    refuse_if(
+        not isinstance(sheet, str), f"{where}: sheet is {printable(sheet)}, must be the name of a sheet of the book"
+    )
     comma = None if decimal is None else decimal == "comma"
-    return entry["file"], Layout(DELIMITERS[delimiter], header_rows, header, comma, sheet), columns
+    return file, Layout(DELIMITERS[delimiter], rows, header, comma, sheet), columns
 
 
-def _mapping(value: Any, where: str) -> Mapping[str, Any]:
-    if not isinstance(value, Mapping):
-        raise SourceRefused(f"{where}: must be a mapping of keys to values")
+def _list(value: Any, sentence: str) -> Sequence[Any]:
+    if not isinstance(value, Sequence) or isinstance(value, str) or not value:
+        raise SourceRefused(sentence)
     return value
 
 
-def _only(entry: Mapping[str, Any], known: set[str], where: str) -> None:
-    unknown = [key for key in entry if key not in known]
+def _mapping(value: Any, where: str, known: set[str] | None = None) -> Mapping[str, Any]:
+    """The value, if it is a mapping with no keys but those that are known."""
+    if not isinstance(value, Mapping):
+        raise SourceRefused(f"{where}: must be a mapping of keys to values")
+    unknown = [key for key in value if known is not None and key not in known]
     if unknown:
-        raise SourceRefused(f"{where}: unknown key {printable(unknown[0])}; known are {', '.join(sorted(known))}")
+        raise SourceRefused(f"{where}: unknown key {printable(unknown[0])}; known are {', '.join(sorted(known or ()))}")
+    return value

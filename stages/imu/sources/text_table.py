@@ -12,15 +12,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
 import numpy as np
 
-from stages.imu.errors import SourceRefused, printable
-from stages.imu.sources.columns import number
-from stages.imu.sources.files import plain_file
-from stages.imu.sources.stamps import moments
+from stages.imu.sources.cells import moments, number
+from stages.imu.sources.opening import SourceRefused, blocks, check, printable, refuse_if
 
+DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 LEAST_READ = 0.5  # of the cells that hold anything: below it the column is something else than numbers
 HEAD_BYTES, HEAD_ROWS = 4096, 200
 #: A number with a decimal comma, and not perhaps one whose thousands are parted by it.
@@ -57,7 +56,7 @@ def read(path: Path, layout: Layout, wanted: Sequence[str], stamps: Sequence[str
 
     Raises SourceRefused for a column that is not there once, and for one that cannot be read.
     """
-    plain_file.check(path)
+    check(path)
     name = path.name
     try:
         with path.open(encoding=encoding_of(path), errors="replace") as file:
@@ -71,21 +70,20 @@ def read(path: Path, layout: Layout, wanted: Sequence[str], stamps: Sequence[str
 def _columns(
     file: TextIO, name: str, layout: Layout, wanted: Sequence[str], stamps: Sequence[str]
 ) -> Mapping[str, np.ndarray]:
-    blocks = plain_file.blocks(file, name)
+    parts = blocks(file, name)
     first: list[str] = []
-    while len(first) <= layout.header_rows and (block := next(blocks, None)) is not None:
+    while len(first) <= layout.header_rows and (block := next(parts, None)) is not None:
         first += block
     head = first[layout.header_rows] if len(first) > layout.header_rows else ""
-    names = names_of(head, layout)
+    names = names_of(next(csv.reader([head], delimiter=layout.delimiter), []), layout)
     first = first[layout.header_rows + layout.header :]
-    places = [_place(name, names, one) for one in wanted]
+    columns = [_Column(one, _place(name, names, one), one in stamps) for one in wanted]
     if layout.decimal_comma is None:
         rows = csv.reader(first[:HEAD_ROWS], delimiter=layout.delimiter)
         layout = replace(layout, decimal_comma=has_decimal_commas(rows, layout.delimiter))
-    columns = [_Column(one, place, one in stamps) for one, place in zip(wanted, places)]
     if layout.header:
         first = _without_units(first, layout, [one.place for one in columns if not one.may_be_written])
-    for block in chain((first,), blocks):
+    for block in chain((first,), parts):
         if block:
             _add_block(block, layout, columns)
     return {one.name: one.checked(name) for one in columns}
@@ -118,32 +116,29 @@ class _Column:
         """The whole column (n,). Raises SourceRefused if it holds something that was not read, or nothing."""
         whole = np.concatenate(self.parts) if self.parts else np.empty(0)
         self.parts.clear()
-        if len(whole) and not self.filled:
-            raise SourceRefused(f"{printable(file)}: the column {printable(self.name)} is empty")
-        if np.isfinite(whole).sum() < LEAST_READ * self.filled:
-            kind = "time" if self.may_be_written else "number"
-            said = f"{printable(self.odd, 30)} is no {kind}"
-            raise SourceRefused(f"{printable(file)}: the column {printable(self.name)} cannot be read ({said})")
+        column = f"{printable(file)}: the column {printable(self.name)}"
+        refuse_if(len(whole) > 0 and not self.filled, f"{column} is empty")
+        refuse_if(
+            bool(np.isfinite(whole).sum() < LEAST_READ * self.filled),
+            f"{column} cannot be read ({printable(self.odd, 30)} is no {'time' if self.may_be_written else 'number'})",
+        )
         return whole
 
 
 def _add_block(block: Sequence[str], layout: Layout, columns: Sequence[_Column]) -> None:
     """Lines of the file into the columns: by NumPy where all cells wanted are numbers, else cell by cell."""
-    plain = [one for one in columns if not one.written]
-    text = [one for one in columns if one.written]
-    table = None if text and any('"' in line for line in block) else _fast(block, layout, [one.place for one in plain])
-    if table is not None:
-        rows = [line.split(layout.delimiter) for line in block if line.strip()] if text else []
-        if not text or len(rows) == len(table):
-            for one, values in zip(plain, table.T):
-                one.parts.append(values)
-                one.filled += len(values)
-            for one in text:
-                one.add([row[one.place].strip() for row in rows], layout)
-            return
-    cells = [row for row in csv.reader(block, delimiter=layout.delimiter) if any(cell.strip() for cell in row)]
-    for one in columns:
-        one.add([row[one.place].strip() if one.place < len(row) else "" for row in cells], layout)
+    plain, text = ([one for one in columns if one.written == written] for written in (False, True))
+    quoted = bool(text) and any('"' in line for line in block)
+    table = None if quoted else _fast(block, layout, [one.place for one in plain])
+    rows = [line.split(layout.delimiter) for line in block if line.strip()] if text and table is not None else []
+    if table is None or (text and len(rows) != len(table)):
+        plain, text, table = [], list(columns), np.empty((0, 0))
+        rows = [row for row in csv.reader(block, delimiter=layout.delimiter) if any(cell.strip() for cell in row)]
+    for one, values in zip(plain, table.T):
+        one.parts.append(values)
+        one.filled += len(values)
+    for one in text:
+        one.add([row[one.place].strip() if one.place < len(row) else "" for row in rows], layout)
 
 
 def has_decimal_commas(rows: Iterable[Sequence[str]], delimiter: str) -> bool:
@@ -151,18 +146,16 @@ def has_decimal_commas(rows: Iterable[Sequence[str]], delimiter: str) -> bool:
     return delimiter != "," and any(_DECIMAL_COMMA.match(cell.strip()) for row in rows for cell in row)
 
 
-def names_of(line: str, layout: Layout) -> list[str]:
-    """Names of the columns, from the first line after the header rows; numbers from 1 where there is no header."""
-    cells = next(csv.reader([line], delimiter=layout.delimiter), [])
+def names_of(cells: Sequence[Any], layout: Layout) -> list[str]:
+    """Names of the columns, from the first row after the header rows; numbers from 1 where there is no header."""
     if layout.header:
-        return [cell.strip().lstrip("\ufeff") for cell in cells]
+        return [str(cell).strip().lstrip("\ufeff") for cell in cells]
     return [str(i + 1) for i in range(len(cells))]
 
 
 def _place(file: str, names: Sequence[str], wanted: str) -> int:
-    if names.count(wanted) != 1:
-        has = "more than once" if wanted in names else "not at all"
-        raise SourceRefused(f"{printable(file)} has the column {printable(wanted)} {has}")
+    has = "more than once" if wanted in names else "not at all"
+    refuse_if(names.count(wanted) != 1, f"{printable(file)} has the column {printable(wanted)} {has}")
     return names.index(wanted)
 
 

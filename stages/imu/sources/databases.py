@@ -1,0 +1,315 @@
+"""Measurements from databases in the schema of `stages.imu.sources.schema`: SQLite, PostgreSQL, MySQL.
+
+An SQLite file is opened so that nothing in it or beside it can change. A server is asked through SQLAlchemy (extra
+`sql`) in a read-only transaction. What a server says when it cannot be reached quotes users, hosts and databases. None
+of that is passed on: every error becomes a sentence of our own, and the connection string is kept nowhere.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from abc import abstractmethod
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stages.imu.sources.cells import device_from_row, experiment_from_row, number, numbers, recording_from_columns
+from stages.imu.sources.opening import SourceRefused, check, printable, refuse_if
+from stages.imu.sources.schema import SAMPLE_VALUES, TABLES, Device, Experiment, Recording
+
+Extent = tuple[Any, Any, Any]
+MAGIC = b"SQLite format 3\x00"
+WRITE_AHEAD = 2  # in byte 18 or 19 of a database in write-ahead mode
+DRIVERS = {"postgresql": "postgresql+psycopg", "postgres": "postgresql+psycopg"}
+DRIVERS |= {"mysql": "mysql+pymysql", "mariadb": "mysql+pymysql"}
+TITLES = {"postgresql+psycopg": "PostgreSQL database", "mysql+pymysql": "MySQL database"}
+CONNECT_S = 5
+LOCK_S = 2
+STATEMENT_S = 600  # an endless view must end
+
+FORM = "postgresql://user:password@host/database"
+LOGIN, MISSING = "refuses this user and password", "has no database of that name"
+FORBIDDEN, LOCKED = "does not let this user read the tables", "is locked by a writer; try again when it is done"
+LOCKED_FILE, BROKEN = (
+    "is locked by a program that writes to it; try again when it is done", "is a broken SQLite database"
+)
+SLOW, UNREACHABLE = "did not answer in time", "cannot be reached"
+
+#: Words by which an engine's sentence is recognised, all of them needed, and what is said in its place.
+Reasons = tuple[tuple[tuple[str, ...], str], ...]
+SQLITE_REASONS: Reasons = (
+    (("locked",), LOCKED_FILE),
+    (("busy",), LOCKED_FILE),
+    (("not a database",), BROKEN),
+    (("malformed",), BROKEN),
+    (("unable to open",), "cannot be opened read-only (a writer may have left its log behind)"),
+)
+SERVER_REASONS: Reasons = (
+    (("authentication failed",), LOGIN),
+    (("access denied",), LOGIN),
+    (("no password supplied",), LOGIN),
+    (("role", "does not exist"), LOGIN),
+    (("permission denied",), FORBIDDEN),
+    (("command denied",), FORBIDDEN),
+    (("database", "does not exist"), MISSING),
+    (("unknown database",), MISSING),
+    (("lock timeout",), LOCKED),
+    (("lock wait timeout",), LOCKED),
+    (("statement timeout",), SLOW),
+    (("timeout expired",), UNREACHABLE),
+    (("connect",), UNREACHABLE),
+    (("resolve host",), UNREACHABLE),
+    (("host name",), UNREACHABLE),
+    (("name or service",), UNREACHABLE),  # the system's own words, which psycopg 3.1 repeats
+    (("name resolution",), UNREACHABLE),
+)
+
+
+class TableSource(AbstractContextManager["TableSource"]):
+    """A database with the three tables; use as a context manager.
+
+    An engine says how to ask (`query`), what there is (`present`) and where each run lies (`extents`). Raises
+    SourceRefused, in one sentence that names the source by `name`, for what is missing or has no meaning.
+    """
+
+    #: Column whose order is that of arrival.
+    order = "sample_id"
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    @abstractmethod
+    def query(self, sql: str, **values: Any) -> Iterator[tuple[Any, ...]]:
+        """Rows of a SELECT with parameters written :name."""
+
+    @abstractmethod
+    def present(self) -> dict[str, set[str]]:
+        """Tables that can be read, each with its columns."""
+
+    @abstractmethod
+    def extents(self) -> list[Extent]:
+        """Experiment, first and last `order` of each run, in the order of arrival and in constant memory."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Let go of the source."""
+
+    def open_tables(self) -> None:
+        """Check the tables and read the devices: the last step of a constructor. Closes the source if it fails."""
+        try:
+            self._check_tables()
+            self.devices = self._devices()
+        except BaseException:
+            self.close()
+            raise
+
+    def runs(self) -> Iterator[tuple[Experiment, tuple[Recording, ...]]]:
+        """Each experiment with its recordings; one experiment is in memory at a time."""
+        experiments = {row["experiment_id"]: experiment_from_row(row) for row in self._rows("experiment")}
+        extents = self.extents()
+        refuse_if(not extents, f"{self.name}: table sample is empty")
+        for experiment_id, first, last in extents:
+            experiment = experiments.get(experiment_id) or Experiment(name=f"run {experiment_id}", origin="unknown")
+            values = {"first": first, "last": last} | ({} if experiment_id is None else {"run": experiment_id})
+            rows = self.query(
+                f"SELECT device_id, {', '.join(SAMPLE_VALUES)} FROM sample WHERE {self.order} BETWEEN :first AND :last "
+                f"AND experiment_id {'IS NULL' if experiment_id is None else '= :run'} ORDER BY {self.order}",
+                **values,
+            )
+            table = numbers(list(rows), len(SAMPLE_VALUES) + 1)
+            yield experiment, tuple(self._recordings(experiment, table))
+
+    def _recordings(self, experiment: Experiment, table: np.ndarray) -> Iterator[Recording]:
+        for device_id in np.unique(table[:, 0]):
+            device = self.devices.get(device_id)
+            if device is None:
+                raise SourceRefused(f"{self.name}: table sample names device {device_id:g}, which table device lacks")
+            yield recording_from_columns(experiment, device, table[table[:, 0] == device_id, 1:])
+
+    def _devices(self) -> dict[float, Device]:
+        devices = {}
+        for row in self._rows("device"):
+            identity = number(row["device_id"])
+            refuse_if(identity != identity, f"{self.name}: table device has a row without a device_id")
+            devices[identity] = device_from_row(row, f"{self.name}, device {identity:g}")
+        return devices
+
+    def _check_tables(self) -> None:
+        present = self.present()
+        for table, columns in TABLES.items():
+            found = ", ".join(printable(name) for name in list(present)[:5]) or "no tables"
+            refuse_if(table not in present, f"{self.name}: needs a table named {table}; found {found}")
+            missing = [name for name, _, _ in columns if name not in present[table]]
+            refuse_if(bool(missing), f"{self.name}: table {table} lacks {', '.join(missing)}")
+
+    def _rows(self, table: str) -> list[dict[str, Any]]:
+        names = [name for name, _, _ in TABLES[table]]
+        return [dict(zip(names, row)) for row in self.query(f"SELECT {', '.join(names)} FROM {table}")]
+
+
+class SqliteSource(TableSource):
+    """A database file; use as a context manager.
+
+    Raises SourceRefused, in one sentence, for a file that is missing, no database, broken, locked, or of another shape.
+    """
+
+    order = "rowid"
+
+    def __init__(self, path: Path, timeout_s: float = 2.0) -> None:
+        super().__init__(path.name)
+        self._connection = _open(path, timeout_s)
+        self.open_tables()
+
+    def query(self, sql: str, **values: Any) -> Iterator[tuple[Any, ...]]:
+        """Rows of a SELECT."""
+        try:
+            yield from self._connection.execute(sql, values)
+        except UnicodeDecodeError as error:
+            raise SourceRefused(f"{self.name}: {BROKEN}") from error
+        except (sqlite3.Error, OverflowError) as error:
+            raise SourceRefused(f"{self.name}: {_reason(error, SQLITE_REASONS)}") from error
+
+    def present(self) -> dict[str, set[str]]:
+        """Tables with their columns; no views, which may never end."""
+        names = [name for (name,) in self.query("SELECT name FROM sqlite_master WHERE type = 'table'")]
+        return {
+            name: {row[1] for row in self.query(f"PRAGMA table_xinfo({name})")} if name in TABLES else set()
+            for name in names
+        }
+
+    def extents(self) -> list[Extent]:
+        """Where each run lies, found in one walk through the table: an index of a damaged file may lie."""
+        extent: dict[Any, list[int]] = {}
+        for row, experiment_id in self.query("SELECT rowid, experiment_id FROM sample ORDER BY rowid"):
+            extent.setdefault(experiment_id, [row, row])[1] = row
+        return [(experiment_id, first, last) for experiment_id, (first, last) in extent.items()]
+
+    def close(self) -> None:
+        """Close the file."""
+        self._connection.close()
+
+
+def _open(path: Path, timeout_s: float) -> sqlite3.Connection:
+    beside = [path.with_name(path.name + ending) for ending in ("-journal", "-wal", "-shm")]
+    for each in (path, *(other for other in beside if other.exists())):
+        check(each)
+    try:
+        with path.open("rb") as file:
+            head = file.read(20)
+    except OSError as error:
+        raise SourceRefused(f"{path.name}: cannot be read ({error.strerror})") from error
+    refuse_if(not head.startswith(MAGIC), f"{path.name}: is not an SQLite database")
+    # A reader of a write-ahead database creates a -shm file beside it, unless told that nobody writes.
+    log = path.with_name(path.name + "-wal")
+    at_rest = WRITE_AHEAD in head[18:20] and not (log.exists() and log.stat().st_size)
+    mode = "mode=ro&immutable=1" if at_rest else "mode=ro"
+    try:
+        connection = sqlite3.connect(f"{path.absolute().as_uri()}?{mode}", uri=True, timeout=timeout_s)
+        connection.text_factory = lambda text: text.decode("utf-8", "replace")
+    except sqlite3.Error as error:
+        raise SourceRefused(f"{path.name}: {_reason(error, SQLITE_REASONS)}") from error
+    return connection
+
+
+class SqlSource(TableSource):
+    """The database behind a connection string such as postgresql://user:password@host/database.
+
+    Its tables may be views. All is read in one transaction that sees one state and cannot write. Raises SourceRefused,
+    in one sentence without any part of the connection string.
+    """
+
+    def __init__(self, connection_string: str, statement_s: float = STATEMENT_S) -> None:
+        super().__init__("SQL database")
+        self._engine: Any = None
+        self._connection: Any = None
+        try:
+            self._open(connection_string, statement_s)
+        except ImportError:
+            raise SourceRefused("a database server needs more packages; install bipedstudy with [sql]") from None
+        except SourceRefused:
+            raise
+        except Exception as error:
+            self.close()
+            raise SourceRefused(f"{self.name}: {_reason(error, SERVER_REASONS)}") from None
+        self.open_tables()
+
+    def _open(self, connection_string: str, statement_s: float) -> None:
+        import sqlalchemy
+
+        try:
+            url = sqlalchemy.make_url(connection_string)
+        except Exception:
+            raise SourceRefused(f"{self.name}: its connection string is not of the form {FORM}") from None
+        driver = DRIVERS.get(url.drivername.partition("+")[0])
+        refuse_if(driver is None, f"{self.name}: its connection string must begin with postgresql:// or mysql://")
+        assert driver is not None
+        self.name = TITLES[driver]
+        arguments: dict[str, Any] = {"connect_timeout": CONNECT_S}
+        options: dict[str, Any] = {"isolation_level": "REPEATABLE READ"}
+        if driver == DRIVERS["mysql"]:
+            arguments["init_command"] = "SET SESSION TRANSACTION READ ONLY"
+            limits = [f"SET SESSION lock_wait_timeout = {LOCK_S}"]
+        else:
+            options["postgresql_readonly"] = True
+            limits = [f"SET lock_timeout = '{LOCK_S}s'", f"SET statement_timeout = {round(1000 * statement_s)}"]
+        self._engine = sqlalchemy.create_engine(
+            url.set(drivername=driver), poolclass=sqlalchemy.NullPool, connect_args=arguments, hide_parameters=True
+        )
+        self._connection = self._engine.connect().execution_options(**options)
+        for limit in limits:
+            self._connection.exec_driver_sql(limit)
+
+    def query(self, sql: str, **values: Any) -> Iterator[tuple[Any, ...]]:
+        """Rows of a SELECT."""
+        import sqlalchemy
+
+        try:
+            for row in self._connection.execute(sqlalchemy.text(sql), values):
+                yield tuple(row)
+        except Exception as error:
+            raise SourceRefused(f"{self.name}: {_reason(error, SERVER_REASONS)}") from None
+
+    def present(self) -> dict[str, set[str]]:
+        """Tables and views with their columns."""
+        import sqlalchemy
+
+        try:
+            look = sqlalchemy.inspect(self._connection)
+            names = [*look.get_table_names(), *look.get_view_names()]
+            return {
+                name: {column["name"] for column in look.get_columns(name)} if name in TABLES else set()
+                for name in names
+            }
+        except Exception as error:
+            raise SourceRefused(f"{self.name}: {_reason(error, SERVER_REASONS)}") from None
+
+    def extents(self) -> list[Extent]:
+        """Where each run lies, found by the server."""
+        rows = self.query(
+            "SELECT experiment_id, min(sample_id), max(sample_id) FROM sample GROUP BY experiment_id "
+            "ORDER BY min(sample_id)"
+        )
+        return [(run, first, last) for run, first, last in rows]
+
+    def close(self) -> None:
+        """End the transaction and the connection."""
+        if self._connection is not None:
+            self._connection.close()
+        if self._engine is not None:
+            self._engine.dispose()
+
+
+def _reason(error: Exception, reasons: Reasons) -> str:
+    """Our own words for an engine's; its words only choose among ours."""
+    text = str(error)
+    for words, reason in reasons:
+        if all(word in text.lower() for word in words):
+            return reason
+    shown = printable(text, 120) if reasons is SQLITE_REASONS else type(error).__name__
+    return f"cannot be read ({shown})"
