@@ -60,12 +60,12 @@ def bring_up_to_date(
         run.all(sorted(values, key=lambda name: -chains[name]))
     finally:
         run.close()
+    outcomes = [run.outcomes[name] for name in values]
     if run.failures:
-        code = ANSWER if set(run.codes) == {ANSWER} else FAILED
-        failed = StageFailed(run.failures, [run.outcomes[name] for name in values])
-        failed.exit_code = code
+        failed = StageFailed([sentence for _, sentence in run.failures], outcomes)
+        failed.exit_code = ANSWER if {code for code, _ in run.failures} == {ANSWER} else FAILED
         raise failed
-    return [run.outcomes[name] for name in values]
+    return outcomes
 
 
 @dataclass(frozen=True)
@@ -86,11 +86,9 @@ class _Run:
         self.entries: dict[str, Entry] = {}
         self.outcomes: dict[str, Outcome] = {}
         self.running: dict[str, _Running] = {}
-        self.failures: list[str] = []
-        self.codes: list[int] = []
+        self.failures: list[tuple[int, str]] = []
         self.lacking: list[str] = []
-        self.broken: set[str] = set()
-        self.prepared = ""
+        self.broken, self.prepared = set[str](), set[str]()
         self.events: queue.SimpleQueue[tuple[str, Message]] = queue.SimpleQueue()
         self.log = Log(study.results / "log.jsonl")
 
@@ -98,7 +96,7 @@ class _Run:
         """Go through the graph: start what is ready, in the order given, and take in what has finished."""
         self._begin_ready(pending)
         while self.running:
-            self._prepare(pending)
+            self._prepare(pending[:1])
             self._take_event()
             self._begin_ready(pending)
         if self.lacking:
@@ -114,13 +112,13 @@ class _Run:
                 pending.remove(name)
                 self._guarded(name, self._begin)
 
-    def _prepare(self, pending: list[str]) -> None:
-        """Where a stage waits for others and a processor for it, load what it will need."""
+    def _prepare(self, waiting: list[str]) -> None:
+        """Where a stage waits for others and a processor for it, load what it will need, once."""
         from pipeline.execution import forked
 
-        if forked.HERE and len(self.running) < self.jobs and pending and pending[0] != self.prepared:
-            self.prepared = pending[0]
-            modules = fingerprint.entry_modules(self.study.graph.stages[self.prepared], self.study.package)
+        if forked.HERE and len(self.running) < self.jobs and not self.prepared.issuperset(waiting):
+            self.prepared.update(waiting)
+            modules = fingerprint.entry_modules(self.study.graph.stages[waiting[0]], self.study.package)
             code = self.study.sources.closure(modules).files
             self.study.sources.memo.save()
             forked.prepare(self.study.package, str(self.study.code_root), code, modules)
@@ -142,17 +140,15 @@ class _Run:
             action(name, *arguments)
         except OSError as error:
             what = f"{error.strerror or error} ({shown(self.study.results)})"
-            self._fail(name, f"stage {name}: its result could not be stored: {what}; earlier results are unchanged")
+            self._fail(name, f"its result could not be stored: {what}; earlier results are unchanged")
 
     def _begin(self, name: str) -> None:
         assessment = self.planner.assess(name, self.entries)
         entry = assessment.entry
         if entry is not None and name not in self.force:
-            if assessment.state is State.CURRENT:
-                self._finish(assessment, entry, "current", 0.0)
-                return
-            if self.study.store.put_in_place(entry):
-                self._finish(assessment, entry, "restored", 0.0)
+            current = assessment.state is State.CURRENT
+            if current or self.study.store.put_in_place(entry):
+                self._finish(assessment, entry, "current" if current else "restored", 0.0)
                 return
             self.study.store.drop(entry.key)
         self._start(assessment)
@@ -231,7 +227,7 @@ class _Run:
             )
         if not store.put_in_place(entry):
             store.drop(entry.key)
-            self._fail(name, f"stage {name}: its result was damaged on its way to the disk; run again")
+            self._fail(name, "its result was damaged on its way to the disk; run again")
             return
         self._finish(assessment, entry, "computed", seconds, message["processor_seconds"])
 
@@ -242,14 +238,14 @@ class _Run:
         self.entries[name] = entry
         if entry.refused:
             how = REFUSED
-            if any(above.refused and entry.summary.endswith(above.summary) for above in self._above(name)):
+            above = [self.entries[each] for each in self.study.graph.upstream(name)]
+            if any(each.refused and entry.summary.endswith(each.summary) for each in above):
                 self.lacking.append(name)
             else:
-                self.failures.append(f"stage {name}: {entry.summary}")
-                self.codes.append(ANSWER)
+                self.failures.append((ANSWER, f"stage {name}: {entry.summary}"))
         if accounts := [shown(self.study.store.place(path)) for path in entry.outs if path.endswith(".log")]:
-            self.failures.append(f"stage {name}: {entry.summary}; the full account is in {', '.join(accounts)}")
-            self.codes.append(FAILED)  # some of it went wrong in a way that it did not foresee
+            sentence = f"stage {name}: {entry.summary}; the full account is in {', '.join(accounts)}"
+            self.failures.append((FAILED, sentence))  # some of it went wrong in a way that it did not foresee
         outcome = Outcome(name, how, entry.summary, seconds, assessment.reasons, entry.key, processor_seconds)
         self.outcomes[name] = outcome
         self.display.finished(name, how, seconds, entry.summary)
@@ -259,25 +255,18 @@ class _Run:
 
     def _explain(self, name: str, folder: Path, failure: Message, seconds: float) -> None:
         kind, text = failure["kind"], failure["text"]
-        if kind == "refused":
-            self._fail(name, f"stage {name}: {text}")
-        elif kind == "system":
-            self._fail(name, f"stage {name}: it did not finish: {text}; earlier results are unchanged")
-        else:
+        said = {"refused": text, "system": f"it did not finish: {text}; earlier results are unchanged"}.get(kind)
+        if said is None:
             log = self.study.results / "log" / f"{name}.log"
             kept = self.log.keep(folder / _LOG, log)
-            place = f"the full account is in {shown(log)}" if kept else "no log could be kept"
-            self._fail(name, f"stage {name}: {text}; {place}")
+            said = f"{text}; " + (f"the full account is in {shown(log)}" if kept else "no log could be kept")
+        self._fail(name, said)
         self.log.add(stage=name, how=FAILING, seconds=round(seconds, 3), text=text)
 
-    def _fail(self, name: str, sentence: str) -> None:
-        self.failures.append(sentence)
-        self.codes.append(FAILED)
+    def _fail(self, name: str, why: str) -> None:
+        self.failures.append((FAILED, f"stage {name}: {why}"))
         self.display.failed(name)
-        self._go_on_without(name, sentence.removeprefix(f"stage {name}: "))
-
-    def _above(self, name: str) -> list[Entry]:
-        return [self.entries[above] for above in self.study.graph.upstream(name)]
+        self._go_on_without(name, why)
 
 
 class Log:

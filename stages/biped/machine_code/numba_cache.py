@@ -7,16 +7,20 @@ changed, importing this or `attach` raises ImportError, AttributeError or TypeEr
 from __future__ import annotations
 
 import hashlib
+import os
 import pickle
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, Protocol
 
+import numba
 from numba.core import caching
 
 #: Numba's own annotations are partly missing.
 Cache: Any = caching.FunctionCache
-Files: Any = caching.IndexDataCacheFile
+Results: Any = caching.CompileResultCacheImpl
+dumps: Any = caching.dumps  # type: ignore[attr-defined]
 _SEAL = hashlib.sha256().digest_size
 
 
@@ -34,96 +38,72 @@ class Code(Protocol):
 
 def attach(dispatcher: Any, code: Code) -> None:
     """Let a compiled function load its machine code, from the shipped folder or its own, and leave it in its own."""
-    dispatcher._cache = _FunctionCache(dispatcher.py_func, code)
+    dispatcher._cache = _Kept(dispatcher.py_func, code)
 
 
-class _Files(Files):  # type: ignore[misc]
+class _Results(Results):  # type: ignore[misc]
+    """What is kept of a compilation, as numba has it."""
+
+    def __init__(self, function: Any) -> None:
+        self._lineno, self._locator = function.__code__.co_firstlineno, SimpleNamespace(_py_file="")
+
+
+class _Kept(Cache):  # type: ignore[misc]
     """The machine code of one function: a file for each choice of types, named by it, whose seal tells damage.
 
     Numba numbers such files and keeps an index. Two processes that compile at once may then give one number twice, and
-    a file that holds another choice's machine code is run.
+    a file that holds another choice's machine code is run. The path of a source says nothing here: a file is named by
+    the function's full name, and by its line, as functions of one file may share a name.
     """
 
-    def load(self, key: Any) -> Any:
-        """What was saved for these types, or None. What is damaged, or was made of other sources, counts as missing."""
-        try:
-            content = self._file(key).read_bytes()
-        except OSError:
-            return None
-        if hashlib.sha256(content[_SEAL:]).digest() != content[:_SEAL]:
-            return None
-        *known, data = pickle.loads(content[_SEAL:])
-        return data if known == self._known(key) else None
+    def __init__(self, function: Any, code: Code) -> None:
+        self._py_func, self._code, self._results = function, code, _Results(function)
+        self._cache_path = str(code.folder)
+        name = f"{function.__module__}.{function.__qualname__}".replace("<", "").replace(">", "")
+        python = f"py{sys.version_info.major}{sys.version_info.minor}{getattr(sys, 'abiflags', '')}"
+        self._name = f"{name}-{function.__code__.co_firstlineno}.{python}"
+        self._keys: Any = super()._index_key
 
-    def save(self, key: Any, data: Any) -> None:
-        """Keep it; whoever else saves the same just now keeps as good a one."""
-        content: bytes = self._dump([*self._known(key), data])
-        with self._open_for_write(self._file(key)) as file:
-            file.write(hashlib.sha256(content).digest() + content)
+    def load_overload(self, signature: Any, target: Any) -> Any:
+        """What was kept for these types, or None. What is damaged, or was made of other sources, counts as missing."""
+        target.refresh()
+        key = self._keys(signature, target.codegen())
+        folders = [*([self._code.shipped] if self._code.shipped else []),
+                   *([] if self._code.refusal else [self._code.folder])]  # fmt: skip
+        for path, each in ((folder / self._file(each), each) for folder in folders
+                           for each in (key, for_any_processor(key))):  # fmt: skip
+            try:
+                content = path.read_bytes()
+            except OSError:
+                continue
+            if hashlib.sha256(content[_SEAL:]).digest() == content[:_SEAL]:
+                *known, data = pickle.loads(content[_SEAL:])
+                if known == self._known(each):
+                    return self._results.rebuild(target, data)
+        return None
+
+    def save_overload(self, signature: Any, result: Any) -> None:
+        """Keep it; whoever else keeps the same just now keeps as good a one."""
+        if self._code.refusal or not self._results.check_cachable(result):
+            return
+        with self._guard_against_spurious_io_errors():
+            self._code.begin()
+            key = self._keys(signature, result.codegen)
+            content: bytes = dumps([*self._known(key), self._results.reduce(result)])
+            path = self._code.folder / self._file(key)
+            unfinished = path.with_name(f"{path.name}.{os.getpid()}.tmp")
+            unfinished.write_bytes(hashlib.sha256(content).digest() + content)
+            unfinished.replace(path)
 
     def _known(self, key: Any) -> list[Any]:
-        return [self._version, self._source_stamp, key]
+        return [numba.__version__, self._code.stamp, key]
 
-    def _file(self, key: Any) -> Path:
+    def _file(self, key: Any) -> str:
         number = int.from_bytes(hashlib.sha256(repr(key).encode()).digest()[:8], "big")
-        return Path(self._data_path(self._data_name(number)))
-
-
-class _FunctionCache(Cache):  # type: ignore[misc]
-    def __init__(self, function: Any, code: Code) -> None:
-        self._code = code
-        self._impl_class = lambda py_func: _Kept(py_func, code)
-        super().__init__(function)
-        folders = [*([code.shipped] if code.shipped else []), *([] if code.refusal else [code.folder])]
-        self._read = [_Files(str(folder), self._impl.filename_base, code.stamp) for folder in folders]
-        self._cache_file = _Files(str(code.folder), self._impl.filename_base, code.stamp)
-
-    def _load_overload(self, sig: Any, target_context: Any) -> Any:
-        key = self._index_key(sig, target_context.codegen())
-        found = next((data for files in self._read for each in (key, for_any_processor(key))
-                      if (data := files.load(each)) is not None), None)  # fmt: skip
-        return None if found is None else self._impl.rebuild(target_context, found)
-
-    def _save_overload(self, sig: Any, data: Any) -> None:
-        if not self._code.refusal:
-            super()._save_overload(sig, data)
+        return f"{self._name}.{number}.nbc"
 
 
 def for_any_processor(key: Any) -> Any:
     """The key in numba's index of the same function, compiled with NUMBA_CPU_NAME=generic: each processor runs it."""
     signature, (triple, _, _), code = key
     return signature, (triple, "generic", ""), code
-
-
-class _Kept(caching.CompileResultCacheImpl):
-    """Names the files of one function by its full name: the path of its source says nothing."""
-
-    def __init__(self, function: Any, code: Code) -> None:
-        self._lineno = function.__code__.co_firstlineno
-        self._locator = _Place(code, self._lineno)
-        name: Any = super().get_filename_base
-        full = f"{function.__module__}.{function.__qualname__}"
-        self._filename_base = name(full, getattr(sys, "abiflags", ""))
-
-
-class _Place(caching._CacheLocator):
-    """Tells numba the folder and the stamp."""
-
-    def __init__(self, code: Code, line: int) -> None:
-        self._code, self._line, self._py_file = code, line, ""
-
-    def ensure_cache_path(self) -> None:
-        """Make the folder."""
-        self._code.begin()
-
-    def get_cache_path(self) -> str:
-        """The folder."""
-        return str(self._code.folder)
-
-    def get_source_stamp(self) -> str:
-        """The digest of the sources."""
-        return self._code.stamp
-
-    def get_disambiguator(self) -> str:
-        """The line, as functions of one file may share a name."""
-        return str(self._line)
