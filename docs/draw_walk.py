@@ -13,8 +13,8 @@ from PIL import Image
 
 import bipedstudy as bs
 from stages.drawing import style
-from stages.figures.robot import view
-from stages.figures.robot.bodies import by_group
+from stages.figures import view
+from stages.figures.view import by_group
 from stages.twin.exports.seen import shown_parts
 from stages.twin.ramp import laid
 

@@ -10,7 +10,7 @@ machine code on disk: `folder`, `refusal` (why none can be kept, or nothing), `i
 first), `old(keep)` (folders of old code but the last used); `COMPILING`: what to say where it is cold).
 
 The stage that makes results/figures has `drawn`, so that a figure can be drawn alone: the `NAMES` of all,
-`figure(name).INPUTS` (the results that it shows, by the stems of their files), and `draw(name, parameters, results,
+`figure(name).inputs` (the results that it shows, by the stems of their files), and `draw(name, parameters, results,
 said)`, which gives its files, by path in the results folder, and its caption; what is `said` of the results, if
 anything, stands in the picture. The package itself may have
 `about`: the `ATTRIBUTES` of all files (title, license, references), and `numerical_errors(stage, settings)`: errors

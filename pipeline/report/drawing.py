@@ -37,14 +37,14 @@ def draw(
     if drawn is None:
         raise StudyError(f"stage {stage.name} has no module drawn: it draws its figures only together")
     names = dict.fromkeys(name for each in asked for name in _chosen(each, drawn.NAMES))
-    shows = {name: _makers(study, stage, drawn.figure(name).INPUTS) for name in names}
+    shows = {name: _makers(study, stage, drawn.figure(name).inputs) for name in names}
     values = study.parameters((stage.name,))[stage.name]
     standing = Standing(study, {each for makers in shows.values() for each in makers}) if marked else None
     refused = []
     for name, makers in shows.items():
         said = standing.said(makers) if standing else ""
         try:
-            results = {key: _result(study, stage, key) for key in drawn.figure(name).INPUTS}
+            results = {key: _result(study, stage, key) for key in drawn.figure(name).inputs}
             files, caption = drawn.draw(name, _parameters(study, values, makers), results, said)
         except Exception as error:
             if not is_answer(error, study.package):

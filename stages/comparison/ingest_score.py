@@ -61,29 +61,33 @@ def score_legs(
     runs: Iterable[tuple[Run, RunTruth, float]], skipped: int, gravity: float, quick: float = 1.0
 ) -> LegScore:
     """Score of runs with their truth and what true time must be shifted by to the run's own times [s]."""
-    angle, number, step, step_said, times, times_said = [], [], [], [], [], []
-    way, twice = [], []
-    for place, (run, truth, shift) in enumerate(runs):
-        leg = run.leg
-        at = leg.time - shift
-        walking = (at > EDGE_S / quick) & (at < truth.leg.time[-1] - EDGE_S / quick)
-        off = leg.angle - np.interp(at, truth.leg.time, truth.leg.angle)
-        angle.append(float(np.sqrt(np.mean(off[walking] ** 2))) if walking.any() else float("nan"))
-        strikes = truth.heel_strike_time + shift
-        ends = [np.abs(strikes - each[:, None]).argmin(axis=1) for each in (leg.stance_start, leg.stance_end)]
-        true = truth.leg.hip_at_strike[ends[1], 0] - truth.leg.hip_at_strike[ends[0], 0]
-        number += [place] * len(true)
-        step += list(leg.step_length / true - 1)
-        step_said += list(leg.step_length_error / true)
-        way.append(float(np.ptp(truth.leg.hip_at_strike[[0, -1], 0])))
-        twice.append(way_by_acceleration(run, strikes[[0, -1]], gravity, quick) - way[-1])
-        said = leg.times
-        found = (said.outer_step, said.double_stance, said.inner_stance, said.inner_swing, said.outer_stance)
-        times.append(np.array(found) - true_times(truth, skipped))
-        inner = said.inner_error
-        times_said.append([said.step_error, said.double_stance_error, inner, inner, said.outer_error])
-    flat = (np.array(one) for one in (angle, number, step, step_said, way, twice))
-    return LegScore(*flat, *(np.array(one).reshape(-1, len(TIMES)) for one in (times, times_said)))
+    scores = [_score_leg(run, truth, shift, skipped, gravity, quick) for run, truth, shift in runs]
+    angle, step, step_said, way, twice, times, times_said = zip(*scores, strict=True)
+    number, steps = np.repeat(np.arange(len(step)), [len(one) for one in step]), map(np.concatenate, (step, step_said))
+    return LegScore(np.array(angle), number, *steps, *map(np.array, (way, twice, times, times_said)))
+
+
+def _score_leg(
+    run: Run, truth: RunTruth, shift: float, skipped: int, gravity: float, quick: float
+) -> tuple[float, np.ndarray, np.ndarray, float, float, np.ndarray, tuple[float, ...]]:
+    """Of one run: angle, steps and their standard errors, way, way by acceleration, times and their standard errors."""
+    leg, said = run.leg, run.leg.times
+    at = leg.time - shift
+    walking = (at > EDGE_S / quick) & (at < truth.leg.time[-1] - EDGE_S / quick)
+    off = leg.angle - np.interp(at, truth.leg.time, truth.leg.angle)
+    strikes, places = truth.heel_strike_time + shift, truth.leg.hip_at_strike[:, 0]
+    start, end = (np.abs(strikes - each[:, None]).argmin(axis=1) for each in (leg.stance_start, leg.stance_end))
+    true, way = places[end] - places[start], float(np.ptp(places[[0, -1]]))
+    found = said.outer_step, said.double_stance, said.inner_stance, said.inner_swing, said.outer_stance
+    return (
+        float(np.sqrt(np.mean(off[walking] ** 2))) if walking.any() else float("nan"),
+        leg.step_length / true - 1,
+        leg.step_length_error / true,
+        way,
+        way_by_acceleration(run, strikes[[0, -1]], gravity, quick) - way,
+        np.array(found) - true_times(truth, skipped),
+        (said.step_error, said.double_stance_error, said.inner_error, said.inner_error, said.outer_error),
+    )
 
 
 def way_by_acceleration(run: Run, strikes: np.ndarray, gravity: float, quick: float) -> float:

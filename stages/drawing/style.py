@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -69,6 +69,12 @@ def drawing() -> Iterator[None]:
 def panel_label(axes: Axes, letter: str) -> None:
     """A panel's letter, at its upper left corner outside the axes."""
     axes.set_title(f"({letter})", loc="left", fontweight="bold")
+
+
+def panel_labels(panels: Iterable[Axes], letters: str = "abcdefghijkl") -> None:
+    """The letters of several panels, in their order."""
+    for axes, letter in zip(panels, letters):
+        panel_label(axes, letter)
 
 
 def round_ticks(axis: Axis) -> None:

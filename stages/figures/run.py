@@ -18,7 +18,7 @@ from stages.biped.processes import Progress, each_in_a_process, ignore
 from stages.comparison.measurement import MeasurementAgreement
 from stages.comparison.stride import NoEvidence
 from stages.figures.drawn import NAMES, draw, figure
-from stages.figures.inputs import Inputs
+from stages.figures.entry import Inputs
 from stages.figures.parameters import Parameters
 from stages.figures.result import NOT_DRAWN, Caption, Result
 
@@ -31,7 +31,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 
     The caption of one that cannot be drawn says why; the account of an error that was not foreseen is kept as its log.
     """
-    names = sorted(NAMES, key=lambda name: (figure(name).PLACE, name))
+    names = sorted(NAMES, key=lambda name: (figure(name).place, name))
     drawn = {}
     if parameters.settings.pdf:
         importlib.import_module("matplotlib.backends.backend_pdf")  # once for all processes
@@ -48,7 +48,7 @@ def _draw(parameters: Parameters, results: Mapping[str, Any], name: str) -> tupl
     gc.disable()  # this process ends with the stage: to look for garbage between figures takes a twentieth of the time
     missing: Mapping[str, str] = results.get("missing", {})
     try:
-        for reason in filter(None, map(missing.get, figure(name).INPUTS)):
+        for reason in filter(None, map(missing.get, figure(name).inputs)):
             raise NoEvidence(reason)
         return draw(name, parameters, results)
     except Exception as error:
@@ -61,8 +61,7 @@ def _draw(parameters: Parameters, results: Mapping[str, Any], name: str) -> tupl
 
 def _caption(name: str, text: str) -> Caption:
     about = figure(name)
-    places = getattr(about, "OPENS", False), getattr(about, "BESIDE_PARAMETERS", False)
-    return Caption(name, about.TITLE, text, getattr(about, "CLAIMS", ()), *places, about.INPUTS)
+    return Caption(name, about.title, text, about.claims, about.opens, about.beside_parameters, about.inputs)
 
 
 def synthetic(measured: MeasurementAgreement | None) -> str:

@@ -16,7 +16,7 @@ from stages.comparison.claims.judge import STATEMENTS
 from stages.comparison.stride import NoEvidence
 from stages.figures import drawn, run
 from stages.figures.drawn import NAMES, figure
-from stages.figures.inputs import Inputs
+from stages.figures.entry import Inputs
 from stages.figures.result import Caption
 from stages.figures.run import as_yaml, synthetic
 from tests.comparison.made_up import make_agreement
@@ -30,8 +30,8 @@ def text(name, **other):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_figure_has_a_title_and_a_caption_from_the_results_that_it_names(name):
-    assert figure(name).TITLE and isinstance(figure(name).PLACE, int) and text(name).endswith(".")
-    assert set(figure(name).INPUTS) <= {field.name for field in dataclasses.fields(Inputs)}
+    assert figure(name).title and isinstance(figure(name).place, int) and text(name).endswith(".")
+    assert set(figure(name).inputs) <= {field.name for field in dataclasses.fields(Inputs)}
 
 
 def test_captions_state_the_numbers_of_the_results():
@@ -70,13 +70,13 @@ def test_gaits_of_legs_that_differ_are_counted_in_steps():
 
 
 def test_one_figure_stands_beside_the_parameters():
-    assert [name for name in NAMES if getattr(figure(name), "BESIDE_PARAMETERS", False)] == ["robot_symbols"]
+    assert [name for name in NAMES if figure(name).beside_parameters] == ["robot_symbols"]
 
 
 def test_claims_that_figures_name_are_judged_and_one_figure_opens_the_report():
-    named = {claim for name in NAMES for claim in getattr(figure(name), "CLAIMS", ())}
+    named = {claim for name in NAMES for claim in figure(name).claims}
     assert named <= set(STATEMENTS) and len(named) > 10
-    assert [name for name in NAMES if getattr(figure(name), "OPENS", False)] == ["robot_in_space"]
+    assert [name for name in NAMES if figure(name).opens] == ["robot_in_space"]
 
 
 @pytest.mark.parametrize(("origin", "said"), [("synthetic", True), ("mixed", True), ("measured", False)])

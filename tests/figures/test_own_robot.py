@@ -15,10 +15,9 @@ from matplotlib.text import Text
 from pipeline.parameters.loading import load
 from stages.biped.design import BeyondModel
 from stages.drawing import style
-from stages.figures import oblique_view
+from stages.figures import view
 from stages.figures.drawn import figure, figure_03_simple_model, gait_animation, robot_in_space
-from stages.figures.robot import view
-from stages.figures.robot.bodies import SMALL, by_group, of_twin
+from stages.figures.view import SMALL, by_group, of_twin
 from stages.twin.parameters import Parameters
 from tests.comparison.made_up import make_walk
 from tests.figures.made_up_results import given
@@ -104,7 +103,7 @@ def test_the_first_picture_of_the_report_holds_the_whole_robot(shares):
     moving = robot_in_space.scene(shown)
     assert moving["size"] * robot_in_space.WIDE >= known.settings.outer_lane
     assert moving["size"] >= known.biped.leg_length / 0.333 * 0.999
-    drawn = oblique_view.drawing(moving)
+    drawn = robot_in_space.drawing(moving)
     left, top, width, height = map(float, re.search(r'viewBox="([^"]*)"', drawn)[1].split())
     for path in re.findall(r'<path class="(?:inner|outer) [^"]*" d="([^"]*)"', drawn):
         across, down = np.array(re.findall(r"(-?[\d.]+) (-?[\d.]+)", path), float).T

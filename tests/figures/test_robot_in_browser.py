@@ -35,7 +35,7 @@ def report(tmp_path_factory):
     fragment = drawn("robot_in_space")
     ids = ("step_frequency", "hip_displacement", "stable_gait", "twin_settles")
     claims = [Claim(name, "1", "said", "meant", "1", "holds", "", [], []) for name in ids]
-    opening = Figure("robot_in_space", "Robot", "made up", "", fragment, robot_in_space.CLAIMS, True)
+    opening = Figure("robot_in_space", "Robot", "made up", "", fragment, robot_in_space.FIGURE.claims, True)
     content = Content(Claims(claims, [], []), [opening], "A passive biped", "", [], {}, {})
     (folder / "report.html").write_bytes(html(content, "seal", "", {}))
     return folder

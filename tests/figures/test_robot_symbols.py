@@ -16,7 +16,7 @@ from stages.biped.design import Biped
 from stages.comparison.parameters import Parameters as Comparison
 from stages.drawing import style
 from stages.figures.drawn import robot_symbols
-from stages.figures.mechanism import DrawnLeg, Page, formula
+from stages.figures.drawn.robot_symbols import DrawnLeg, Page, formula
 from stages.figures.parameters import Parameters
 from tests.figures.test_golden import same_version
 

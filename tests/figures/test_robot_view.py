@@ -12,8 +12,8 @@ from matplotlib.collections import PolyCollection
 
 from pipeline.parameters.loading import load
 from stages.drawing import style
+from stages.figures import view
 from stages.figures.drawn import figure_09_section
-from stages.figures.robot import bodies, view
 from stages.twin.exports.solids import box, ring
 from stages.twin.machine.parts import Part
 from stages.twin.parameters import Parameters
@@ -51,7 +51,7 @@ def test_a_foot_is_where_the_walk_has_it():
 
 def test_the_machine_stands_on_the_ground_when_upright():
     foot = part("arc", (RADIUS, 0.012, 0.02, 0.11), position=(0.0, RADIUS - NATURAL, 0.04), pieces=2)
-    found = view.upright(NATURAL).robot(bodies.by_group((foot,), 400))
+    found = view.upright(NATURAL).robot(view.by_group((foot,), 400))
     assert found.corners[..., 1].min() == pytest.approx(0.0, abs=1e-5)
     assert sorted(set(found.corners[..., 2].ravel().round(6))) == [-0.05, -0.03, 0.03, 0.05]
 
@@ -63,7 +63,7 @@ def test_cut_triangles_cover_the_same_area_with_short_edges(surface):
     def area(corners):
         return np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
 
-    after = bodies.cut(before, 0.03)
+    after = view.cut(before, 0.03)
     assert area(after) == pytest.approx(area(before))
     assert np.linalg.norm(after[:, (1, 2, 0)] - after, axis=2).max() <= 0.03
     assert np.cross(after[:, 1] - after[:, 0], after[:, 2] - after[:, 0]).sum(axis=0) == pytest.approx(0.0, abs=1e-12)
@@ -93,7 +93,7 @@ def test_a_section_has_the_area_that_the_plane_cuts(shape, size, axis, x, area):
 def test_pale_paint_is_nearer_to_white():
     import matplotlib.pyplot as plt
 
-    faces = bodies.faces(box((0.1, 0.1, 0.1)), np.array([0.2, 0.4, 0.1]))
+    faces = view.faces(box((0.1, 0.1, 0.1)), np.array([0.2, 0.4, 0.1]))
     figure, panels = plt.subplots(1, 2)
     for axes, strength in zip(panels, (1.0, 0.5)):
         view.paint(axes, view.Camera(0.3, 0.3, 0.0), [faces], strength=strength)

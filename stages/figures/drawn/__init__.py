@@ -1,10 +1,4 @@
-"""The register of figures: every module of this folder is one, called by the name of its file.
-
-A figure is a TITLE, its PLACE in the report (the paper's have their number, the others follow), INPUTS (the results it
-shows: it is given no others), `draw` and `caption`. `draw` gives a Matplotlib figure, or a fragment of a page as text.
-CLAIMS, where there are any, are the claims that it shows something of; OPENS = True puts it first on the page, and
-BESIDE_PARAMETERS = True above their table.
-"""
+"""The register of figures: every module of this folder holds one as FIGURE, called by the name of its file."""
 
 from __future__ import annotations
 
@@ -12,26 +6,26 @@ from collections.abc import Mapping
 from html import escape
 from importlib import import_module
 from pkgutil import iter_modules
-from types import ModuleType, SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from types import SimpleNamespace
+from typing import Any
 
 from stages.biped.accuracy.tolerances import PAPER
 from stages.drawing import style
-
-if TYPE_CHECKING:
-    from stages.figures.parameters import Parameters
+from stages.figures.entry import Entry
+from stages.figures.parameters import Parameters
 
 NAMES = tuple(module.name for module in iter_modules(__path__))
 
 
-def figure(name: str) -> ModuleType:
-    """The module of a figure."""
-    return import_module(f"{__name__}.{name}")
+def figure(name: str) -> Entry:
+    """The figure of a name."""
+    found: Entry = import_module(f"{__name__}.{name}").FIGURE
+    return found
 
 
-def given_to(name: str, parameters: Parameters, results: Mapping[str, Any]) -> SimpleNamespace:
+def given_to(name: str, parameters: Parameters, results: Mapping[str, Any]) -> Any:
     """What a figure is given: the parameters, and of the `results` by stage those that it names."""
-    return SimpleNamespace(parameters=parameters, **{key: results[key] for key in figure(name).INPUTS})
+    return SimpleNamespace(parameters=parameters, **{key: results[key] for key in figure(name).inputs})
 
 
 def at_level(shown: Any, level: str) -> Any:

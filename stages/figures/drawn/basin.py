@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
@@ -11,14 +9,7 @@ from matplotlib.figure import Figure
 from stages.analytic.pictures import families
 from stages.analytic.result import NO_START, REACHES
 from stages.drawing import style
-
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "Basin of attraction"
-PLACE = 23
-CLAIMS = ("stable_gait",)
-INPUTS = ("stability",)
+from stages.figures.entry import Entry, Given
 
 
 def draw(given: Given) -> Figure:
@@ -50,3 +41,6 @@ def caption(given: Given) -> str:
     if share[NO_START]:
         text = f"{text} In {share[NO_START]:.1f} % the trailing leg, as long as in the gait, reaches no ground."
     return text
+
+
+FIGURE = Entry("Basin of attraction", 23, ("stability",), draw, caption, claims=("stable_gait",))

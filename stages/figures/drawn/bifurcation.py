@@ -2,21 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from matplotlib.figure import Figure
 
 from stages.analytic.pictures import families
 from stages.analytic.result import RecordedFamily, Turn
+from stages.figures.entry import Entry, Given
 
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "The gait over the slope"
-PLACE = 22
-CLAIMS = ("stable_gait", "multipliers_minimised")
-INPUTS = ("stability",)
 #: How a gait is called that begins a family: of two steps where the legs differ.
 STEPS = {1: "one step", 2: "two steps"}
 
@@ -76,3 +68,9 @@ def said(family: RecordedFamily, turn: Turn) -> str:
         "torus": f"a pair of multipliers of the cycle of {family.steps} leaves the unit circle",
     }[turn.kind]
     return f"At {turn.value:.4f}° {what} (multiplier {turn.multiplier:.6f})."
+
+
+FIGURE = Entry(
+    "The gait over the slope", 22, ("stability",), draw, caption,
+    claims=("stable_gait", "multipliers_minimised"),
+)  # fmt: skip

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -14,14 +13,8 @@ from stages.calibrated_twin.result import Check, Result, Robot
 from stages.calibration.result import HALF_WIDTH
 from stages.comparison.stride import NoEvidence
 from stages.drawing import style
+from stages.figures.entry import Entry, Given
 
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "Calibration: the robots that were found"
-PLACE = 42
-CLAIMS = ("prototype_is_model", "outsole_slows")
-INPUTS = ("calibrated_twin",)
 COLORS = (style.ANALYTIC, style.MULTIBODY, style.SECOND)
 #: Numbers are written into a matrix up to so many parameters.
 MOST_WRITTEN = 9
@@ -49,14 +42,12 @@ def draw(given: Given) -> Figure:
     left.set_xscale("symlog", linthresh=1.0)
     left.set_xticks(TICKS, [f"{tick:g}" for tick in TICKS])
     reach = max(1.0, 1.3 * float(np.abs(left.dataLim.intervalx).max()))
-    left.set_xlim(-reach, reach)
-    left.set_xlabel("difference from the drawing [%]")
+    left.set(xlim=(-reach, reach), xlabel="difference from the drawing [%]")
     left.plot([], [], "o", color="#777777", markerfacecolor="none", markersize=4, label="found by the constraint model")
     left.plot([], [], "o-", color="#777777", markersize=4, label="corrected, 95 %")
     left.plot([], [], "x", color="#777777", markersize=5, label="true")
-    style.panel_label(left, "a")
     draw_correlations(right, result.robots[0], names)
-    style.panel_label(right, "b")
+    style.panel_labels((left, right))
     figure.legend(*left.get_legend_handles_labels(), loc="outside upper center", ncols=3)
     return figure
 
@@ -122,3 +113,9 @@ def check_words(one: Check) -> str:
     """How the twin walks a run that was not fitted."""
     return (f"{one.name}, held out, walked by the twin with the numbers {one.numbers}: heel strikes are off by up to "
             f"{1e3 * one.late:.1f} ms.")
+
+
+FIGURE = Entry(
+    "Calibration: the robots that were found", 42, ("calibrated_twin",), draw, caption,
+    claims=("prototype_is_model", "outsole_slows"),
+)  # fmt: skip

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -13,14 +12,7 @@ from stages.calibration.reports.sensor_picture import by_phase, fit_picture, rms
 from stages.calibration.result import FittedRun
 from stages.calibration.result import Result as Calibration
 from stages.comparison.stride import NoEvidence
-
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "Calibration: a run as its sensors showed it and as the fit has it"
-PLACE = 41
-CLAIMS = ("prototype_is_model",)
-INPUTS = ("calibration",)
+from stages.figures.entry import Entry, Given
 
 
 def draw(given: Given) -> Figure:
@@ -58,3 +50,9 @@ def _told(calibration: Calibration) -> Iterator[str]:
         yield words + "."
     for words in calibration.not_seen:
         yield f"{words[0].upper()}{words[1:]}."
+
+
+FIGURE = Entry(
+    "Calibration: a run as its sensors showed it and as the fit has it", 41, ("calibration",), draw, caption,
+    claims=("prototype_is_model",),
+)  # fmt: skip

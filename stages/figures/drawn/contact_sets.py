@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -12,14 +11,8 @@ from matplotlib.figure import Figure
 
 from stages.contact_study.result import PARTS, Distance, Result, RigidLimit
 from stages.drawing import style
+from stages.figures.entry import Entry, Given
 
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "Contact sets and the rigid limit"
-PLACE = 31
-CLAIMS = ("contact_set", "contact_set_figure_8")
-INPUTS = ("contact_study",)
 FAMILY, CHOSEN, DEFAULT, SEARCHED, LIMIT = style.ANALYTIC, style.MULTIBODY, style.TWIN, style.MEASURED, style.SECOND
 #: Colours of the parts of a distance.
 COLOURS = dict(zip(PARTS, (style.SEQUENCE[2], style.SEQUENCE[1], style.MEASURED)))
@@ -44,8 +37,7 @@ def draw(given: Given) -> Figure:
     figure.legend(*cost.get_legend_handles_labels(), loc="outside upper center", ncols=3)
     _parts(parts, limit)
     _cycles(cycles, limit)
-    for panel, letter in zip((cost, stiffness, parts, cycles), "abcd"):
-        style.panel_label(panel, letter)
+    style.panel_labels((cost, stiffness, parts, cycles))
     return figure
 
 
@@ -74,8 +66,7 @@ def _over(
         axes.plot(abscissa(one), distance(one), mark, color=colour, markersize=size, label=label, zorder=3)
     far = 1e3 * limit.hard.hip_position.max()
     axes.axhline(far, color=LIMIT, linewidth=1.0, linestyle="--", label="the limit itself from rolling feet")
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log")
     style.round_ticks(axes.yaxis)
 
 
@@ -121,11 +112,9 @@ def _cycles(axes: Axes, limit: RigidLimit) -> None:
             size = 11 if mark == "*" else 5
             axes.plot(one.law.contact_stiffness, abs(1e3 * getattr(one, name)), mark, color=colour, markersize=size)
         axes.axhline(abs(1e3 * getattr(limit.hard, name)), color=colour, linewidth=0.8, linestyle=":")
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log")
     style.round_ticks(axes.yaxis)
-    axes.set_xlabel("contact stiffness $k_c$ [N/mm$^e$]")
-    axes.set_ylabel("difference of solved cycles [ms, mm]")
+    axes.set(xlabel="contact stiffness $k_c$ [N/mm$^e$]", ylabel="difference of solved cycles [ms, mm]")
     axes.legend(loc="lower left")
 
 
@@ -147,3 +136,9 @@ def caption(given: Given) -> str:
         "cycles too. Numbers of a set: k_c in 1e5 N/mm^e, c_max in N s/mm, d in mm, v_s in mm/s. Stars and diamonds "
         "between cycles: the chosen set and Adams' defaults."
     )
+
+
+FIGURE = Entry(
+    "Contact sets and the rigid limit", 31, ("contact_study",), draw, caption,
+    claims=("contact_set", "contact_set_figure_8"),
+)  # fmt: skip

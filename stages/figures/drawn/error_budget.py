@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
 from stages.drawing import style
 from stages.error_budget.result import CREEP, IMPACT, SLIP, UNEXPLAINED, Split
+from stages.figures.entry import Entry, Given
 
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "Error budget"
-PLACE = 30
-CLAIMS = ("hip_displacement", "hip_velocity", "integration_tolerance")
-INPUTS = ("error_budget",)
 #: Effects drawn, with colour and line; integration errors are below the width of a line and are left to the caption.
 DRAWN = (
     (SLIP, style.SECOND, "-"),
@@ -75,3 +67,9 @@ def caption(given: Given) -> str:
         "order to the other in which creep and impact can be switched on; integration errors are too small to draw. "
         f"{given.error_budget.summary()}."
     )
+
+
+FIGURE = Entry(
+    "Error budget", 30, ("error_budget",), draw, caption,
+    claims=("hip_displacement", "hip_velocity", "integration_tolerance"),
+)  # fmt: skip

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
@@ -22,14 +20,8 @@ from stages.error_budget.result import (
     Result,
     Split,
 )
+from stages.figures.entry import Entry, Given
 
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "What the difference is made of"
-PLACE = 29
-CLAIMS = ("hip_displacement", "integration_tolerance")
-INPUTS = ("error_budget",)
 #: Rows from above: what a reader is told, the contributions that it adds up, its colour.
 ROWS = (
     ("trailing foot slips", (SLIP,), style.SECOND),
@@ -113,3 +105,9 @@ def caption(given: Given) -> str:
         "whole difference. Creep and impact act on each other: bars are the mean of both orders in which they can be "
         f"switched on, whiskers reach to each. {'; '.join(said) or given.error_budget.outcome}."
     )
+
+
+FIGURE = Entry(
+    "What the difference is made of", 29, ("error_budget",), draw, caption,
+    claims=("hip_displacement", "integration_tolerance"),
+)  # fmt: skip

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections import Counter
-from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -26,17 +25,11 @@ from stages.extremes.result import (
     USUAL,
     WRONG,
 )
+from stages.figures.entry import Entry, Given
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings as Multibody
 from stages.twin.parameters import Settings as Twin
-
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "The extremes"
-PLACE = 60
-INPUTS = ("extremes",)
 
 #: Status: colour, marker, what a reader is told.
 MARKS = {
@@ -75,12 +68,11 @@ def draw(given: Given) -> Figure:
             height = [names.index((row[1], row[0])) for row in own]
             panel.plot(place, height, marker, color=colour, markersize=3.6, label=words, linestyle="none")
     panel.set_yticks(range(len(names)), [label(axis, engine, spans[axis]) for axis, engine in names], fontsize=6)
-    panel.set_ylim(len(names) - 0.4, -0.6)
-    panel.set_xlim(ZERO - 0.04, 1.04)
+    panel.set(ylim=(len(names) - 0.4, -0.6), xlim=(ZERO - 0.04, 1.04))
     panel.set_xticks([ZERO, 0.0, 0.5, 1.0], ["zero", "lowest", "middle (by ratio)", "highest"])
     panel.grid(axis="y", linewidth=0.3)
-    style.panel_label(panel, "a")
     together(bars, rows, len(names))
+    style.panel_labels((panel, bars))
     figure.legend(*panel.get_legend_handles_labels(), loc="outside upper center", ncols=4)
     return figure
 
@@ -115,11 +107,11 @@ def together(axes: Axes, rows: list[tuple[str, str, float, str, float, float, st
         axes.text(0.5, 0.0, "none in this map", ha="center", va="center", fontsize=7)
     counts = Counter(row[0] for row in rows if row[1] == TOGETHER)
     axes.set_yticks(range(len(engines)), [f"{engine}\n{counts[engine]} draws" for engine in engines])
-    axes.set_ylim(max(len(engines), singles / 5) - 0.4, -0.6)
-    axes.set_xlim(0.0, 1.0)
-    axes.set_xlabel("share [1]")
-    style.panel_label(axes, "b")
+    axes.set(ylim=(max(len(engines), singles / 5) - 0.4, -0.6), xlim=(0.0, 1.0), xlabel="share [1]")
 
 
 def caption(given: Given) -> str:
     return f"What every model answers far from the usual parameters: {given.extremes.summary()}."
+
+
+FIGURE = Entry("The extremes", 60, ("extremes",), draw, caption)

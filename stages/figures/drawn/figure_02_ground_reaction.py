@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -12,14 +11,8 @@ from matplotlib.figure import Figure
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.walk import Walk
 from stages.drawing import style
+from stages.figures.entry import Entry, Given
 
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "Figure 2: ground reaction"
-PLACE = 2
-CLAIMS = ("rolling_without_slip",)
-INPUTS = ("analytic", "multibody")
 LEG = 1
 
 
@@ -63,11 +56,9 @@ def draw(given: Given) -> Figure:
         contact_phase = ours.force[ours.time > 0.02, column]
         low, high = contact_phase.min(), contact_phase.max()
         margin = 0.6 * (high - low)
-        whole.set_ylim(min(low - margin, 0 - 0.1 * margin), high + margin)
-        whole.set_ylabel(name)
+        whole.set(ylim=(min(low - margin, 0 - 0.1 * margin), high + margin), ylabel=name)
         impact.set_xlim(*(1e3 * time * end for end in IMPACT))
-        style.panel_label(whole, "ab"[row])
-        style.panel_label(impact, "cd"[row])
+    style.panel_labels(axes.T.ravel())
     axes[0, 0].legend(loc="lower center")
     axes[1, 0].set_xlabel("time since heel strike [s]")
     axes[1, 1].set_xlabel("time since heel strike [ms]")
@@ -83,3 +74,9 @@ def caption(given: Given) -> str:
         f"model has an impulse instead. Both feet are down for {1e3 * gait.double_stance_s:.2f} ms a step with "
         f"constraints and {1e3 * cycle.double_stance_s:.2f} ms with penalty contact."
     )
+
+
+FIGURE = Entry(
+    "Figure 2: ground reaction", 2, ("analytic", "multibody"), draw, caption,
+    claims=("rolling_without_slip",),
+)  # fmt: skip

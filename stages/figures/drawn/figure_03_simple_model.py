@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
@@ -11,16 +9,11 @@ from matplotlib.figure import Figure
 from stages.biped.accuracy.scales import size
 from stages.biped.design import Biped
 from stages.drawing import style
-from stages.figures.robot import view
-from stages.figures.robot.bodies import LONGEST, Faces, by_group
+from stages.figures import view
+from stages.figures.entry import Entry, Given
+from stages.figures.view import LONGEST, Faces, by_group
 from stages.twin.machine.parts import FEET, FRAMES, Part
 
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "Figure 3: the simplified model"
-PLACE = 3
-INPUTS = ("multibody",)
 AZIMUTH, ELEVATION = np.radians(28.0), np.radians(16.0)
 #: The legs are drawn this far to either side of their plane [m], so that both are seen; for Table 1's leg.
 ASIDE, THICK = 0.016, 0.02
@@ -86,3 +79,6 @@ def caption(given: Given) -> str:
         f"{biped.foot_mass:g} kg below each and feet of {1e3 * biped.foot_radius:g} mm. It moves in the x-y plane; its "
         "legs are drawn side by side so that both are seen."
     )
+
+
+FIGURE = Entry("Figure 3: the simplified model", 3, ("multibody",), draw, caption)

@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
 from stages.drawing import style
+from stages.figures.entry import Entry, Given
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import normal_force
 
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "Figure 4: law of the normal force"
-PLACE = 4
-INPUTS = ()
 EXPONENTS = (1.0, 1.5, 2.2, 3.0)
 RATE = 0.02  # m/s, so slow that the ground still pushes when it lets the foot out
 
@@ -43,8 +37,7 @@ def draw(given: Given) -> Figure:
         force = spring_force(law, exponent, depth)
         spring.plot(1e3 * depth, 1e-3 * force, color=colour, label=f"$e$ = {exponent:g}")
     spring.axvline(1.0, color=style.MEASURED, linewidth=0.7, linestyle=":")
-    spring.set_xlabel("penetration $p$ [mm]")
-    spring.set_ylabel("spring force $F_k$ [kN]")
+    spring.set(xlabel="penetration $p$ [mm]", ylabel="spring force $F_k$ [kN]")
     spring.legend(loc="upper left")
 
     depth = np.linspace(-0.3, 2.0, 400) * law.damping_depth
@@ -58,8 +51,7 @@ def draw(given: Given) -> Figure:
         "$c_{max}$", (-0.3e3 * law.damping_depth, 1e-3 * law.contact_damping), xytext=(2, -10),
         textcoords="offset points", color="#555555",
     )  # fmt: skip
-    ramp.set_xlabel("penetration $p$ [mm]")
-    ramp.set_ylabel("damping $c$ [N s/mm]")
+    ramp.set(xlabel="penetration $p$ [mm]", ylabel="damping $c$ [N s/mm]")
 
     for name, colour in (("impact", style.MULTIBODY), ("restitution", style.ANALYTIC)):
         one = dataclasses.replace(law, normal_force=name)
@@ -67,13 +59,11 @@ def draw(given: Given) -> Figure:
             label = name if rate > 0 else None
             force = normal_force(one, depth, np.full_like(depth, rate))
             whole.plot(1e3 * depth, 1e-3 * force, line, color=colour, label=label)
-    whole.set_xlabel("penetration $p$ [mm]")
-    whole.set_ylabel("normal force $F_N$ [kN]")
+    whole.set(xlabel="penetration $p$ [mm]", ylabel="normal force $F_N$ [kN]")
     for line, what in (("-", f"in at {1e3 * RATE:g} mm/s"), (":", "at rest"), ("--", "out at the same")):
         whole.plot([], [], line, color="#555555", label=what)
     whole.legend(loc="upper left")
-    for panel, letter in zip((spring, ramp, whole), "abc"):
-        style.panel_label(panel, letter)
+    style.panel_labels((spring, ramp, whole))
     return figure
 
 
@@ -84,3 +74,6 @@ def caption(given: Given) -> str:
         f"e = {law.contact_exponent:g}, c_max = {1e-3 * law.contact_damping:g} N s/mm, complete at "
         f"d = {1e3 * law.damping_depth:g} mm. The force never pulls."
     )
+
+
+FIGURE = Entry("Figure 4: law of the normal force", 4, (), draw, caption)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,14 +12,8 @@ from stages.biped.accuracy.scales import scales_of
 from stages.biped.walk import Walk
 from stages.contact_study.result import Result
 from stages.drawing import style
+from stages.figures.entry import Entry, Given
 
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "Figure 5: contact parameters"
-PLACE = 5
-CLAIMS = ("contact_set", "contact_set_figure_8")
-INPUTS = ("contact_study", "analytic")
 LANDING = 1
 CHOSEN, LIMIT = style.MULTIBODY, style.SECOND
 VALUES = (*style.SEQUENCE[:3], style.THIRD)  # from low to high; the last of the sequence is the chosen set's colour
@@ -68,11 +60,9 @@ def draw(given: Given) -> Figure:
         after.set_xlim(0, 0.2 * milliseconds)
         impact.set_ylabel("normal force [N]")
         difference.set_ylabel("hip difference [mm]")
-        for panel, letter in zip(axes[row], "abcdefghijkl"[3 * row :]):
-            style.panel_label(panel, letter)
+    style.panel_labels(axes.ravel())
     impact, after, _ = axes[0]
-    impact.set_yscale("log")
-    impact.set_ylim(0.1 * weight, 1e3 * weight)
+    impact.set(yscale="log", ylim=(0.1 * weight, 1e3 * weight))
     after.set_ylim(-0.1 * weight, 4 * weight)
     for panel, title in zip(axes[0], ("heel strike", "after it", "largest over a step")):
         panel.set_title(title)
@@ -132,3 +122,9 @@ def caption(given: Given) -> str:
         f"{text}. The rigid limit, Coulomb's transition instead of rolling feet, differs by "
         f"{1e3 * study.limit.hard.hip_position.max():.2f} mm: a set that is nearer has errors that cancel."
     )
+
+
+FIGURE = Entry(
+    "Figure 5: contact parameters", 5, ("contact_study", "analytic"), draw, caption,
+    claims=("contact_set", "contact_set_figure_8"),
+)  # fmt: skip

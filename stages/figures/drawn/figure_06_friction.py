@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -11,15 +10,9 @@ from matplotlib.figure import Figure
 
 from stages.drawing import style
 from stages.figures.drawn.figure_05_contact_parameters import CONSTRAINT, constraint_force, differences
+from stages.figures.entry import Entry, Given
 from stages.ground.friction import friction_coefficient
 
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "Figure 6: friction"
-PLACE = 6
-CLAIMS = ("friction_velocities",)
-INPUTS = ("contact_study", "analytic")
 VELOCITIES = (
     ("stiction_velocity", "$v_s$", "o-", style.MULTIBODY),
     ("friction_velocity", "$v_d$", "s--", style.SECOND),
@@ -39,9 +32,7 @@ def draw(given: Given) -> Figure:
     ):
         line = "--" if one.friction == "coulomb" else "-"
         law.plot(slip, friction_coefficient(one, slip), line, color=colour, label=label, linewidth=1.0)
-    law.set_ylim(-1.25, 2.0)
-    law.set_xlabel("slip velocity $v$ [m/s]")
-    law.set_ylabel(r"friction coefficient $\mu$ [1]")
+    law.set(ylim=(-1.25, 2.0), xlabel="slip velocity $v$ [m/s]", ylabel=r"friction coefficient $\mu$ [1]")
     law.legend(loc="upper left", fontsize=6)
 
     exact = constraint_force(given.analytic.walk)
@@ -54,9 +45,8 @@ def draw(given: Given) -> Figure:
     force.set_xlim(-0.01, study.time[-1])
     quiet = exact[1][shown & (exact[0] > 0.02), 0]
     reach = max(np.ptp(quiet), 0.1 * np.abs(quiet).max()) or 1.0
-    force.set_ylim(quiet.min() - 0.5 * reach, quiet.max() + 0.5 * reach)
-    force.set_xlabel("time from heel strike [s]")
-    force.set_ylabel("friction force $F_T$ [N]")
+    force.set(ylim=(quiet.min() - 0.5 * reach, quiet.max() + 0.5 * reach), xlabel="time from heel strike [s]",
+              ylabel="friction force $F_T$ [N]")
     force.legend(loc="lower right")
 
     for key, symbol, line, colour in VELOCITIES:
@@ -73,8 +63,7 @@ def draw(given: Given) -> Figure:
         style.round_ticks(panel.yaxis)
     hip.set_ylabel("largest hip difference [mm]")
     creep.set_ylabel("creep in stance [mm/s]")
-    for panel, letter in zip((law, force, hip, creep), "abcd"):
-        style.panel_label(panel, letter)
+    style.panel_labels((law, force, hip, creep))
     return figure
 
 
@@ -85,3 +74,6 @@ def caption(given: Given) -> str:
         f"{1e3 * study.default.creep_velocity:.2f} mm/s with Adams' defaults and "
         f"{1e3 * study.chosen.creep_velocity:.2f} mm/s with the chosen set."
     )
+
+
+FIGURE = Entry("Figure 6: friction", 6, ("contact_study", "analytic"), draw, caption, claims=("friction_velocities",))

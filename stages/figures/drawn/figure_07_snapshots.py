@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,13 +9,8 @@ from matplotlib.figure import Figure
 
 from stages.biped.accuracy.scales import size
 from stages.drawing import style
+from stages.figures.entry import Entry, Given
 
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "Figure 7: snapshots"
-PLACE = 7
-INPUTS = ("multibody",)
 SNAPSHOTS = 7
 LEG_COLOURS = (style.ANALYTIC, style.MULTIBODY)
 FOOT_ARC_DEG = 40  # drawn part of the round foot on either side of the leg
@@ -82,3 +75,6 @@ def caption(given: Given) -> str:
         f"Exudyn's model on the slope of {np.degrees(given.parameters.slope.angle):.3g}°: "
         f"{cycle.speed_m_s:.4f} m/s, a step in {cycle.period_s:.4f} s."
     )
+
+
+FIGURE = Entry("Figure 7: snapshots", 7, ("multibody",), draw, caption)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,14 +11,9 @@ from stages.comparison.agreement import overlay
 from stages.comparison.claims.verdict import DOES_NOT_APPLY
 from stages.comparison.stride import there
 from stages.drawing import style
+from stages.figures.entry import Entry, Given
 
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "Figure 8: hip motion of both models"
-PLACE = 8
 CLAIMS = ("hip_displacement", "hip_velocity", "integration_tolerance")
-INPUTS = ("analytic", "multibody", "comparison")
 PANELS = (
     ("hip_position", 0, "$x_{hip}$ [m]", 1e3, "[mm]"),
     ("hip_position", 1, "$y_{hip}$ [m]", 1e3, "[mm]"),
@@ -54,7 +47,7 @@ def draw(given: Given) -> Figure:
         mark_one_step(difference, given.analytic.gait.period_s, largest_of(given, name)[column] * scale)
         curve.set_ylabel(label)
         difference.set_ylabel(f"difference\n{unit}")
-        style.panel_label(curve, "abcd"[index])
+    style.panel_labels(axes[::2].ravel())
     for side in (0, 1):
         axes[3, side].set_xlabel("time from the common mid-stance state [s]")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
@@ -95,3 +88,9 @@ def caption(given: Given) -> str:
         f"both steps drawn they come to {later[0]:.2f} mm in x and {later[1]:.2f} mm in y: each model's cycle has its "
         "own period."
     )
+
+
+FIGURE = Entry(
+    "Figure 8: hip motion of both models", 8, ("analytic", "multibody", "comparison"), draw, caption,
+    claims=CLAIMS,
+)  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -17,13 +17,11 @@ from matplotlib.ticker import MaxNLocator
 from stages.biped.accuracy.scales import size
 from stages.biped.design import require_plain
 from stages.drawing import style
-from stages.figures.robot import view
-from stages.figures.robot.bodies import COLOURS, TINTS, of_twin, tinted
+from stages.figures import view
+from stages.figures.entry import Entry, Given
+from stages.figures.view import COLOURS, TINTS, of_twin, tinted
 from stages.twin.exports.seen import solid_parts
 from stages.twin.machine.parts import Part
-
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
 
 
 @dataclass(frozen=True)
@@ -89,9 +87,6 @@ def area(found: list[Cut]) -> float:
     return float(np.sum([each.width * each.height for each in found if each.solid]))
 
 
-TITLE = "Figure 9: the design and a section of the hip"
-PLACE = 9
-INPUTS = ()
 AZIMUTH, ELEVATION = np.radians(38.0), np.radians(18.0)
 #: The section shows what lies above this height below the hip axis [m], and a margin around, for Table 1's leg.
 BELOW, MARGIN = 0.07, 0.012
@@ -136,7 +131,6 @@ def draw(given: Given) -> Figure:
     natural = biped.leg_length + twin.outsole
     view.paint(whole, camera, [view.upright(natural).robot(of_twin(twin, biped))])
     view.frame(whole)
-    style.panel_label(whole, "a")
     parts = [part for part in solid_parts(twin, biped) if part.shape != "point"]
     below, margin = BELOW * size(biped), MARGIN * size(biped)
     draw_section(hip, parts)
@@ -151,13 +145,10 @@ def draw(given: Given) -> Figure:
         hip.plot(x, y, "o", color="#222222", markersize=1.8, zorder=4)
     hip.plot([-1e3 * reach - 8, 1e3 * reach + 8], [0, 0], color="black", linewidth=0.6, linestyle=(0, (8, 2, 1, 2)))
     hip.yaxis.set_major_locator(MaxNLocator(5))
-    hip.set_xlim(-1e3 * half, 1e3 * half)
-    hip.set_ylim(-1e3 * below, 1e3 * (top + 2 * margin))
-    hip.set_aspect("equal")
-    hip.set_xlabel("along the hip axis [mm]")
-    hip.set_ylabel("above the hip axis [mm]")
+    hip.set(xlim=(-1e3 * half, 1e3 * half), ylim=(-1e3 * below, 1e3 * (top + 2 * margin)), aspect="equal",
+            xlabel="along the hip axis [mm]", ylabel="above the hip axis [mm]")
     hip.grid(False)
-    style.panel_label(hip, "b")
+    style.panel_labels((whole, hip))
     for pair, hatch in (("inner", "////"), ("outer", "\\\\\\\\")):
         hip.add_patch(Rectangle((0, 0), 0, 0, facecolor=COLOURS[pair], edgecolor="#222222", hatch=hatch,
                                 label=f"{pair} legs"))  # fmt: skip
@@ -184,3 +175,6 @@ def caption(given: Given) -> str:
         "frontal section through the hip axis. What is inside the bearings turns with the shaft and the inner legs; "
         "the outer legs turn on it. Dashed: parts before and behind the section. Thin rods in the drawing are no parts."
     )
+
+
+FIGURE = Entry("Figure 9: the design and a section of the hip", 9, (), draw, caption)

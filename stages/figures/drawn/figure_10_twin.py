@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -11,18 +11,12 @@ from matplotlib.figure import Figure
 
 from stages.biped.accuracy.scales import size
 from stages.drawing import style
-from stages.figures.robot import view
-from stages.figures.robot.bodies import COLOURS, SMALL, of_twin
+from stages.figures import view
+from stages.figures.entry import Entry, Given
+from stages.figures.view import COLOURS, SMALL, of_twin
 from stages.twin.exports.seen import what_is_drawn
 from stages.twin.ramp import laid
 
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "Figure 10: the digital twin"
-PLACE = 10
-CLAIMS = ("twin_settles",)
-INPUTS = ("twin", "analytic")
 LEG_COLOURS = tuple(COLOURS.values())
 LEG_NAMES = ("inner legs", "outer legs")
 #: Poses, and steps from one to the next: not whole, so that each shows another part of the step.
@@ -58,7 +52,6 @@ def draw(given: Given) -> Figure:
     upper, lower = parts
     scene = upper.subplots()
     draw_walk(scene, given)
-    style.panel_label(scene, "a")
     for colour, name in zip(LEG_COLOURS, LEG_NAMES, strict=True):
         scene.plot([], [], color=colour, linewidth=4, label=name)
     upper.legend(loc="outside upper right", ncols=2)
@@ -74,7 +67,7 @@ def draw(given: Given) -> Figure:
         axes.set_xlabel(f"angle of the {name} [°]")
         if pair == 0:
             axes.legend(loc="center", bbox_to_anchor=(0.5, 0.66))
-        style.panel_label(axes, "bc"[pair])
+    style.panel_labels((scene, *portraits))
     portraits[0].set_ylabel("rate [rad/s]")
     return figure
 
@@ -90,3 +83,6 @@ def caption(given: Given) -> str:
         f"{what_is_drawn(twin, biped).rstrip(',')}. Four feet, paired legs{bodies}. From the simple model's gait the "
         f"twin {when}; its last four steps: {settling.frequency_text()}."
     )
+
+
+FIGURE = Entry("Figure 10: the digital twin", 10, ("twin", "analytic"), draw, caption, claims=("twin_settles",))

@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
 from stages.biped.accuracy.scales import size
 from stages.drawing import style
-from stages.figures.robot import view
-from stages.figures.robot.bodies import SMALL, of_twin
+from stages.figures import view
+from stages.figures.entry import Entry, Given
+from stages.figures.view import SMALL, of_twin
 from stages.twin.ramp import laid
 
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "Figure 12: the robot on the ramp"
-PLACE = 12
-CLAIMS = ("ramp_length",)
-INPUTS = ("twin", "analytic")
 AZIMUTH, ELEVATION = np.radians(46.0), np.radians(20.0)
 #: Where the robot stands, as a part of the ramp's steps.
 ALONG = 0.55
@@ -74,3 +66,6 @@ def caption(given: Given) -> str:
         f"of stepping blocks, {1e3 * ramp.step:.0f} mm apart, for inner and outer feet in turn: a swinging foot goes "
         "down through the gaps of its own lanes. One sensor is at the hip, one on an inner foot."
     )
+
+
+FIGURE = Entry("Figure 12: the robot on the ramp", 12, ("twin", "analytic"), draw, caption, claims=("ramp_length",))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
@@ -11,17 +9,11 @@ from matplotlib.figure import Figure
 from stages.biped.accuracy.scales import size
 from stages.biped.walk import Walk
 from stages.drawing import style
-from stages.figures.robot import view
-from stages.figures.robot.bodies import SMALL, of_twin
+from stages.figures import view
+from stages.figures.entry import Entry, Given
+from stages.figures.view import SMALL, of_twin
 from stages.twin.ramp import laid
 
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "Figure 13: six consecutive steps"
-PLACE = 13
-CLAIMS = ("twin_settles",)
-INPUTS = ("twin", "analytic")
 STEPS = 6
 AZIMUTH, ELEVATION = np.radians(24.0), np.radians(14.0)
 #: Half the width of what one picture shows, and how far it goes below and above the ground [m] for Table 1's leg;
@@ -58,8 +50,7 @@ def draw(given: Given) -> Figure:
         board = view.deck(x - 0.6 * half / WINDOW, x + 0.6 * half / WINDOW, edge)
         view.paint(axes, camera, [board, view.blocks(ramp, *near), robots[number - 1]])
         view.frame(axes)
-        axes.set_xlim(centre - half, centre + half)
-        axes.set_ylim(ground - below, ground + above)
+        axes.set(xlim=(centre - half, centre + half), ylim=(ground - below, ground + above))
         axes.set_title(f"step {number}, {time - walk.time[0]:.2f} s", fontsize=7)
     for axes in panels[len(moments(walk)) :]:
         axes.set_axis_off()
@@ -74,3 +65,6 @@ def caption(given: Given) -> str:
         f"The twin in {len(moments(walk))} consecutive steps from its start, each {100 * PHASE:.0f} % after its heel "
         f"strike{spread}. The camera goes along; blocks are those of the ramp."
     )
+
+
+FIGURE = Entry("Figure 13: six consecutive steps", 13, ("twin", "analytic"), draw, caption, claims=("twin_settles",))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
@@ -10,13 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
 
 from stages.drawing import style
+from stages.figures.entry import Entry, Given
 
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "Figure 14: the way of the data"
-PLACE = 14
-INPUTS = ("imu",)
 #: Size of a box, and of the drawing, in units of the drawing.
 WIDTH, HEIGHT, ACROSS, DOWN = 2.1, 0.9, 10.4, 4.15
 DEVICE, STEP = "#E8EEF4", "#F3ECE0"
@@ -44,8 +39,7 @@ def draw(given: Given) -> Figure:
     rates = [report.rate_hz for report in imu.reports]
     lost, batch = sum(max(0, report.lost_packets) for report in imu.reports), imu.reports[0].batch_size
     figure, axes = plt.subplots(figsize=(style.TWO_COLUMNS, 2.9))
-    axes.set_xlim(0.0, ACROSS)
-    axes.set_ylim(0.0, DOWN)
+    axes.set(xlim=(0.0, ACROSS), ylim=(0.0, DOWN))
     axes.set_axis_off()
     upper, lower, half = 3.0, 0.7, WIDTH / 2
     columns = (1.15, 3.85, 6.55, 9.25)
@@ -83,3 +77,6 @@ def caption(given: Given) -> str:
     used = f"{len(imu.runs)} of {len(imu.runs) + len(imu.rejected)} runs were used"
     made = " The phone and its radio are a model; the ingest does not know that." if imu.origin == "synthetic" else ""
     return f"From the sensors' samples to strides that can be compared with the models' ({imu.origin}): {used}.{made}"
+
+
+FIGURE = Entry("Figure 14: the way of the data", 14, ("imu",), draw, caption)

@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
 from stages.biped.accuracy.scales import size
 from stages.drawing import style
-from stages.figures.robot import view
-from stages.figures.robot.bodies import of_twin
+from stages.figures import view
+from stages.figures.entry import Entry, Given
+from stages.figures.view import of_twin
 
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "Figure 15: axes of the sensors"
-PLACE = 15
-INPUTS = ("twin", "imu")
 AZIMUTH, ELEVATION = np.radians(35.0), np.radians(20.0)
 #: When in the walk the robot is shown: this part of the step after the second heel strike.
 PHASE = 0.25
@@ -47,8 +40,7 @@ def draw(given: Given) -> Figure:
     for _, place, _ in sensors:
         view.arrows(whole, camera, place, large * WHOLE * pose.axes(0), NAMES, color="black", linewidth=0.9)
     view.frame(whole)
-    style.panel_label(whole, "a")
-    for axes, letter, (name, place, rotation) in zip(near, "bc", sensors, strict=True):
+    for axes, (name, place, rotation) in zip(near, sensors, strict=True):
         view.paint(axes, camera, [robot], strength=0.5)
         own = large * OWN_LENGTH * pose.axes(0) @ rotation
         view.arrows(axes, camera, place, own, ("x", "y", "z"), beside=True, color=OWN, linewidth=0.8,
@@ -56,10 +48,8 @@ def draw(given: Given) -> Figure:
         view.arrows(axes, camera, place, large * CLOSE * pose.axes(0), NAMES, color="black", linewidth=1.1)
         view.frame(axes)
         x, y = camera.spot(place)
-        axes.set_xlim(x - window, x + window)
-        axes.set_ylim(y - window, y + window)
-        axes.set_title(name)
-        style.panel_label(axes, letter)
+        axes.set(xlim=(x - window, x + window), ylim=(y - window, y + window), title=name)
+    style.panel_labels((whole, *near))
     near[0].plot([], [], "--", color=OWN, linewidth=0.8, label="axes of the sensor")
     near[0].plot([], [], color="black", linewidth=1.1, label="after the ingest")
     figure.legend(loc="outside lower center", ncols=2)
@@ -75,3 +65,6 @@ def caption(given: Given) -> str:
         f"the leg and lateral. Dashed: a sensor's own axes, which the ingest found turned by {turned[0]:.1f}° at the "
         f"foot and {turned[1]:.1f}° at the hip in the first run ({given.imu.origin})."
     )
+
+
+FIGURE = Entry("Figure 15: axes of the sensors", 15, ("twin", "imu"), draw, caption)

@@ -6,7 +6,7 @@ stance, and the difference of the step frequencies.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -17,15 +17,9 @@ from stages.biped.walk import SENSOR_SIGNALS
 from stages.comparison.measurement import LegAgreement, MeasurementAgreement
 from stages.comparison.stride import last_stride, there
 from stages.drawing import style
+from stages.figures.entry import Entry, Given
 from stages.imu.trial.agreement import Agreement, FrequencyDifference
 
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "Figure 16: measurements and models"
-PLACE = 16
-CLAIMS = ("measurement_encloses", "measurement_slower", "twin_like_simple", "sensor_range", "hip_path_drifts")
-INPUTS = ("imu", "twin", "calibrated_twin", "multibody", "comparison")
 PANELS = (
     (0, "hip, forward", "m/s²"),
     (1, "hip, up the leg", "m/s²"),
@@ -92,12 +86,9 @@ def draw_leg(portrait: Axes, path: Axes, leg: LegAgreement) -> None:
     for model, form, color in ((leg.twin, "-", style.TWIN), (leg.simple, "--", style.MULTIBODY)):
         portrait.plot(np.degrees(model.angle), np.degrees(model.rate), form, color=color)
         path.plot(*(1e3 * model.hip_path.T), form, color=color)
-    portrait.set_xlabel("leg angle [deg]")
-    portrait.set_ylabel("its rate [deg/s]")
-    path.set_xlabel("hip along the slope over a stance [mm]")
-    path.set_ylabel("above it [mm]")
-    style.panel_label(portrait, "d")
-    style.panel_label(path, "e")
+    portrait.set(xlabel="leg angle [deg]", ylabel="its rate [deg/s]")
+    path.set(xlabel="hip along the slope over a stance [mm]", ylabel="above it [mm]")
+    style.panel_labels((portrait, path), "de")
 
 
 def agreement_rows(twin: Agreement, simple: Agreement, unit: str) -> list[tuple[str, str, str]]:
@@ -184,3 +175,10 @@ def leg_words(leg: LegAgreement) -> str:
         f"simple model's, and the hip over a stance; steps of {runs} ± {1e3 * leg.step_length_error:.1f} mm each, "
         f"{twin} in the twin, {simple} in the simple model. The runs' hip is a rigid leg's, the models' legs give way."
     )
+
+
+FIGURE = Entry(
+    "Figure 16: measurements and models", 16, ("imu", "twin", "calibrated_twin", "multibody", "comparison"),
+    draw, caption,
+    claims=("measurement_encloses", "measurement_slower", "twin_like_simple", "sensor_range", "hip_path_drifts"),
+)  # fmt: skip

@@ -10,21 +10,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from stages.biped.accuracy.scales import size
 from stages.biped.walk import Walk
 from stages.drawing import style
+from stages.figures.entry import Entry, Given
 
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "The gait in three models"
-PLACE = 0
-CLAIMS = ("step_frequency",)
-INPUTS = ("analytic", "multibody", "twin")
 FRAME_RATE = 100  # Hz
 #: Resolutions of what is stored: positions and lengths [m], angles [rad], forces [N].
 POSITION, ANGLE, FORCE = 1e-5, 1e-4, 1e-2
@@ -130,3 +124,9 @@ def caption(given: Given) -> str:
         f"{settling.frequency_text()} and {settling.length_text()} for the twin's last four steps; so "
         "they drift apart."
     )
+
+
+FIGURE = Entry(
+    "The gait in three models", 0, ("analytic", "multibody", "twin"), draw, caption,
+    claims=("step_frequency",),
+)  # fmt: skip

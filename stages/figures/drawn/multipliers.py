@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stages.drawing import style
+from stages.figures.entry import Entry, Given
 
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "Multipliers and elasticities"
-PLACE = 21
-CLAIMS = ("stable_gait", "multipliers_minimised", "chaos_amplifies")
-INPUTS = ("analytic", "multibody", "twin_ladder")
 #: Multipliers smaller than this are not told from zero.
 NONE = 1e-6
 MEASURES = (("period", style.MULTIBODY), ("step_length", style.SECOND), ("speed", style.ANALYTIC))
@@ -43,15 +35,11 @@ def draw(given: Given) -> Figure:
     circle.plot(np.cos(turn), np.sin(turn), color="black", linewidth=0.8, label="limit of stability")
     for name, values, colour, mark in multipliers(given):
         circle.plot(values[:, 0], values[:, 1], mark, color=colour, markersize=4.5, markerfacecolor="none", label=name)
-    circle.set_aspect("equal")
-    circle.set_xlabel("real part [1]")
-    circle.set_ylabel("imaginary part [1]")
-    circle.set_ylim(-1.1, 1.65)
-    circle.set_yticks((-1.0, -0.5, 0.0, 0.5, 1.0))
+    circle.set(aspect="equal", xlabel="real part [1]", ylabel="imaginary part [1]", ylim=(-1.1, 1.65),
+               yticks=(-1.0, -0.5, 0.0, 0.5, 1.0))
     circle.legend(loc="upper center", ncols=2, columnspacing=1.0, handlelength=1.2)
-    style.panel_label(circle, "a")
     elasticities(bars, given)
-    style.panel_label(bars, "b")
+    style.panel_labels((circle, bars))
     return figure
 
 
@@ -83,3 +71,9 @@ def caption(given: Given) -> str:
         f"{text} Elasticities of the constraint model are exact derivatives; its speed answers most to "
         f"{most.parameter}, by {most.speed:+.2f} % for 1 %."
     )
+
+
+FIGURE = Entry(
+    "Multipliers and elasticities", 21, ("analytic", "multibody", "twin_ladder"), draw, caption,
+    claims=("stable_gait", "multipliers_minimised", "chaos_amplifies"),
+)  # fmt: skip

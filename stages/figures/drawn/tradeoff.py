@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import Any
 
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
@@ -13,15 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from stages.drawing import style
+from stages.figures.entry import Entry, Given
 from stages.tradeoff.result import ERRORS, Result, Row, front
 
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "Speed against accuracy"
-PLACE = 50
-CLAIMS = ("constraints_reduce_effort", "tight_tolerances_add_rounding", "stiff_solver")
-INPUTS = ("tradeoff",)
 LABELS = ("hip position [m]", "period [s]", "multiplier [1]", "peak force [N]")
 MARKERS = "osD^vP*X<>hd"
 COLOURS = (style.ANALYTIC, style.MULTIBODY, style.SECOND, style.THIRD, style.GROUND, style.SEQUENCE[0],
@@ -69,34 +63,33 @@ def work_and_precision(result: Result, spent: Sequence[float], label: str) -> Fi
 def panel(axes: Axes, pairs: Sequence[tuple[Row, float]], ways: Sequence[str], error: str) -> None:
     """One error of one model: a marker a way, the front as a line, the paper's setting ringed, the default boxed."""
     rows, costs = [row for row, _ in pairs], [cost for _, cost in pairs]
-
-    def value(row: Row) -> float:
-        return max(float(getattr(row.errors, error)), FLOOR)
-
+    known = [(row, cost, max(float(size), FLOOR)) for row, cost in pairs
+             if math.isfinite(size := getattr(row.errors, error))]
     for number, way in enumerate(ways):
-        points = [(cost, value(row)) for row, cost in pairs
-                  if row.way == way and row.completed and math.isfinite(getattr(row.errors, error))]
-        axes.plot(*(zip(*points) if points else ([], [])), MARKERS[number % len(MARKERS)], markersize=3.5,
-                  color=COLOURS[number % len(COLOURS)], label=way)
+        points(axes, [(cost, size) for row, cost, size in known if row.way == way and row.completed],
+               MARKERS[number % len(MARKERS)], markersize=3.5, color=COLOURS[number % len(COLOURS)], label=way)
     best = front(rows, costs, error)
-    axes.plot([costs[i] for i in best], [value(rows[i]) for i in best], color=style.TWIN, linewidth=0.7, zorder=1,
+    least = [max(float(getattr(rows[i].errors, error)), FLOOR) for i in best]
+    axes.plot([costs[i] for i in best], least, color=style.TWIN, linewidth=0.7, zorder=1,
               label="front: nothing is cheaper and as accurate")
-    for mark, shape, size, said in (("paper", "o", 8, "the paper's setting"), ("default", "s", 9, "default here")):
-        marked = [(cost, value(row)) for row, cost in pairs if mark in row.mark and math.isfinite(value(row))]
-        axes.plot(*(zip(*marked) if marked else ([], [])), shape, markersize=size, markerfacecolor="none",
-                  markeredgecolor=style.TWIN, markeredgewidth=0.8, label=said)
-    least = [(cost, value(row)) for row, cost in pairs if getattr(row.errors, error) <= getattr(row.doubt, error)]
-    axes.plot(*(zip(*least) if least else ([], [])), "v", markersize=7, markerfacecolor="none",
-              markeredgecolor=style.TWIN, markeredgewidth=0.6, label="at most that")
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    known = [cost for cost in costs if math.isfinite(cost)]
-    ticks(axes.xaxis, known, NARROW[0], 3)
-    ticks(axes.yaxis, [value(rows[i]) for i in best], NARROW[1], 5)
+    ring = {"markerfacecolor": "none", "markeredgecolor": style.TWIN}
+    for mark, shape, width, said in (("paper", "o", 8, "the paper's setting"), ("default", "s", 9, "default here")):
+        points(axes, [(cost, size) for row, cost, size in known if mark in row.mark], shape, markersize=width,
+               markeredgewidth=0.8, label=said, **ring)
+    points(axes, [(cost, size) for row, cost, size in known
+                  if getattr(row.errors, error) <= getattr(row.doubt, error)], "v", markersize=7, markeredgewidth=0.6,
+           label="at most that", **ring)
+    axes.set(xscale="log", yscale="log")
+    ticks(axes.xaxis, [cost for cost in costs if math.isfinite(cost)], NARROW[0], 3)
+    ticks(axes.yaxis, least, NARROW[1], 5)
     if not best:
-        axes.set_yscale("linear")
-        axes.set_yticks([])
+        axes.set(yscale="linear", yticks=[])
         axes.text(0.5, 0.5, "not measured", transform=axes.transAxes, ha="center", fontsize=7)
+
+
+def points(axes: Axes, places: Sequence[tuple[float, float]], mark: str, **look: Any) -> None:
+    """A marker at each place; an entry of the legend where there is none."""
+    axes.plot(*(zip(*places) if places else ([], [])), mark, **look)
 
 
 def ticks(axis: Axis, values: Sequence[float], narrow: float, most: int) -> None:
@@ -108,3 +101,9 @@ def ticks(axis: Axis, values: Sequence[float], narrow: float, most: int) -> None
     else:
         axis.set_major_locator(LogLocator(numticks=most + 1))
     axis.set_minor_locator(NullLocator())
+
+
+FIGURE = Entry(
+    "Speed against accuracy", 50, ("tradeoff",), draw, caption,
+    claims=("constraints_reduce_effort", "tight_tolerances_add_rounding", "stiff_solver"),
+)  # fmt: skip

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -15,15 +14,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stages.drawing import style
+from stages.figures.entry import Entry, Given
 from stages.twin_ladder.result import Result, RungGait
 
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "From the simple model to the twin"
-PLACE = 20
-CLAIMS = ("twin_like_simple", "outsole_slows")
-INPUTS = ("twin_ladder",)
 SIMPLE = "constraint model"
 SLOWER, QUICKER = style.MULTIBODY, style.ANALYTIC
 #: Bars shorter than this part of the axis get a black line, or they could not be seen.
@@ -45,11 +38,9 @@ def draw(given: Given) -> Figure:
     names = [SIMPLE, *(rung.name + (" = the twin" if rung.is_twin else "") for rung in rungs)]
     panels[0].set_yticks(range(len(names)), [textwrap.fill(name, 22) for name in names])
     panels[0].set_ylim(len(names) - 0.4, -0.6)
-    for axes, label, letter in zip(
-        panels, ("period of a step [ms]", "length of a step [mm]", "multipliers of a step [1]"), "abc", strict=True
-    ):
+    for axes, label in zip(panels, ("period of a step [ms]", "length of a step [mm]", "multipliers of a step [1]")):
         axes.set_xlabel(label)
-        style.panel_label(axes, letter)
+    style.panel_labels(panels)
     figure.legend(*panels[2].get_legend_handles_labels(), loc="outside upper center", ncols=3)  # bars may be anywhere
     return figure
 
@@ -106,3 +97,9 @@ def multipliers(axes: Axes, rungs: list[RungGait]) -> None:
 def caption(given: Given) -> str:
     beside = " Wedges: the constraint model of the same machine." if given.twin_ladder.left() else ""
     return f"What each detail does to a step: {given.twin_ladder.summary()}.{beside}"
+
+
+FIGURE = Entry(
+    "From the simple model to the twin", 20, ("twin_ladder",), draw, caption,
+    claims=("twin_like_simple", "outsole_slows"),
+)  # fmt: skip

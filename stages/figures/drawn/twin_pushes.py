@@ -2,21 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
 from stages.drawing import style
-
-if TYPE_CHECKING:
-    from stages.figures.inputs import Given
-
-TITLE = "Pushes to the side"
-PLACE = 40
-CLAIMS = ("push_converges",)
-INPUTS = ("twin_pushes",)
+from stages.figures.entry import Entry, Given
 
 
 def draw(given: Given) -> Figure:
@@ -35,8 +26,7 @@ def draw(given: Given) -> Figure:
             if not walk.survived:
                 axes.plot(walk.time[-1], values[-1], "x", color=colour, markersize=6, markeredgewidth=1.6)
     for axes, label, letter in zip(panels, ("roll [°]", "yaw [°]", "drift of the hip [mm]"), "abc", strict=True):
-        axes.set_xlabel("time since the push [s]")
-        axes.set_ylabel(label)
+        axes.set(xlabel="time since the push [s]", ylabel=label)
         style.panel_label(axes, letter)
     named = panels[0].get_legend_handles_labels()
     figure.legend(*named, loc="outside upper center", ncols=len(walks), title=f"push: {kind}")
@@ -45,3 +35,6 @@ def draw(given: Given) -> Figure:
 
 def caption(given: Given) -> str:
     return f"{given.twin_pushes.summary()}."
+
+
+FIGURE = Entry("Pushes to the side", 40, ("twin_pushes",), draw, caption, claims=("push_converges",))

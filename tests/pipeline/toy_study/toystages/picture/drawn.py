@@ -1,6 +1,6 @@
 from types import SimpleNamespace
 
-FIGURES = {"one": SimpleNamespace(INPUTS=("bounce",)), "two": SimpleNamespace(INPUTS=("side",))}
+FIGURES = {"one": SimpleNamespace(inputs=("bounce",)), "two": SimpleNamespace(inputs=("side",))}
 NAMES = tuple(FIGURES)
 figure = FIGURES.get
 

@@ -1,9 +1,11 @@
-"""What the figures are drawn from."""
+"""What a figure is, and what it is drawn from."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+
+from matplotlib.figure import Figure
 
 from stages.analytic.result import Result as Analytic
 from stages.calibrated_twin.result import Result as CalibratedTwin
@@ -45,6 +47,25 @@ class Inputs:
 
 @dataclass(frozen=True)
 class Given(Inputs):
-    """What one figure is given: of the results those that its INPUTS name, and the parameters."""
+    """What one figure is given: of the results those that its entry names, and the parameters."""
 
     parameters: Parameters = field(kw_only=True)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A figure: its title, its place in the report (the paper's have their number, the others follow), and its maker.
+
+    It is given the results that `inputs` name, and no others. `draw` gives a Matplotlib figure, or a fragment of a page
+    as text; `caption` says what it shows. `claims` are those that it shows something of; one that `opens` stands first
+    on the page, and one `beside_parameters` above their table.
+    """
+
+    title: str
+    place: int
+    inputs: tuple[str, ...]
+    draw: Callable[[Given], Figure | str]
+    caption: Callable[[Given], str]
+    claims: tuple[str, ...] = ()
+    opens: bool = False
+    beside_parameters: bool = False

@@ -1,1 +1,0 @@
-"""Drawings of the twin from its bill of parts: bodies, poses, views, sections."""
