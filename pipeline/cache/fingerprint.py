@@ -74,14 +74,8 @@ def compact(value: Any) -> str:
     """A value in few letters: 1e5 rather than 100000.0; a table or a long list only by its length."""
     if isinstance(value, bool) or value is None:
         return "none" if value is None else str(value).lower()
-    if isinstance(value, float) and not math.isfinite(value):
-        return str(value)
     if isinstance(value, (int, float)):
-        plain = f"{value:.15g}" if isinstance(value, float) else str(value)
-        mantissa, _, exponent = f"{value:.14e}".partition("e")
-        scientific = f"{mantissa.rstrip('0').rstrip('.')}e{int(exponent)}"
-        shorter = scientific if len(scientific) < len(plain) else plain
-        return shorter if float(shorter) == value else repr(value)
+        return _shortest(value) if math.isfinite(value) else str(value)
     if isinstance(value, dict):
         return "{" + ", ".join(f"{key}: {compact(item)}" for key, item in value.items() if item is not None) + "}"
     if isinstance(value, list):
@@ -89,6 +83,15 @@ def compact(value: Any) -> str:
             return f"({len(value)} entries)"
         return "[" + ", ".join(compact(item) for item in value) + "]"
     return str(value)
+
+
+def _shortest(value: float) -> str:
+    """A finite number as plain or scientific digits, whichever is shorter."""
+    plain = f"{value:.15g}" if isinstance(value, float) else str(value)
+    mantissa, _, exponent = f"{value:.14e}".partition("e")
+    scientific = f"{mantissa.rstrip('0').rstrip('.')}e{int(exponent)}"
+    shorter = scientific if len(scientific) < len(plain) else plain
+    return shorter if float(shorter) == value else repr(value)
 
 
 def _different(old: Mapping[str, str], new: Mapping[str, str]) -> Iterator[tuple[str, str]]:

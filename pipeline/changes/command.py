@@ -77,20 +77,25 @@ def _print(found: Changes) -> None:
         options.print_table(f"Claims: {len(turned)} with another verdict, {others}", ("claim", "before", "after"), [
             (each.id, each.before or "not judged", each.after or "not judged") for each in turned])  # fmt: skip
     if found.numbers:
-        many = Counter(each.stage for each in found.numbers)
-        counted = ", ".join(f"{stage} {count}" for stage, count in many.items())
-        listed = [each for each in found.numbers if each.relative is not None and isinstance(each.before, float)
-                  and max(abs(each.before), abs(each.after)) > _ROUND_OFF]  # fmt: skip
-        what = "single ones that changed most:" if listed else "all of them in arrays, words or round-off"
-        title = f"Numbers: {len(found.numbers)} changed ({counted}), {found.small} by less; {what}"
-        click.echo("\n" + "\n".join(layout.folded(title, 0)))
-        for each in listed[:_PRINTED]:
-            click.echo(f"  {each.stage} {each.path.replace('/', '.')}")
-            values = f"{layout.short(each.before)} -> {layout.short(each.after)} {each.unit}".rstrip()
-            click.echo(f"    {values} ({share(each.relative)})")
+        _print_numbers(found)
     if found.figures:
         options.print_table(f"Figures: {len(found.figures)} changed", ("figure", "what"),
                             [(each.name, each.what) for each in found.figures])  # fmt: skip
+
+
+def _print_numbers(found: Changes) -> None:
+    """How many changed in each stage, and those single ones that changed most."""
+    many = Counter(each.stage for each in found.numbers)
+    counted = ", ".join(f"{stage} {count}" for stage, count in many.items())
+    listed = [each for each in found.numbers if each.relative is not None and isinstance(each.before, float)
+              and max(abs(each.before), abs(each.after)) > _ROUND_OFF]  # fmt: skip
+    what = "single ones that changed most:" if listed else "all of them in arrays, words or round-off"
+    title = f"Numbers: {len(found.numbers)} changed ({counted}), {found.small} by less; {what}"
+    click.echo("\n" + "\n".join(layout.folded(title, 0)))
+    for each in listed[:_PRINTED]:
+        click.echo(f"  {each.stage} {each.path.replace('/', '.')}")
+        values = f"{layout.short(each.before)} -> {layout.short(each.after)} {each.unit}".rstrip()
+        click.echo(f"    {values} ({share(each.relative)})")
 
 
 def share(relative: float | None) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -89,37 +89,44 @@ def between(study: Study, other: Path, tolerance: float) -> Changes:
     before, after = results_of(other), results_of(study.results)
     if before.resolve() == after.resolve():
         raise StudyError(f"{shown(other)}: these are the results themselves; name others")
-    found = Changes(before, after)
     by_key: dict[tuple[str, str | None, str | None], list[str]] = {}
     every: list[Change] = []
+    unread: list[str] = []
     missing: dict[Path, list[str]] = {}
     for stage in study.graph.stages.values():
         name = stage.artefact.removeprefix(_RESULTS)
-        there = [(folder / name).exists() for folder in (before, after)]
-        if not all(there):
-            if any(there):
-                missing.setdefault(after if there[0] else before, []).append(stage.name)
-            continue
-        names = shown(before / name), shown(after / name)
-        contents = regular.content(before / name, names[0]), regular.content(after / name, names[1])
-        if contents[0] == contents[1]:
+        lacking = [folder for folder in (before, after) if not (folder / name).exists()]
+        if len(lacking) == 1:
+            missing.setdefault(lacking[0], []).append(stage.name)
+        if lacking:
             continue
         try:
-            about = [artefact.provenance(*pair) for pair in zip(contents, names)]
-            for change in numbers.parameters(*about):
-                by_key.setdefault(change, []).append(stage.name)
-            every += numbers.changes(stage.name, *contents, names)
+            _compare(stage.name, before / name, after / name, by_key, every)
         except ArtefactError as error:
-            found.unread.append(f"stage {stage.name}: {'; '.join(error.sentences)}")
-    found.unread.extend(f"not compared, as {shown(folder)} has no result of: {', '.join(names)}"
-                        for folder, names in missing.items())  # fmt: skip
-    found.parameters.extend(Parameter(*change, tuple(stages)) for change, stages in by_key.items())
+            unread.append(f"stage {stage.name}: {'; '.join(error.sentences)}")
+    unread += [f"not compared, as {shown(folder)} has no result of: {', '.join(names)}"
+               for folder, names in missing.items()]  # fmt: skip
     large = [change for change in every if change.relative is None or abs(change.relative) > tolerance]
-    found.numbers.extend(sorted(large, key=lambda change: -abs(change.relative or 0.0)))
-    found.claims.extend(_claims(before, after))
-    found.figures.extend(_figures(before, after))
-    return Changes(before, after, found.parameters, found.claims, found.numbers, len(every) - len(large), found.figures,
-                   found.unread)  # fmt: skip
+    return Changes(
+        before, after,
+        parameters=[Parameter(*change, tuple(stages)) for change, stages in by_key.items()],
+        claims=_claims(before, after),
+        numbers=sorted(large, key=lambda change: -abs(change.relative or 0.0)), small=len(every) - len(large),
+        figures=_figures(before, after),
+        unread=unread,
+    )  # fmt: skip
+
+
+def _compare(stage: str, before: Path, after: Path, by_key: dict[tuple[str, str | None, str | None], list[str]],
+             every: list[Change]) -> None:  # fmt: skip
+    """Add what differs between two artefacts of a stage. Raises `StudyError`, `ArtefactError` if one is unreadable."""
+    names = shown(before), shown(after)
+    old, new = regular.content(before, names[0]), regular.content(after, names[1])
+    if old == new:
+        return
+    for change in numbers.parameters(artefact.provenance(old, names[0]), artefact.provenance(new, names[1])):
+        by_key.setdefault(change, []).append(stage)
+    every += numbers.changes(stage, old, new, names)
 
 
 def _claims(before: Path, after: Path) -> list[Verdict]:
@@ -173,11 +180,8 @@ def plain(found: Changes) -> dict[str, Any]:
     return {
         "before": shown(found.before),
         "after": shown(found.after),
-        "parameters": [{"key": each.key, "before": each.before, "after": each.after, "stages": list(each.stages)}
-                       for each in found.parameters],
-        "claims": [{"id": each.id, "before": each.before, "after": each.after,
-                    "measured_before": each.measured_before, "measured_after": each.measured_after}
-                   for each in found.claims],
+        "parameters": [asdict(each) for each in found.parameters],
+        "claims": [asdict(each) for each in found.claims],
         "numbers": rows(found),
         "smaller": found.small,
         "figures": [{"name": each.name, "what": each.what, "rms": each.rms} for each in found.figures],
@@ -187,5 +191,4 @@ def plain(found: Changes) -> dict[str, Any]:
 
 def rows(found: Changes) -> list[dict[str, Any]]:
     """The numbers as rows of a table."""
-    return [{"stage": each.stage, "path": each.path.replace("/", "."), "unit": each.unit, "before": each.before,
-             "after": each.after, "relative": each.relative} for each in found.numbers]  # fmt: skip
+    return [{**asdict(each), "path": each.path.replace("/", ".")} for each in found.numbers]

@@ -69,6 +69,11 @@ def _change(before: Any, after: Any) -> tuple[Any, Any, float | None] | None:
     if before.shape != after.shape or not numbers:
         same = before.shape == after.shape and bool((before == after).all())
         return None if same else (_shown(before), _shown(after), None)
+    return _apart(before, after)
+
+
+def _apart(before: np.ndarray, after: np.ndarray) -> tuple[Any, Any, float | None] | None:
+    """The same for numbers or arrays of one shape."""
     one, other = before.astype(float), after.astype(float)
     if np.array_equal(one, other, equal_nan=True):
         return None

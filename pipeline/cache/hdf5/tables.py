@@ -88,21 +88,20 @@ def _column(cells: Sequence[Any]) -> Any:
     """The cells as one array with the rows that have none, as columns by name, or as None if they do not fit."""
     first = next((cell for cell in cells if cell is not None), None)
     if dataclasses.is_dataclass(first) or isinstance(first, Mapping):
-        found: Columns = {}
-        if isinstance(first, Mapping):
-            if all(isinstance(cell, Mapping) and list(cell) == list(first) for cell in cells):
-                found = {str(key): ({}, _column([cell[key] for cell in cells])) for key in first}
-            else:
-                return None
-        elif len({type(cell) for cell in cells}) == 1:
-            found = _columns(cells)
-        else:
-            return None
-        return None if any(column is None for _, column in found.values()) else found
+        found = _columns_inside(first, cells)
+        return None if found is None or any(column is None for _, column in found.values()) else found
     if isinstance(first, tuple) and any(dataclasses.is_dataclass(part) for cell in cells for part in cell or ()):
         return None
     array = values.column(cells)
     return None if array is None else (array, [index for index, cell in enumerate(cells) if cell is None])
+
+
+def _columns_inside(first: Any, cells: Sequence[Any]) -> Columns | None:
+    """The columns of cells that are mappings or dataclasses like the first one; None if they do not have the same."""
+    if isinstance(first, Mapping):
+        alike = all(isinstance(cell, Mapping) and list(cell) == list(first) for cell in cells)
+        return {str(key): ({}, _column([cell[key] for cell in cells])) for key in first} if alike else None
+    return _columns(cells) if len({type(cell) for cell in cells}) == 1 else None
 
 
 def _write_columns(group: Any, columns: Columns, scale: Any) -> None:

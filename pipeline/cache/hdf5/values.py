@@ -32,10 +32,8 @@ def column(values: Sequence[Any]) -> np.ndarray | None:
     parts = [storable(value) for value in values if value is not None]
     if not parts:
         return np.full(len(values), np.nan)
-    numbers = [value for value in values if isinstance(value, (int, float)) and not isinstance(value, bool)]
-    if len(numbers) == len(parts) and all(float(value) == value or value != value for value in numbers):
-        kinds = {part.dtype for part in parts}
-        parts = [storable(float(value)) for value in numbers] if len(kinds) > 1 else parts
+    if len({part.dtype for part in parts}) > 1:
+        parts = _as_floats(values) or parts
     first = parts[0]
     if any(part.shape != first.shape or part.dtype != first.dtype for part in parts):
         return None
@@ -43,6 +41,14 @@ def column(values: Sequence[Any]) -> np.ndarray | None:
     left = iter(parts)
     stacked = np.stack([filler if value is None else next(left) for value in values])
     return np.asarray(stacked, dtype=_WORDS) if stacked.dtype.kind == "O" else stacked
+
+
+def _as_floats(values: Sequence[Any]) -> list[np.ndarray]:
+    """Those that are given, as floats; none where one is no number, or is another number as a float."""
+    given = [value for value in values if value is not None]
+    numbers = [value for value in given if isinstance(value, (int, float)) and not isinstance(value, bool)]
+    whole = len(numbers) == len(given) and all(float(value) == value or value != value for value in numbers)
+    return [storable(float(value)) for value in numbers] if whole else []
 
 
 def write(group: Any, name: str, array: np.ndarray, none: Sequence[int] = ()) -> Any:
