@@ -42,8 +42,7 @@ from stages.calibration.parameters import Parameters as CalibrationParameters
 from stages.calibration.recordings import drawn_design, guess, guessed_mid_stance, run_of, table_value
 from stages.calibration.result import HALF_WIDTH
 from stages.campaign.parameters import Parameters as CampaignParameters
-from stages.campaign.twin_run import NoWalk, TwinRun, first_state, walk_twin
-from stages.campaign.variation import generator
+from stages.campaign.twin_run import NoWalk, TwinRun, first_state, generator, walk_twin
 from stages.imu.trial.trial import Trial, read_trial
 from stages.twin.machine.machine import build
 from stages.twin.machine.projection import project

@@ -17,18 +17,18 @@ from stages.biped.design import require_plain
 from stages.biped.gait import StanceState
 from stages.biped.processes import Progress, each_in_a_process, ignore
 from stages.campaign.parameters import Parameters
-from stages.campaign.radio import Transmitted, transmit
 from stages.campaign.result import BARE, Result, RunTruth, SensorTruth, SetSpike
-from stages.campaign.twin_run import NoWalk, TwinRun, first_state, walk_twin
-from stages.campaign.variation import generator
+from stages.campaign.twin_run import NoWalk, TwinRun, first_state, generator, walk_twin
 from stages.campaign.virtual_sensor import (
     STANDARD_GRAVITY,
     Readings,
     SensorErrors,
     SensorMotion,
+    Transmitted,
     draw_errors,
     low_pass,
     read,
+    transmit,
 )
 from stages.ground.contact_law import family_member
 from stages.imu.sources.schema import DatabaseWriter, Device, Experiment, Row

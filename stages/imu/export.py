@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,6 +27,17 @@ UNITS = {"force": "m/s^2", "rate": "rad/s"}
 Row = Sequence[object]
 
 
+#: Tables of the runs that are used, by file: their columns beside the run's name.
+COLUMNS = {
+    "events.csv": ("time [s]", "leg [0 inner, 1 outer]", "event"),
+    "times.csv": tuple(f"{field.name} [{field.metadata['unit']}]" for field in dataclasses.fields(StepTimes)),
+    "hip_path.csv": ("step", "phase [1]", "along the slope [m]", "above it [m]"),
+    "steps.csv": ("start [s]", "end [s]", "length [m]", "standard error [m]", "of the drawing [m]"),
+    "leg.csv": ("time [s]", "angle [rad]", "standard error [rad]"),
+    "strides.csv": ("stride", "phase [1]", *(f"{name} [{UNITS[name.rsplit('_', 1)[1]]}]" for name in SENSOR_SIGNALS)),
+}
+
+
 def exported(trials: Iterable[Trial]) -> dict[str, bytes]:
     """Files by name: runs, events, times by leg, steps, leg, hip path and strides as CSV, and the curves as npz.
 
@@ -34,41 +45,31 @@ def exported(trials: Iterable[Trial]) -> dict[str, bytes]:
     """
     found = list(trials)
     used = [trial for trial in found if trial.accepted]
-    files = {
-        "runs.csv": table(_run_columns(), (_run(trial.report()) for trial in found)),
-        "events.csv": table(
-            ("run", "time [s]", "leg [0 inner, 1 outer]", "event"),
-            ((trial.experiment.name, *event) for trial in used for event in events_of(trial)),
-        ),
-        "times.csv": table(
-            ("run", *(f"{field.name} [{field.metadata['unit']}]" for field in dataclasses.fields(StepTimes))),
-            ((trial.experiment.name, *dataclasses.astuple(trial.leg.times)) for trial in used),
-        ),
-        "hip_path.csv": table(
-            ("run", "step", "phase [1]", "along the slope [m]", "above it [m]"),
-            ((trial.experiment.name, number, phase, *place) for trial in used
-             for number, path in enumerate(trial.leg.hip_path)
-             for phase, place in zip(np.linspace(0, 1, len(path)), path)),
-        ),
-        "steps.csv": table(
-            ("run", "start [s]", "end [s]", "length [m]", "standard error [m]", "of the drawing [m]"),
-            ((trial.experiment.name, *row) for trial in used
-             for row in zip(trial.leg.stance_start, trial.leg.stance_end, trial.leg.step_length,
-                            trial.leg.step_length_error, trial.leg.step_length_drawing_error)),
-        ),
-        "leg.csv": table(
-            ("run", "time [s]", "angle [rad]", "standard error [rad]"),
-            ((trial.experiment.name, *row) for trial in used
-             for row in zip(trial.leg.time, trial.leg.angle, trial.leg.angle_error)),
-        ),
-        "strides.csv": table(
-            ("run", "stride", "phase [1]", *(f"{name} [{UNITS[name.rsplit('_', 1)[1]]}]" for name in SENSOR_SIGNALS)),
-            ((trial.experiment.name, number, phase, *values) for trial in used
-             for number, stride in enumerate(trial.strides)
-             for phase, values in zip(np.linspace(0, 1, len(stride)), stride)),
-        ),
-    }  # fmt: skip
+    rows = [(trial.experiment.name, _rows(trial)) for trial in used]
+    files = {"runs.csv": table(_run_columns(), (_run(trial.report()) for trial in found))}
+    for name, columns in COLUMNS.items():
+        files[name] = table(("run", *columns), ((run, *row) for run, tables in rows for row in tables[name]))
     return files | {"curves.npz": _curves(used)}
+
+
+def _rows(trial: Trial) -> dict[str, Iterable[Row]]:
+    """The rows of a run by file, as `COLUMNS` has them."""
+    leg = trial.leg
+    lengths = (leg.step_length, leg.step_length_error, leg.step_length_drawing_error)
+    return {
+        "events.csv": events_of(trial),
+        "times.csv": [dataclasses.astuple(leg.times)],
+        "hip_path.csv": _by_phase(leg.hip_path),
+        "steps.csv": zip(leg.stance_start, leg.stance_end, *lengths),
+        "leg.csv": zip(leg.time, leg.angle, leg.angle_error),
+        "strides.csv": _by_phase(trial.strides),
+    }
+
+
+def _by_phase(curves: np.ndarray) -> Iterator[Row]:
+    """Number, phase and values of each point of curves (n, p, k)."""
+    for number, curve in enumerate(curves):
+        yield from ((number, phase, *values) for phase, values in zip(np.linspace(0, 1, len(curve)), curve))
 
 
 def events_of(trial: Trial) -> list[tuple[float, int, str]]:

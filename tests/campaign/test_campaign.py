@@ -14,8 +14,7 @@ from stages.campaign import run as campaign_run
 from stages.campaign.parameters import Parameters
 from stages.campaign.result import Result
 from stages.campaign.run import Inputs, run, synthetic_run
-from stages.campaign.twin_run import first_state
-from stages.campaign.variation import draw_variation, generator
+from stages.campaign.twin_run import draw_variation, first_state, generator
 from stages.imu.result import Result as Ingested
 from stages.imu.run import Inputs as Measured
 from stages.imu.run import run as ingest

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stages.biped.design import Biped
-from stages.campaign.standing import first_motion, quintic, rolling_leg, stand_and_push
+from stages.campaign.twin_run import first_motion, quintic, rolling_leg, stand_and_push
 from stages.ground.slope import Slope
 
 BIPED = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from stages.campaign.parameters import RadioSettings, SensorSettings
-from stages.campaign.radio import transmit
-from stages.campaign.virtual_sensor import STANDARD_GRAVITY, SensorMotion, draw_errors, low_pass, read
+from stages.campaign.virtual_sensor import STANDARD_GRAVITY, SensorMotion, draw_errors, low_pass, read, transmit
 from stages.imu.sources.schema import Device
 from stages.imu.trial.frames import mounting
 

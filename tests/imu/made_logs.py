@@ -9,12 +9,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stages.campaign.parameters import Parameters, SensorSettings
-from stages.campaign.radio import transmit
 from stages.campaign.result import LegTruth
 from stages.campaign.run import BETWEEN_RUNS, FIRST_RUN_AT, MOUNTING, SENSOR_STREAM, SYNTHETIC, device
-from stages.campaign.twin_run import TwinRun
-from stages.campaign.variation import generator
-from stages.campaign.virtual_sensor import SensorMotion, draw_errors, low_pass, read
+from stages.campaign.twin_run import TwinRun, generator
+from stages.campaign.virtual_sensor import SensorMotion, draw_errors, low_pass, read, transmit
 from stages.imu.sources.schema import Device, Experiment, Recording
 from stages.imu.strikes.step_times import OUTER
 

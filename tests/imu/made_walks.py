@@ -8,9 +8,7 @@ import numpy as np
 
 from pipeline.study import locate
 from stages.campaign.parameters import Parameters
-from stages.campaign.standing import joined, rolling_leg, stand_and_push
-from stages.campaign.twin_run import TwinRun
-from stages.campaign.variation import draw_variation, generator
+from stages.campaign.twin_run import TwinRun, draw_variation, generator, joined, rolling_leg, stand_and_push
 from tests.imu.stand_in import BIPED, GRID, SLOPE, walking
 
 STEPS, PERIOD_S, REST_S, PUSH_S = 9, 0.48, 2.5, 0.4

@@ -13,11 +13,18 @@ from scipy.ndimage import gaussian_filter1d
 from pipeline.study import locate
 from stages.biped.design import Biped
 from stages.campaign.parameters import RadioSettings, SensorSettings
-from stages.campaign.radio import Transmitted, transmit
 from stages.campaign.result import LegTruth, RunTruth, SensorTruth
 from stages.campaign.run import database_bytes
-from stages.campaign.standing import joined, rolling_leg, stand_and_push
-from stages.campaign.virtual_sensor import Readings, SensorErrors, SensorMotion, draw_errors, read
+from stages.campaign.twin_run import joined, rolling_leg, stand_and_push
+from stages.campaign.virtual_sensor import (
+    Readings,
+    SensorErrors,
+    SensorMotion,
+    Transmitted,
+    draw_errors,
+    read,
+    transmit,
+)
 from stages.ground.slope import Slope
 from stages.imu.parameters import Reading, Settings
 from stages.imu.result import Result

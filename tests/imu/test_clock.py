@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from stages.campaign.radio import Transmitted
+from stages.campaign.virtual_sensor import Transmitted
 from stages.imu.clock.clock import Clock, repair_clock
 from stages.imu.clock.lateness import least_squares_line, lower_envelope, robust_line, straighten
 from stages.imu.clock.packet_index import BY_DEVICE_STAMP, IndexedRecording, index_samples, unwrap_counter

@@ -218,10 +218,7 @@ def index_without_counter(recording: Recording, exact: int) -> IndexedRecording:
     if np.isfinite(recording.device_stamp).sum() > max(1, stored // 2):
         return _index_by_device_stamp(recording, exact)
     name, stamp = arrival_stamp(recording)
-    if name == "none":
-        rank = np.arange(stored)
-        return IndexedRecording(recording, np.zeros(stored, int), rank, 1, exact, 0, 0, 0, None, 0, 0, BY_ROWS)
-    known = np.isfinite(stamp)
+    known = np.isfinite(stamp) | (name == "none")
     recording, stamp = recording.take(known), stamp[known]
     falls = int((np.diff(stamp) < 0).sum())
     order = np.argsort(stamp, kind="stable") if falls > FEW_FALLS else np.arange(len(stamp))

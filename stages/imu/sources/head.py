@@ -38,7 +38,7 @@ class Head:
 
     delimiter: str
     header_rows: int
-    names: Sequence[str] | None
+    names: Sequence[str]
     units: Sequence[str]
     rows: Sequence[Sequence[str]]
     decimal_comma: bool
@@ -187,11 +187,9 @@ def _head(path: Path, delimiter: str, rows: list[list[str]], decimal: bool, text
     if first is None:
         raise SourceRefused(f"{printable(path.name)} has no row of numbers among its first {HEAD_LINES} lines")
     above = [i for i in range(first) if len(rows[i]) >= len(rows[first]) - 1 and any(rows[i])]
-    names, units, header_rows = None, [], first
-    if above:
-        has_units = len(above) > 1 and above[-1] == above[-2] + 1
-        header_rows = above[-2] if has_units else above[-1]
-        names, units = rows[header_rows], rows[above[-1]] if has_units else []
+    has_units = len(above) > 1 and above[-1] == above[-2] + 1
+    header_rows = above[-2] if has_units else above[-1] if above else first
+    names, units = rows[header_rows] if above else [], rows[above[-1]] if has_units else []
     return Head(delimiter, header_rows, names, units, rows[first:], decimal, "\n".join(text.split("\n")[:header_rows]))
 
 

@@ -78,16 +78,13 @@ def _entry(path: Path, layout: Sequence[str], rate: float, units: tuple[str, str
 def _of_table(path: Path) -> Proposed:
     """Entries and lines for a text table, a spreadsheet or a parquet file."""
     head = head_of(path)
-    maker = maker_of(head.names or (), head.before)
+    maker = maker_of(head.names, head.before)
     columns = columns_of(head, maker=maker)
-    stamp = next((columns[name] for name in columns if name.endswith("_stamp")), None)
-    rate, said = _rate(head, stamp)
+    rate, said = _rate(head, columns)
     force, rates = (_unit(head, columns, kind, maker) for kind in ("a", "g"))
     missing = [name for name in (*FORCES, *RATES) if name not in columns]
-    told = [
-        *_layout_said(head, maker), said, force[1], *([rates[1]] if rates[0] else []),
-        *([f"not found by name, fill in: {', '.join(missing)}"] if missing else []),
-    ]  # fmt: skip
+    lacks = f"not found by name, fill in: {', '.join(missing)}" if missing else ""
+    told = list(filter(None, (*_layout_said(head, maker), said, force[1], rates[1], lacks)))
     beside = _gyroscope_beside(path) if tuple(missing) == RATES else None
     other = head if beside is None else head_of(beside)
     found = {} if beside is None else columns_of(other, "g", maker)
@@ -95,9 +92,8 @@ def _of_table(path: Path) -> Proposed:
         rates = _unit(other, found, "g", maker)
         told.append(rates[1])
     own = columns.pop("gyroscope's stamp", None)
-    names = [head.name(column) for column in columns.values()]
-    if head.names and any(list(head.names).count(name) > 1 for name in names):
-        head = replace(head, names=None, header_rows=head.header_rows + 1 + bool(head.units))
+    if _stands_twice(head, columns):
+        head = replace(head, names=(), header_rows=head.header_rows + 1 + bool(head.units))
         told.append("names stand there more than once: columns are called by number")
     if own is not None:
         beside, other = path, head
@@ -109,6 +105,12 @@ def _of_table(path: Path) -> Proposed:
         entries += ["        gyroscope:", f"          file: {_quoted(beside.name)}", *_layout(other, 10),
                     f"          columns: {_columns(other, found)}"]  # fmt: skip
     return entries, told
+
+
+def _stands_twice(head: Head, columns: dict[str, int]) -> bool:
+    """Whether a name of one of these columns is another column's as well."""
+    names = list(head.names)
+    return any(names.count(names[column]) > 1 for column in columns.values() if names)
 
 
 def _layout_said(head: Head, maker: Maker | None) -> list[str]:
@@ -146,10 +148,7 @@ def _of_arrays(path: Path) -> Proposed:
         found = {"device_stamp": f"{inside}{time}"} if time else {}
         found |= {f"{kind}{axis}": f"{inside}{name}[{i}]" for kind, name in (("a", force), ("g", rates))
                   for i, axis in enumerate("xyz", 1)}  # fmt: skip
-        try:
-            arrays = dict(read(path, Layout(), list(found.values()), ())) if force and rates else {}
-        except SourceRefused:
-            arrays = {}  # arrays that are not three columns as long as the others
+        arrays = _arrays_of(path, list(found.values())) if force and rates else {}
         if not arrays:
             continue
         rate, said = _rate_of(arrays.get(found.get("device_stamp", ""), np.empty(0)), tuple(UNITS), time or "no stamps")
@@ -163,24 +162,30 @@ def _of_arrays(path: Path) -> Proposed:
     return entries, told
 
 
+def _arrays_of(path: Path, wanted: Sequence[str]) -> dict[str, np.ndarray]:
+    """These columns, or none where arrays are not three columns as long as the others."""
+    try:
+        return dict(read(path, Layout(), wanted, ()))
+    except SourceRefused:
+        return {}
+
+
 def columns_of(head: Head, alone: str = "a", maker: Maker | None = None) -> dict[str, int]:
     """Column by value of table `sample`, as the names tell; axes without a kind are those of `alone` ("a" or "g").
 
     What the maker names in words of its own comes first.
     """
-    names, own = list(head.names or ()), {} if maker is None else maker.columns
-    places = {value: next((i for i, name in enumerate(names) if re.search(pattern, name, re.I)), -1)
-              for value, pattern in own.items()}  # fmt: skip
-    found = {value: place for value, place in places.items() if place >= 0}
-    times = [i for i, name in enumerate(names) if _names_time(name)
-             and np.isfinite(_stamps(head, i)).mean() > 0.5 * _filled(head, i)]  # fmt: skip
-    for column, name in enumerate(names):
-        value = ("phone_stamp" if _ARRIVED.search(name) else "device_stamp") if column in times else ""
-        value = value or _axis_named(head, column, alone) or ("packet" if _PACKET.search(name) else "")
-        if value:
-            found.setdefault(value, column)
+    names, own = list(head.names), maker.columns if maker else {}
+    times = [column for column in range(len(names)) if _holds_times(head, column)]
+    places = [(value, column) for value, pattern in own.items() for column, name in enumerate(names)
+              if re.search(pattern, name, re.I)]  # fmt: skip
+    places += [(_value_named(head, column, alone, column in times), column) for column in range(len(names))]
+    found: dict[str, int] = {}
+    for value, column in places:
+        found.setdefault(value, column)
+    found.pop("", None)
     beside = {kind: found[f"{kind}x"] - 1 for kind in "ag" if found.get(f"{kind}x", 0) - 1 in times}
-    if "a" in beside and (maker is None or "device_stamp" not in maker.columns):
+    if "a" in beside and "device_stamp" not in own:
         if not _ARRIVED.search(head.name(beside["a"])):
             found["device_stamp"] = beside["a"]  # of several times the one that stands with the accelerometer
         first, last = (_stamps(head, beside.get(kind, beside["a"])) for kind in "ag")
@@ -189,9 +194,19 @@ def columns_of(head: Head, alone: str = "a", maker: Maker | None = None) -> dict
     return found
 
 
-def _names_time(name: str) -> bool:
-    """Whether a name may be that of times."""
-    return bool((_STAMP.search(name) or _SECONDS.search(name)) and not _TICKS.search(name))
+def _holds_times(head: Head, column: int) -> bool:
+    """Whether a column is one of times by its name, and most of what it holds."""
+    name = head.name(column)
+    named = (_STAMP.search(name) or _SECONDS.search(name)) and not _TICKS.search(name)
+    return bool(named) and bool(np.isfinite(_stamps(head, column)).mean() > 0.5 * _filled(head, column))
+
+
+def _value_named(head: Head, column: int, alone: str, is_time: bool) -> str:
+    """Which value of table `sample` a column's name tells; empty for none."""
+    name = head.name(column)
+    if is_time:
+        return "phone_stamp" if _ARRIVED.search(name) else "device_stamp"
+    return _axis_named(head, column, alone) or ("packet" if _PACKET.search(name) else "")
 
 
 def _axis_named(head: Head, column: int, alone: str) -> str:
@@ -216,8 +231,9 @@ def _stamps(head: Head, column: int) -> np.ndarray:
     return values if np.isfinite(values).any() else moments(head.texts(column))
 
 
-def _rate(head: Head, stamp: int | None) -> tuple[float, str]:
-    """The sampling rate [Hz], and where it comes from."""
+def _rate(head: Head, columns: dict[str, int]) -> tuple[float, str]:
+    """The sampling rate [Hz], and where it comes from: what is written, or the first column of stamps."""
+    stamp = next((column for value, column in columns.items() if value.endswith("_stamp")), None)
     written = _HZ.search(head.before)
     if written:
         return float(written[1]), f"rate {written[1]} Hz: written above the names"

@@ -127,17 +127,28 @@ class _Column:
 
 def _add_block(block: Sequence[str], layout: Layout, columns: Sequence[_Column]) -> None:
     """Lines of the file into the columns: by NumPy where all cells wanted are numbers, else cell by cell."""
+    if not _added_at_once(block, layout, columns):
+        rows = csv.reader(block, delimiter=layout.delimiter)
+        _add_cells([row for row in rows if any(cell.strip() for cell in row)], layout, columns)
+
+
+def _added_at_once(block: Sequence[str], layout: Layout, columns: Sequence[_Column]) -> bool:
+    """Whether NumPy has read the block but for written times."""
     plain, text = ([one for one in columns if one.written == written] for written in (False, True))
     quoted = bool(text) and any('"' in line for line in block)
     table = None if quoted else _fast(block, layout, [one.place for one in plain])
-    rows = [line.split(layout.delimiter) for line in block if line.strip()] if text and table is not None else []
+    rows = [line.split(layout.delimiter) for line in block if line.strip()] if text else []
     if table is None or (text and len(rows) != len(table)):
-        plain, text, table = [], list(columns), np.empty((0, 0))
-        rows = [row for row in csv.reader(block, delimiter=layout.delimiter) if any(cell.strip() for cell in row)]
+        return False
     for one, values in zip(plain, table.T):
         one.parts.append(values)
         one.filled += len(values)
-    for one in text:
+    _add_cells(rows, layout, text)
+    return True
+
+
+def _add_cells(rows: Sequence[Sequence[str]], layout: Layout, columns: Sequence[_Column]) -> None:
+    for one in columns:
         one.add([row[one.place].strip() if one.place < len(row) else "" for row in rows], layout)
 
 
