@@ -95,9 +95,8 @@ def next_gait(walker: PenaltyStepper, known: list[tuple[float, FixedPoint]], at:
 
 def row(name: str, factor: float, point: FixedPoint | None) -> FrictionVariation:
     """What is kept of a gait."""
-    if point is None:
-        return FrictionVariation(name, factor, float("nan"), float("nan"))
-    return FrictionVariation(name, factor, point.step.duration, point.step.length)
+    known = (math.nan, math.nan) if point is None else (point.step.duration, point.step.length)
+    return FrictionVariation(name, factor, *known)
 
 
 #: Seed of the draws.

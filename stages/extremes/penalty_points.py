@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from functools import lru_cache
+from collections.abc import Callable
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from stages.penalty.walk import simulate as compiled_walk
 from stages.planar.energy import energy_balance
 from stages.planar.run import Run
 from stages.planar.state import rolling_state
+from stages.planar.trajectory import Trajectory
 from stages.twin.machine.machine import build
 from stages.twin.walking.energy import energy_balance as spatial_energy_balance
 from stages.twin.walking.record import Record
@@ -91,31 +93,27 @@ def answer_of(here: Parameters, engine: str, stance: StanceState, force: float) 
     if engine == TWIN:
         machine = build(here.biped, here.twin)
         start = rolling_start(machine, here.contact, stance, force)
-        return spatial_answer(simulate_twin(machine, here.slope, here.contact, start, here.twin, steps=1))
-    model = here.biped, here.slope, here.contact, rolling_state(here.biped, here.contact, stance, force)
+        record = simulate_twin(machine, here.slope, here.contact, start, here.twin, steps=1)
+        return answered(record, record, record.reason, partial(spatial_energy_balance, record, 0.0))
+    ground = here.biped, here.slope, here.contact
+    state = rolling_state(here.biped, here.contact, stance, force)
     if engine == COMPILED:
         solver = CompiledSettings(here.multibody.tolerance, most_solver_steps=here.multibody.most_solver_steps)
-        return planar_answer(compiled_walk(*model, solver, signals=()), here)
-    return planar_answer(simulate(*model, here.multibody, steps=1), here)
+        run = compiled_walk(*ground, state, solver, signals=())
+    else:
+        run = simulate(*ground, state, here.multibody, steps=1)
+    return answered(run, run.trajectory, run.message, partial(energy_balance, run.trajectory, *ground, 0.0))
 
 
-def planar_answer(run: Run, here: Parameters) -> Answer:
-    """What is kept of a planar run."""
-    trajectory, audit = run.trajectory, np.nan
-    times = np.linspace(0.0, float(trajectory.time[-1]), 5 * GRID)
+def answered(
+    run: Run | Record, path: Trajectory | Record, message: str, balance: Callable[[float], object]
+) -> Answer:
+    """What is kept of a run and its path; `balance` is that of its energy from the start to a time."""
+    times, audit = np.linspace(0.0, float(path.time[-1]), 5 * GRID), np.nan
     if run.completed:
-        audit = turnover(energy_balance(trajectory, here.biped, here.slope, here.contact, 0.0, float(times[-1])))
-    return Answer(run.completed, said(run.outcome, run.message), times, trajectory.at(times)[0][:, :2], audit)
-
-
-def spatial_answer(record: Record) -> Answer:
-    """What is kept of a twin's run."""
-    audit = np.nan
-    times = np.linspace(0.0, float(record.time[-1]), 5 * GRID)
-    if record.completed:
-        audit = turnover(spatial_energy_balance(record, 0.0, float(times[-1])))
-    hip = record.at(times)[0][:, :2] if len(record.time) > 1 else np.zeros((len(times), 2))
-    return Answer(record.completed, said(record.outcome, record.reason), times, hip, audit)
+        audit = turnover(balance(float(times[-1])))
+    hip = path.at(times)[0][:, :2] if len(path.time) > 1 else np.zeros((len(times), 2))
+    return Answer(run.completed, said(run.outcome, message), times, hip, audit)
 
 
 def said(outcome: str, message: str) -> str:

@@ -39,6 +39,8 @@ Changes = tuple[tuple[str, Any], ...]
 MASS_RATIO, SIZE, LEG_LENGTH, FRICTION = "hip to foot mass", "size, similar", "leg length", "friction"
 RIGID_LEGS, RESTITUTION, COUNTERWEIGHT = "slope_deg, rigid legs", "ground.restitution", "counterweight"
 SEED = 7
+#: Units of the biped's numbers.
+UNITS = {field.name: str(field.metadata["unit"]) for field in dataclasses.fields(Biped) if "unit" in field.metadata}
 #: Powers of size by which what has a unit grows in designs that walk alike, of the same material.
 OF_SIZE = {"m": 1.0, "kg": 3.0, "N/m": 2.0, "N s/m": 2.5, "kg m^2": 5.0, "N m/rad": 4.0, "N m s/rad": 4.5, "N m": 4.0,
            "rad": 0.0, "s": 0.5}
@@ -173,7 +175,7 @@ def changes(biped: Biped, axis: str, value: float) -> Changes:
         if axis == SIZE:  # as of the same material, walking alike
             powers |= {"hip_mass": 3.0, "foot_mass": 3.0, "stiffness": 2.0, "damping": 2.5, "leg_inertia": 5.0}
         wanted = ("m",) if axis == LEG_LENGTH else OF_SIZE
-        powers |= {key: OF_SIZE[unit] for key in biped.details if (unit := unit_of(key)) in wanted}
+        powers |= {key: OF_SIZE[UNITS[key]] for key in biped.details if UNITS[key] in wanted}
         return tuple((f"biped.{key}", getattr(biped, key) * scale**power) for key, power in powers.items())
     if axis == FRICTION:
         return ("ground.static_friction", value), ("ground.dynamic_friction", value / 1.1)
@@ -187,11 +189,6 @@ def changes(biped: Biped, axis: str, value: float) -> Changes:
     if axis == "multibody.rolling_step":
         found["multibody.impact_step"] = min(1e-5, value)
     return tuple(found.items())
-
-
-def unit_of(key: str) -> str:
-    """Unit of a number of the biped."""
-    return next(str(field.metadata["unit"]) for field in dataclasses.fields(Biped) if field.name == key)
 
 
 def drawn(biped: Biped, engine: str, number: int) -> list[Point]:

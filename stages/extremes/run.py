@@ -79,11 +79,8 @@ def compile_once(parameters: Parameters, engines: Collection[str]) -> dict[str, 
     What was found meanwhile: the verdicts on the usual parameters, by engine.
     """
     full = parameters.settings.resolution == "full"
-    found = {}
-    for engine in (GAIT, COULOMB, STEP, *(OF_A_GAIT if full else ()), COMPILED, TWIN):
-        if engine not in engines:
-            continue
-        found[engine] = evaluate(parameters, Point(engine, "none", 0.0, ()))
+    first = (GAIT, COULOMB, STEP, *(OF_A_GAIT if full else ()), COMPILED, TWIN)
+    found = {one: evaluate(parameters, Point(one, "none", 0.0, ())) for one in first if one in engines}
     for kind in range(len(KINDS)) if full else ():
         evaluate(parameters, Point(DETAILED, "none", 0.0, detailed_draw(parameters.biped, kind * BLOCK)))
     if full and COMPILED in engines:

@@ -117,10 +117,9 @@ class Result:
 
     def left_of_twin(self) -> tuple[float, float] | None:
         """Step [s] and step length [m] of the twin less those of the constraint model of the same machine."""
-        for rung, own in self.left():
-            if rung.is_twin:
-                return rung.period_s - own.period_s, rung.step_length_m - own.step_length_m
-        return None
+        left = ((rung.period_s - own.period_s, rung.step_length_m - own.step_length_m)
+                for rung, own in self.left() if rung.is_twin)  # fmt: skip
+        return next(left, None)
 
     def tables(self) -> list[Table]:
         """The ladder, and the sum of its parts, as (title, columns, rows of text)."""
@@ -141,40 +140,34 @@ class Result:
                 ", ".join(pair_text(value, 5) for value in rung.side_multipliers[:1]),
                 f"{rung.inner_outer_difference:.1e}", f"{rung.solver_steps:.0f}", str(rung.strides_walked),
             ])  # fmt: skip
-        width = len(columns)
-        ladder = [row + [""] * (width - len(row)) for row in rows]
+        ladder = [row + [""] * (len(columns) - len(row)) for row in rows]
+        walks = [
+            ("fixed point of the twin", self.twin.period_s, self.twin.step_length_m),
+            ("last steps of the twin's own walk", self.walked_period_s, self.walked_step_length_m),
+        ] if self.twin is not None else []  # fmt: skip
+        twin = [[name, f"{period:.5f}", f"{1e3 * length:.2f}"] for name, period, length in walks]
         return [
             ("From the simple model to the twin, one change at a time", columns, ladder),
             ("Each machine and the constraint model of the same machine",
              ["rung", "constraint model [s]", "left [ms]", "length [mm]", "left [mm]", "multipliers", "machine's",
               "limp", "machine's", "hip apart x, y [mm]", "from simple x, y [mm]"], self._same_rows()),
             ("What each rung has more", ["rung", "added"], [[rung.name, rung.added] for rung in self.rungs]),
-            ("The twin", ["", "period [s]", "length [mm]"], self._twin_rows()),
+            ("The twin", ["", "period [s]", "length [mm]"], twin),
         ]
 
     def _same_rows(self) -> list[list[str]]:
-        rows = []
-        for rung, own in self.left():
-            period, length = 1e3 * (rung.period_s - own.period_s), 1e3 * (rung.step_length_m - own.step_length_m)
-            rows.append([
+        return [
+            [
                 rung.name + (" = the twin" if rung.is_twin else ""),
-                f"{own.period_s:.5f}", f"{period:+.2f}", f"{1e3 * own.step_length_m:.2f}", f"{length:+.2f}",
+                f"{own.period_s:.5f}", f"{1e3 * (rung.period_s - own.period_s):+.2f}",
+                f"{1e3 * own.step_length_m:.2f}", f"{1e3 * (rung.step_length_m - own.step_length_m):+.2f}",
                 ", ".join(pair_text(value) for value in own.multipliers),
                 ", ".join(pair_text(value) for value in rung.plane_multipliers[:2]),
                 f"{own.inner_outer_difference:.1e}", f"{rung.inner_outer_difference:.1e}",
                 ", ".join(f"{1e3 * value:.2f}" for value in own.hip_apart_m),
                 ", ".join(f"{1e3 * value:.2f}" for value in own.hip_from_simple_m),
-            ])  # fmt: skip
-        return rows
-
-    def _twin_rows(self) -> list[list[str]]:
-        if self.twin is None:
-            return []
-        twin = self.twin
-        return [
-            ["fixed point of the twin", f"{twin.period_s:.5f}", f"{1e3 * twin.step_length_m:.2f}"],
-            ["last steps of the twin's own walk", f"{self.walked_period_s:.5f}",
-             f"{1e3 * self.walked_step_length_m:.2f}"],
+            ]
+            for rung, own in self.left()
         ]  # fmt: skip
 
 

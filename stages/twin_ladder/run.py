@@ -235,7 +235,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 
 
 def planar_rung(parameters: Parameters, cycle: LimitCycle) -> Climbed:
-    """The planar model's row and hip."""
+    """The planar model as the first rung; it has no sideways motion and its two legs are one and the same."""
     start = section_state(cycle.section_state, STANDING)
     where = parameters.biped, parameters.slope, parameters.contact
     settings = dataclasses.replace(
@@ -243,7 +243,21 @@ def planar_rung(parameters: Parameters, cycle: LimitCycle) -> Climbed:
         largest_step=parameters.twin.largest_step,
     )  # fmt: skip
     run = simulate(*where, start, settings, steps=2)
-    return planar_row(cycle), run.trajectory.at(2 * cycle.period_s * PHASES)[0][:, :2]
+    row = RungGait(
+        name=PLANAR,
+        added=PLANAR_ADDED,
+        outcome=COMPLETED,
+        is_twin=False,
+        period_s=cycle.period_s,
+        step_length_m=cycle.step_length_m,
+        inner_outer_difference=0.0,
+        plane_multipliers=cycle.floquet_multipliers[:IN_PLANE],
+        side_multipliers=np.zeros((0, 2)),
+        residual=cycle.residual,
+        solver_steps=float(cycle.solver_steps),
+        strides_walked=cycle.steps_walked // 2,
+    )
+    return row, run.trajectory.at(2 * cycle.period_s * PHASES)[0][:, :2]
 
 
 def climb(
@@ -290,24 +304,6 @@ def like_planar(cycle: LimitCycle, scales: np.ndarray) -> Near:
     step = cycle.monodromy_matrix
     scaled = np.linalg.matrix_power(step * scales / scales[:, None], LEFT_AFTER)
     return Near(cycle.section_state, step @ step, np.linalg.svd(scaled)[0][:, :IN_PLANE], np.ones((9, SIDEWAYS)))
-
-
-def planar_row(cycle: LimitCycle) -> RungGait:
-    """The planar model as the first rung; it has no sideways motion and its two legs are one and the same."""
-    return RungGait(
-        name=PLANAR,
-        added=PLANAR_ADDED,
-        outcome=COMPLETED,
-        is_twin=False,
-        period_s=cycle.period_s,
-        step_length_m=cycle.step_length_m,
-        inner_outer_difference=0.0,
-        plane_multipliers=cycle.floquet_multipliers[:IN_PLANE],
-        side_multipliers=np.zeros((0, 2)),
-        residual=cycle.residual,
-        solver_steps=float(cycle.solver_steps),
-        strides_walked=cycle.steps_walked // 2,
-    )
 
 
 def spatial_row(rung: Rung, gait: Gait) -> RungGait:
