@@ -68,6 +68,13 @@ def test_errors_are_twice_what_was_measured_with_the_same_parameters_and_unknown
     assert "stable_gait: holds (errors unknown here)\n" in shown
 
 
+def test_errors_of_a_claim_that_nobody_measured_yet_are_unknown(tmp_path, monkeypatch):
+    kept = {"parameters": {"paper": judge.digest(parameters("paper"))}, "errors": {"paper": {}}}
+    (tmp_path / "table.json").write_text(json.dumps(kept))
+    monkeypatch.setattr(judge, "TABLE", tmp_path / "table.json")
+    assert judged(parameters("paper"), STABLE).beside == UNKNOWN
+
+
 def test_a_number_inside_of_a_tuple_is_named_and_changed():
     ladder = next(case[0] for case in CASES if case[0].about.id == "twin_like_simple")
     names, details = dict(judge.named(ladder.numbers)), ladder.numbers["details"]

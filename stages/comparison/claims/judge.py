@@ -133,7 +133,7 @@ def digest(parameters: Parameters) -> str:
 def measured_errors(parameters: Parameters, claim: str) -> Mapping[str, float]:
     """The errors of a claim's numbers with these parameters, by name; none where nobody measured."""
     kept, level = json.loads(TABLE.read_text(encoding="utf-8")), parameters.level.level
-    known = kept["errors"][level][claim] if kept["parameters"].get(level) == digest(parameters) else {}
+    known = kept["errors"][level].get(claim, {}) if kept["parameters"].get(level) == digest(parameters) else {}
     return {name: TIMES * error for name, error in known.items()}
 
 
