@@ -37,9 +37,8 @@ from pipeline.parameters.value import shown
 from pipeline.study import Study
 from stages.about import MEASURED
 from stages.analytic.result import Result as Analytic
-from stages.biped.accuracy.asked import Accuracy
 from stages.biped.accuracy.estimate import walk_differences
-from stages.biped.accuracy.tolerances import DRAFT, LEVELS, PAPER, REFERENCE
+from stages.biped.accuracy.tolerances import DRAFT, LEVELS, PAPER, REFERENCE, Accuracy
 from stages.comparison.claims.judge import TABLE as OF_CLAIMS
 from stages.comparison.claims.judge import digest
 from stages.comparison.claims.verdict import UNDECIDED

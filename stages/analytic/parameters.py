@@ -6,11 +6,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stages.biped.accuracy.asked import Accuracy, accuracy
-from stages.biped.accuracy.tolerances import ConstraintTolerance, Level
+from stages.biped.accuracy.tolerances import Accuracy, ConstraintTolerance, Level, accuracy
 from stages.biped.design import Biped
-from stages.biped.outsole.rubber import Rubber
 from stages.biped.quantity import Bound, Broken, broken, half_widths, parameter
+from stages.biped.rubber import Rubber
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 

@@ -5,7 +5,6 @@ Inputs: none. Settings: params/analytic.yaml, the rubber of twin.yaml. Output: `
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -25,7 +24,7 @@ from stages.analytic.gait.poincare import FixedPoint, fixed_point
 from stages.analytic.integration.integrator import STAGES, take_step
 from stages.analytic.model.kinds import Rigid
 from stages.analytic.model.stiffness import attainable_tolerance
-from stages.analytic.model.walker import Vector, Walker, build_walker
+from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.parameters import Parameters, Settings
 from stages.analytic.phases.flow import DOUBLE_STANCE, contact_directions, flow
 from stages.analytic.phases.succession import in_contact
@@ -42,16 +41,13 @@ from stages.analytic.result import (
 from stages.analytic.walk.error_estimate import estimate_errors, not_given
 from stages.analytic.walk.recording import Segment, constraint_drift, is_last
 from stages.analytic.walk.sampling import walk_from_mid_stance
-from stages.biped.accuracy.asked import CUSTOM
 from stages.biped.accuracy.estimate import to_accuracy, walk_differences
-from stages.biped.accuracy.tolerances import FINEST
+from stages.biped.accuracy.tolerances import CUSTOM, FINEST
 from stages.biped.design import Biped
 from stages.biped.gait import StanceState
-from stages.biped.outsole.rubber import FEET, Rubber, soled
 from stages.biped.processes import Progress, ignore
+from stages.biped.rubber import FEET, Rubber, soled
 from stages.biped.walk import Walk
-from stages.ground.friction_coefficients import Friction
-from stages.ground.slope import Slope
 
 STEPS = 100
 
@@ -108,8 +104,8 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
     """
     settings = parameters.settings
     progress(0.0, "looking for gaits")
-    friction = parameters.limited_friction
-    walker, found = find_gait(parameters.biped, parameters.slope, settings.tolerance, friction)
+    design = DesignPoint(parameters.biped, parameters.slope, parameters.limited_friction)
+    walker, found = find_gait(design.biped, design.slope, settings.tolerance, design.friction)
     progress(0.6, "recording the walk")
     if settings.accuracy != CUSTOM:  # two tolerances that round-off makes one would not differ
         settings = replace(settings, tolerance=max(settings.tolerance, 10 * attainable_tolerance(walker.p, 0.0)))
@@ -123,8 +119,8 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
         settings.accuracy, settings, solved_with, partial(finer, walker), differences)
     point, report, upright, walk, error = kept
     progress(0.8, "derivatives by the parameters")
-    elasticities, uncertainties = answers(parameters, point, settings.tolerance)
-    near = Neighbours(parameters.biped, parameters.slope, point.z, settings.tolerance, friction)
+    elasticities, uncertainties = answers(parameters, design, point, settings.tolerance)
+    near = Neighbours(design, point.z, settings.tolerance)
     return Result(
         gait=report.gait,
         mid_stance=upright,
@@ -145,10 +141,9 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
 
 
 def answers(
-    parameters: Parameters, point: FixedPoint, tolerance: float
+    parameters: Parameters, design: DesignPoint, point: FixedPoint, tolerance: float
 ) -> tuple[tuple[Elasticities, ...], tuple[Uncertainty, ...]]:
     """How the gait answers to its parameters, and what their digits leave open; nothing where it has no derivatives."""
-    design = DesignPoint(parameters.biped, parameters.slope, parameters.limited_friction)
     try:
         varied = gait_derivatives(design, point, sensitive_names(design), tolerance)
     except (StepFailed, np.linalg.LinAlgError):  # a step at the edge of the walkable, a gait on a fold
@@ -208,36 +203,26 @@ DESIGN = ("hip_mass", "foot_mass", "leg_length", "foot_radius", "foot_com", "sti
 
 @dataclass(frozen=True)
 class Neighbours:
-    """Gaits of designs near `biped`, whose own gait has section coordinates `z`."""
+    """Gaits of bipeds near that of `design`, whose own gait has section coordinates `z`."""
 
-    biped: Biped
-    slope: Slope
+    design: DesignPoint
     z: Vector
     tolerance: float
-    friction: Friction | None = None
 
     def of(self, biped: Biped) -> tuple[float, float]:
-        """Largest multiplier and step frequency [Hz] of another design's gait; NaN if there is none."""
-        walker = build_walker(biped, self.slope, self.friction)
+        """Largest multiplier and step frequency [Hz] of another biped's gait; NaN if there is none."""
+        walker = replace(self.design, biped=biped).walker()
         point = fixed_point(walker, self.z, self.tolerance)
-        if point is None:
-            return float("nan"), float("nan")
-        return by_stability(point), 1 / (point.period * walker.time)
+        return (np.nan, np.nan) if point is None else (by_stability(point), 1 / (point.period * walker.time))
 
 
 def vary_design(near: Neighbours, change: float = 0.05) -> tuple[Variation, ...]:
     """The gait with each design parameter lowered and raised by `change`, the others fixed."""
-    biped = near.biped
-
-    def with_factor(name: str, factor: float) -> tuple[float, float]:
-        return near.of(dataclasses.replace(biped, **{name: getattr(biped, name) * factor}))
-
-    variations = []
-    for name in DESIGN:
-        if biped.legs == "rigid" and name in ("stiffness", "damping"):
-            continue
-        below, above = with_factor(name, 1 - change), with_factor(name, 1 + change)
-        variations.append(Variation(name, change, below[0], above[0], below[1], above[1]))
+    biped, variations = near.design.biped, []
+    for name in DESIGN if biped.legs == "compliant" else DESIGN[:-2]:  # rigid legs have no stiffness and damping
+        beside = (replace(biped, **{name: getattr(biped, name) * factor}) for factor in (1 - change, 1 + change))
+        (below, slower), (above, faster) = map(near.of, beside)
+        variations.append(Variation(name, change, below, above, slower, faster))
     return tuple(variations)
 
 
@@ -247,12 +232,13 @@ ROUNDS = 4
 
 def outsole_effect(near: Neighbours, rubber: Rubber, thickness: float) -> OutsoleEffect:
     """The gait with `thickness` [m] of rubber under the feet."""
-    mass = FEET * rubber.mass(near.biped.foot_radius, thickness)
+    biped = near.design.biped
+    mass = FEET * rubber.mass(biped.foot_radius, thickness)
 
     def frequency(of_rubber: float) -> float:
-        return near.of(soled(near.biped, rubber, thickness, of_rubber))[1]
+        return near.of(soled(biped, rubber, thickness, of_rubber))[1]
 
-    usual = near.of(near.biped)[1]
+    usual = near.of(biped)[1]
     alone, weighed = frequency(0.0), frequency(mass)
     turning = zero_of(lambda of_rubber: frequency(of_rubber) - usual, (0.0, alone - usual), (mass, weighed - usual))
     return OutsoleEffect(thickness, mass, alone, weighed, turning)

@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from stages.biped.accuracy.asked import CUSTOM
+from stages.biped.accuracy.tolerances import CUSTOM
 from stages.extremes.result import COMPILED, COULOMB, GAIT, INACCURATE, JOINTS, RIGHT, TREE, TWIN
 
 TABLE = Path(__file__).with_name("envelope") / "table.json"

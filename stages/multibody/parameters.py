@@ -6,9 +6,8 @@ import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from stages.biped.accuracy.asked import Accuracy, accuracy
 from stages.biped.accuracy.estimate import finer_explicit
-from stages.biped.accuracy.tolerances import Level, PenaltyTolerance
+from stages.biped.accuracy.tolerances import Accuracy, Level, PenaltyTolerance, accuracy
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw

@@ -6,11 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from stages.biped.accuracy.asked import Accuracy, accuracy
-from stages.biped.accuracy.tolerances import Level, scaled
+from stages.biped.accuracy.tolerances import Accuracy, Level, accuracy, scaled
 from stages.biped.design import Biped
-from stages.biped.outsole.rubber import Rubber
 from stages.biped.quantity import Bound, Broken, parameter
+from stages.biped.rubber import Rubber
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.planar.signals import GROUND_REACTION, IMU

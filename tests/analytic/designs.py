@@ -19,7 +19,7 @@ from stages.analytic.phases.section import section_state
 from stages.analytic.phases.transitions import foot_clearance
 from stages.analytic.result import Result
 from stages.biped.design import Biped
-from stages.biped.outsole.rubber import Rubber
+from stages.biped.rubber import Rubber
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 

@@ -5,14 +5,15 @@ import math
 
 import pytest
 
+from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.run import Neighbours, outsole_effect, zero_of
-from stages.biped.outsole.rubber import soled
+from stages.biped.rubber import soled
 from tests.analytic.designs import RUBBER, SLOPE, TABLE_1, found_gait
 
 
 def test_the_sign_turns_where_the_frequency_is_the_bare_feets():
     _, point = found_gait(TABLE_1)
-    near = Neighbours(TABLE_1, SLOPE, point.z, 1e-10)
+    near = Neighbours(DesignPoint(TABLE_1, SLOPE), point.z, 1e-10)
     usual = near.of(TABLE_1)[1]
     found = outsole_effect(near, RUBBER, 0.002)
     assert found.mass == pytest.approx(9.856e-3)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stages.biped.design import Biped
-from stages.biped.outsole.rubber import Rubber, ring_sector, soled
+from stages.biped.rubber import Rubber, ring_sector, soled
 
 TABLE_1 = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)
 RUBBER = Rubber(foot_width=0.02, outsole_arc=0.112, outsole_density=1100.0)

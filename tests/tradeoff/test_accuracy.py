@@ -18,9 +18,8 @@ from pipeline.errors import StudyError
 from pipeline.parameters import loading
 from pipeline.study import Study
 from stages.biped.accuracy import estimate as error_estimate
-from stages.biped.accuracy.asked import CUSTOM, Accuracy
 from stages.biped.accuracy.estimate import ErrorEstimate, NotMet, to_accuracy
-from stages.biped.accuracy.tolerances import LEVELS
+from stages.biped.accuracy.tolerances import CUSTOM, LEVELS, Accuracy
 from stages.tradeoff import request
 from stages.tradeoff.accuracy import choice
 

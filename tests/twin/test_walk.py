@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stages.biped.between_steps import uniform_times
-from stages.biped.outsole.rubber import soled
+from stages.biped.rubber import soled
 from stages.multibody.assembly.solver import explicit_settings
 from stages.planar.run import FELL, STALLED
 from stages.planar.state import rolling_state

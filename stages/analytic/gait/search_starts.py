@@ -8,12 +8,13 @@ biped with rigid legs. A light foot makes the rates fast, but no stiff legs: whe
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import lru_cache
 
 import numpy as np
 
 from stages.analytic.errors import StepFailed
-from stages.analytic.gait.poincare import FixedPoint, poincare_map
+from stages.analytic.gait.poincare import FixedPoint, repeated
 from stages.analytic.model.kinds import (
     Compliant,
     Detailed,
@@ -116,13 +117,10 @@ def grid(walker: Walker, angles: Vector = ANGLES, rates: Vector = RATES) -> Iter
 def walk_forward(walker: Walker, z: Vector, steps: int) -> list[Vector]:
     """Section coordinates after each of up to `steps` steps from `z`, strides if they alternate, as far as it gets."""
     reached = []
-    for _ in range(steps):
-        try:
-            for standing in (walker, walker.exchanged)[: walker.gait_steps]:
-                z = poincare_map(standing, z, SCAN_TOLERANCE).z
-        except StepFailed:
-            break
-        reached.append(z)
+    with suppress(StepFailed):
+        for _ in range(steps):
+            z = repeated(walker, z, walker.gait_steps, SCAN_TOLERANCE)
+            reached.append(z)
     return reached
 
 

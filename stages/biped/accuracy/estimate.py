@@ -13,8 +13,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from stages.biped.accuracy.asked import Accuracy, errors_asked
-from stages.biped.accuracy.tolerances import scaled
+from stages.biped.accuracy.tolerances import Accuracy, errors_asked, scaled
 from stages.biped.quantity import quantity
 
 if TYPE_CHECKING:

@@ -19,8 +19,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from stages.biped.accuracy.asked import CUSTOM, errors_asked
-from stages.biped.accuracy.tolerances import LEVELS, REFERENCE
+from stages.biped.accuracy.tolerances import CUSTOM, LEVELS, REFERENCE, errors_asked
 
 TABLE = Path(__file__).with_name("table.json")
 LEVEL_ERRORS = Path(__file__).with_name("levels.json")

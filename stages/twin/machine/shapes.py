@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from stages.biped.outsole.rubber import ring_sector
+from stages.biped.rubber import ring_sector
 
 Triple = tuple[float, float, float]
 
