@@ -30,7 +30,7 @@ from stages.imu.parameters import Drawing, Reading
 from stages.imu.result import Evidence
 from stages.imu.strikes.heel_strikes import PULSE_S, SHIFTS_S, filled, in_hole, lowest_between
 from stages.imu.strikes.step_times import INNER, HeelStrikes, stances_of
-from stages.imu.trial.body import FORWARD, LATERAL, PLACES, BodySensor, Seen
+from stages.imu.trial.body import FORWARD, LATERAL, PLACES, BodySensor, GridSignals
 from stages.imu.trial.frames import swing_axis
 
 #: For Table 1's robot; others have their own time. Low passes of both sides: above, a derivative of the rate is noise.
@@ -48,14 +48,14 @@ NAN = math.nan
 
 
 def evidence_of(
-    sensors: Mapping[str, BodySensor], seen: Seen, strikes: HeelStrikes, bounds: np.ndarray, slope_deg: float | None,
-    parameters: Reading,
+    sensors: Mapping[str, BodySensor], common: GridSignals, strikes: HeelStrikes, bounds: np.ndarray,
+    slope_deg: float | None, parameters: Reading,
 ) -> Evidence:
     """What the run's signals say about themselves, by all strikes and the strides between these bounds."""
-    settings, drawing, quick, grid = parameters.settings, parameters.drawing, parameters.quick, seen.time
+    settings, drawing, quick, grid = parameters.settings, parameters.drawing, parameters.quick, common.time
     found = dict.fromkeys((field.name for field in dataclasses.fields(Evidence)), NAN)
     if len(sensors) == 2:
-        hip, foot = (seen.signals[place] for place in PLACES)
+        hip, foot = (common.signals[place] for place in PLACES)
         found["agreement"], found["rate_ratio"] = agreement_of(hip[:, 3 + LATERAL], foot[:, 3 + LATERAL])
         names = ("lever_arm", "lever_direction_deg", "forward_gain", "hip_turning", "foot_turning", "rate_lag")
         found |= zip(names, lever_of(grid, hip, foot, strikes, settings.grid_rate_hz, quick))
@@ -65,7 +65,7 @@ def evidence_of(
         found[f"{place}_axis_deg"] = axis_turn_of(sensor.rate[~sensor.trace.rest])
         if not len(bounds) or not len(grid):
             continue
-        angle, signals = seen.angle[place], seen.signals[place]
+        angle, signals = common.angle[place], common.signals[place]
         arm = drawing.leg_length - (parameters.limits.lever_arm if place == "foot" else drawing.sag)
         gain, error, height, apart = swept(
             grid, signals[:, FORWARD], signals[:, 3 + LATERAL], angle, stances, slope, settings.gravity, arm,

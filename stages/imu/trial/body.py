@@ -1,4 +1,4 @@
-"""Sensors in body axes, and those of one leg on a common grid: what they see together, and the leg's angle."""
+"""Sensors in body axes, and those of one leg on a common grid: what they show together, and the leg's angle."""
 
 from __future__ import annotations
 
@@ -81,8 +81,8 @@ def leg_angle(time: np.ndarray, lateral_rate: np.ndarray, rest: np.ndarray, rest
 
 
 @dataclass(frozen=True)
-class Seen:
-    """What the sensors of one leg see while all of them record, on an even grid `time` (m,) [s].
+class GridSignals:
+    """What the sensors of one leg show while all of them record, on an even grid `time` (m,) [s].
 
     By place `signals` (m, 6), force and rate on body axes, and the leg's `angle` (m,) [rad] from the rate there; the
     other place, on the same leg, fills the rate's holes.
@@ -93,15 +93,15 @@ class Seen:
     angle: Mapping[str, np.ndarray]
 
 
-def seen_by(sensors: Mapping[str, BodySensor], settings: Settings) -> Seen:
-    """What these sensors see together; of too short a time there are no angles."""
+def grid_signals(sensors: Mapping[str, BodySensor], settings: Settings) -> GridSignals:
+    """What these sensors show together; of no common time there are no angles."""
     grid, angles = common_grid(sensors, settings), {}
-    seen = {place: on_grid(sensor, grid, settings) for place, sensor in sensors.items()}
+    signals = {place: on_grid(sensor, grid, settings) for place, sensor in sensors.items()}
     for place, sensor in sensors.items() if len(grid) else ():
-        rate = seen[place][:, 3 + LATERAL]
-        for other in seen.values():
+        rate = signals[place][:, 3 + LATERAL]
+        for other in signals.values():
             rate = np.where(np.isfinite(rate), rate, other[:, 3 + LATERAL])
         still = sensor.time[sensor.trace.rest]
         rest = (grid >= still[0]) & (grid <= still[-1]) if len(still) else np.zeros(len(grid), dtype=bool)
         angles[place] = leg_angle(grid, rate, rest, math.radians(settings.rest_leg_angle_deg))
-    return Seen(grid, seen, angles)
+    return GridSignals(grid, signals, angles)

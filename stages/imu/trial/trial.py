@@ -18,7 +18,7 @@ from stages.imu.sources.opening import printable
 from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.sources.units import implied_acceleration_unit
 from stages.imu.strikes.step_times import HeelStrikes, StepFrequency, step_frequency, stride_bounds
-from stages.imu.trial.body import PLACES, BodySensor, frame_of, seen_by
+from stages.imu.trial.body import PLACES, BodySensor, frame_of, grid_signals
 from stages.imu.trial.frames import Frame
 from stages.imu.trial.sensor import SensorTrace, trace_sensor
 from stages.imu.trial.two_clocks import brought_together, overlap_of
@@ -177,8 +177,8 @@ def read_trial(
     timed = len(sensors) == 2 and all(sensor.trace.clock.stamp != "none" for sensor in sensors.values())
     strikes, corner = strikes_of(sensors, settings, parameters.quick)
     used = HeelStrikes(strikes.time[settings.skipped_steps :], strikes.leg[settings.skipped_steps :])
-    bounds, seen = stride_bounds(used), seen_by(sensors, settings)
-    evidence = evidence_of(sensors, seen, strikes, bounds, experiment.slope_deg, parameters)
+    bounds, common = stride_bounds(used), grid_signals(sensors, settings)
+    evidence = evidence_of(sensors, common, strikes, bounds, experiment.slope_deg, parameters)
     trial = Trial(
         experiment=experiment,
         sensors=sensors,
@@ -190,7 +190,7 @@ def read_trial(
         frequency=step_frequency(used),
         bounds=bounds,
         strides=registered(sensors, bounds, settings),
-        leg=leg_of(sensors, seen, used, corner, confirmed(evidence, parameters), parameters),
+        leg=leg_of(sensors, common, used, corner, confirmed(evidence, parameters), parameters),
         evidence=evidence,
     )
     return dataclasses.replace(trial, verdict=verdict_on(trial, together, left_out, parameters))

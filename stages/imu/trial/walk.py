@@ -25,7 +25,7 @@ from stages.imu.result import Ensemble, LegMotion, StepTimes
 from stages.imu.strikes.heel_strikes import NO_STRIKES, find_heel_strikes
 from stages.imu.strikes.impact_onset import Samples, at_onsets, lift_after
 from stages.imu.strikes.step_times import OUTER, UNKNOWN, HeelStrikes, stances_of, step_times
-from stages.imu.trial.body import FORWARD, LATERAL, PLACES, UP, BodySensor, Seen, common_grid, on_grid
+from stages.imu.trial.body import FORWARD, LATERAL, PLACES, UP, BodySensor, GridSignals, common_grid, on_grid
 from stages.imu.trial.sensor import filter_delay
 
 PATH_POINTS = 51
@@ -126,12 +126,12 @@ def leg_motion(
 
 
 def leg_of(
-    sensors: Mapping[str, BodySensor], seen: Seen, strikes: HeelStrikes, corner_hz: float, confirmed: Confirmed,
-    parameters: Reading,
+    sensors: Mapping[str, BodySensor], common: GridSignals, strikes: HeelStrikes, corner_hz: float,
+    confirmed: Confirmed, parameters: Reading,
 ) -> LegMotion:
     """The leg's motion from the rates of all sensors, where several see it from their mean; toe-off from the foot's."""
     quick, none = parameters.quick, np.empty(0)
-    if len(seen.time) < 2:
+    if len(common.time) < 2:
         return LegMotion(none, none, none, none, none, none, none, none, np.empty((0, PATH_POINTS, 2)), UNKNOWN)
     errors = [sensor.bias_error() for sensor in sensors.values()]
     lift = math.nan
@@ -139,8 +139,8 @@ def leg_of(
         landed = quick * strikes.time[strikes.leg == OUTER]
         lift = lift_after(landed, samples_of(sensors["foot"], [UP], quick), corner_hz / quick) / quick
     return leg_motion(
-        seen.time,
-        np.mean(list(seen.angle.values()), axis=0),
+        common.time,
+        np.mean(list(common.angle.values()), axis=0),
         math.radians(parameters.settings.rest_leg_angle_deg),
         math.sqrt(sum(error**2 for error in errors)) / len(errors),
         confirmed,
