@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 from pathlib import Path
 
@@ -14,7 +13,6 @@ from tests import warm
 
 os.environ.setdefault("MPLBACKEND", "Agg")
 processor.take()  # as in the study's own processes
-os.fsync = warm.trust  # no test cuts the power
 warm.keep_files_in_memory()
 
 # The same examples on every machine, however slow it is: a test that fails must say something about the code.
@@ -24,9 +22,6 @@ settings.load_profile("study")
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--write-golden", action="store_true", help="Write tests/baseline anew from what is drawn now.")
-
-
-gc.disable()  # while all tests are imported, whose many objects stay: looking for garbage takes a quarter of that time
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -41,14 +36,8 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
     return ByFolder(config, log)
 
 
-def pytest_collection_finish() -> None:
-    gc.freeze()  # nor are these looked through later
-    gc.enable()
-
-
 def pytest_sessionfinish() -> None:
     warm.stop()
-    gc.freeze()  # pytest looks through all there is once more, when the process ends anyway
 
 
 @pytest.fixture(scope="session")

@@ -1,15 +1,12 @@
 """What is done once for all who are forked: it takes a second, and is loaded after all the rest."""
 
 import gc
-import os
 import sys
 from pathlib import Path
 
 import pipeline
 from pipeline.report.page import template
-from tests import warm
 
-os.fsync = warm.trust
 if "numba" in sys.modules:
     import numba
 

@@ -72,20 +72,24 @@ def given(
             missing[name] = why if why.startswith(_NONE) else f"{_NONE}{Path(path).name.removesuffix('.h5')}: {why}"
             if MISSING not in fields:
                 raise Lacking(missing[name])
-            values[name] = None
         elif Path in _kinds(kind):
             open_files |= files
-            check_unchanged(files, "was changed by someone else meanwhile; run again")
-            first, (place, _) = next(iter(files.items()))
-            inside = len(Path(first).parts) - len(Path(path).parts)
-            values[name] = [Path(place), *Path(place).parents][inside]
-        else:
-            content = durable.read(Path(files[path][0])) or b""
-            if durable.digest(content) != files[path][1]:
-                raise StudyError(f"its input {path} was changed by someone else meanwhile; run again")
-            values[name] = artefact.decode(content, kind, path)
+        values[name] = None if why is not None else _value(path, kind, files)
     told = {MISSING: missing} if missing else {}
     return inputs and inputs(**values, **told), open_files
+
+
+def _value(path: str, kind: Any, files: Mapping[str, File]) -> Any:
+    """What lies at `path` of the study, one file or several: its place, or decoded as what the field declares."""
+    if Path in _kinds(kind):
+        check_unchanged(files, "was changed by someone else meanwhile; run again")
+        first, (place, _) = next(iter(files.items()))
+        inside = len(Path(first).parts) - len(Path(path).parts)
+        return [Path(place), *Path(place).parents][inside]
+    content = durable.read(Path(files[path][0])) or b""
+    if durable.digest(content) != files[path][1]:
+        raise StudyError(f"its input {path} was changed by someone else meanwhile; run again")
+    return artefact.decode(content, kind, path)
 
 
 def check_unchanged(

@@ -163,6 +163,19 @@ def test_a_full_disk_in_the_worker_is_one_sentence(done):
     assert done.run("fall.steps=5000", names=("fall",)) == {"fall": "computed"}
 
 
+@pytest.mark.skipif(os.name != "posix", reason="flushes folders")
+def test_a_file_and_then_its_folder_are_flushed_to_the_disk(tmp_path, monkeypatch):
+    flushed, fsync = [], os.fsync
+
+    def told(handle):
+        fsync(handle)
+        flushed.append(os.fstat(handle).st_ino)
+
+    monkeypatch.setattr(os, "fsync", told)
+    durable.write(tmp_path / "one", b"content")
+    assert flushed == [(tmp_path / "one").stat().st_ino, tmp_path.stat().st_ino]
+
+
 def test_a_file_cut_off_while_it_is_written_leaves_the_old_one(tmp_path, monkeypatch):
     path = tmp_path / "x"
     durable.write(path, b"old")
