@@ -29,7 +29,7 @@ from pipeline.cache import artefact
 from pipeline.study import Study
 from stages.analytic.errors import StepFailed
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
-from stages.calibration.information.planned import SLOPE, first_model
+from stages.calibration.information.identifiability import SLOPE, first_model
 from stages.calibration.intervals.model_error import judged
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling, usable
 from stages.calibration.parameters import Parameters

@@ -36,7 +36,7 @@ from stages.biped.gait import StanceState
 from stages.biped.processes import each_in_a_process
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
 from stages.calibration.estimation.run_fit import fit_run
-from stages.calibration.information.planned import first_model
+from stages.calibration.information.identifiability import first_model
 from stages.calibration.intervals.model_error import Discrepancy, structure
 from stages.calibration.parameters import Parameters as CalibrationParameters
 from stages.calibration.recordings import drawn_design, guess, guessed_mid_stance, run_of, table_value

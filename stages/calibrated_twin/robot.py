@@ -16,14 +16,13 @@ from stages.analytic.model.walker import Vector
 from stages.biped.between_steps import uniform_times
 from stages.biped.gait import StanceState
 from stages.biped.walk import Walk
-from stages.calibration.information.planned import FINE
+from stages.calibration.information.identifiability import FINE
 from stages.calibration.observation.measured_run import (
     SIDES,
     STRETCHES,
     Layout,
     MeasuredRun,
     layout_of,
-    mid_stance,
     usable,
 )
 from stages.calibration.observation.prediction import as_sensed, sample_times
@@ -107,7 +106,7 @@ class TwinRobot:
         `near` are section coordinates of the gait of a similar design. Raises NoGait, StepFailed.
         """
         walker, point = gait_near(design, near, FINE)
-        start = layout_of(walker, mid_stance(walker, point.z, FINE), priors).middle
+        start = layout_of(walker, point.z, FINE, priors).middle
         record = self.walk(design, start, steps)
         times = uniform_times(float(record.time[-1]), self.twin.sampling_rate_hz)
         return sample(record, times, dataclasses.replace(self.twin, signals=(IMU,))).walk

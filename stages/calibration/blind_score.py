@@ -19,8 +19,8 @@ from stages.biped.processes import Progress, each_in_a_process, ignore
 from stages.calibration.estimation.campaign import fit_campaign
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known, information_of
 from stages.calibration.estimation.run_fit import Model, run_equations
-from stages.calibration.information.planned import SLOPE, first_model, free_names
-from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling, layout_of, mid_stance, usable
+from stages.calibration.information.identifiability import SLOPE, first_model, free_names
+from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling, layout_of, usable
 from stages.calibration.observation.prediction import predict
 from stages.calibration.parameters import Parameters
 from stages.calibration.recordings import guessed_mid_stance
@@ -92,8 +92,7 @@ def _run(
     unknowns = np.where(np.isfinite(layout.prior), layout.prior, 0.0) * rng.normal(size=len(layout.names))
     pushed = point.z * (1 + SPREAD_OF_START * rng.normal(size=point.z.size))
     pushed[1:3] = point.z[1:3]  # a hand moves angles and speeds; legs are as long as their springs have them
-    begin = mid_stance(walker, poincare_map(walker, pushed, FINER).z, FINER)
-    truth = layout_of(walker, begin, parameters.priors).middle
+    truth = layout_of(walker, poincare_map(walker, pushed, FINER).z, FINER, parameters.priors).middle
     unknowns[: layout.free] = truth[: layout.free]
     unknowns[layout.place("mid_stance")] = truth[layout.place("mid_stance")] - late_by * rng.normal()
     period = point.steps[0].period * walker.time

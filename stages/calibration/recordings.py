@@ -19,7 +19,7 @@ from stages.biped.processes import Progress, ignore
 from stages.calibration.estimation.first_guess import first_guess
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
 from stages.calibration.estimation.run_fit import Model
-from stages.calibration.information.planned import EACH_RUNS, SLOPE, free_names
+from stages.calibration.information.identifiability import EACH_RUNS, SLOPE, free_names
 from stages.calibration.observation.measured_run import SIDES, Layout, MeasuredRun, Sampling, usable
 from stages.calibration.parameters import Parameters, Settings
 from stages.imu.run import trials

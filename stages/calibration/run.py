@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
@@ -23,8 +23,15 @@ from stages.biped.processes import Progress, each_in_a_process, ignore
 from stages.calibration.estimation.held_out import explained, trace
 from stages.calibration.estimation.least_squares import covariance_of, information_of
 from stages.calibration.estimation.run_fit import Model, design_sizes, fit_run
-from stages.calibration.information.identifiability import described, identifiability, weighed
-from stages.calibration.information.planned import SLOPE, first_model, plan_of, planned_equations
+from stages.calibration.information.identifiability import (
+    SLOPE,
+    described,
+    first_model,
+    identifiability,
+    plan_of,
+    planned_equations,
+    weighed,
+)
 from stages.calibration.intervals.model_error import widening
 from stages.calibration.observation.measured_run import SIDES
 from stages.calibration.parameters import Parameters
@@ -66,22 +73,21 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     found: list[FittedRun | HeldOut | Failed] = []
     missed: list[FittedRun] = []
     robots = list(_robots(parameters, inputs, design, model))
-    for number, runs in enumerate(robots):
+    for number, (kind, runs) in enumerate(robots):
         progress(0.2 + 0.8 * number / len(robots), f"fitting blind, robot {number + 1} of {len(robots)}")
-        mine = [fitted_run(drawn_design(parameters, one.kind), one, model)
-                for one in islice(runs, settings.fitted_runs)]  # fmt: skip
+        drawn = drawn_design(parameters, kind)
+        mine = [fitted_run(drawn, one, model) for one in islice(runs, settings.fitted_runs)]
         fits = [fit for fit in mine if isinstance(fit, FittedRun)]
         found += mine
-        found += [held_out(drawn_design(parameters, one.kind), fits, one, model, settings.begun_s)
+        found += [held_out(drawn, fits, one, model, settings.begun_s)
                   for one in islice(runs, settings.held_out_runs if fits else 0)]  # fmt: skip
         if number == 0:  # the runs of the other robots are of the same machines
             more = [one for one in islice(runs, settings.discrepancy_runs) if one.run.name in truths]
-            missed = [_judged(fit, truths[fit.name], model.shared) for fit in _side_by_side(
-                more, drawn_design(parameters, more[0].kind), model)] if more else []
+            missed = [_judged(fit, truths, model.shared) for fit in _side_by_side(more, drawn, model)]
     return Result(
         settings.planned_runs, told, not_seen, model.shared, tuple(design.unit(name) for name in model.shared),
         np.array([design.value(name) for name in model.shared]), model.own, model.layout.names,
-        tuple(_judged(one, truths.get(one.name), model.shared) for one in found if isinstance(one, FittedRun)),
+        tuple(_judged(one, truths, model.shared) for one in found if isinstance(one, FittedRun)),
         tuple(one for one in found if isinstance(one, HeldOut)), _misses_of(missed, design, model),
         tuple(one for one in found if isinstance(one, Failed)))
 
@@ -104,15 +110,15 @@ def _told(parameters: Parameters) -> tuple[tuple[Told, ...], tuple[str, ...]]:
 
 def _robots(
     parameters: Parameters, inputs: Inputs, design: DesignPoint, model: Model
-) -> Iterator[Iterator[Recorded]]:
-    """Runs of each kind of robot, robot by robot. Raises SourceRefused."""
+) -> Iterator[tuple[str, Iterator[Recorded]]]:
+    """Each kind of robot with its runs. Raises SourceRefused."""
     if inputs.database is not None:
-        yield recorded(inputs.database, LAB, design, model, parameters, {})
+        yield LAB, recorded(inputs.database, LAB, design, model, parameters, {})
         return
     for source, kind, made in ((inputs.measurements, WITH_OUTSOLE, inputs.campaign.runs),
                                (inputs.without_outsole, WITHOUT, inputs.campaign.bare)):
         weights = {one.name: one.weighed for one in made}
-        yield recorded(source, kind, design, model, parameters, weights)
+        yield kind, recorded(source, kind, design, model, parameters, weights)
 
 
 def fitted_run(design: DesignPoint, one: Recorded, model: Model) -> FittedRun | Failed:
@@ -160,11 +166,12 @@ def _misses_of(fits: Sequence[FittedRun], design: DesignPoint, model: Model) -> 
     return Misses(tuple(fit.name for fit in fits), np.array(shares).reshape(-1, len(drawn)), np.array(pulls))
 
 
-def _judged(fit: FittedRun, truth: RunTruth | None, names: Sequence[str]) -> FittedRun:
-    """The fit with the robot's true numbers beside it: that of both legs on average, the length of the first."""
-    if truth is None:
+def _judged(fit: FittedRun, truths: Mapping[str, RunTruth], names: Sequence[str]) -> FittedRun:
+    """The fit with the robot's true numbers beside it, where they are known: that of both legs on average, the length
+    of the first."""
+    if fit.name not in truths:
         return fit
-    robot = truth.robot
+    robot = truths[fit.name].robot
     own = {"biped.leg_length": robot.leg(0).leg_length, "biped.hip_mass": robot.hip_mass}
     values = [own[name] if name in own else table_value(robot, name) for name in names]
     return dataclasses.replace(fit, truth=np.array(values))

@@ -8,7 +8,7 @@ import pytest
 from pipeline.study import Study
 from stages.analytic.errors import StepFailed
 from stages.calibrated_twin.robot import TwinRobot
-from stages.calibration.information.planned import first_model
+from stages.calibration.information.identifiability import first_model
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling
 from stages.calibration.observation.prediction import predict
 from stages.calibration.recordings import drawn_design, looked_for

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stages.analytic.gait.gait_search import find_gait, gait_near
-from stages.calibrated_twin.told import Fitted, design_of, frequency, pairs_of, robot_of
+from stages.calibrated_twin.run import Fitted, design_of, frequency, pairs_of, robot_of
 from stages.calibration.intervals.model_error import Discrepancy
 from stages.calibration.result import HALF_WIDTH, FittedRun, Trace
 from tests.calibration.runs import DESIGN

@@ -12,7 +12,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.biped.design import Biped
 from stages.calibration.blind_score import draw, model_of
-from stages.calibration.observation.measured_run import Sampling, layout_of, mid_stance
+from stages.calibration.observation.measured_run import Sampling, layout_of
 
 BIPED = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 8.576e-4)
 ROOT = Path(__file__).resolve().parents[2]
@@ -47,7 +47,7 @@ def disturbed(seed, steps):
     """Layout, unknowns and sampling of a run off the gait, seen by sensors with errors."""
     walker, point = gait()
     rng = np.random.default_rng(seed)
-    layout = layout_of(walker, mid_stance(walker, point.z, 1e-9), PARAMETERS.priors)
+    layout = layout_of(walker, point.z, 1e-9, PARAMETERS.priors)
     unknowns = layout.middle.copy()
     unknowns[:7] *= 1 + 0.002 * rng.normal(size=7)
     unknowns[7:] += 0.3 * layout.sizes[7:] * rng.normal(size=len(unknowns) - 7)

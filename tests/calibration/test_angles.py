@@ -13,8 +13,7 @@ from stages.biped.design import Biped
 from stages.biped.question import WrongOption
 from stages.calibration.angles.fit import fit_robot
 from stages.calibration.angles.recording import DrivenStep, read_steps
-from stages.calibration.angles.robot import OF_ROBOT, Robot, late, show
-from stages.calibration.angles.setup import SIZES, USUAL, setup_of
+from stages.calibration.angles.robot import OF_ROBOT, SIZES, USUAL, Robot, late, setup_of, show
 from stages.calibration.estimation.least_squares import Known, NotIdentified
 from stages.calibration.reports.angle_report import calibrated
 from stages.ground.slope import Slope

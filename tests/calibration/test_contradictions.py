@@ -9,13 +9,19 @@ import pytest
 from pipeline.parameters import yaml_text
 from pipeline.questions.command import Described
 from stages.biped.question import WrongOption
-from stages.calibration.angles.contradictions import Contradiction, contradictions, refuted
 from stages.calibration.angles.fit import HeldOut, fit_robot
 from stages.calibration.angles.recording import bridged, read_steps
-from stages.calibration.angles.setup import FARTHEST_ZERO, setup_of
+from stages.calibration.angles.robot import FARTHEST_ZERO, setup_of
 from stages.calibration.estimation.least_squares import Known, NotIdentified
 from stages.calibration.intervals.model_error import correlation_length
-from stages.calibration.reports.angle_report import Calibrated, answered, calibrated
+from stages.calibration.reports.angle_report import (
+    Calibrated,
+    Contradiction,
+    answered,
+    calibrated,
+    contradictions,
+    refuted,
+)
 from tests.calibration.runs import BIPED
 from tests.calibration.test_angles import LEVEL, ROBOT, driven, sizes
 

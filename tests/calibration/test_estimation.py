@@ -13,7 +13,7 @@ from stages.calibration.blind_score import draw, scored, summary
 from stages.calibration.estimation.campaign import Joint, as_plain, fit_campaign, from_plain
 from stages.calibration.estimation.request import request_of
 from stages.calibration.estimation.run_fit import fit_near, horizons, run_equations
-from stages.calibration.information.planned import free_names
+from stages.calibration.information.identifiability import free_names
 from tests.calibration.runs import DESIGN, SHORT, fitted
 
 #: As many fits are made of them.

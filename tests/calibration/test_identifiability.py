@@ -14,9 +14,10 @@ from stages.calibration.information.identifiability import (
     gains,
     identifiability,
     is_scale_of_mass,
+    plan_of,
+    planned_equations,
     weighed,
 )
-from stages.calibration.information.planned import plan_of, planned_equations
 from tests import commands, warm
 from tests.calibration.runs import PARAMETERS, ROOT
 

@@ -9,7 +9,7 @@ from pipeline.cache import artefact
 from pipeline.questions.asking import Asked
 from pipeline.study import Study
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
-from stages.calibration.information.planned import first_model
+from stages.calibration.information.identifiability import first_model
 from stages.calibration.intervals.model_error import ALONE, Discrepancy, judged
 from stages.calibration.recordings import drawn_design, looked_for
 from stages.calibration.result import Misses, Result

@@ -10,7 +10,7 @@ from pipeline.cache import artefact
 from pipeline.study import Study
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.sampling import walk_from_mid_stance
-from stages.calibration.information.planned import first_model
+from stages.calibration.information.identifiability import first_model
 from stages.calibration.recordings import drawn_design, looked_for
 from stages.calibration.result import HALF_WIDTH, Misses, Result
 from stages.campaign.run import MOUNTING, database_bytes, device, synthetic_run

@@ -10,7 +10,7 @@ from scipy.special import ndtr
 from stages.calibration import blind_score
 from stages.calibration.estimation.campaign import Joint, fit_campaign
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
-from stages.calibration.information.planned import SLOPE
+from stages.calibration.information.identifiability import SLOPE
 from stages.calibration.intervals import left_out
 from stages.calibration.intervals.left_out import LEVEL, Cause, candidates, causes, in_words, limit, scores, widened
 from stages.calibration.intervals.model_error import Judged

@@ -8,7 +8,7 @@ from scipy.special import ndtr
 
 from benchmarks.sandwich import noise_covariance, sandwich_covariance
 from stages.calibration.estimation.run_fit import Equations, run_equations
-from stages.calibration.information.planned import plan_of, planned_equations
+from stages.calibration.information.identifiability import plan_of, planned_equations
 from stages.calibration.intervals.model_error import (
     PARTS,
     Discrepancy,

@@ -10,7 +10,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.phases.flow import SINGLE_STANCE
 from stages.analytic.walk.recording import record
 from stages.analytic.walk.sampling import sample_walk
-from stages.calibration.information.planned import free_names
+from stages.calibration.information.identifiability import free_names
 from stages.calibration.observation import stretches
 from stages.calibration.observation.measured_run import mid_stance
 from stages.calibration.observation.prediction import predict
@@ -29,12 +29,12 @@ def test_a_sensor_without_errors_shows_the_walk_behind_its_low_pass():
     sampling = dataclasses.replace(sampling, first_leg=0)
     unknowns[7:] = 0.0
     walker, point = gait()
-    begin = mid_stance(walker, point.z, 1e-10)
+    begin, _ = mid_stance(walker, point.z, 1e-10)
     unknowns[:7] = layout.middle[:7]
     since = layout.middle[layout.place("mid_stance")]
     sampling = dataclasses.replace(sampling, hip=sampling.hip - since, foot=sampling.foot - since)
     found = predict(DESIGN, (), unknowns, layout, sampling, 1e-10)
-    y = np.concatenate([[0.0], begin.state])
+    y = np.concatenate([[0.0], begin])
     rate = 50_000.0
     walk = sample_walk(walker, record(walker, y, 1, 1e-10, SINGLE_STANCE), rate)
     first_strike = found.strikes[0, 0]

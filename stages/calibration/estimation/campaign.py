@@ -33,7 +33,7 @@ from stages.calibration.estimation.least_squares import (
     least_squares,
 )
 from stages.calibration.estimation.run_fit import Equations, Model, RunFit, design_sizes, fit_run, lowest, run_equations
-from stages.calibration.information.planned import first_model
+from stages.calibration.information.identifiability import first_model
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling
 from stages.calibration.parameters import Parameters
 

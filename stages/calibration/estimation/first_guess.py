@@ -62,15 +62,15 @@ def first_guess(design: DesignPoint, strikes: Vector, first_leg: int, layout: La
     if best.misfit == np.inf:
         return unknowns
     try:
-        begin = mid_stance(walker, best.z, COARSE)
+        state, since = mid_stance(walker, best.z, COARSE)
     except StepFailed:
         return unknowns
-    state = begin.state * start_scales(walker)
+    state = state * start_scales(walker)
     for place, name in enumerate(layout.names[: layout.free]):
         if name in STRETCHES:
             state[place] -= walker.length * natural_lengths(walker.p)[STRETCHES.index(name)]
     unknowns[: layout.free] = state
-    unknowns[layout.place("mid_stance")] = begin.time * walker.time * best.slower
+    unknowns[layout.place("mid_stance")] = since * walker.time * best.slower
     return unknowns
 
 

@@ -13,7 +13,7 @@ from stages.analytic.model.walker import Vector
 from stages.calibration.estimation.first_guess import first_guess
 from stages.calibration.estimation.least_squares import Known
 from stages.calibration.estimation.run_fit import Equations, Model, RunFit, fit_near, fit_run, run_equations
-from stages.calibration.information.planned import SLOPE
+from stages.calibration.information.identifiability import SLOPE
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.result import Trace
 
@@ -23,17 +23,12 @@ Simulator = Callable[[DesignPoint, Vector, MeasuredRun], MeasuredRun]
 
 @dataclass(frozen=True)
 class Corrected:
-    """The shared parameters (d,), the run's own (o,) and its unknowns (k,), corrected; `bias` (d,) is what was taken
-    off the shared ones, `own_bias` and `unknowns_bias` off the others; `made` the simulator's run, `again` its fit."""
+    """The shared parameters (d,) corrected; `bias` (d,) is what was taken off them, `own_bias` (o,) is to be taken off
+    the run's own."""
 
     design: Vector
-    own: Vector
-    unknowns: Vector
     bias: Vector
     own_bias: Vector
-    unknowns_bias: Vector
-    made: MeasuredRun
-    again: RunFit
 
 
 def corrected(
@@ -45,10 +40,8 @@ def corrected(
     read = {name: (there.value(name), sd) for name, (_, sd) in run.own.items()}  # its ramp and its weight are known to
     weighed = [replace(one, value=one.of(there)) for one in known]  # be what they are, as well as the robot's were
     again = fit_near(there, fit.unknowns, replace(made, own=read), model, weighed)
-    bias, own_bias = again.design - fit.design, again.own - fit.own
-    unknowns_bias = again.unknowns - fit.unknowns
-    return Corrected(fit.design - bias, fit.own - own_bias, fit.unknowns - unknowns_bias, np.asarray(bias),
-                     np.asarray(own_bias), np.asarray(unknowns_bias), made, again)
+    bias = again.design - fit.design
+    return Corrected(fit.design - bias, bias, again.own - fit.own)
 
 
 def trace(run: MeasuredRun, equations: Equations, model: Model, side: str) -> Trace:

@@ -1,26 +1,98 @@
-"""What runs can tell of a design: standard deviations, combinations that nothing is told of, and what limits the rest.
+"""What runs can tell of a design before they are made: standard deviations, combinations that nothing is told of, what
+limits the rest, and what would help.
 
-The information of a Gaussian fit is J^T W J; its inverse is the smallest covariance an unbiased estimate can have
-(Cramer and Rao).
+A run that is planned shows the design's own gait. The information of a Gaussian fit is J^T W J; its inverse is the
+smallest covariance an unbiased estimate can have (Cramer and Rao).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stages.analytic.derivatives.numbers import changes_of
+from stages.analytic.derivatives.numbers import changes_of, sensitive_names
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.model.walker import Vector
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.gait.poincare import FixedPoint
+from stages.analytic.model.walker import Vector, Walker
 from stages.biped.accuracy.scales import powers
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known, information_of
-from stages.calibration.estimation.run_fit import Equations, Model
-from stages.calibration.information.planned import SLOPE, Plan, planned_equations
+from stages.calibration.estimation.run_fit import Equations, Model, run_equations
+from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling, layout_of, usable
 from stages.calibration.parameters import Parameters
+from stages.imu.trial.sensor import filter_delay
+
+SLOPE = "ground.slope_deg"
+#: Looked for in each run by itself: the ramp is set again, and legs that are put on again differ by another tenth of a
+#: millimetre, which a walk shows.
+EACH_RUNS = (SLOPE, "biped.other_leg_length")
+#: Known well enough everywhere.
+KNOWN_EVERYWHERE = ("ground.gravity",)
+#: Tolerance of the gait that a run is planned on.
+FINE = 1e-9
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How a run would be made: its design, the priors of a run and its sensors, the foot sensor's `place` [m] above the
+    foot's mass centre, and its length in steps."""
+
+    design: DesignPoint
+    priors: Mapping[str, float]
+    steps: int
+    place: float = 0.0
+
+
+def plan_of(parameters: Parameters) -> Plan:
+    """The run that the parameters describe."""
+    design = DesignPoint(parameters.biped, parameters.slope)
+    return Plan(design, parameters.priors, parameters.settings.planned_steps)
+
+
+def free_names(design: DesignPoint) -> tuple[str, ...]:
+    """The parameters of a design that a calibration looks for."""
+    return tuple(name for name in sensitive_names(design) if name not in KNOWN_EVERYWHERE)
+
+
+def planned_equations(plan: Plan, parameters: Parameters) -> tuple[Equations, Model]:
+    """What one planned run would say. Raises NoGait where the design does not walk."""
+    design, settings, sensor = plan.design, parameters.settings, parameters.sensor
+    walker, point = find_gait(design.biped, design.slope, FINE, None)
+    if len(point.steps) > 1:
+        raise NoGait("the gait takes two steps to repeat")
+    layout = layout_of(walker, point.z, FINE, plan.priors)
+    first = float(layout.middle[layout.place("mid_stance")]) + settings.settling_s
+    strikes = point.steps[0].period * walker.time * np.arange(plan.steps + 1)
+    times = np.arange(0.0, float(strikes[-1]), 1.0 / sensor.rate_hz)
+    times = times[times >= first]
+    mask = usable(times, strikes, first, settings.before_strike_s, settings.after_strike_s)
+    model = Model(tuple(name for name in free_names(design) if name != SLOPE), (SLOPE,), layout, parameters.noise,
+                  settings.tolerance)
+    run = MeasuredRun(
+        name="planned",
+        sampling=Sampling(times, times, filter_delay(sensor.bandwidth_hz), sensor.bandwidth_hz, 1, plan.place),
+        samples=dict.fromkeys(SIDES, np.zeros((len(times), 3))), used=dict.fromkeys(SIDES, mask), strikes=strikes,
+        own={})  # fmt: skip
+    return run_equations(design, np.array([design.value(SLOPE)]), layout.middle, run, model), model
+
+
+def first_model(
+    design: DesignPoint, names: Sequence[str], parameters: Parameters, gait: tuple[Walker, FixedPoint] | None = None
+) -> Model:
+    """The model in which the parameters `names` of a design are looked for, some of them for each run by itself.
+
+    Raises NoGait where the design's `gait` has to be looked for and there is none.
+    """
+    walker, point = gait or find_gait(design.biped, design.slope, FINE, None)
+    layout = layout_of(walker, point.z, FINE, parameters.priors)
+    own = (SLOPE, *(name for name in names if name in EACH_RUNS and name != SLOPE))
+    return Model(tuple(name for name in names if name not in own), own, layout, parameters.noise,
+                 parameters.settings.tolerance, parameters.settings.robust_sigmas)
+
 
 #: A combination is told nothing of if it may change by this share of its parameters, in standard deviations.
 UNSEEN = 1.0

@@ -104,7 +104,7 @@ def scores(
         _, wider = widening([_with(one, alike @ moved, wide) for one in at])
         one_sided = name in (FRICTION, FRAME) and step[-1] < 0.0
         found.append(Cause(name, 0.0 if one_sided else abs(sigmas) / wider, float(step[-1]), shift=step[:-1]))
-    return sorted(found, key=lambda one: -one.sigmas)
+    return sorted(found, key=_nearness)
 
 
 def _with(one: Equations, step: Vector, model: Model) -> Equations:
@@ -131,16 +131,18 @@ def causes(design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[
     least = limit(len(names))
     best = [one for one in found if one.sigmas > least][:NAMED]
     tried = [] if is_lost(fit) else [_fitted(one, design, fit, model, known, False) for one in best]
-    tried = [one for one in tried if one.sigmas > least]
-    if not any(one.explains for one in tried):  # a fit that its cause has led far off does not find back from there
-        for each in best:
-            anew = _fitted(each, design, fit, model, known, True)
-            tried += [anew] if anew.sigmas > least else []
-            if tried and tried[-1].explains:
+    if not any(one.explains and one.sigmas > least for one in tried):
+        for each in best:  # a fit that its cause has led far off does not find back from there
+            tried.append(_fitted(each, design, fit, model, known, True))
+            if tried[-1].explains and tried[-1].sigmas > least:
                 break  # what explains all that was amiss leaves the others nothing
-    tried.sort(key=lambda one: -one.sigmas)
+    tried = sorted((one for one in tried if one.sigmas > least), key=_nearness)
     tried = [one for one in tried if one.explains] or tried
     return [one for one in tried if one.drop > tried[0].drop - 2.0 * math.log(WORSE)][:NAMED]
+
+
+def _nearness(one: Cause) -> float:
+    return -one.sigmas
 
 
 def is_lost(fit: CampaignFit) -> bool:

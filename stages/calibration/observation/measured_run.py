@@ -103,21 +103,13 @@ def usable(times: Vector, strikes: Vector, first: float, before: float, after: f
     return np.repeat(mask[:, None], 3, axis=1)
 
 
-@dataclass(frozen=True)
-class MidStance:
-    """Where a walk's samples begin, dimensionless: the state without theta (size - 1,), the time since the heel strike
-    before it, and the section coordinates after that."""
-
-    state: Vector
-    time: float
-    strike: Vector
-
-
-def mid_stance(walker: Walker, z: Vector, tolerance: float) -> MidStance:
-    """That of the step from section coordinates `z`. Raises StepFailed if the walker does not vault over its leg."""
+def mid_stance(walker: Walker, z: Vector, tolerance: float) -> tuple[Vector, float]:
+    """Where a walk's samples begin, in the step from section coordinates `z`, dimensionless: the state without theta
+    (size - 1,), and the time since the heel strike before it. Raises StepFailed if the walker does not vault over its
+    leg."""
     single = record(walker, section_state(np.asarray(z, dtype=float), walker.p), 1, tolerance)[-1]
     upright = up_to_mid_stance(walker, single)
-    return MidStance(upright.end[1:], single.start + upright.duration, np.asarray(z, dtype=float))
+    return upright.end[1:], single.start + upright.duration
 
 
 @dataclass(frozen=True)
@@ -144,8 +136,12 @@ class Layout:
         return float(np.mean([unknowns[self.place(f"{side}_clock")] for side in SIDES]))
 
 
-def layout_of(walker: Walker, begin: MidStance, priors: Mapping[str, float]) -> Layout:
-    """The unknowns of a run of a walker whose gait has the mid-stance `begin`; `priors` as `Parameters.priors`."""
+def layout_of(walker: Walker, z: Vector, tolerance: float, priors: Mapping[str, float]) -> Layout:
+    """The unknowns of a run about mid-stance of the step from section coordinates `z`; `priors` as `Parameters.priors`.
+
+    Raises StepFailed like `mid_stance`.
+    """
+    begin, since = mid_stance(walker, z, tolerance)
     scales, free = start_scales(walker), walker.size - 1
     start = [name for name in START if free == len(START) or "stretch" not in name]
     of_legs = ["stretch_rate" if name.endswith("rate") else "stretch" for name in start]
@@ -155,11 +151,11 @@ def layout_of(walker: Walker, begin: MidStance, priors: Mapping[str, float]) -> 
     rows += [(f"{side}_{error}", priors[error], size) for side in SIDES for error, size in ERRORS.items()]
     names, prior, sizes = zip(*rows, strict=True)
     middle = np.zeros(len(names))
-    middle[:free] = begin.state * scales
+    middle[:free] = begin * scales
     for name in set(names) & set(STRETCHES):
         middle[names.index(name)] -= walker.length * walker.p.L_nat
-    middle[free] = begin.time * walker.time
-    return Layout(names, middle, np.array(prior), np.array(sizes), free, begin.strike)
+    middle[free] = since * walker.time
+    return Layout(names, middle, np.array(prior), np.array(sizes), free, np.asarray(z, dtype=float))
 
 
 def start_scales(walker: Walker) -> Vector:

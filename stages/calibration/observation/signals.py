@@ -80,37 +80,32 @@ class Sensing:
     def __init__(
         self, walker: Walker, along: np.ndarray, free: int, place: float = 0.0, below_hip: float | None = None
     ) -> None:
-        self.walker = walker
         rows = along, exchanged_rows(walker, along)
+        self._half = walker.size // 2
         self._on = tuple(_numbers(walker, rows[leg], free, place, below_hip, leg) for leg in (0, 1))
-        force, rate = walker.length / walker.time**2, 1.0 / walker.time
-        self.scales = np.array([force, force, force, force, rate])
-        speed = walker.length / walker.time
-        self.impulse_scales = np.array([speed, speed, speed, speed, 0.0])
+        force, rate, speed = walker.length / walker.time**2, 1.0 / walker.time, walker.length / walker.time
+        self._scales = np.array([force, force, force, force, rate])[:, None]
+        self._impulse_scales = np.array([speed, speed, speed, speed, 0.0])[:, None]
 
     def along(self, stretch: Stretch) -> np.ndarray:
         """What is felt at the nodes of a stretch, (n, 5, 1 + c) in the order of `SIGNALS`, SI units."""
-        half = self.walker.size // 2
-        y, rates = _as_complex(stretch.states), _as_complex(stretch.rates)
-        on = self._on[stretch.stance_leg]
-        found = self._felt(y[:, :half], y[:, half:], rates[:, half:], stretch.stance_leg, on)
-        return np.asarray(found * self.scales[:, None])
+        leg = stretch.stance_leg
+        return np.asarray(self._felt(stretch.states, stretch.rates, leg, self._on[leg]) * self._scales)
 
     def velocities(self, y: np.ndarray, stance_leg: int) -> np.ndarray:
         """Velocities of hip and foot on the leg's axes in a state (size, 1 + c), (5, 1 + c): what an impact changes.
 
         Without rates and gravity, accelerations are velocities' own formulas. The rate's own row is zero.
         """
-        half = self.walker.size // 2
-        moved = _as_complex(y[None])
-        at_rest, weightless = np.zeros_like(moved[:, :half]), replace(self._on[stance_leg], g_x=0.0, g_y=0.0)
-        found = self._felt(moved[:, :half], at_rest, moved[:, half:], stance_leg, weightless)
-        return np.asarray(found[0] * self.impulse_scales[:, None])
+        at_rest, weightless = y.copy(), replace(self._on[stance_leg], g_x=0.0, g_y=0.0)
+        at_rest[self._half :] = 0.0
+        return np.asarray(self._felt(at_rest[None], y[None], stance_leg, weightless)[0] * self._impulse_scales)
 
-    def _felt(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, stance_leg: int, n: Numbers) -> np.ndarray:
-        """Signals (n, 5, 1 + c)."""
-        coordinates, rates, accelerations = (_four(part, n if k == 0 else None) for k, part in enumerate((q, qd, qdd)))
-        signals = felt(coordinates, rates, accelerations, stance_leg == 0, n).transpose(1, 0, 2)
+    def _felt(self, states: np.ndarray, rates: np.ndarray, stance_leg: int, n: Numbers) -> np.ndarray:
+        """Signals (n, 5, 1 + c) of states and of what stands for their rates, (n, size, 1 + c)."""
+        y, half = _as_complex(states), self._half
+        q, qd, qdd = _four(y[:, :half], n), _four(y[:, half:]), _four(_as_complex(rates)[:, half:])
+        signals = felt(q, qd, qdd, stance_leg == 0, n).transpose(1, 0, 2)
         return np.concatenate([signals[:, :, :1].real, signals.imag / TINY], axis=2)
 
 
@@ -136,12 +131,37 @@ def _numbers(
     return Numbers(own["r"], above + 1j * TINY * moved, stance, swing, own["g_x"], own["g_y"])
 
 
-def _four(part: np.ndarray, lengths: Numbers | None) -> list[Any]:
+def _four(part: np.ndarray, lengths: Numbers | None = None) -> list[Any]:
     """theta, L_1, psi, L_2 of an array (n, size / 2, c), or their rates; rigid legs keep their lengths."""
     if part.shape[1] == 4:
         return [part[:, i] for i in range(4)]
     stance, swing = (lengths.length, lengths.other_length) if lengths else (0.0, 0.0)
     return [part[:, 0], stance, part[:, 1], swing]
+
+
+@compiled
+def fill_panel(
+    powers: np.ndarray, length: float, w: float, x: np.ndarray, speed: np.ndarray, answer: np.ndarray, a: np.ndarray,
+    b: np.ndarray,
+) -> None:
+    """The filter on a panel as powers of s, `answer` (NODES, k, 1 + c), and a free motion that begins with `a` and rate
+    `b` (k, 1 + c), in place."""
+    signals, columns = x.shape
+    scale = 2.0 / (length * w)  # d/dt = scale w d/ds
+    for k in range(signals):
+        for c in range(columns):
+            value, slope = 0.0, 0.0
+            for i in range(NODES - 1, -1, -1):
+                term = powers[i, k, c]
+                if i + 1 < NODES:
+                    term -= sqrt(2.0) * scale * (i + 1) * answer[i + 1, k, c]
+                if i + 2 < NODES:
+                    term -= scale * scale * (i + 1) * (i + 2) * answer[i + 2, k, c]
+                answer[i, k, c] = term
+                sign = 1.0 - 2.0 * (i % 2)
+                value += sign * term
+                slope -= sign * i * term * (2.0 / length)
+            a[k, c], b[k, c] = x[k, c] - value, speed[k, c] - slope
 
 
 @compiled
@@ -162,21 +182,7 @@ def follow_panels(
     answer, a, b = np.empty((NODES, signals, columns)), np.empty((signals, columns)), np.empty((signals, columns))
     for panel in range(lengths.size):
         length = lengths[panel]
-        scale = 2.0 / (length * w)  # d/dt = scale w d/ds
-        for k in range(signals):
-            for c in range(columns):
-                value, slope = 0.0, 0.0
-                for i in range(NODES - 1, -1, -1):
-                    term = powers[panel, i, k, c]
-                    if i + 1 < NODES:
-                        term -= sqrt(2.0) * scale * (i + 1) * answer[i + 1, k, c]
-                    if i + 2 < NODES:
-                        term -= scale * scale * (i + 1) * (i + 2) * answer[i + 2, k, c]
-                    answer[i, k, c] = term
-                    sign = 1.0 - 2.0 * (i % 2)
-                    value += sign * term
-                    slope -= sign * i * term * (2.0 / length)
-                a[k, c], b[k, c] = x[k, c] - value, speed[k, c] - slope
+        fill_panel(powers[panel], length, w, x, speed, answer, a, b)
         last_panel = is_last and panel == lengths.size - 1
         while following < times.size and (last_panel or times[following] < begin + length):
             at = times[following] - begin

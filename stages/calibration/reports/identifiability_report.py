@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -19,10 +20,11 @@ from stages.calibration.information.identifiability import (
     gains,
     identifiability,
     listed,
+    plan_of,
+    planned_equations,
     short,
     weighed,
 )
-from stages.calibration.information.planned import plan_of, planned_equations
 from stages.calibration.parameters import Parameters
 
 #: A correlation from which on two errors are hard to tell apart, and a gain that is worth a line.
@@ -45,18 +47,10 @@ def told(parameters: Parameters, request: Request, runs: int) -> Answer:
         with_scale = identifiability(plan.design, equations, model, known, runs)
         lines.append(f"the table takes the robot as weighed to {known[-1].sd:.2g} kg")
     single = identifiability(plan.design, equations, model, known, 1)
-    lines += [f"weak: {short(name)} goes with {short(one.name)} (correlation {one.correlation:+.3f}); were that known, "
-              f"{short(name)} would be to {_share(with_scale, row, one.sd_without)}"
-              for row, (name, one) in enumerate(zip(names, with_scale.partners, strict=True))
-              if abs(one.correlation) >= STRONG]  # fmt: skip
+    lines += _weak(with_scale)
     tried = experiments(plan, known, runs, parameters)
     told_of = [(one, gains(one, with_scale) if one.sd.size else None) for one in tried]
     lines += [line for one, gain in told_of if gain is not None for line in _helped(one, gain, names)]
-    rows = [
-        [short(name), f"{with_scale.values[row]:.6g}", units[row], _share(single, row), _share(with_scale, row),
-         short(partner.name), f"{partner.correlation:+.3f}", _share(with_scale, row, partner.sd_without)]
-        for row, (name, partner) in enumerate(zip(names, with_scale.partners, strict=True))
-    ]
     more = [[one.what, one.why, *[""] * (len(names) - 1)] if gain is None else
             [one.what, *(f"{each:.2f}" for each in gain)] for one, gain in told_of]
     counted = f"{runs} run" if runs == 1 else f"{runs} runs"
@@ -64,19 +58,14 @@ def told(parameters: Parameters, request: Request, runs: int) -> Answer:
         lines=lines,
         tables=[
             (f"What {counted} of {plan.steps} steps tell: standard deviations",
-             ["parameter", "value", "unit", "one run", counted, "goes with", "correlation", "were it known"], rows),
+             ["parameter", "value", "unit", "one run", counted, "goes with", "correlation", "were it known"],
+             _rows(with_scale, single, units)),
             ("What would help: standard deviations shrink by", ["measurement", *map(short, names)], more),
         ],
         plain={
             "runs": runs,
             "readings": equations.count,
-            "parameters": {
-                name: {"value": with_scale.values[row], "unit": units[row], "sd": finite(with_scale.sd[row]),
-                       "sd_one_run": finite(single.sd[row]), "sd_not_weighed": finite(plain.sd[row]),
-                       "goes_with": with_scale.partners[row].name,
-                       "correlation": with_scale.partners[row].correlation}
-                for row, name in enumerate(names)
-            },
+            "parameters": _parameters(with_scale, single, plain, units),
             "not_seen": [{"in_words": words, "shares": dict(zip(names, one.tolist(), strict=True))}
                          for words, one in zip(not_seen, plain.unseen, strict=True)],
             "would_help": [{"what": one.what, "why_not": one.why,
@@ -85,6 +74,31 @@ def told(parameters: Parameters, request: Request, runs: int) -> Answer:
         },
         draw=lambda save: _draw(with_scale, single, tried, save),
     )  # fmt: skip
+
+
+def _weak(found: Identifiability) -> list[str]:
+    """What goes along with something else."""
+    return [f"weak: {short(name)} goes with {short(one.name)} (correlation {one.correlation:+.3f}); were that known, "
+            f"{short(name)} would be to {_share(found, row, one.sd_without)}"
+            for row, (name, one) in enumerate(zip(found.names, found.partners, strict=True))
+            if abs(one.correlation) >= STRONG]  # fmt: skip
+
+
+def _rows(found: Identifiability, single: Identifiability, units: Sequence[str]) -> list[list[str]]:
+    """The table's rows."""
+    return [[short(name), f"{found.values[row]:.6g}", units[row], _share(single, row), _share(found, row),
+             short(one.name), f"{one.correlation:+.3f}", _share(found, row, one.sd_without)]
+            for row, (name, one) in enumerate(zip(found.names, found.partners, strict=True))]  # fmt: skip
+
+
+def _parameters(
+    found: Identifiability, single: Identifiability, plain: Identifiability, units: Sequence[str]
+) -> dict[str, Any]:
+    """The same for JSON, and without the scale."""
+    return {name: {"value": found.values[row], "unit": units[row], "sd": finite(found.sd[row]),
+                   "sd_one_run": finite(single.sd[row]), "sd_not_weighed": finite(plain.sd[row]),
+                   "goes_with": one.name, "correlation": one.correlation}
+            for row, (name, one) in enumerate(zip(found.names, found.partners, strict=True))}  # fmt: skip
 
 
 def _helped(tried: Experiment, gain: np.ndarray, names: tuple[str, ...]) -> list[str]:

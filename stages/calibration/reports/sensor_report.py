@@ -21,8 +21,15 @@ from stages.calibration.estimation.held_out import Explained, explained, trace
 from stages.calibration.estimation.least_squares import NotIdentified
 from stages.calibration.estimation.request import DECLARED, PARTS, Request
 from stages.calibration.estimation.run_fit import Model
-from stages.calibration.information.identifiability import described, finite, listed, short
-from stages.calibration.information.planned import SLOPE, first_model, free_names
+from stages.calibration.information.identifiability import (
+    SLOPE,
+    described,
+    finite,
+    first_model,
+    free_names,
+    listed,
+    short,
+)
 from stages.calibration.intervals.left_out import Cause, causes, in_words, widened
 from stages.calibration.intervals.model_error import Judged, judged, told_structure, widening
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
