@@ -195,11 +195,15 @@ def setup_of(about: Mapping[str, Any] | None, biped: Biped, slope: Slope) -> Ang
     known += [Known(name, numbers[name], FARTHEST_ZERO / 3.0) for name in said
               if name in ZEROS and name not in names.values()]  # fmt: skip
     columns, markers, left_out, begun = _recording(about.get("recording") or {}, place)
-    out = about.get("held_out", EVERY_OTHER_PAIR)
-    if out != EVERY_OTHER_PAIR and not (isinstance(out, list) and all(isinstance(one, int) for one in out)):
-        raise WrongOption(f'{place("held_out")}: {out}, must be "{EVERY_OTHER_PAIR}" or a list of numbers of steps')
-    held_out = out if isinstance(out, str) else tuple(out)
+    held_out = _held_out(about.get("held_out", EVERY_OTHER_PAIR), place)
     return AngleSetup(robot, free, tuple(known), columns, markers, left_out, begun, held_out, given)
+
+
+def _held_out(given: Any, place: Place) -> str | tuple[int, ...]:
+    """Which steps are held out."""
+    if given != EVERY_OTHER_PAIR and not (isinstance(given, list) and all(isinstance(one, int) for one in given)):
+        raise WrongOption(f'{place("held_out")}: {given}, must be "{EVERY_OTHER_PAIR}" or a list of numbers of steps')
+    return given if isinstance(given, str) else tuple(given)
 
 
 def _recording(

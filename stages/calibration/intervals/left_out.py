@@ -136,9 +136,13 @@ def causes(design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[
             tried.append(_fitted(each, design, fit, model, known, True))
             if tried[-1].explains and tried[-1].sigmas > least:
                 break  # what explains all that was amiss leaves the others nothing
-    tried = sorted((one for one in tried if one.sigmas > least), key=_nearness)
-    tried = [one for one in tried if one.explains] or tried
-    return [one for one in tried if one.drop > tried[0].drop - 2.0 * math.log(WORSE)][:NAMED]
+    return _best_of([one for one in tried if one.sigmas > least])
+
+
+def _best_of(tried: Sequence[Cause]) -> list[Cause]:
+    """Those whose likelihoods are near the best one's, of those that explain the residuals if any do."""
+    there = sorted([one for one in tried if one.explains] or tried, key=_nearness)
+    return [one for one in there if one.drop > there[0].drop - 2.0 * math.log(WORSE)][:NAMED]
 
 
 def _nearness(one: Cause) -> float:

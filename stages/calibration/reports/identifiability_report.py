@@ -51,8 +51,7 @@ def told(parameters: Parameters, request: Request, runs: int) -> Answer:
     tried = experiments(plan, known, runs, parameters)
     told_of = [(one, gains(one, with_scale) if one.sd.size else None) for one in tried]
     lines += [line for one, gain in told_of if gain is not None for line in _helped(one, gain, names)]
-    more = [[one.what, one.why, *[""] * (len(names) - 1)] if gain is None else
-            [one.what, *(f"{each:.2f}" for each in gain)] for one, gain in told_of]
+    more = [_row_of(one, gain, len(names)) for one, gain in told_of]
     counted = f"{runs} run" if runs == 1 else f"{runs} runs"
     return Answer(
         lines=lines,
@@ -68,9 +67,7 @@ def told(parameters: Parameters, request: Request, runs: int) -> Answer:
             "parameters": _parameters(with_scale, single, plain, units),
             "not_seen": [{"in_words": words, "shares": dict(zip(names, one.tolist(), strict=True))}
                          for words, one in zip(not_seen, plain.unseen, strict=True)],
-            "would_help": [{"what": one.what, "why_not": one.why,
-                            "gains": {} if gain is None else dict(zip(names, map(finite, gain), strict=True))}
-                           for one, gain in told_of],
+            "would_help": [_as_plain(one, gain, names) for one, gain in told_of],
         },
         draw=lambda save: _draw(with_scale, single, tried, save),
     )  # fmt: skip
@@ -99,6 +96,17 @@ def _parameters(
                    "sd_one_run": finite(single.sd[row]), "sd_not_weighed": finite(plain.sd[row]),
                    "goes_with": one.name, "correlation": one.correlation}
             for row, (name, one) in enumerate(zip(found.names, found.partners, strict=True))}  # fmt: skip
+
+
+def _row_of(tried: Experiment, gain: np.ndarray | None, count: int) -> list[str]:
+    """A measurement and what it gains, or why it gains nothing, as a row of the table."""
+    return [tried.what, tried.why, *[""] * (count - 1)] if gain is None else [tried.what, *(f"{g:.2f}" for g in gain)]
+
+
+def _as_plain(tried: Experiment, gain: np.ndarray | None, names: Sequence[str]) -> dict[str, Any]:
+    """A measurement and what it gains, for JSON."""
+    gains_of = {} if gain is None else dict(zip(names, map(finite, gain), strict=True))
+    return {"what": tried.what, "why_not": tried.why, "gains": gains_of}
 
 
 def _helped(tried: Experiment, gain: np.ndarray, names: tuple[str, ...]) -> list[str]:
