@@ -142,13 +142,20 @@ def fields(path: Path) -> Iterator[tuple[str, object]]:
         if isinstance(item, h5py.Dataset) and item.shape is not None:
             value = item[()]
             text = item.dtype.kind in "OSU"
-            found.append((full, np.asarray(value).astype(str).tolist() if text else np.asarray(value).tolist()))
+            found.append((full, as_text(value) if text else np.asarray(value).tolist()))
         found.extend((f"{full}@{key}", str(value)) for key, value in item.attrs.items()
                      if key not in HOW and not key.isupper() and "error" not in key)  # fmt: skip
 
     with h5py.File(path) as file:
         file.visititems(take)
     yield from found
+
+
+def as_text(value: object) -> object:
+    """Strings of a dataset of any shape."""
+    if isinstance(value, bytes):
+        return value.decode()
+    return [as_text(one) for one in value] if isinstance(value, np.ndarray) else str(value)
 
 
 def differences(name: str, was: object, now: object) -> Iterator[tuple[str, float]]:
