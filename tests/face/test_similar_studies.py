@@ -70,12 +70,14 @@ def judged(folder):
     """What a study says: the chosen contact set is the ground's, claims that apply, verdicts and remarks on runs."""
     claims = yaml.safe_load((folder / "claims.yaml").read_text(encoding="utf-8"))["claims"]
     with h5py.File(folder / "contact_study.h5") as contact, h5py.File(folder / "imu.h5") as imu:
-        run = imu["runs/report"]
+        runs = [imu[f"runs/{number}/report"] for number in range(len(imu["runs/row"]))] if (
+            "report" not in imu["runs"]) else [imu["runs/report"]]  # no table where one run has more remarks
         return {
             "claims": {claim["id"]: claim["verdict"] for claim in claims},
             "ground is choice": bool(contact["ground_is_choice"][()]),
-            "runs": {name: [bytes(one) for one in run[name][()]] for name in ("verdict", "reason", "remarks")},
-            "known": {name: np.isfinite(run["times"][name][()]).tolist() for name in run["times"]},
+            "runs": [{name: np.asarray(run[name][()]).tolist() for name in ("verdict", "reason", "remarks")}
+                     for run in runs],
+            "known": [{name: np.isfinite(run["times"][name][()]).tolist() for name in run["times"]} for run in runs],
         }
 
 
