@@ -29,6 +29,7 @@ from stages.imu.judgement.verdict import (
     FRAME,
     FREQUENCY,
     LAG,
+    LEG_ANGLE,
     LEGS,
     LEVER,
     RATE,
@@ -287,7 +288,7 @@ def _on_the_walk(trial: Trial, parameters: Reading) -> Iterator[Rule]:
     yield remark(
         evidence.spacing > limits.spacing or evidence.alternating < 1,
         f"steps are spaced unevenly (one departs by {evidence.spacing:.0%} of the median) or a leg lands twice",
-        STRIKES, LEGS, FREQUENCY,
+        STRIKES, LEGS, FREQUENCY, LEG_ANGLE,  # what hides a strike hides how the rate jumps there
     )  # fmt: skip
     yield _on_gains(evidence, parameters)
     yield remark(
